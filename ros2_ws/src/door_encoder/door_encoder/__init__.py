@@ -1,0 +1,1 @@
+"""Door encoder: counts to a checked, unwrapped, zeroed angle."""

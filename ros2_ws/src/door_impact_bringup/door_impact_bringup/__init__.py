@@ -1,0 +1,1 @@
+"""Launch files, parameters and the demonstration of hrp2_door_impact."""

@@ -1,0 +1,29 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "door_impact_bringup"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/launch", sorted(glob("launch/*"))),
+        (f"share/{PACKAGE}/config", sorted(glob("config/*"))),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    maintainer="hrp2_door_impact maintainers",
+    maintainer_email="maintainers@hrp2-door-impact.org",
+    description="Launch files, parameters and the demonstration of hrp2_door_impact.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "demo = door_impact_bringup.demo:main",
+            "demo_runner = door_impact_bringup.demo_runner_node:main",
+        ],
+    },
+)

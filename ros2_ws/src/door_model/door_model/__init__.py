@@ -1,0 +1,1 @@
+"""Door-closer linkage, door dynamics and the identification of the closer's parameters."""

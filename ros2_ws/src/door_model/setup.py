@@ -1,0 +1,28 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "door_model"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/doors", sorted(glob("doors/*"))),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    maintainer="hrp2_door_impact maintainers",
+    maintainer_email="maintainers@hrp2-door-impact.org",
+    description="Door-closer linkage, door dynamics and the identification of the closer's parameters.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "closer_identifier = door_model.closer_identifier_node:main",
+            "identify = door_model.identify_cli:main",
+        ],
+    },
+)

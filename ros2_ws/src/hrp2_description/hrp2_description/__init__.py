@@ -1,0 +1,1 @@
+"""A model of HRP-2 made from published figures: URDF, frames, soles, limits."""

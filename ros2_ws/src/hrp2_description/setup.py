@@ -1,0 +1,23 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "hrp2_description"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", sorted(glob("config/*"))),
+        (f"share/{PACKAGE}/urdf", sorted(glob("urdf/*"))),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    maintainer="hrp2_door_impact maintainers",
+    maintainer_email="maintainers@hrp2-door-impact.org",
+    description="A model of HRP-2 made from published figures: URDF, frames, soles, limits.",
+    license="Apache-2.0",
+)

@@ -1,0 +1,25 @@
+from setuptools import find_packages, setup
+
+PACKAGE = "hrp2_sim_bridge"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    maintainer="hrp2_door_impact maintainers",
+    maintainer_email="maintainers@hrp2-door-impact.org",
+    description="A PyBullet HRP-2 in front of a door, standing in for the robot's driver; the ZMP from the foot sensors.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "hrp2_sim_bridge = hrp2_sim_bridge.hrp2_sim_bridge_node:main",
+            "zmp_publisher = hrp2_sim_bridge.zmp_publisher_node:main",
+        ],
+    },
+)

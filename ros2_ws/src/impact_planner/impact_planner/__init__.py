@@ -1,0 +1,1 @@
+"""Planning and execution of a whole-body impact that opens a heavy swing door."""
