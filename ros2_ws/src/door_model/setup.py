@@ -12,12 +12,13 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/doors", sorted(glob("doors/*"))),
+        (f"share/{PACKAGE}/recordings", sorted(glob("recordings/*"))),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
-    description="Door-closer linkage, door dynamics and the identification of the closer's parameters.",
+    description="Door-closer linkage, door dynamics, identification of the closer's parameters.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
