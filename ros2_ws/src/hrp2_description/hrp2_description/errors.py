@@ -1,0 +1,33 @@
+"""Errors of hrp2_description."""
+
+from __future__ import annotations
+
+
+class DescriptionError(ValueError):
+    """Base of this package's errors.
+
+    Attributes:
+        value: What was found.
+        limit: What was asked for, as a number or in words.
+    """
+
+    def __init__(self, message: str, *, value: object = None, limit: object = None) -> None:
+        super().__init__(f"{message} (found {value!r}, expected {limit!r})")
+        self.value = value
+        self.limit = limit
+
+
+class DataFileNotFoundError(DescriptionError):
+    """A data file of the package is neither in its source tree nor in an installed share folder."""
+
+
+class ModelTableError(DescriptionError):
+    """The table of links and joints contradicts itself."""
+
+
+class RobotConfigError(DescriptionError):
+    """The robot's configuration file is incomplete or contradicts the URDF."""
+
+
+class DegeneratePolygonError(DescriptionError):
+    """Points that span no area (or are not finite) were given as a polygon."""

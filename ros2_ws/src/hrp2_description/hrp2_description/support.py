@@ -1,0 +1,133 @@
+"""Support polygon of the soles, and how far inside it a point lies."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hrp2_description.errors import DegeneratePolygonError
+
+Array = NDArray[np.float64]
+# Below this a polygon is a line for our purposes: one square millimetre.
+MIN_AREA = 1e-6
+# Points nearer than a nanometre are one point: edges of no length have no direction.
+DECIMALS = 9
+
+
+def sole_corners(rect: tuple[float, float, float, float], pose: ArrayLike) -> Array:
+    """Return a sole's corners on the floor, counter-clockwise.
+
+    Args:
+        rect: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
+        pose: The sole in the world: a homogeneous matrix (4, 4), or (x, y, yaw) (3,) [m, m, rad].
+
+    Returns:
+        Corners (4, 2) [m], the world's x and y.
+
+    Raises:
+        ValueError: If ``pose`` has another shape.
+    """
+    x_min, x_max, y_min, y_max = rect
+    local = np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]])
+    placed = np.asarray(pose, dtype=float)
+    if placed.shape == (4, 4):
+        corners: Array = local @ placed[:2, :2].T + placed[:2, 3]
+    elif placed.shape == (3,):
+        cos, sin = np.cos(placed[2]), np.sin(placed[2])
+        corners = local @ np.array([[cos, sin], [-sin, cos]]) + placed[:2]
+    else:
+        raise ValueError(f"pose must have shape (4, 4) or (3,), not {placed.shape}")
+    return corners
+
+
+def support_polygon(*points: ArrayLike) -> Array:
+    """Return the convex hull of the feet's corners.
+
+    Args:
+        points: Arrays (N, 2) of points on the floor [m], e.g. one for each sole that bears load.
+
+    Returns:
+        Corners (M, 2) [m], counter-clockwise, rounded to a nanometre, none on a straight edge.
+
+    Raises:
+        DegeneratePolygonError: If the points span no area or are not finite.
+    """
+    arrays = [np.asarray(array, dtype=float).reshape(-1, 2) for array in points]
+    cloud = np.concatenate(arrays) if arrays else np.empty((0, 2))
+    if not np.isfinite(cloud).all():
+        raise DegeneratePolygonError("points are not finite", value=cloud, limit="finite numbers")
+    unique = np.unique(np.round(cloud, DECIMALS) + 0.0, axis=0)  # sorted by x, then y
+    hull = np.array(_half_hull(unique) + _half_hull(unique[::-1])).reshape(-1, 2)
+    area = _area(hull) if len(hull) >= 3 else 0.0
+    if area < MIN_AREA:
+        raise DegeneratePolygonError("the points span no area", value=area, limit=MIN_AREA)
+    return hull
+
+
+def polygon_margin(points: ArrayLike, hull: ArrayLike) -> Array:
+    """Return the signed distance from points to a convex polygon's nearest edge.
+
+    Args:
+        points: Points (..., 2) [m].
+        hull: Corners (M, 2) of a convex polygon, counter-clockwise, as ``support_polygon`` makes.
+
+    Returns:
+        Distances (...) [m]: positive inside, zero on an edge, negative outside; NaN for NaN.
+
+    Raises:
+        DegeneratePolygonError: If ``hull`` spans no area, is clockwise, is not convex or names a
+            corner twice.
+    """
+    corners = _checked_hull(hull)
+    place = np.asarray(points, dtype=float)[..., None, :] - corners
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(edges, axis=1)
+    # Distance to each edge's line, positive on its left, and to the edge itself.
+    left = (edges[:, 0] * place[..., 1] - edges[:, 1] * place[..., 0]) / lengths
+    along = np.clip(np.sum(place * edges, axis=-1) / lengths**2, 0.0, 1.0)
+    away = np.linalg.norm(place - along[..., None] * edges, axis=-1)
+    inside = left.min(axis=-1)
+    margin: Array = np.where(inside < 0.0, -away.min(axis=-1), inside)
+    return margin
+
+
+def _half_hull(ordered: Array) -> list[Array]:
+    # Andrew's monotone chain (1979); the last point is left to the other half.
+    chain: list[Array] = []
+    for point in ordered:
+        while len(chain) >= 2 and _turn(chain[-2], chain[-1], point) <= 0.0:
+            chain.pop()
+        chain.append(point)
+    return chain[:-1]
+
+
+def _turn(first: Array, second: Array, third: Array) -> float:
+    a, b = second - first, third - second
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _area(polygon: Array) -> float:
+    x, y = polygon.T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def _checked_hull(hull: ArrayLike) -> Array:
+    corners = np.asarray(hull, dtype=float)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise DegeneratePolygonError("no polygon", value=corners.shape, limit="(M >= 3, 2)")
+    area = _area(corners)
+    if not area >= MIN_AREA:
+        raise DegeneratePolygonError(
+            "the polygon is degenerate or clockwise", value=area, limit=MIN_AREA
+        )
+    following = np.roll(corners, -1, axis=0) - corners
+    shortest = float(np.linalg.norm(following, axis=1).min())
+    if shortest < 0.1 * 10.0**-DECIMALS:
+        raise DegeneratePolygonError("corners coincide", value=shortest, limit=10.0**-DECIMALS)
+    before = np.roll(following, 1, axis=0)
+    turns = before[:, 0] * following[:, 1] - before[:, 1] * following[:, 0]
+    if turns.min() < -1e-12:
+        raise DegeneratePolygonError(
+            "the polygon is not convex", value=float(turns.min()), limit=0.0
+        )
+    return corners

@@ -1,0 +1,136 @@
+"""The robot's configuration."""
+
+import numpy as np
+import pytest
+import yaml
+from hrp2_description.data import data_path
+from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
+from hrp2_description.robot import load_robot_config
+
+ROBOT = load_robot_config()
+
+
+def _load_edited(folder, **changes):
+    data = yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))
+    for key, value in changes.items():
+        if value is None:
+            del data[key]
+        else:
+            data[key] = value
+    path = folder / "robot.yaml"
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    return load_robot_config(path)
+
+
+def test_arrays_have_an_entry_for_each_joint():
+    """All arrays are (30,), finite and read-only."""
+    for array in (
+        ROBOT.half_sitting,
+        ROBOT.gear_ratio,
+        ROBOT.rotor_inertia,
+        ROBOT.lower,
+        ROBOT.upper,
+        ROBOT.velocity_limit,
+        ROBOT.effort_limit,
+    ):
+        assert array.shape == (len(ROBOT.joint_names),) == (30,)
+        assert np.isfinite(array).all()
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_published_limits():
+    """Some limits as the sources print them, with yaw and roll swapped on the left."""
+    lower, upper = np.rad2deg(ROBOT.lower), np.rad2deg(ROBOT.upper)
+    expected = {
+        "RLEG_JOINT0": (-45, 30),
+        "LLEG_JOINT0": (-30, 45),
+        "RLEG_JOINT1": (-35, 20),
+        "LLEG_JOINT1": (-20, 35),
+        "LLEG_JOINT3": (-2, 150),
+        "RLEG_JOINT5": (-20, 35),
+        "LLEG_JOINT5": (-35, 20),
+        "RARM_JOINT1": (-95, 10),
+        "LARM_JOINT1": (-10, 95),
+        "LARM_JOINT3": (-137, 2),
+        "CHEST_JOINT1": (-5, 60),
+    }
+    for name, (low, high) in expected.items():
+        at = ROBOT.index(name)
+        np.testing.assert_allclose((lower[at], upper[at]), (low, high), atol=1e-6)
+
+
+def test_half_sitting_is_the_published_posture():
+    """Legs -26, 50, -24 degrees, arms 15, -+10, 0, -30."""
+    expected = [0, 0, -26, 50, -24, 0] * 2 + [0] * 4
+    expected += [15, -10, 0, -30, 0, 0, 10, 15, 10, 0, -30, 0, 0, 10]
+    np.testing.assert_allclose(np.rad2deg(ROBOT.half_sitting), expected, atol=1e-9)
+
+
+def test_reflected_rotor_inertia():
+    """Gear^2 times rotor inertia: 0.40 at hip roll, 0.35 at shoulder roll, 1.0 at chest pitch."""
+    for name, value in (("RLEG_JOINT1", 0.40), ("LARM_JOINT1", 0.35), ("CHEST_JOINT1", 1.01)):
+        assert ROBOT.armature[ROBOT.index(name)] == pytest.approx(value, abs=0.01)
+
+
+def test_soles_are_mirrored_and_as_large_as_the_collision_box():
+    """Sole rectangles are 0.23 x 0.13 m, farther out than in."""
+    assert ROBOT.soles["right"] == (-0.10, 0.13, -0.075, 0.055)
+    assert ROBOT.soles["left"] == (-0.10, 0.13, -0.055, 0.075)
+
+
+def test_posture_changes_only_what_is_named():
+    """posture() starts from half-sitting or the given base."""
+    one = ROBOT.posture({"HEAD_JOINT0": 0.1})
+    assert np.flatnonzero(one != ROBOT.half_sitting).tolist() == [14]
+    assert ROBOT.posture({}, np.ones(30)).tolist() == [1.0] * 30
+
+
+def test_unknown_joint_is_an_error():
+    """The error carries the name."""
+    with pytest.raises(RobotConfigError) as caught:
+        ROBOT.index("RLEG_JOINT9")
+    assert caught.value.value == "RLEG_JOINT9"
+
+
+@pytest.mark.parametrize("field", ["joint_names", "sole", "feet", "urdf", "actuators"])
+def test_missing_field_is_named(tmp_path, field):
+    """A configuration without a field says which."""
+    with pytest.raises(RobotConfigError, match=field):
+        _load_edited(tmp_path, **{field: None})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"contact_link": "RARM_ELBOW"}, "RARM_ELBOW"),
+        ({"braced_joints": ["RARM_JOINT8"]}, "RARM_JOINT8"),
+        ({"braced_posture_deg": {"RARM_JOINT1": -100}}, "RARM_JOINT1 outside its limits"),
+        ({"joint_names": list(ROBOT.joint_names[:-1])}, "LARM_JOINT6"),
+        ({"joint_names": [*ROBOT.joint_names, "RLEG_JOINT0"]}, "differ"),
+        ({"urdf": "urdf/none.urdf"}, "none.urdf"),
+        ({"sole": [1, 2, 3]}, "cannot be read"),
+        ({"braced_posture_deg": "akimbo"}, "cannot be read"),
+        ({"actuators": {"RLEG": {"gear": [1], "rotor_inertia": [1]}}}, "LLEG|RLEG_JOINT1|RARM"),
+    ],
+)
+def test_contradictions_are_refused(tmp_path, changes, message):
+    """Names that the URDF lacks, limits broken and lengths that differ are errors that say so."""
+    with pytest.raises(RobotConfigError, match=message):
+        _load_edited(tmp_path, **changes)
+
+
+@pytest.mark.parametrize("text", ["- a\n- b\n", "a: [1, 2", ""])
+def test_a_file_that_is_no_configuration_is_refused(tmp_path, text):
+    """A list, broken YAML and an empty file are errors that name the file."""
+    path = tmp_path / "other.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RobotConfigError, match=r"other\.yaml"):
+        load_robot_config(path)
+
+
+def test_missing_data_file_says_where_it_looked():
+    """The error lists the places tried."""
+    with pytest.raises(DataFileNotFoundError) as caught:
+        data_path("config/nothing.yaml")
+    assert any("nothing.yaml" in place or "ament" in place for place in caught.value.value)

@@ -1,0 +1,188 @@
+"""The committed URDF, and what Pinocchio and PyBullet make of it."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hrp2_description.data import data_path
+from hrp2_description.robot import load_robot_config
+from hrp2_description.urdf import main, urdf_string
+
+ROBOT = load_robot_config()
+MODEL = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
+
+
+def _placed(posture):
+    """Return Pinocchio's data and the posture's vector, the feet on the floor around the origin."""
+    data = MODEL.createData()
+    q = pin.neutral(MODEL)
+    for name, angle in zip(ROBOT.joint_names, posture, strict=True):
+        q[MODEL.joints[MODEL.getJointId(name)].idx_q] = angle
+    pin.framesForwardKinematics(MODEL, data, q)
+    soles = [data.oMf[MODEL.getFrameId(name)].translation.copy() for name in ("r_sole", "l_sole")]
+    q[:3] = -np.mean(soles, axis=0)
+    pin.framesForwardKinematics(MODEL, data, q)
+    return data, q
+
+
+def _frame(data, name):
+    return data.oMf[MODEL.getFrameId(name)]
+
+
+def test_committed_file_is_what_the_generator_makes():
+    """hrp2.urdf was generated from the table as it is."""
+    assert data_path("urdf/hrp2.urdf").read_text(encoding="utf-8") == urdf_string()
+
+
+def test_generator_writes_where_told(tmp_path, capsys):
+    """--output decides where the file goes, and the path is printed."""
+    main(["--output", str(tmp_path / "a.urdf")])
+    assert (tmp_path / "a.urdf").read_text(encoding="utf-8") == urdf_string()
+    assert "a.urdf" in capsys.readouterr().out
+
+
+def test_half_sitting_waist_height_and_soles():
+    """The waist is at 0.3 cos 26 + 0.3 cos 24 + 0.105 m and both soles lie flat on the floor."""
+    data, q = _placed(ROBOT.half_sitting)
+    assert q[2] == pytest.approx(0.648702, abs=1e-6)
+    for name, y in (("r_sole", -0.095), ("l_sole", 0.095)):
+        np.testing.assert_allclose(_frame(data, name).translation, [0.0, y, 0.0], atol=1e-9)
+        np.testing.assert_allclose(_frame(data, name).rotation, np.eye(3), atol=1e-9)
+
+
+def test_half_sitting_com():
+    """The CoM lies where the published models have it, above the middle of the feet."""
+    _, q = _placed(ROBOT.half_sitting)
+    com = pin.centerOfMass(MODEL, MODEL.createData(), q)
+    assert 0.8077 < com[2] < 0.814
+    assert abs(com[1]) < 0.002
+    assert abs(com[0]) < 0.02
+
+
+def test_half_sitting_inertia():
+    """Rotational inertia about the CoM agrees with LAAS's and Klampt's figures to 5 %."""
+    _, q = _placed(ROBOT.half_sitting)
+    data = MODEL.createData()
+    pin.ccrba(MODEL, data, q, np.zeros(MODEL.nv))
+    np.testing.assert_allclose(np.diag(data.Ig.inertia), [8.158, 6.942, 1.729], rtol=0.05)
+    assert pin.computeTotalMass(MODEL) == pytest.approx(58.0, abs=1e-6)
+
+
+def test_mirrored_posture_gives_mirrored_frames():
+    """Swapping sides and signs of yaw and roll reflects every hand and foot in y = 0."""
+    rng = np.random.default_rng(5)
+    posture = np.zeros(30)
+    posture[:6] = rng.uniform(ROBOT.lower[:6], ROBOT.upper[:6])
+    posture[16:23] = rng.uniform(ROBOT.lower[16:23], ROBOT.upper[16:23])
+    posture[6:12] = posture[:6] * [-1, -1, 1, 1, 1, -1]
+    posture[23:30] = posture[16:23] * [1, -1, -1, 1, -1, 1, 1]
+    flip = np.diag([1.0, -1.0, 1.0])
+    data, _ = _placed(posture)
+    base = _frame(data, "base_link")
+    for name in ("sole", "ankle", "gripper"):
+        right = base.actInv(_frame(data, f"r_{name}"))
+        left = base.actInv(_frame(data, f"l_{name}"))
+        np.testing.assert_allclose(flip @ right.translation, left.translation, atol=1e-9)
+        np.testing.assert_allclose(flip @ right.rotation @ flip, left.rotation, atol=1e-9)
+
+
+def test_rep_120_frames_exist():
+    """The frames that REP-120 names for a humanoid are links."""
+    links = {element.attrib["name"] for element in ET.fromstring(urdf_string()).iter("link")}
+    sides = {f"{side}_{name}" for side in "lr" for name in ("sole", "ankle", "gripper")}
+    assert {"base_link", "torso", "gaze", "imu_link"} | sides <= links
+
+
+def test_braced_hand_rests_beside_the_waist():
+    """The hand's sphere is outside the waist's box, by less than 2 cm."""
+    data, _ = _placed(ROBOT.posture(ROBOT.braced_posture))
+    base = _frame(data, "base_link")
+    hand = base.actInv(_frame(data, ROBOT.hand_link)).translation
+    middle, half = np.array([-0.0245, 0.0, 0.1945]), np.array([0.297, 0.328, 0.265]) / 2
+    gap = np.linalg.norm(np.maximum(np.abs(hand - middle) - half, 0.0)) - 0.05
+    assert 0.0 <= gap < 0.02
+
+
+@pytest.fixture(scope="module")
+def bullet():
+    """A PyBullet world without window, with the robot in it."""
+    pybullet = pytest.importorskip("pybullet")
+    client = pybullet.connect(pybullet.DIRECT)
+    body = pybullet.loadURDF(
+        str(ROBOT.urdf_path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+    )
+    yield pybullet, client, body
+    pybullet.disconnect(client)
+
+
+def test_pybullet_keeps_masses_and_inertias(bullet):
+    """No link's inertia was replaced by zeros, and the sum is 58 kg."""
+    pybullet, client, body = bullet
+    count = pybullet.getNumJoints(body, physicsClientId=client)
+    info = [pybullet.getDynamicsInfo(body, i, physicsClientId=client) for i in range(-1, count)]
+    assert sum(row[0] for row in info) == pytest.approx(58.0, abs=1e-4)
+    assert min(min(row[2]) for row in info) > 0.0
+
+
+def test_pybullet_sees_the_sole_axis_aligned(bullet):
+    """The sole's inertial frame is the sole frame, so a sensor in its joint reads in r_sole."""
+    pybullet, client, body = bullet
+    for i in range(pybullet.getNumJoints(body, physicsClientId=client)):
+        if pybullet.getJointInfo(body, i, physicsClientId=client)[12].decode().endswith("_sole"):
+            row = pybullet.getDynamicsInfo(body, i, physicsClientId=client)
+            np.testing.assert_allclose(row[3], 0.0, atol=1e-12)
+            np.testing.assert_allclose(row[4], [0, 0, 0, 1], atol=1e-12)
+
+
+def _pose(bullet, posture):
+    pybullet, client, body = bullet
+    angles = dict(zip(ROBOT.joint_names, posture, strict=True))
+    links = {}
+    for i in range(pybullet.getNumJoints(body, physicsClientId=client)):
+        info = pybullet.getJointInfo(body, i, physicsClientId=client)
+        links[info[12].decode()] = i
+        pybullet.resetJointState(body, i, angles.get(info[1].decode(), 0.0), physicsClientId=client)
+    pybullet.performCollisionDetection(physicsClientId=client)
+    return links
+
+
+def test_elbow_touches_a_wall_first(bullet):
+    """Braced, beside a wall on the right, the elbow's sphere is what touches."""
+    pybullet, client, body = bullet
+    links = _pose(bullet, ROBOT.posture(ROBOT.braced_posture))
+    slab = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=[2.0, 0.1, 2.0], physicsClientId=client
+    )
+    wall = pybullet.createMultiBody(0.0, slab, basePosition=[0, -1.1, 0], physicsClientId=client)
+    gaps = {}
+    for name, i in {"base_link": -1, **links}.items():
+        if pybullet.getCollisionShapeData(body, i, physicsClientId=client):
+            near = pybullet.getClosestPoints(body, wall, 5.0, i, -1, physicsClientId=client)
+            gaps[name] = min(point[8] for point in near)
+    elbow = pybullet.getLinkState(body, links[ROBOT.contact_link], physicsClientId=client)[4]
+    pybullet.removeBody(wall, physicsClientId=client)
+    first = gaps.pop(ROBOT.contact_link)
+    assert first == pytest.approx(elbow[1] + 1.0 - ROBOT.contact_radius, abs=2e-3)
+    # The upper arm ends at the elbow and is farther away by what its rim leaves of the sphere.
+    assert gaps.pop("RARM_LINK2") - first > 0.015
+    assert min(gaps.values()) - first > 0.09
+
+
+def test_nothing_reaches_below_the_soles(bullet):
+    """In half-sitting the soles' boxes are the lowest collision shapes, 0.23 x 0.13 m."""
+    robot = ET.fromstring(urdf_string())
+    assert not [
+        link
+        for link in robot.iter("link")
+        if link.attrib["name"] in ("l_ankle", "r_ankle") and link.findall("collision")
+    ]
+    pybullet, client, body = bullet
+    lows = {}
+    count = len(_pose(bullet, ROBOT.half_sitting))
+    for i in range(-1, count):
+        if pybullet.getCollisionShapeData(body, i, physicsClientId=client):
+            link = pybullet.getJointInfo(body, i, physicsClientId=client)[12] if i >= 0 else b"base"
+            lows[link.decode()] = pybullet.getAABB(body, i, physicsClientId=client)[0][2]
+    others = min(value for name, value in lows.items() if not name.endswith("_sole"))
+    assert others > max(lows["l_sole"], lows["r_sole"]) + 0.05
