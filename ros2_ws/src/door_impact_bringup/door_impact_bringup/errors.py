@@ -1,0 +1,5 @@
+"""Errors of the demonstration."""
+
+
+class DemoError(Exception):
+    """The demonstration cannot go on; the message says why and what to do."""

@@ -1,0 +1,277 @@
+"""From what was heard and logged to out/demo: summary.json, table, figures, animation, report."""
+
+import json
+import os
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from door_model.closer import FourBarCloser
+from door_model.config import load_door
+from door_model.dynamics import Door, simulate
+from door_model.recordings import Recording
+from door_model.swings import FreeSwing, find_swings
+from hrp2_description.robot import load_robot_config
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from . import animation, evaluation, figures, report, simulation_log, table
+from .errors import DemoError
+from .record import DemoRecord, SwingFit
+
+Array = NDArray[np.float64]
+
+HELD_OVER = 0.3  # [s] at the end, over which the held angle is averaged
+IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What the demonstration heard from the nodes, as a user would.
+
+    Attributes:
+        door: Name or YAML file of the simulated door.
+        target_deg: Desired opening angle [deg].
+        parameters: CloserParameters.
+        plan: ImpactPlan.
+        outcome: Result of the action.
+        planning_ms: Time of the planning service [ms].
+        real_time_factor: Simulated over wall time.
+        wall_s: Wall time of the demonstration [s].
+        door_angle: Stamp and angle heard on /door_angle (n, 2) [s, rad].
+        zmp: Stamp, x and y heard on /zmp (m, 3) [s, m, m].
+        samples: EncoderSamples heard.
+        phases: Start [s] and name of each phase, from the action's feedback.
+        end: When the motion had ended [s].
+    """
+
+    door: str
+    target_deg: float
+    parameters: Any
+    plan: Any
+    outcome: Any
+    planning_ms: float
+    real_time_factor: float
+    wall_s: float
+    door_angle: Array
+    zmp: Array
+    samples: list[Any]
+    phases: list[tuple[float, str]]
+    end: float
+
+
+def write(heard: Heard, out: Path) -> None:
+    """Writes everything and prints the table.
+
+    Args:
+        heard: What was heard.
+        out: Folder; it must hold simulation.npz.
+
+    Raises:
+        DemoError: The robot never touched the door.
+    """
+    if not heard.phases:
+        raise DemoError(f"the motion never began: {heard.outcome.message}")
+    log = simulation_log.load(out / "simulation.npz", heard.phases[0][0])
+    hit = evaluation.impact(log.motion, heard.plan.l_b)
+    record = _record(heard, log, hit)
+    summary = _summary(heard, log, hit, record)
+    _figures(heard, log, record, summary, out)
+    partial = out / "summary.json.part"
+    partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    partial.replace(out / "summary.json")
+    lines = table.rows(summary)
+    notes = [*heard.plan.warnings, *heard.parameters.warnings, *([log.fell] if log.fell else [])]
+    report.write(lines, _heading(summary), notes, out / "report.html")
+    print(table.text(lines), flush=True)
+    print(_heading(summary))
+    print(f"See {out / 'report.html'} for the figures and the animation.", flush=True)
+
+
+def _heading(summary: dict[str, Any]) -> str:
+    door, robot = summary["door"], summary["robot"]
+    return (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
+            f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and "
+            + ("fell." if robot["fell"] else f"held it at {door['held_deg']:.1f} deg, standing."))
+
+
+def _phases(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,
+            ) -> dict[str, tuple[float, float]]:
+    """Times of the phases; the hit and the peak are the simulation's, to the millisecond."""
+    t = log.motion.t
+    contact, peak = float(t[hit.contact.start]), float(t[hit.peak])
+    starts = [(time, name) for time, name in heard.phases if name not in ("post", "hold")]
+    starts += [(contact, "post"), (peak, "hold")]
+    ends = [time for time, _ in starts[1:]] + [min(heard.end, float(t[-1]))]
+    return {name: (time, end) for (time, name), end in zip(starts, ends, strict=True)}
+
+
+def _record(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact) -> DemoRecord:
+    support = evaluation.support(log.motion, load_robot_config(), window=evaluation.WINDOW)
+    t = log.motion.t
+    return DemoRecord(
+        motion=log.motion,
+        phases=_phases(heard, log, hit),
+        contact_time=float(t[hit.contact.start]),
+        peak_time=float(t[hit.peak]),
+        zmp_t=t,
+        zmp_measured=support.zmp,
+        polygon_low=support.low,
+        polygon_high=support.high,
+        zmp_topic_t=heard.zmp[:, 0],
+        zmp_topic=heard.zmp[:, 1:],
+        door_topic_t=heard.door_angle[:, 0],
+        door_topic=heard.door_angle[:, 1],
+    )
+
+
+def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,
+             record: DemoRecord) -> dict[str, Any]:
+    motion, plan = log.motion, heard.plan
+    peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
+    end = record.phases["hold"][1]
+    last = (motion.t > end - HELD_OVER) & (motion.t <= end)
+    robot = load_robot_config()
+
+    def margins(window: float) -> dict[str, float]:
+        support = evaluation.support(motion, robot, window=window)
+        found = evaluation.smallest_margins(motion.t, support.margin, record.phases)
+        return {name: 1e3 * value for name, value in found.items()}
+
+    return {
+        "door": {
+            "target_deg": heard.target_deg,
+            "peak_deg": peak_deg,
+            "error_deg": peak_deg - heard.target_deg,
+            "peak_time_s": record.peak_time - record.contact_time,
+            "held_deg": float(np.degrees(motion.door_angle[last].mean())),
+        },
+        "identified": _identified(heard),
+        "plan": {
+            **{key: float(getattr(plan, key)) for key in (
+                "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
+                "b_r", "i_rob", "l_b")},
+            "planning_ms": heard.planning_ms,
+        },
+        "impact": {
+            "v_rb_measured": hit.v_rb,
+            "v_rb_post_measured": hit.v_rb_post,
+            "omega_door_measured": hit.omega_door,
+            "contacts_before_peak": hit.contacts_before_peak,
+            "peak_force_n": hit.peak_force,
+            "duration_ms": 1e3 * hit.duration,
+            "restitution": hit.restitution,
+            "brace_impulse_nms": log.brace_impulse,
+        },
+        "zmp": {
+            "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},
+            "measured_min_margin_mm": margins(evaluation.WINDOW),
+            "raw_min_margin_mm": margins(0.0),
+        },
+        "robot": {
+            "fell": bool(log.fell),
+            "max_tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
+            "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
+            "max_torque_ratio": log.max_torque_ratio,
+            "foot_slip_mm": 1e3 * evaluation.slip(motion, *record.phases["post"]),
+        },
+        "run": {
+            "real_time_factor": heard.real_time_factor,
+            "wall_s": heard.wall_s,
+            "runtime": runtime(),
+            "rmw": rclpy.get_rmw_implementation_identifier(),
+            "versions": _versions(),
+        },
+    }
+
+
+def _identified(heard: Heard) -> dict[str, Any]:
+    parameters, truth = heard.parameters, load_door(heard.door)
+    found: dict[str, Any] = {}
+    for key in IDENTIFIED:
+        value, true = float(getattr(parameters, key)), float(getattr(truth, key))
+        found[key] = {"value": value, "std": float(getattr(parameters, f"{key}_std")), "true": true,
+                      "relative_error": value / true - 1.0}
+    found["fit_rmse_deg"] = float(np.degrees(parameters.fit_rmse))
+    found["scale_reference"] = parameters.scale_reference
+    return found
+
+
+def runtime() -> str:
+    """Which rclpy runs: "ros2", or "embedded" where it is the drop-in on Cyclone DDS."""
+    return "ros2" if os.environ.get("ROS_DISTRO") and "ros2_embedded" not in rclpy.__doc__ else "embedded"
+
+
+def _versions() -> dict[str, str]:
+    versions = {"python": platform.python_version()}
+    for name in ("numpy", "scipy", "pin", "pybullet", "cyclonedds"):
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return versions
+
+
+def _identified_door(parameters: Any) -> Door:
+    closer = FourBarCloser(parameters.link_l, parameters.link_l1, parameters.link_l2,
+                           parameters.link_l3, parameters.theta_i0)
+    return Door(parameters.i_a, parameters.c_c, parameters.k_c, parameters.tau_c0_prime, closer)
+
+
+def _swings(heard: Heard, door: Door) -> list[SwingFit]:
+    """The opening doors as the encoder saw them, and eq. (1) with the identified parameters.
+
+    Initial angle and angular velocity are not parameters of the door: each swing has its own.
+    """
+    return [_swing_fit(door, swing.opening()) for swing in find_swings(_recording(heard.samples))]
+
+
+def _swing_fit(door: Door, swing: FreeSwing) -> SwingFit:
+    t = swing.t - swing.t[0]
+
+    def theta(start: Array) -> Array:
+        motion = simulate(door, start[0], start[1], float(t[-1]) + 1e-3)
+        return np.interp(t, motion.t, motion.theta)
+
+    best = least_squares(lambda start: theta(start) - swing.theta,
+                         [swing.theta[0], swing.start_speed], x_scale=[0.1, 1.0]).x
+    return SwingFit(t=swing.t, measured=swing.theta, fitted=theta(best))
+
+
+def _recording(samples: Sequence[Any]) -> Recording:
+    """The encoder's samples as one recording."""
+    t, theta = [], []
+    for batch in samples:
+        stamp = batch.header.stamp
+        counts = np.array(batch.counts, dtype=float)
+        t.append(stamp.sec + 1e-9 * stamp.nanosec + batch.period * np.arange(len(counts)))
+        theta.append(2.0 * np.pi / batch.counts_per_turn * counts)
+    return Recording(np.concatenate(t), np.concatenate(theta),
+                     2.0 * np.pi / samples[0].counts_per_turn)
+
+
+def _figures(heard: Heard, log: simulation_log.SimulationLog, record: DemoRecord,
+             summary: dict[str, Any], out: Path) -> None:
+    identified, config = _identified_door(heard.parameters), load_door(heard.door)
+    swings = _swings(heard, identified)
+    swung_to = max(float(swing.measured.max()) for swing in swings)
+    figures.closer_angle(identified.closer, out / "closer_angle.png")
+    figures.restoring_torque(identified, config.door(), swung_to, out / "restoring_torque.png")
+    figures.identification_fit(swings, summary["identified"]["fit_rmse_deg"],
+                               out / "identification.png")
+    figures.cam(out / "cam_curve.png")
+    figures.zmp(record, out / "zmp.png")
+    figures.door_angle(record, heard.target_deg, out / "door_angle.png")
+    motion, robot = log.motion, load_robot_config()
+    scene = animation.Scene(
+        urdf=str(robot.urdf_path), joint_names=robot.joint_names,
+        leaf=(config.leaf.width, config.leaf.height, config.leaf.thickness),
+        hinge_x=log.hinge_x, door_distance=log.door_distance)
+    poses = animation.Poses(t=motion.t, joints=motion.joints, base_position=motion.base_position,
+                            base_orientation=motion.base_orientation, door_angle=motion.door_angle)
+    animation.hit(scene, poses, record.contact_time, out / "impact.gif")

@@ -1,0 +1,181 @@
+"""The swing door in the simulator: a leaf on a hinge, its closer, its stop and its surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from door_model.config import DoorConfig
+
+from hrp2_sim_bridge.contact import ContactDesign
+from hrp2_sim_bridge.errors import SettingError
+
+_CLEARANCE = 0.01  # under the leaf [m]
+_FRICTION = 0.3  # of the leaf's surface
+_TABLE_STEP = 5e-4  # of the closer's tabulated torque [rad]
+_BELOW_CLOSED = 0.05  # range of the table under the closed door [rad]
+_WIDEST = 2.0  # opening at which the door meets its outer stop, if the linkage lets it [rad]
+_STOP_STIFFNESS = 1.5e6  # of the frame [N m/rad]: 18 N m push the leaf in by 0.0007 deg
+_STOP_DAMPING_RATIO = 1.5
+HINGE = 0
+
+
+@dataclass(frozen=True)
+class DoorState:
+    """Angle [rad] and angular velocity [rad/s] of the leaf, positive when it opens."""
+
+    angle: float
+    velocity: float
+
+
+class CloserTorque:
+    """The closer's torque about the hinge, eq. (1) without the inertia, from a fine table.
+
+    Args:
+        config: the door.
+        widest: largest angle ever asked [rad].
+    """
+
+    def __init__(self, config: DoorConfig, widest: float) -> None:
+        lowest = max(-_BELOW_CLOSED, config.linkage.closing_limit() + 1e-3)
+        angles = np.arange(lowest, widest + _TABLE_STEP, _TABLE_STEP)
+        f, eta = config.linkage.f_and_eta(angles)
+        self._lowest = lowest
+        self._last = len(angles) - 2
+        self._spring = (eta * (config.k_c * f + config.tau_c0_prime)).tolist()
+        self._damping = (config.c_c * eta**2).tolist()
+
+    def __call__(self, angle: float, velocity: float) -> float:
+        """Torque on the leaf [N m], negative when it closes the door."""
+        place = (angle - self._lowest) / _TABLE_STEP
+        index = min(max(int(place), 0), self._last)
+        share = min(max(place - index, 0.0), 1.0)
+        spring = self._spring[index] * (1.0 - share) + self._spring[index + 1] * share
+        damping = self._damping[index] * (1.0 - share) + self._damping[index + 1] * share
+        return -spring - damping * velocity
+
+
+class DoorBody:
+    """The leaf, its face towards the robot in the plane y = -door_distance when closed.
+
+    Opening turns it about -z, its free edge to -y.
+
+    Args:
+        client: of PyBullet.
+        config: the door.
+        door_distance: from the world's origin to the leaf's face [m].
+        hinge_x: place of the hinge [m].
+        contact: surface of the leaf.
+    """
+
+    def __init__(
+        self,
+        client: Any,
+        config: DoorConfig,
+        door_distance: float,
+        hinge_x: float,
+        contact: ContactDesign,
+    ) -> None:
+        self._client = client
+        self.config = config
+        self.body = _create_leaf(client, config, door_distance, hinge_x)
+        client.changeDynamics(
+            self.body, HINGE,
+            # The inertial frame is at the hinge, so this is the inertia about it.
+            localInertiaDiagonal=[config.i_a] * 3,
+            linearDamping=0.0, angularDamping=0.0, jointDamping=0.0,
+            lateralFriction=_FRICTION, restitution=0.0,
+            contactStiffness=contact.stiffness, contactDamping=contact.damping,
+        )
+        client.setJointMotorControl2(self.body, HINGE, client.VELOCITY_CONTROL, force=0.0)
+        self.widest = min(_WIDEST, config.linkage.opening_limit() - 0.05)
+        self._closer = CloserTorque(config, self.widest + 0.04)
+        self._stop_damping = 2.0 * _STOP_DAMPING_RATIO * math.sqrt(_STOP_STIFFNESS * config.i_a)
+        self._pushes: list[tuple[float, float, float]] = []
+
+    def state(self) -> DoorState:
+        """Angle and angular velocity."""
+        angle, velocity, _, _ = self._client.getJointState(self.body, HINGE)
+        return DoorState(angle, velocity)
+
+    def push(self, impulse: float, duration: float, now: float) -> None:
+        """Push as a hand does: a half sine of torque.
+
+        Args:
+            impulse: angular impulse about the hinge [N m s], positive opens.
+            duration: [s].
+            now: when it begins [s].
+
+        Raises:
+            SettingError: a duration that is not positive, or no number.
+        """
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise SettingError("duration", duration, "a positive number")
+        if not math.isfinite(impulse):
+            raise SettingError("impulse", impulse, "a finite number")
+        self._pushes.append((now, duration, impulse))
+
+    def apply_torque(self, now: float, step: float) -> None:
+        """Apply closer, stops and pushes for the physics step [s] from now [s] on."""
+        state = self.state()
+        torque = self._closer(state.angle, state.velocity) + self._hand(now + 0.5 * step)
+        torque += self._stops(state, torque, step)
+        self._client.setJointMotorControl2(
+            self.body, HINGE, self._client.TORQUE_CONTROL, force=torque
+        )
+
+    def _hand(self, time: float) -> float:
+        torque = 0.0
+        for begin, duration, impulse in self._pushes:
+            share = (time - begin) / duration
+            if 0.0 <= share <= 1.0:
+                torque += impulse * math.pi / (2.0 * duration) * math.sin(math.pi * share)
+        if self._pushes and time > self._pushes[0][0] + self._pushes[0][1]:
+            self._pushes.pop(0)
+        return torque
+
+    def _stops(self, state: DoorState, torque: float, step: float) -> float:
+        """Torque of the frame (closed) or of the outer stop: a spring-damper that cannot pull.
+
+        Taken implicitly, so that it stays stable at any step:
+        tau = -(k (e + h w') + c w'), w' = w + h (tau + other) / I.
+        """
+        for edge, side in ((0.0, 1.0), (self.widest, -1.0)):
+            inside = (edge - state.angle) * side
+            if inside > 0.0:
+                free = (state.velocity + step * torque / self.config.i_a) * side
+                gain = step * _STOP_STIFFNESS + self._stop_damping
+                push = _STOP_STIFFNESS * inside - gain * free
+                return side * max(push, 0.0) / (1.0 + gain * step / self.config.i_a)
+        return 0.0
+
+
+def _create_leaf(client: Any, config: DoorConfig, door_distance: float, hinge_x: float) -> int:
+    leaf = config.leaf
+    half = [leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0]
+    centre = [half[0], -half[1], _CLEARANCE + half[2]]
+    box = client.createCollisionShape(
+        client.GEOM_BOX, halfExtents=half, collisionFramePosition=centre
+    )
+    picture = client.createVisualShape(
+        client.GEOM_BOX, halfExtents=half, visualFramePosition=centre,
+        rgbaColor=[0.72, 0.53, 0.35, 1.0],
+    )
+    return int(
+        client.createMultiBody(
+            baseMass=0.0,
+            basePosition=[hinge_x, -door_distance, 0.0],
+            linkMasses=[leaf.mass],
+            linkCollisionShapeIndices=[box],
+            linkVisualShapeIndices=[picture],
+            linkPositions=[[0.0, 0.0, 0.0]],
+            linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
+            linkInertialFramePositions=[[0.0, 0.0, 0.0]],
+            linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]],
+            linkParentIndices=[0],
+            linkJointTypes=[client.JOINT_REVOLUTE],
+            linkJointAxis=[[0.0, 0.0, -1.0]],
+        )
+    )

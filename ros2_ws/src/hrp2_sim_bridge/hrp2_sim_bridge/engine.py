@@ -1,0 +1,52 @@
+"""PyBullet itself: importing it with a message that helps, and one client of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hrp2_sim_bridge.errors import SimulatorMissingError
+
+GRAVITY = 9.80665  # standard gravity, ISO 80000-3 [m/s^2]
+
+
+def load_pybullet() -> Any:
+    """The pybullet module.
+
+    Raises:
+        SimulatorMissingError: it is not installed.
+    """
+    try:
+        import pybullet
+    except ImportError as error:
+        raise SimulatorMissingError from error
+    return pybullet
+
+
+def connect(gui: bool) -> Any:
+    """A client of a new physics server, in this process or in a window."""
+    pybullet = load_pybullet()
+    # Comes with pybullet.
+    from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
+
+    client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+    if gui:
+        client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
+        client.resetDebugVisualizerCamera(2.6, 120.0, -18.0, [0.0, -0.2, 0.7])
+    return client
+
+
+def prepare(client: Any, time_step: float, iterations: int, friction: float) -> int:
+    """Empty the world, set its physics and lay the floor; returns the floor's body."""
+    client.resetSimulation()
+    client.setGravity(0.0, 0.0, -GRAVITY)
+    client.setPhysicsEngineParameter(
+        fixedTimeStep=time_step,
+        numSolverIterations=iterations,
+        numSubSteps=0,
+        deterministicOverlappingPairs=1,
+    )
+    plane = client.createCollisionShape(client.GEOM_PLANE)
+    floor = client.createMultiBody(0.0, plane)
+    # PyBullet multiplies the two bodies' friction: the floor holds the pair's value.
+    client.changeDynamics(floor, -1, lateralFriction=friction, restitution=0.0)
+    return int(floor)

@@ -1,0 +1,313 @@
+"""Node ``hrp2_sim_bridge``: the simulated HRP-2 with the topics of its driver."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from door_impact_msgs.msg import EncoderSamples
+from door_impact_msgs.srv import PushDoor
+from door_model.config import load_door
+from door_model.errors import DoorModelError
+from geometry_msgs.msg import WrenchStamped
+from hrp2_description.errors import DescriptionError
+from hrp2_description.robot import load_robot_config
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from hrp2_sim_bridge import bridge_messages as convert
+from hrp2_sim_bridge.errors import SettingError, SimBridgeError, TrajectoryRefusedError
+from hrp2_sim_bridge.pacer import Pacer
+from hrp2_sim_bridge.sensors import TickSample
+from hrp2_sim_bridge.settings import SAMPLE, TICK
+from hrp2_sim_bridge.world import World
+
+NAME = "hrp2_sim_bridge"
+QUEUE = 50
+ENCODER_BATCH = 20  # samples: 50 Hz
+DIAGNOSTICS_TICKS = 40  # 5 Hz
+DISCOVERY_TIME = 1.0  # until another node of the same name would be known [s]
+TICK_NS = round(TICK * 1e9)
+
+PARAMETERS: dict[str, tuple[Any, str]] = {
+    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
+    "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
+    "door_distance": (0.72, "of the closed leaf's face from the origin of odom, to -y [m]"),
+    "hinge_x": (-0.42, "x of the hinge in odom [m]"),
+    "gui": (False, "open PyBullet's window"),
+    "paced": (True, "hold the simulation to real time"),
+    "max_real_time_factor": (0.0, "limit of an unpaced simulation, 0 for none"),
+    "brace": (True, "let the braced joints carry more than their motors"),
+    "restitution": (-1.0, "of a hit on the leaf; negative: the door's own"),
+    "friction": (0.8, "between soles and floor"),
+    "push_duration": (0.25, "of a push by hand whose request leaves it open [s]"),
+    "time_step_coarse": (0.001, "physics step [s]"),
+    "time_step_fine": (0.00025, "physics step near the leaf [s]"),
+    "solver_iterations": (50, "of PyBullet's solver, each step"),
+    "encoder_bits": (16, "width of the door's counter, 16 or 32"),
+    "seed": (0, "chooses the encoder's arbitrary zero"),
+    "log_seconds": (600.0, "length of motion that the log keeps [s]"),
+    "log_file": ("", "npz that the 1 kHz log is written to at the end and by ~/save_log"),
+}
+
+
+class SimBridge(Node):
+    """Steps the world and talks about it; everything else is in the library."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        self._born = time.monotonic()
+        for name, (default, text) in PARAMETERS.items():
+            # Numbers may come as integers and switches as 0 or 1: types are checked below.
+            self.declare_parameter(
+                name, default,
+                ParameterDescriptor(description=text, read_only=True, dynamic_typing=True),
+            )
+        self._log_file = self._text("log_file")
+        self._push_duration = self._number("push_duration")
+        if not self._push_duration > 0.0:
+            raise SettingError("push_duration", self._push_duration, "positive")
+        self.world = self._make_world()
+        self._pacer = Pacer(self._speed())
+        self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
+        self._accepted, self._refused = 0, 0
+        self._refusal = ""
+        self._fall_told = False
+        self._ticks = 0
+        self._make_publishers()
+        self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
+        self.create_service(Trigger, "/sim/reset", self._on_reset)
+        self.create_service(PushDoor, "/sim/push_door", self._on_push)
+        self.create_service(Trigger, "~/stop", self._on_stop)
+        self.create_service(Trigger, "~/save_log", self._on_save_log)
+
+    def _make_world(self) -> World:
+        restitution = self._number("restitution")
+        return World(
+            load_robot_config(self._text("robot_config") or None),
+            load_door(self._text("door")),
+            self._number("door_distance"),
+            self._number("hinge_x"),
+            gui=self._switch("gui"),
+            brace=self._switch("brace"),
+            restitution=None if restitution < 0.0 else restitution,
+            friction=self._number("friction"),
+            time_step_coarse=self._number("time_step_coarse"),
+            time_step_fine=self._number("time_step_fine"),
+            iterations=self._whole("solver_iterations"),
+            encoder_bits=self._whole("encoder_bits"),
+            seed=self._whole("seed"),
+            log_seconds=self._number("log_seconds"),
+        )
+
+    def _make_publishers(self) -> None:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
+        self._joints = self.create_publisher(JointState, "/joint_states", QUEUE)
+        self._imu = self.create_publisher(Imu, "/imu", QUEUE)
+        self._wrenches = {
+            side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
+            for side in ("left", "right")
+        }
+        self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
+        self._description = self.create_publisher(String, "/robot_description", latched)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
+        self._description.publish(String(data=urdf))
+
+    # -- parameters ---------------------------------------------------------------------------
+
+    def _text(self, name: str) -> str:
+        value = self.get_parameter(name).value
+        return "" if value is None else str(value)
+
+    def _number(self, name: str) -> float:
+        value = self.get_parameter(name).value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise SettingError(name, value, "a finite number")
+        return float(value)
+
+    def _whole(self, name: str) -> int:
+        value = self._number(name)
+        if value != round(value) or value < 0:
+            raise SettingError(name, value, "a whole number, 0 or more")
+        return int(value)
+
+    def _switch(self, name: str) -> bool:
+        value = self.get_parameter(name).value
+        if value not in (True, False, "true", "false", "0", "1"):
+            raise SettingError(name, value, "true or false")
+        return value in (True, "true", "1")
+
+    def _speed(self) -> float:
+        if self._switch("paced"):
+            return 1.0
+        most = self._number("max_real_time_factor")
+        if most < 0.0:
+            raise SettingError("max_real_time_factor", most, "0 or more")
+        return most
+
+    # -- the loop -----------------------------------------------------------------------------
+
+    def refuse_twin(self, executor: SingleThreadedExecutor) -> None:
+        """Wait until another node of the same name would be known.
+
+        Raises:
+            SettingError: there is one; two drivers of one robot would fight.
+        """
+        while (left := self._born + DISCOVERY_TIME - time.monotonic()) > 0.0 and rclpy.ok():
+            executor.spin_once(timeout_sec=left)
+        me = (self.get_name(), self.get_namespace())
+        count = self.get_node_names_and_namespaces().count(me)
+        if count > 1:
+            raise SettingError("nodes of the name " + self.get_fully_qualified_name(), count, 1)
+
+    def run(self, executor: SingleThreadedExecutor) -> None:
+        """Step the world until the end."""
+        while rclpy.ok():
+            self._publish(self.world.step())
+            self._pacer.advance(TICK)
+            executor.spin_once(timeout_sec=0.0)
+            while (left := self._pacer.wait()) > 0.0 and rclpy.ok():
+                executor.spin_once(timeout_sec=left)
+
+    def _now_ns(self) -> int:
+        return round(self.world.time / TICK) * TICK_NS
+
+    def _publish(self, sample: TickSample) -> None:
+        now = self._now_ns()
+        stamp = convert.stamp_of(now)
+        self._clock_topic.publish(Clock(clock=stamp))
+        robot = self.world.robot_config
+        self._joints.publish(convert.joint_state(stamp, robot.joint_names, sample))
+        left, right = robot.feet["left"].sole, robot.feet["right"].sole
+        self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
+        self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
+        self._imu.publish(convert.imu(stamp, robot.imu_frame, sample.imu))
+        batch = self._encoder.add(sample.counts, now)
+        if batch is not None:
+            self._counts.publish(batch)
+        self._ticks += 1
+        if self._ticks % DIAGNOSTICS_TICKS == 0:
+            self._publish_diagnostics()
+
+    def _publish_diagnostics(self) -> None:
+        world = self.world
+        moving = world.driver.is_moving(world.time)
+        level, text = DiagnosticStatus.OK, "following a trajectory" if moving else "holding"
+        if self._refusal:
+            level, text = DiagnosticStatus.WARN, f"trajectory refused: {self._refusal}"
+        if world.fell:
+            level, text = DiagnosticStatus.ERROR, f"fell: {world.fall_reason}"
+            if not self._fall_told:
+                self.get_logger().error(text)
+            self._fall_told = True
+        values = {
+            "accepted": self._accepted,
+            "refused": self._refused,
+            "last_refusal": self._refusal,
+            "max_tilt_deg": f"{np.degrees(world.max_tilt):.2f}",
+        }
+        self._diagnostics.publish(
+            convert.diagnostics(
+                convert.stamp_of(self._now_ns()), world.robot_config.name, level, text, values
+            )
+        )
+
+    # -- what others ask ----------------------------------------------------------------------
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        stamp = convert.seconds(message.header.stamp)
+        try:
+            self.world.driver.accept(convert.trajectory_arrays(message), stamp, self.world.time)
+        except TrajectoryRefusedError as error:
+            self._refused += 1
+            self._refusal = str(error)
+            self.get_logger().error(f"trajectory refused: {error}")
+            self._publish_diagnostics()
+        else:
+            self._accepted += 1
+            self._refusal = ""
+
+    def _on_stop(self, _: Any, response: Any) -> Any:
+        self.world.driver.stop(self.world.time)
+        response.success, response.message = True, "braking, then holding still"
+        return response
+
+    def _on_reset(self, _: Any, response: Any) -> Any:
+        self.world.reset()
+        self._encoder.restart()
+        self._refusal, self._fall_told = "", False
+        response.success, response.message = True, "back in half-sitting at time 0"
+        return response
+
+    def _on_push(self, request: Any, response: Any) -> Any:
+        duration = self._push_duration if request.duration < 0.0 else request.duration
+        try:
+            self.world.push_door(request.impulse, duration)
+        except SimBridgeError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = f"{request.impulse:g} N m s over {duration:g} s"
+        return response
+
+    def _on_save_log(self, _: Any, response: Any) -> Any:
+        if not self._log_file:
+            response.success, response.message = False, "the parameter log_file is empty"
+            return response
+        try:
+            response.message = str(self.world.save_log(self._log_file))
+            response.success = True
+        except OSError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def finish(self) -> None:
+        """Write the log, if one is wanted, and leave the simulator."""
+        if self._log_file:
+            self.world.save_log(self._log_file)
+        self.world.close()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    rclpy.init(args=args)
+    node: SimBridge | None = None
+    try:
+        node = SimBridge()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        node.refuse_twin(executor)
+        node.run(executor)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (SimBridgeError, DescriptionError, DoorModelError, OSError) as error:
+        print(f"{NAME}: {error}", file=sys.stderr)
+        node = None
+        return 1
+    except Exception:
+        # A signal may end the context while something is being published: that is no error.
+        if rclpy.ok():
+            raise
+    finally:
+        if node is not None:
+            node.finish()
+        if rclpy.ok():
+            rclpy.shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""How the world is simulated, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hrp2_sim_bridge.errors import SettingError
+
+TICK = 0.005  # HRP-2's control period [s]
+SAMPLE = 0.001  # of the log and the encoder [s]
+SAMPLES_PER_TICK = round(TICK / SAMPLE)
+
+
+@dataclass(frozen=True)
+class WorldSettings:
+    """How the world is simulated.
+
+    Attributes:
+        gui: show PyBullet's window.
+        time_step_coarse: physics step [s], divides a millisecond.
+        time_step_fine: the same while the robot is near the leaf [s].
+        brace: whether braced joints may carry more than their motors.
+        restitution: of the leaf for two free masses; None: the door's own.
+        friction: between soles and floor.
+        iterations: of the solver.
+        seed: chooses the encoder's arbitrary zero.
+        encoder_bits: width of the door's counter, 16 or 32.
+        log_seconds: length of motion that the log keeps [s].
+    """
+
+    gui: bool = False
+    time_step_coarse: float = 0.001
+    time_step_fine: float = 0.00025
+    brace: bool = True
+    restitution: float | None = None
+    friction: float = 0.8
+    iterations: int = 50
+    seed: int = 0
+    encoder_bits: int = 16
+    log_seconds: float = 600.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated.
+
+        Raises:
+            SettingError: with the setting, its value and its limit.
+        """
+        for name in ("time_step_coarse", "time_step_fine"):
+            step = getattr(self, name)
+            whole = math.isfinite(step) and 0.0 < step <= SAMPLE
+            if not whole or abs(SAMPLE / step - round(SAMPLE / step)) > 1e-9:
+                raise SettingError(name, step, f"a whole fraction of {SAMPLE} s")
+        for name in ("friction", "log_seconds"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise SettingError(name, value, "a positive number")
+        if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:
+            raise SettingError("restitution", self.restitution, "0 to 1")
+        if self.iterations < 1:
+            raise SettingError("iterations", self.iterations, "1 or more")

@@ -1,0 +1,263 @@
+"""Node ``zmp_publisher``: /zmp, /tf and diagnostics from joint angles and foot wrenches alone."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PointStamped, TransformStamped, WrenchStamped
+from hrp2_description.errors import DescriptionError
+from hrp2_description.robot import load_robot_config
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from hrp2_sim_bridge.engine import GRAVITY
+from hrp2_sim_bridge.errors import SettingError, SimBridgeError
+from hrp2_sim_bridge.kinematics import RobotKinematics, pose_row
+from hrp2_sim_bridge.odometry import FootOdometry, RobotPose
+from hrp2_sim_bridge.stamp_pairing import StampPairer
+from hrp2_sim_bridge.zmp import ZmpEstimator, ZmpReading
+
+PARAMETERS: dict[str, tuple[Any, str]] = {
+    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
+    "world_frame": ("odom", "frame of /zmp and parent of base_link"),
+    "threshold": (0.2, "share of the weight below which /zmp is silent"),
+    "support_share": (0.05, "a sole that bears more than this share of the weight is support"),
+    "hysteresis": (0.05, "the other sole takes over above the share 0.5 + hysteresis of the load"),
+    "warn_margin": (0.01, "margin below which diagnostics warn [m]"),
+    "tf_rate": (50.0, "transforms a second [Hz], 0 for none"),
+    "diagnostics_rate": (10.0, "diagnostics a second [Hz]"),
+    "reliability": ("reliable", "of the three subscriptions: reliable or best_effort"),
+}
+JOINTS, FEET = "joints", ("left", "right")
+QUEUE = 50
+
+
+class ZmpPublisher(Node):
+    """Pairs joint states and wrenches by stamp; everything else is in the library."""
+
+    def __init__(self) -> None:
+        super().__init__("zmp_publisher")
+        for name, (default, text) in PARAMETERS.items():
+            # Rates may come as integers: types are checked below.
+            described = ParameterDescriptor(description=text, read_only=True, dynamic_typing=True)
+            self.declare_parameter(name, default, described)
+        self._world: str = self._text("world_frame")
+        self._warn_margin = self._number("warn_margin")
+        self._tf_period = _period_ns("tf_rate", self._number("tf_rate"))
+        diagnostics_rate = self._number("diagnostics_rate")
+        if not diagnostics_rate > 0.0:
+            raise SettingError("diagnostics_rate", diagnostics_rate, "positive")
+
+        self._robot = load_robot_config(self._text("robot_config") or None)
+        self._kinematics = RobotKinematics(self._robot)
+        weight = self._robot.mass * GRAVITY
+        share = self._number("support_share")
+        threshold = self._number("threshold")
+        self._zmp = ZmpEstimator(
+            weight, self._robot.soles, threshold=threshold, support_share=share
+        )
+        self._odometry = FootOdometry(
+            self._kinematics,
+            loaded_force=share * weight,
+            hysteresis=self._number("hysteresis"),
+        )
+        self._pairer: StampPairer[Any] = StampPairer((JOINTS, *FEET), capacity=QUEUE)
+        self._stamp = -1
+        self._tf_stamp = -1
+        self._fresh = 0
+        self._reading: ZmpReading | None = None
+        self._pose: RobotPose | None = None
+        self._names: tuple[str, ...] = ()
+        self._columns: list[int] = []
+
+        self._zmp_publisher = self.create_publisher(PointStamped, "zmp", 10)
+        self._tf_publisher = self.create_publisher(TFMessage, "/tf", 100)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        qos = QoSProfile(depth=QUEUE, reliability=_reliability(self._text("reliability")))
+        self.create_subscription(JointState, "joint_states", partial(self._take, JOINTS), qos)
+        for side in FEET:
+            take = partial(self._take, side)
+            self.create_subscription(WrenchStamped, f"{side}_foot/wrench", take, qos)
+        self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
+
+    def _number(self, name: str) -> float:
+        value = self.get_parameter(name).value
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise SettingError(name, value, "a finite number")
+        return float(value)
+
+    def _text(self, name: str) -> str:
+        return str(self.get_parameter(name).value)
+
+    def _take(self, stream: str, message: Any) -> None:
+        stamp = message.header.stamp
+        together = self._pairer.add(stream, stamp.sec * 1_000_000_000 + stamp.nanosec, message)
+        if together is not None:
+            self._process(together[JOINTS], {side: together[side].wrench for side in FEET})
+
+    def _process(self, joints: Any, wrenches: dict[str, Any]) -> None:
+        stamp = joints.header.stamp
+        time = stamp.sec * 1_000_000_000 + stamp.nanosec
+        if time < self._stamp:
+            self.get_logger().info("time jumped backwards: odom is fixed anew")
+            self._odometry.reset()
+            self._tf_stamp = -1
+        self._stamp = time
+        rows = {side: _wrench_row(wrench) for side, wrench in wrenches.items()}
+        forces = {side: float(row[2]) for side, row in rows.items()}
+        self._reading, self._pose = None, None
+        try:
+            self._pose = self._odometry.update(self._positions(joints), forces)
+            if self._pose is not None:
+                self._reading = self._zmp.read(self._pose.soles, rows)
+        except (SimBridgeError, DescriptionError) as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        self._fresh += 1
+        if self._reading is not None:
+            self._publish_zmp(stamp, self._reading)
+        if self._pose is not None and self._tf_due(time):
+            self._tf_stamp = time
+            self._publish_tf(stamp, self._pose)
+
+    def _positions(self, joints: Any) -> list[float]:
+        names = tuple(joints.name)
+        if names != self._names:
+            missing = [name for name in self._robot.joint_names if name not in names]
+            if missing:
+                raise SettingError("joint_states", f"without {missing[0]}", "30 joints of HRP-2")
+            self._columns = [names.index(name) for name in self._robot.joint_names]
+            self._names = names
+        if len(joints.position) != len(names):
+            raise SettingError("joint_states", len(joints.position), f"{len(names)} positions")
+        return [joints.position[column] for column in self._columns]
+
+    def _tf_due(self, time: int) -> bool:
+        # 37 transforms are most of this node's work: they are made only for someone who listens.
+        if not self._tf_period or not self._tf_publisher.get_subscription_count():
+            return False
+        # A sample may come a little before its time: half a millisecond counts as on time.
+        return self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - 500_000
+
+    def _publish_zmp(self, stamp: Any, reading: ZmpReading) -> None:
+        message = PointStamped()
+        message.header.stamp = stamp
+        message.header.frame_id = self._world
+        message.point.x, message.point.y = (float(value) for value in reading.point)
+        self._zmp_publisher.publish(message)
+
+    def _publish_tf(self, stamp: Any, pose: RobotPose) -> None:
+        rows = [pose_row(pose.base), *self._kinematics.link_transforms()]
+        frames = [(self._world, "base_link"), *self._kinematics.tree]
+        message = TFMessage()
+        message.transforms = [
+            _transform(stamp, frame, row) for frame, row in zip(frames, rows, strict=True)
+        ]
+        self._tf_publisher.publish(message)
+
+    def _publish_diagnostics(self) -> None:
+        status = DiagnosticStatus()
+        status.name = "zmp_publisher: ZMP"
+        status.hardware_id = self._robot.name
+        status.level, status.message = self._state()
+        values = {
+            "samples": str(self._fresh),
+            "unpaired": str(self._pairer.dropped),
+            "held_foot": self._pose.support if self._pose else "",
+        }
+        reading = self._reading
+        if reading is not None:
+            values |= {
+                "margin_mm": f"{reading.margin * 1e3:.1f}",
+                "zmp": f"{reading.point[0]:.4f} {reading.point[1]:.4f}",
+                "support": "+".join(reading.loaded),
+                "polygon": "; ".join(f"{x:.4f} {y:.4f}" for x, y in reading.polygon),
+                "normal_force": f"{reading.normal_force:.1f}",
+            }
+        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+        self._fresh = 0
+        message = DiagnosticArray()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.status = [status]
+        self._diagnostics.publish(message)
+
+    def _state(self) -> tuple[bytes, str]:
+        if not self._fresh:
+            return DiagnosticStatus.STALE, "no joint states and wrenches of the same stamp"
+        if self._reading is None:
+            return DiagnosticStatus.WARN, "the feet bear too little for a ZMP"
+        margin = self._reading.margin
+        if margin < 0.0:
+            return DiagnosticStatus.ERROR, "ZMP outside the support polygon"
+        if margin < self._warn_margin:
+            return DiagnosticStatus.WARN, f"ZMP {margin * 1e3:.1f} mm from the edge"
+        return DiagnosticStatus.OK, "ZMP inside the support polygon"
+
+
+def _period_ns(name: str, rate: float) -> int:
+    if rate < 0.0:
+        raise SettingError(name, rate, "0 or more")
+    return round(1e9 / rate) if rate else 0
+
+
+def _reliability(text: str) -> ReliabilityPolicy:
+    known = {
+        "reliable": ReliabilityPolicy.RELIABLE,
+        "best_effort": ReliabilityPolicy.BEST_EFFORT,
+    }
+    if text not in known:
+        raise SettingError("reliability", text, " or ".join(known))
+    return known[text]
+
+
+def _wrench_row(wrench: Any) -> np.ndarray:
+    force, torque = wrench.force, wrench.torque
+    return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
+
+
+def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStamped:
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id, message.child_frame_id = frames
+    to, turn = message.transform.translation, message.transform.rotation
+    to.x, to.y, to.z, turn.x, turn.y, turn.z, turn.w = (float(value) for value in row)
+    return message
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    rclpy.init(args=args)
+    node = None
+    try:
+        node = ZmpPublisher()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except (SimBridgeError, DescriptionError, ParameterException, OSError) as error:
+        print(f"zmp_publisher: {error}", file=sys.stderr)
+        return 1
+    except Exception:
+        # A signal may end the context in the middle of a callback, whose publish then fails.
+        if rclpy.ok():
+            raise
+        return 0
+    finally:
+        if node is not None:
+            node.destroy_node()
+        if rclpy.ok():
+            rclpy.shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

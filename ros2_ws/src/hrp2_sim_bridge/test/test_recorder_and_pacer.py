@@ -1,0 +1,58 @@
+import numpy as np
+from hrp2_sim_bridge.pacer import Pacer
+from hrp2_sim_bridge.recorder import Recorder
+from hypothesis import given
+from hypothesis import strategies as st
+
+
+@given(st.integers(2, 300), st.integers(0, 1000))
+def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, rows) -> None:
+    recorder = Recorder({"n": ((), "f8"), "v": ((2,), "f4")}, most)
+    for row in range(rows):
+        recorder.add(n=row, v=[row, -row])
+    data = recorder.arrays()
+    assert len(recorder) == len(data["n"]) <= most
+    assert len(data["n"]) >= min(rows, most // 2)
+    np.testing.assert_array_equal(data["n"], np.arange(rows - len(recorder), rows))
+    np.testing.assert_array_equal(data["v"][:, 1], -data["n"])
+
+
+def test_recorder_grows_beyond_its_first_capacity() -> None:
+    recorder = Recorder({"n": ((), "i8")}, 100_000)
+    for row in range(10_000):
+        recorder.add(n=row)
+    np.testing.assert_array_equal(recorder.arrays()["n"], np.arange(10_000))
+
+
+class Watch:
+    """A clock set by hand."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_pacer_waits_for_real_time() -> None:
+    watch = Watch()
+    pacer = Pacer(2.0, watch)
+    pacer.advance(0.1)
+    assert abs(pacer.wait() - 0.05) < 1e-12
+    watch.now = 0.06
+    assert pacer.wait() == 0.0
+
+
+def test_pacer_does_not_hurry_after_a_long_stop() -> None:
+    watch = Watch()
+    pacer = Pacer(1.0, watch)
+    watch.now = 100.0
+    pacer.advance(0.005)
+    for _ in range(41):
+        pacer.advance(0.005)
+    assert pacer.wait() > 0.0
+
+
+def test_pacer_without_a_factor_never_waits() -> None:
+    pacer = Pacer(0.0, Watch())
+    pacer.advance(1e3)
+    assert pacer.wait() == 0.0

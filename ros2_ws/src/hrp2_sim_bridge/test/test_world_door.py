@@ -1,0 +1,116 @@
+import math
+
+import numpy as np
+import pytest
+from door_model.config import load_door
+from door_model.dynamics import simulate
+from hrp2_sim_bridge.door_world import CloserTorque
+from hrp2_sim_bridge.errors import SettingError
+from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, EncoderCounter
+from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.world import World
+from hypothesis import given
+from hypothesis import strategies as st
+
+DURATION = 0.2
+
+
+@pytest.mark.parametrize(("name", "impulse"), [("paper", 9.0), ("paper", 5.0), ("size3", 11.0)])
+def test_pushed_door_swings_as_eq_1_says(robot, name, impulse) -> None:
+    config = load_door(name)
+
+    def torque(time: float) -> float:
+        push = impulse * math.pi / (2 * DURATION) * math.sin(math.pi * time / DURATION)
+        return push if time < DURATION else 0.0
+
+    # The push must first outweigh the closer, which presses the leaf against its stop.
+    rest = -CloserTorque(config, 1.0)(0.0, 0.0)
+    begin = next(t for t in np.arange(0.0, DURATION, 1e-5) if torque(t) > rest)
+    model = simulate(
+        config.door(), 0.0, 0.0, 3.0, torque=lambda t: torque(t + begin), stop=True
+    )
+    world = World(robot, config, 0.9, -0.42)
+    world.push_door(impulse, DURATION)
+    for _ in range(350):
+        world.step()
+    angle = world.log(with_com=False)["door_angle"]
+    world.close()
+    top = int(np.argmax(model.theta))
+    assert math.degrees(angle.max()) == pytest.approx(
+        math.degrees(model.theta.max()), abs=0.05
+    )
+    assert math.degrees(angle.max()) > 4.0
+    shift = round(begin / 0.001)
+    np.testing.assert_allclose(
+        np.degrees(angle[shift : shift + top]), np.degrees(model.theta[1 : top + 1]), atol=0.1
+    )
+
+
+@pytest.mark.parametrize("name", ["paper", "size4"])
+def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
+    world = World(robot, load_door(name), 0.9, -0.42)
+    world.push_door(8.0, DURATION)
+    for _ in range(750):
+        world.step()
+    angle = np.degrees(world.log(with_com=False)["door_angle"])
+    world.close()
+    shut = int(np.argmax((angle < 0.0) & (np.arange(len(angle)) > angle.argmax())))
+    assert shut > angle.argmax()
+    assert angle[shut:].max() < 0.3
+    assert angle.min() > -0.4
+    assert np.abs(angle[-200:]).max() < 0.02
+
+
+def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_world) -> None:
+    world = make_world(encoder_bits=16, seed=5)
+    zero = world.step().counts[0]
+    counts = [c for _ in range(20) for c in world.step().counts]
+    assert set(counts) == {zero}
+    world.push_door(9.0, DURATION)
+    counts = [c for _ in range(250) for c in world.step().counts]
+    angle = world.log(with_com=False)["door_angle"][-len(counts):]
+    turned = (np.array(counts) - zero + (1 << 15)) % (1 << 16) - (1 << 15)
+    expected = angle / math.tau * COUNTS_PER_TURN
+    assert np.abs(turned - expected).max() <= 2.0
+    assert turned.max() > 500
+
+
+@given(st.integers(0, 1 << 32), st.sampled_from([16, 32]), st.floats(-0.1, 2.0))
+def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
+    counter = EncoderCounter(offset, bits)
+    count = counter.count(angle)
+    assert 0 <= count < 1 << bits
+    steps = (count - counter.count(0.0)) % (1 << bits)
+    assert steps == math.floor(angle / math.tau * COUNTS_PER_TURN) % (1 << bits)
+
+
+@pytest.mark.parametrize(("impulse", "duration"), [(1.0, 0.0), (1.0, -1.0), (float("nan"), 0.1)])
+def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
+    with pytest.raises(SettingError):
+        make_world().push_door(impulse, duration)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("time_step_coarse", 0.0007), ("time_step_fine", 0.0), ("friction", -0.1),
+        ("friction", float("nan")), ("restitution", 1.5), ("restitution", float("nan")),
+        ("iterations", 0), ("log_seconds", 0.0), ("time_step_coarse", 0.002),
+    ],
+)
+def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
+    with pytest.raises(SettingError) as error:
+        WorldSettings(**{name: value})
+    assert error.value.setting == name
+    assert str(value) in str(error.value)
+
+
+def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:
+    world = make_world()
+    world.push_door(60.0, 0.3)
+    for _ in range(300):
+        world.step()
+    angle = world.log(with_com=False)["door_angle"]
+    limit = world.door_config.linkage.opening_limit()
+    assert angle.max() > 1.0
+    assert angle.max() < limit

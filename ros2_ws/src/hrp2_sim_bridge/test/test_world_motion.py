@@ -1,0 +1,197 @@
+import numpy as np
+import pytest
+from hrp2_sim_bridge.engine import GRAVITY
+from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.robot_world import rotation
+from hrp2_sim_bridge.trajectory import TrajectoryArrays
+
+SWAY_TIMES = np.array([0.1, 0.5, 0.9, 1.3])
+SWAY = (0.0, 0.04, -0.04, 0.0)
+
+
+def run(world, seconds):
+    for _ in range(round(seconds / 0.005)):
+        world.step()
+    return world.log()
+
+
+def swaying(world, sway, moving, slower=1.0):
+    postures = np.array([sway(y) for y in SWAY])
+    world.driver.accept(moving(SWAY_TIMES * slower, postures), 0.0, world.time)
+
+
+@pytest.fixture(scope="module")
+def swayed(robot, paper_door, sway, moving):
+    """Log of a quick sway from foot to foot."""
+    from hrp2_sim_bridge.world import World
+
+    world = World(robot, paper_door, 0.9, -0.42)
+    swaying(world, sway, moving)
+    yield run(world, 1.4)
+    world.close()
+
+
+def test_wrenches_change_the_momentum_as_newton_says(swayed, robot) -> None:
+    """The sensors, freed of the soles' weight and inertia, miss nothing."""
+    force = np.zeros((len(swayed["time"]), 3))
+    for side in ("left", "right"):
+        for row, quaternion in enumerate(swayed[f"{side}_sole_quaternion"]):
+            force[row] += rotation(quaternion) @ swayed[f"{side}_wrench"][row, :3]
+    force[:, 2] -= robot.mass * GRAVITY
+    impulse = np.cumsum(force[1:], axis=0) * 0.001
+    momentum = robot.mass * (swayed["com_velocity"][1:] - swayed["com_velocity"][0])
+    assert np.abs(momentum[:, 1]).max() > 10.0
+    np.testing.assert_allclose(momentum, impulse, atol=0.15)
+
+
+def test_logged_velocities_are_the_slopes_of_logged_positions(swayed) -> None:
+    for position, velocity in (
+        ("com_position", "com_velocity"), ("b_position", "b_velocity"),
+        ("base_position", "base_linear_velocity"),
+    ):
+        moved = swayed[position][-1] - swayed[position][0]
+        integral = swayed[velocity][1:].sum(axis=0) * 0.001
+        np.testing.assert_allclose(integral, moved, atol=3e-4)
+        slope = np.gradient(swayed[position], 0.001, axis=0)[50:-50]
+        # Steps of the floor's forces leave a trace in a slope over 2 ms.
+        assert np.median(np.abs(slope - swayed[velocity][50:-50])) < 2e-3
+
+
+def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, moving) -> None:
+    """A raised arm at nearly its top speed: 1 mm at 0.6 m is 1.7 mrad."""
+    world = make_world()
+    up = robot.posture({"LARM_JOINT0": -1.6, "LARM_JOINT3": -1.2})
+    times = np.array([0.05, 0.75, 1.4])
+    path = np.array([robot.half_sitting, up, robot.half_sitting])
+    world.driver.accept(moving(times, path), 0.0, world.time)
+    log = run(world, 1.5)
+    error = np.abs(log["q"][4::5] - log["tick_reference"])
+    assert np.abs(log["dq"]).max() > 3.0
+    assert error.max() < 1e-3
+    assert np.degrees(world.max_tilt) < 1.0
+
+
+def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
+    world = make_world(door_distance=0.47)  # some of it in fine steps
+    logs = []
+    for _ in range(2):
+        world.reset()
+        world.push_door(6.0, 0.2)
+        swaying(world, sway, moving)
+        logs.append(run(world, 0.85))
+    assert set(logs[0]["tick_fine"]) == {True, False}
+    for name, column in logs[0].items():
+        np.testing.assert_array_equal(column, logs[1][name], err_msg=name)
+
+
+def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway, moving) -> None:
+    logs = []
+    for disturbed in (False, True):
+        world = make_world()
+        swaying(world, sway, moving)
+        for tick in range(60):
+            if disturbed and tick % 7 == 3:
+                bad = robot.half_sitting + (9.0, float("nan"), 0.5)[tick % 3]
+                message = TrajectoryArrays(robot.joint_names, [0.01], [bad.tolist()])
+                with pytest.raises(TrajectoryRefusedError):
+                    world.driver.accept(message, 0.0, world.time)
+            world.step()
+        logs.append(world.log(with_com=False))
+    for name, column in logs[0].items():
+        np.testing.assert_array_equal(column, logs[1][name], err_msg=name)
+
+
+def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving) -> None:
+    world = make_world(door_distance=0.5)
+    swaying(world, sway, moving, slower=1.8)  # no sole lifts: a rocking robot forgives nothing
+    log = run(world, 2.2)
+    fine = log["tick_fine"]
+    changes = np.flatnonzero(np.diff(fine.astype(int)))
+    assert len(changes) >= 2
+    coarse = make_world(door_distance=0.5, time_step_fine=0.001)
+    swaying(coarse, sway, moving, slower=1.8)
+    plain = run(coarse, 2.2)
+    assert np.abs(log["com_position"] - plain["com_position"]).max() < 1e-3
+    for change in changes:
+        around = slice(5 * change - 5, 5 * change + 15)
+        for key in ("b_velocity", "com_velocity"):
+            assert np.abs(log[key][around] - plain[key][around]).max() < 0.01
+
+
+def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
+    braced = robot.posture(robot.braced_posture)
+    limit = robot.effort_limit[robot.index("RARM_JOINT1")]
+    body = make_world().robot
+    assert body.update_brace(braced)
+    assert max(body.forces) > 1000.0
+    braced[robot.index("RARM_JOINT1")] += np.radians(8.0)
+    assert not body.update_brace(braced)
+    assert body.forces[robot.index("RARM_JOINT1")] == limit
+    free = make_world(brace=False).robot
+    free.update_brace(robot.posture(robot.braced_posture))
+    assert max(free.forces) == robot.effort_limit.max()
+
+
+def leaning_hit(robot, paper_door, sway, moving, **settings):
+    """Sway onto the leaf with the braced arm; returns the world and its log."""
+    from hrp2_sim_bridge.world import World
+
+    braced = robot.posture(robot.braced_posture)
+    probe = World(robot, paper_door, 2.0, -0.42, posture=braced)
+    elbow = -probe.robot.contact_sphere().position[1] + robot.contact_radius
+    probe.close()
+    world = World(robot, paper_door, elbow + 0.02, -0.42, posture=braced, **settings)
+    times = np.array([0.1, 0.6, 0.95, 1.15])
+    path = np.array([sway(y, braced) for y in (0.0, 0.03, -0.03, -0.04)])
+    world.driver.accept(moving(times, path), 0.0, world.time)
+    return world, run(world, 1.0)
+
+
+@pytest.mark.parametrize("brace", [True, False])
+def test_hit_of_the_robot_turns_the_door_by_its_impulse(
+    robot, paper_door, sway, moving, brace
+) -> None:
+    world, log = leaning_hit(robot, paper_door, sway, moving, brace=brace)
+    force = log["contact_force"]
+    touched = np.flatnonzero(force > 5.0)
+    assert len(touched)
+    links = {str(log["link_names"][link]) for link in log["contact_link"][touched]}
+    assert links == {robot.contact_link}
+    first, last = touched[0], touched[0] + 40
+    lever = log["contact_point"][first : last + 1, 0] + 0.42
+    impulse = (force[first : last + 1] * lever).sum() * 0.001
+    closer = paper_door.door().restoring_torque(0.0) * (last + 1 - first) * 0.001
+    gained = paper_door.i_a * log["door_velocity"][last]
+    assert gained == pytest.approx(impulse - closer, rel=0.01)
+    ratio = log["tick_peak_torque"].max(axis=0) / robot.effort_limit
+    for index, name in enumerate(robot.joint_names):
+        if not brace or name not in robot.braced_joints:
+            assert ratio[index] <= 1.0 + 1e-6
+    carried = sum(world.brace_impulse.values())
+    assert (carried > 0.1) if brace else (carried == 0.0)
+    world.close()
+
+
+def test_fall_is_noticed_and_named(make_world, robot, moving) -> None:
+    world = make_world()
+    lean = robot.posture({"RLEG_JOINT4": -1.0, "LLEG_JOINT4": -1.0})
+    path = np.array([robot.half_sitting, lean])
+    world.driver.accept(moving(np.array([0.05, 0.5]), path), 0.0, world.time)
+    for _ in range(400):
+        world.step()
+        if world.fell:
+            break
+    assert world.fell
+    assert world.fall_reason
+    world.reset()
+    assert not world.fell
+
+
+def test_log_is_saved_whole_and_can_be_read_back(make_world, tmp_path) -> None:
+    world = make_world()
+    log = run(world, 0.05)
+    path = world.save_log(tmp_path / "deep" / "run")
+    with np.load(path) as data:
+        assert set(data.files) == set(log)
+        np.testing.assert_array_equal(data["time"], log["time"])
+    assert [p.name for p in path.parent.iterdir()] == ["run.npz"]

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from hrp2_sim_bridge.engine import GRAVITY
+
+
+@pytest.fixture(scope="module")
+def stood(robot, paper_door):
+    """World that stood for two seconds, and its log."""
+    from hrp2_sim_bridge.world import World
+
+    world = World(robot, paper_door, 0.9, -0.42)
+    samples = [world.step() for _ in range(400)]
+    yield world, world.log(), samples
+    world.close()
+
+
+def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
+    world = stood[0]
+    client, body = world._client, world.robot.body
+    mass = 0.0
+    for link in range(-1, client.getNumJoints(body)):
+        info = client.getDynamicsInfo(body, link)
+        assert min(info[2]) > 0.0
+        mass += info[0]
+        if link >= 0:
+            assert client.getJointInfo(body, link)[6] == 0.0
+    assert mass == pytest.approx(58.0, abs=1e-6)
+
+
+def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
+    world, log, _ = stood
+    assert np.degrees(world.max_tilt) < 0.1
+    np.testing.assert_allclose(log["base_position"][0], [-0.00949, 0.0, 0.648702], atol=5e-4)
+    assert not world.fell
+
+
+def test_soles_carry_the_weight_to_half_a_percent(stood, robot) -> None:
+    log = stood[1]
+    carried = log["left_wrench"][:, 2] + log["right_wrench"][:, 2]
+    np.testing.assert_allclose(carried, robot.mass * GRAVITY, rtol=0.005)
+    sideways = log["left_wrench"][:, :2] + log["right_wrench"][:, :2]
+    assert np.abs(sideways).max() < 0.01 * robot.mass * GRAVITY
+
+
+def test_half_sitting_holds_for_two_seconds(stood) -> None:
+    com = stood[1]["com_position"]
+    assert np.linalg.norm(com - com[0], axis=1).max() < 0.002
+
+
+def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
+    log = stood[1]
+    force, moment = np.zeros(3), np.zeros(3)
+    for side in ("left", "right"):
+        wrench = log[f"{side}_wrench"][-200:].mean(axis=0)
+        force += wrench[:3]
+        moment += wrench[3:] + np.cross(log[f"{side}_sole_position"][-1], wrench[:3])
+    zmp = np.array([-moment[1], moment[0]]) / force[2]
+    np.testing.assert_allclose(zmp, log["com_position"][-1, :2], atol=5e-4)
+
+
+def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
+    world, log, _ = stood
+    client, body = world._client, world.robot.body
+    total = client.getDynamicsInfo(body, -1)[0]
+    moment = total * np.array(client.getBasePositionAndOrientation(body)[0])
+    for link in range(client.getNumJoints(body)):
+        mass = client.getDynamicsInfo(body, link)[0]
+        moment += mass * np.array(client.getLinkState(body, link)[0])
+        total += mass
+    np.testing.assert_allclose(log["com_position"][-1], moment / total, atol=2e-5)
+
+
+def test_imu_feels_gravity_and_no_rotation(stood) -> None:
+    imu = stood[2][-1].imu
+    np.testing.assert_allclose(imu.specific_force, [0.0, 0.0, GRAVITY], atol=0.02)
+    assert np.abs(imu.angular_velocity).max() < 1e-3
+    assert imu.orientation[3] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_samples_come_every_tick_with_as_many_counts_as_milliseconds(stood) -> None:
+    samples = stood[2]
+    np.testing.assert_allclose(np.diff([s.time for s in samples]), 0.005, atol=1e-12)
+    assert all(len(s.counts) == 5 for s in samples)
+    np.testing.assert_allclose(np.diff(stood[1]["time"]), 0.001, atol=1e-9)
+
+
+def test_motor_torques_are_those_of_statics_for_the_arms(stood, robot) -> None:
+    """Arms hang free, so their torques are gravity's alone, whatever the feet do."""
+    import pinocchio as pin
+
+    model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
+    q = pin.neutral(model)
+    for name, angle in zip(robot.joint_names, robot.half_sitting, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    gravity = pin.computeGeneralizedGravity(model, model.createData(), q)
+    for index, name in enumerate(robot.joint_names):
+        if "ARM" in name or "HEAD" in name:
+            wanted = gravity[model.joints[model.getJointId(name)].idx_v]
+            assert stood[2][-1].effort[index] == pytest.approx(wanted, abs=0.05)

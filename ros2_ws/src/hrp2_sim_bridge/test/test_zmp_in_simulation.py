@@ -1,0 +1,86 @@
+"""ZMP and odometry of a simulated robot beside what the simulator knows."""
+
+import numpy as np
+import pytest
+from door_model.config import load_door
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.engine import GRAVITY
+from hrp2_sim_bridge.kinematics import RobotKinematics, inverse_pose
+from hrp2_sim_bridge.odometry import FootOdometry
+from hrp2_sim_bridge.zmp import ZmpEstimator
+
+pytest.importorskip("pybullet")
+ROBOT = load_robot_config()
+
+
+@pytest.fixture(scope="module")
+def moved():
+    """The robot moves its trunk 38 mm forward in a second and stands for another half."""
+    from hrp2_sim_bridge.trajectory import TrajectoryArrays
+    from hrp2_sim_bridge.world import World
+
+    world = World(ROBOT, load_door("paper"), 0.9, -0.5)
+    target = np.array(ROBOT.half_sitting)
+    for side in "RL":
+        for number, degrees in {2: -22.0, 3: 50.0, 4: -28.0}.items():
+            target[ROBOT.index(f"{side}LEG_JOINT{number}")] = np.deg2rad(degrees)
+    still = [0.0] * 30
+    world.driver.accept(
+        TrajectoryArrays(ROBOT.joint_names, [1.0], [list(target)], [still], [still]),
+        0.0,
+        world.time,
+    )
+    odometry = FootOdometry(RobotKinematics(ROBOT), loaded_force=0.05 * ROBOT.mass * GRAVITY)
+    zmp = ZmpEstimator(ROBOT.mass * GRAVITY, ROBOT.soles)
+    poses, readings = [], []
+    for _ in range(300):
+        tick = world.step()
+        wrenches = {"left": tick.left_wrench, "right": tick.right_wrench}
+        pose = odometry.update(tick.position, {side: row[2] for side, row in wrenches.items()})
+        poses.append(pose)
+        readings.append(zmp.read(pose.soles, wrenches))
+    log = world.log()
+    world.close()
+    return poses, readings, log
+
+
+def test_odometry_follows_the_simulators_truth(moved):
+    """Joint angles and loads alone give base_link to 1 mm while the robot moves by 38 mm."""
+    poses, _, log = moved
+    at = np.searchsorted(log["time"], np.arange(1, 301) * 0.005 - 1e-6)
+    truth = log["base_position"][at]
+    measured = np.array([pose.base[:3, 3] for pose in poses])
+    assert np.ptp(truth[:, 0]) > 0.035
+    assert np.linalg.norm(measured - truth, axis=1).max() < 1e-3
+
+
+def test_standing_zmp_is_below_the_com_in_simulation(moved):
+    """Once the robot stands still, farther forward, the ZMP is the CoM's projection to 1 mm."""
+    _, readings, log = moved
+    assert log["com_position"][-1, 0] > 0.03
+    np.testing.assert_allclose(readings[-1].point, log["com_position"][-1, :2], atol=1e-3)
+    assert readings[-1].normal_force == pytest.approx(ROBOT.mass * GRAVITY, rel=0.005)
+    assert readings[-1].loaded == ("left", "right")
+
+
+def test_moving_zmp_leads_the_com_as_a_pendulums_does(moved):
+    """In the motion the ZMP leaves the CoM by the acceleration times z / g, to within 5 mm."""
+    _, readings, log = moved
+    ticks = np.arange(20, 200)
+    at = np.searchsorted(log["time"], (ticks + 1) * 0.005 - 1e-6)
+    velocity = log["com_velocity"]
+    acceleration = np.gradient(velocity, log["time"], axis=0)[at]
+    com = log["com_position"][at]
+    pendulum = com[:, :2] - com[:, 2:] / GRAVITY * acceleration[:, :2]
+    measured = np.array([readings[tick].point for tick in ticks])
+    assert np.abs(pendulum - com[:, :2]).max() > 0.005
+    # The pendulum leaves out the change of angular momentum, small with the trunk upright.
+    assert np.sqrt(np.mean((measured - pendulum) ** 2)) < 0.005
+
+
+def test_poses_are_rigid(moved):
+    """base_link and the soles stay proper poses over the whole motion."""
+    poses, _, _ = moved
+    for pose in poses[::50]:
+        for matrix in (pose.base, *pose.soles.values()):
+            np.testing.assert_allclose(inverse_pose(matrix) @ matrix, np.eye(4), atol=1e-9)
