@@ -1,0 +1,164 @@
+"""Node closer_identifier: identifies the closer from the encoder's samples or from a recording."""
+
+import sys
+from dataclasses import replace
+from typing import Any
+
+import rclpy
+from door_impact_msgs.msg import CloserParameters, EncoderSamples
+from door_impact_msgs.srv import IdentifyCloser
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
+
+from door_model.config import load_geometry
+from door_model.errors import (
+    ConfigError,
+    DoorModelError,
+    DoorParameterError,
+    NoScaleError,
+    NoSwingError,
+    RecordingError,
+)
+from door_model.geometry import DoorGeometry
+from door_model.identification import PARAMETERS, Identification, Window, identify
+from door_model.recordings import read_csv
+from door_model.sample_store import SampleStore
+from door_model.scale import scale_from_leaf
+
+_QUEUE = 200  # batches
+_THROTTLE = 5.0  # [s]
+
+
+class CloserIdentifierNode(Node):
+    """Thin shell around `identify`. It knows leaf and linkage of the door, not its closer."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("closer_identifier", **options)
+        try:
+            self._set_up()
+        except DoorModelError:
+            self.destroy_node()
+            raise
+
+    def _set_up(self) -> None:
+        """Read the parameters and connect."""
+        self._geometry = load_geometry(str(self.declare_parameter("door", "paper").value))
+        self.declare_parameter("leaf_mass", -1.0)
+        self.declare_parameter("leaf_width", -1.0)
+        window = str(self.declare_parameter("window", Window.AUTO.value).value)
+        known = [choice.value for choice in Window]
+        if window not in known:
+            raise ConfigError("window", f"must be one of {', '.join(known)}, not {window!r}")
+        self._window = Window(window)
+        self._store = SampleStore(float(self.declare_parameter("memory", 300.0).value))
+        latched = QoSProfile(
+            depth=1,
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        self._closer_topic = self.create_publisher(CloserParameters, "/closer_parameters", latched)
+        self._samples = self.create_subscription(
+            EncoderSamples, "/door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE)
+        )
+        self._service = self.create_service(IdentifyCloser, "/identify_closer", self._on_identify)
+
+    def _on_samples(self, message: EncoderSamples) -> None:
+        """Keep a batch."""
+        stamp_ns = Time.from_msg(message.header.stamp).nanoseconds
+        try:
+            self._store.add(stamp_ns, message.period, message.counts_per_turn, message.counts)
+        except DoorModelError as error:
+            self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
+
+    def _on_identify(
+        self, request: IdentifyCloser.Request, response: IdentifyCloser.Response
+    ) -> IdentifyCloser.Response:
+        """Identify; whatever goes wrong is an answer."""
+        try:
+            mass = self._measured(request.leaf_mass, "leaf_mass", self._geometry.leaf.mass)
+            width = self._measured(request.leaf_width, "leaf_width", self._geometry.leaf.width)
+            scale = scale_from_leaf(mass, width)
+            leaf = replace(self._geometry.leaf, mass=mass, width=width)
+            recording = read_csv(request.csv_path) if request.csv_path else self._store.recording()
+            result = identify(recording, self._geometry.linkage, scale, window=self._window)
+        except DoorModelError as error:
+            response.success = False
+            response.error_code = _error_code(error)
+            response.message = str(error)
+            self.get_logger().warning(f"not identified: {error}")
+            return response
+        response.success = True
+        response.error_code = IdentifyCloser.Response.NONE
+        response.message = (
+            f"{len(result.swings)} swings: c_c {result.c_c:.4f}, k_c {result.k_c:.4f}, "
+            f"tau'_c0 {result.tau_c0_prime:.4f}"
+        )
+        response.parameters = self._to_message(result, replace(self._geometry, leaf=leaf))
+        self._closer_topic.publish(response.parameters)
+        self.get_logger().info(response.message)
+        return response
+
+    def _measured(self, requested: float, parameter: str, configured: float) -> float:
+        """A measurement: as requested, else the parameter, else the configuration."""
+        if not requested < 0.0:  # NaN is no way to leave it out
+            return float(requested)
+        override = float(self.get_parameter(parameter).value)
+        return configured if override < 0.0 else override
+
+    def _to_message(self, result: Identification, geometry: DoorGeometry) -> CloserParameters:
+        """Message of an identification."""
+        message = CloserParameters()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.door = geometry.name
+        for name in PARAMETERS:
+            setattr(message, name, float(getattr(result, name)))
+            setattr(message, f"{name}_std", result.std_of(name))
+        message.covariance = result.covariance.ravel().tolist()
+        linkage = geometry.linkage
+        message.link_l = linkage.l
+        message.link_l1 = linkage.l1
+        message.link_l2 = linkage.l2
+        message.link_l3 = linkage.l3
+        message.theta_i0 = linkage.theta_i0
+        message.leaf_mass = geometry.leaf.mass
+        message.leaf_width = geometry.leaf.width
+        message.fit_rmse = result.fit_rmse
+        message.swings = len(result.swings)
+        message.scale_reference = result.scale_reference
+        message.warnings = result.warnings
+        return message
+
+
+def _error_code(error: DoorModelError) -> int:
+    """Code of the service's answer."""
+    codes = IdentifyCloser.Response
+    if isinstance(error, NoSwingError):
+        return int(codes.NO_SWING)
+    if isinstance(error, NoScaleError):
+        return int(codes.NO_SCALE)
+    if isinstance(error, RecordingError | DoorParameterError):
+        return int(codes.BAD_RECORDING)
+    return int(codes.NO_FIT)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    try:
+        rclpy.init(args=args)
+        rclpy.spin(CloserIdentifierNode())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except (DoorModelError, InvalidParameterTypeException) as error:
+        print(f"closer_identifier: {error}", file=sys.stderr)
+        return 1
+    finally:
+        if rclpy.ok():
+            rclpy.shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,129 @@
+"""Command `ros2 run door_model identify`: a door's parameters from a recording."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+
+from door_model.config import load_geometry
+from door_model.errors import DoorModelError
+from door_model.geometry import DoorGeometry
+from door_model.identification import Identification, Window, identify
+from door_model.recordings import COUNTS_PER_TURN, read_csv, write_whole
+from door_model.report import as_config, as_table, identified
+from door_model.scale import scale_from_leaf
+
+_DESCRIPTION = """\
+Identify a swing door with a closer from a recording of pushes by hand, section IV.A of the paper.
+
+Free swings fix only the ratios of the parameters; the leaf's mass and width, from a balance and a
+ruler, fix the scale."""
+
+_EXAMPLE = """\
+recording: a CSV with the header time_s,count or time_s,angle_deg, zero at the closed door, the
+angle growing as the door opens. Push the shut door five times by hand, to 10 .. 30 deg, let go at
+once and let it fall shut each time.
+
+example, with the recording that comes with this package (made by our simulator, `python -m
+door_model.synthetic`, not measured on a door):
+  ros2 run door_model identify --mass 47.62 --width 0.896 --yaml my_door.yaml \\
+      --csv $(ros2 pkg prefix --share door_model)/recordings/paper_five_swings.csv
+  ros2 run impact_planner plan --angle-deg 25 --door my_door.yaml
+"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="identify",
+        description=_DESCRIPTION,
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--csv", metavar="FILE", help="recording")
+    source.add_argument("--mcap", metavar="FILE", help="rosbag (comes with a later version)")
+    parser.add_argument("--mass", type=float, metavar="KG", help="mass of the leaf [kg]")
+    parser.add_argument("--width", type=float, metavar="M", help="hinge to free edge [m]")
+    parser.add_argument(
+        "--door",
+        metavar="YAML",
+        help="door whose linkage, and leaf unless --mass and --width are given, is read; what it "
+        "says of the closer is not looked at (default: the linkage of the paper's door)",
+    )
+    parser.add_argument(
+        "--counts-per-turn",
+        type=int,
+        default=COUNTS_PER_TURN,
+        metavar="N",
+        help="default %(default)s",
+    )
+    parser.add_argument(
+        "--window",
+        choices=[window.value for window in Window],
+        default=Window.AUTO.value,
+        help="fit opening alone, as the paper does, or the whole swing (default: the whole swing "
+        "where closing follows the model)",
+    )
+    parser.add_argument(
+        "--restitution",
+        type=float,
+        default=0.5,
+        metavar="E",
+        help="coefficient of restitution to write to --yaml (default %(default)s); swings by hand "
+        "do not tell it",
+    )
+    parser.add_argument("--yaml", metavar="OUT", help="write the door for the planner")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
+    """Identify."""
+    geometry = load_geometry(arguments.door or "paper")
+    mass: float | None = arguments.mass
+    width: float | None = arguments.width
+    if arguments.door:
+        mass = geometry.leaf.mass if mass is None else mass
+        width = geometry.leaf.width if width is None else width
+    scale = scale_from_leaf(mass, width)
+    assert mass is not None
+    assert width is not None
+    name = geometry.name if arguments.door else "identified"
+    geometry = replace(geometry, name=name, leaf=replace(geometry.leaf, mass=mass, width=width))
+    recording = read_csv(arguments.csv, arguments.counts_per_turn)
+    return identify(recording, geometry.linkage, scale, window=arguments.window), geometry
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit code is 1 for errors, 2 for what cannot be done yet."""
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    if arguments.mcap is not None:
+        print("identify: --mcap comes with a later version; use --csv", file=sys.stderr)
+        return 2
+    if not 0.0 <= arguments.restitution <= 1.0:
+        parser.error(f"--restitution must be 0 to 1, not {arguments.restitution}")
+    try:
+        result, geometry = _run(arguments)
+        if arguments.yaml:
+            config = as_config(result, geometry, restitution=arguments.restitution)
+            head = (
+                f"# Identified from {arguments.csv}: {len(result.swings)} swings.\n"
+                "# restitution is not identified; without --door, height and thickness are the "
+                "paper door's.\n"
+            )
+            write_whole(arguments.yaml, head + config.to_yaml())
+    except DoorModelError as error:
+        print(f"identify: {error}", file=sys.stderr)
+        return 1
+    if arguments.json:
+        print(json.dumps(identified(result), indent=2))
+    else:
+        print(as_table(result))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

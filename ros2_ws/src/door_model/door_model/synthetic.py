@@ -1,0 +1,209 @@
+"""Made-up recordings: pushes by hand on a simulated door, seen through an encoder.
+
+``python -m door_model.synthetic --out FILE`` writes the sample recording of this package.
+"""
+
+import argparse
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from door_model.config import load_door
+from door_model.dynamics import Door, Swing, initial_velocity, peak, simulate
+from door_model.errors import LinkageError
+from door_model.recordings import COUNTS_PER_TURN, Recording, from_counts, write_counts_csv
+
+_FINE = 2e-4  # [s]; samples are interpolated between points this close
+_SHUT_SPEED = 0.02  # [rad/s]; a door that hits its frame slower than this stays shut
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push by hand: a half sine of torque about the hinge.
+
+    Attributes:
+        start: When [s].
+        impulse: Angular impulse of the push [N m s].
+        duration: How long [s].
+    """
+
+    start: float
+    impulse: float
+    duration: float = 0.15
+
+    def torque(self, t: float) -> float:
+        """Torque at a time [N m]."""
+        phase = (t - self.start) / self.duration
+        if not 0.0 < phase < 1.0:
+            return 0.0
+        return self.impulse * math.pi / (2.0 * self.duration) * math.sin(math.pi * phase)
+
+
+def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15) -> Push:
+    """Push that opens a shut door to an angle [rad], found by bisection of the impulse.
+
+    Raises:
+        LinkageError: The angle is beyond the linkage.
+        UnreachableAngleError: The door does not turn round there.
+    """
+    free = door.i_a * initial_velocity(door, angle)
+    low, high = 0.5 * free, 3.0 * free + 2.0 * duration * float(door.restoring_torque(0.0))
+    for _ in range(40):
+        impulse = 0.5 * (low + high)
+        if _peak_of_push(door, Push(0.0, impulse, duration)) < angle:
+            low = impulse
+        else:
+            high = impulse
+        if high - low < 1e-4 * high:
+            break
+    return Push(start, 0.5 * (low + high), duration)
+
+
+def _peak_of_push(door: Door, push: Push) -> float:
+    """Angle that a push opens a shut door to [rad]."""
+    pushed = simulate_pushes(door, [push], push.duration, period=push.duration / 50)
+    theta, omega = float(pushed.theta[-1]), float(pushed.omega[-1])
+    if not omega > 0.0:
+        return float(pushed.theta.max())
+    try:
+        return peak(door, theta, omega).angle
+    except LinkageError:
+        return math.inf  # flung open beyond the linkage
+
+
+def simulate_pushes(
+    door: Door,
+    pushes: Sequence[Push],
+    duration: float,
+    *,
+    period: float = 1e-3,
+    bounce: float = 0.2,
+) -> Swing:
+    """Angle of a door that is pushed and falls shut against its frame.
+
+    Args:
+        door: The door.
+        pushes: In order of time; a push begins when the door is shut or moving, as it comes.
+        duration: How long [s].
+        period: Time between two samples [s].
+        bounce: Coefficient of restitution between leaf and frame, 0 to below 1.
+    """
+    t = np.arange(math.floor(duration / period + 1e-9) + 1, dtype=np.float64) * np.float64(period)
+    theta, omega = np.zeros(t.shape), np.zeros(t.shape)
+    # Pieces between the edges of pushes, so that no solver step runs over a kink.
+    edges = sorted(
+        {0.0, duration, *(p.start for p in pushes), *(p.start + p.duration for p in pushes)}
+    )
+    now, state = 0.0, (0.0, 0.0)
+    for end in (edge for edge in edges if 0.0 < edge <= duration):
+        while now < end - 1e-9:
+            now, state = _advance(door, pushes, now, end, state, bounce, (t, theta, omega))
+    at_end = t >= duration - 1e-12
+    theta[at_end], omega[at_end] = state
+    return Swing(t, theta, omega)
+
+
+def _advance(
+    door: Door,
+    pushes: Sequence[Push],
+    now: float,
+    end: float,
+    state: tuple[float, float],
+    bounce: float,
+    out: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+) -> tuple[float, tuple[float, float]]:
+    """Move on to `end` or to the next hit on the frame; fills the samples in between."""
+    t, theta, omega = out
+
+    def torque(after: float) -> float:
+        return sum(push.torque(now + after) for push in pushes)
+
+    if state == (0.0, 0.0):
+        # The frame holds the shut door until the push outweighs the closer.
+        hold = float(door.restoring_torque(0.0))
+        fine = np.linspace(0.0, end - now, 401)
+        above = [after for after in fine if torque(after) > hold]
+        if not above:
+            return end, state
+        if above[0] > 0.0:
+            return now + above[0], (0.0, 1e-9)
+    length = end - now
+    first, last = np.searchsorted(t, [now, end - 1e-12])
+    pieces = max(1, math.ceil(length / _FINE))
+    swing = simulate(
+        door, state[0], state[1], length, period=length / pieces, torque=torque, stop=True
+    )
+    reached = float(swing.t[-1])
+    hit = len(swing.t) <= pieces or bool(swing.theta[-1] <= 1e-12)
+    inside = slice(first, min(last, int(np.searchsorted(t, now + reached))))
+    theta[inside] = np.interp(t[inside] - now, swing.t, swing.theta)
+    omega[inside] = np.interp(t[inside] - now, swing.t, swing.omega)
+    if hit:
+        speed = -bounce * float(swing.omega[-1])
+        return now + max(reached, 1e-9), (0.0, speed if speed > _SHUT_SPEED else 0.0)
+    return end, (float(swing.theta[-1]), float(swing.omega[-1]))
+
+
+def five_swings(
+    door: Door, peaks: Sequence[float], *, spacing: float = 0.3, push_duration: float = 0.15
+) -> tuple[list[Push], float]:
+    """Pushes to the given peaks [rad], each after the door has fallen shut; and the length [s]."""
+    pushes, start = [], spacing
+    for angle in peaks:
+        push = push_to(door, angle, start, push_duration)
+        pushes.append(push)
+        fall = simulate(door, angle, 0.0, 20.0, stop=True).t[-1]
+        rise = peak(door, 0.0, initial_velocity(door, angle)).time
+        start += push_duration + rise + float(fall) + 0.5 + spacing
+    return pushes, start
+
+
+def quantise(
+    swing: Swing, *, counts_per_turn: int = COUNTS_PER_TURN, phase: float = 0.5
+) -> NDArray[np.int64]:
+    """Counts of an incremental encoder, zero at the closed door.
+
+    Args:
+        swing: The motion.
+        counts_per_turn: Counts a turn.
+        phase: Where the closed door stands within its count, 0 to 1; 0.5 rounds to the nearest.
+    """
+    return np.floor(swing.theta / (2.0 * math.pi / counts_per_turn) + phase).astype(np.int64)
+
+
+def synthetic_recording(
+    door: Door,
+    peaks: Sequence[float],
+    *,
+    phase: float = 0.5,
+    counts_per_turn: int = COUNTS_PER_TURN,
+    push_duration: float = 0.15,
+) -> Recording:
+    """Recording of pushes to the given peaks [rad], as an encoder at 1 kHz sees it."""
+    pushes, duration = five_swings(door, peaks, push_duration=push_duration)
+    swing = simulate_pushes(door, pushes, duration)
+    counts = quantise(swing, counts_per_turn=counts_per_turn, phase=phase)
+    return from_counts(swing.t, counts, counts_per_turn)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write a recording of simulated pushes."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--out", required=True, help="CSV file to write")
+    parser.add_argument("--door", default="paper", help="door to simulate (name or YAML)")
+    parser.add_argument(
+        "--peaks-deg", type=float, nargs="+", default=[11.0, 16.0, 20.0, 25.0, 29.0]
+    )
+    arguments = parser.parse_args(argv)
+    door = load_door(arguments.door).door()
+    pushes, duration = five_swings(door, np.radians(arguments.peaks_deg).tolist())
+    swing = simulate_pushes(door, pushes, duration)
+    write_counts_csv(arguments.out, swing.t, quantise(swing))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,262 @@
+"""Fit of free swings by eq. (6): ratios of the parameters and the start of each swing.
+
+Eq. (6) sums the squared differences of measured and simulated angles; nothing is differentiated,
+since a least squares on differentiated encoder angles is biased.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from door_model.closer import FourBarCloser
+from door_model.errors import NoFitError
+from door_model.swing_batch import Ratios, integrate
+from door_model.swings import FreeSwing, smooth
+
+Array = NDArray[np.float64]
+
+RATIO_NAMES = ("opening", "closing", "spring", "preload")
+_RELATIVE_STEP = 1e-4
+_SMALLEST = np.array([1e-3, 1e-3, 1e-2])  # of a first guess: c_c, k_c, tau'_c0 over I_A
+_LAGS = 200  # samples over which residuals may hang together
+_PIECE = 64  # rows
+
+
+@dataclass(frozen=True)
+class RatioFit:
+    """Fitted ratios.
+
+    Attributes:
+        ratios: (4,) c_c (opening), c_c (closing), k_c and tau'_c0 over I_A. Where only opening
+            was fitted the second equals the first.
+        covariance: (4, 4) of the ratios.
+        starts: (S, 2) angle [rad] and velocity [rad/s] at the start of each swing.
+        fitted: Fitted angles of each swing [rad].
+        rmse: Of all residuals [rad].
+        swing_rmse: (S,) of each swing [rad].
+    """
+
+    ratios: Array
+    covariance: Array
+    starts: Array
+    fitted: list[Array]
+    rmse: float
+    swing_rmse: Array
+
+
+def linear_estimate(closer: FourBarCloser, swings: Sequence[FreeSwing]) -> Array:
+    """Ratios (3,) by differentiating and a linear least squares: quick and biased, a start only.
+
+    Returns:
+        c_c / I_A, k_c / I_A, tau'_c0 / I_A from the opening halves.
+    """
+    rows, values = [], []
+    for swing in swings:
+        period = float(np.median(np.diff(swing.t)))
+        theta = smooth(swing.theta, period)
+        f, eta = closer.f_and_eta(np.clip(theta, 0.0, None))
+        omega = smooth(swing.theta, period, 1)
+        opening = slice(0, swing.peak_index + 1)
+        rows.append(np.column_stack([eta**2 * omega, eta * f, eta])[opening])
+        values.append(-smooth(swing.theta, period, 2)[opening])
+    return np.asarray(np.linalg.lstsq(np.vstack(rows), np.concatenate(values), rcond=None)[0])
+
+
+class _Problem:
+    """Residuals of eq. (6) and their Jacobian, all swings integrated at once.
+
+    A swing depends on the shared ratios and on its own start alone. So each swing's rows are
+    rotated down to a few (`_triangle`) before they are put together: what the solver sees has the
+    same costs, gradients and normal equations, and 40 rows for five swings in place of 12,000.
+    """
+
+    def __init__(
+        self, closer: FourBarCloser, swings: Sequence[FreeSwing], with_closing: bool
+    ) -> None:
+        self.closer = closer
+        self.with_closing = with_closing
+        self.times = [swing.t - swing.t[0] for swing in swings]
+        self.measured = [swing.theta for swing in swings]
+        self.duration = max(float(t[-1]) for t in self.times)
+        self.shared = 4 if with_closing else 3
+        self._at: Array | None = None
+        self._rows = np.empty((0, 0))
+
+    def expand(self, x: Array) -> tuple[Array, Array]:
+        """Ratios (4,) and starts (S, 2) of a vector of unknowns."""
+        ratios = x[: self.shared] if self.with_closing else x[[0, 0, 1, 2]]
+        return ratios, x[self.shared :].reshape(-1, 2)
+
+    def fitted(self, x: Array) -> list[Array]:
+        """Angles of every swing at its samples."""
+        ratios, starts = self.expand(x)
+        batch = integrate(self.closer, Ratios(*ratios), starts[:, 0], starts[:, 1], self.duration)
+        return [batch.at(t, slice(i, i + 1))[0][:, 0] for i, t in enumerate(self.times)]
+
+    def residuals(self, x: Array) -> Array:
+        """Simulated minus measured angles, rotated."""
+        return self.rows(x)[:, -2]
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivatives of the same rows."""
+        return self.rows(x)[:, :-2]
+
+    def rows(self, x: Array) -> Array:
+        """Rotated rows of [Jacobian, residual, 1]; derivatives by central differences."""
+        if self._at is not None and np.array_equal(x, self._at):
+            return self._rows
+        unknowns = self.shared + 2
+        local = np.empty((len(self.times), unknowns))
+        local[:, : self.shared] = x[: self.shared]
+        local[:, self.shared :] = x[self.shared :].reshape(-1, 2)
+        steps = _RELATIVE_STEP * np.maximum(np.abs(local), 1e-2)
+        trials = np.repeat(local[:, None, :], 2 * unknowns + 1, axis=1)  # the last: unchanged
+        for k in range(unknowns):
+            trials[:, k, k] += steps[:, k]
+            trials[:, unknowns + k, k] -= steps[:, k]
+        columns = trials.reshape(-1, unknowns)
+        ratios = columns[:, : self.shared].T
+        if not self.with_closing:
+            ratios = ratios[[0, 0, 1, 2]]
+        starts = columns[:, self.shared :]
+        batch = integrate(self.closer, Ratios(*ratios), starts[:, 0], starts[:, 1], self.duration)
+        blocks = []
+        for i, (t, measured) in enumerate(zip(self.times, self.measured, strict=True)):
+            width = 2 * unknowns + 1
+            theta, _ = batch.at(t, slice(width * i, width * (i + 1)))
+            slopes = (theta[:, :unknowns] - theta[:, unknowns:-1]) / (2.0 * steps[i])
+            small = _triangle(np.column_stack([slopes, theta[:, -1] - measured, np.ones(len(t))]))
+            block = np.zeros((len(small), len(x) + 2))
+            block[:, : self.shared] = small[:, : self.shared]
+            own = self.shared + 2 * i
+            block[:, own : own + 2] = small[:, self.shared : unknowns]
+            block[:, -2:] = small[:, unknowns:]
+            blocks.append(block)
+        self._at, self._rows = np.array(x), np.vstack(blocks)
+        return self._rows
+
+
+def _triangle(rows: Array) -> Array:
+    """Triangular matrix with the same products of columns as a tall one.
+
+    By the QR decomposition of many short pieces: one of the whole would start the threads of
+    the linear algebra library, which is slow where the cores are busy with a simulation.
+    """
+    columns = rows.shape[1]
+    while len(rows) > _PIECE:
+        pieces = -(-len(rows) // _PIECE)
+        padded = np.zeros((pieces * _PIECE, columns))
+        padded[: len(rows)] = rows
+        stack = np.linalg.qr(padded.reshape(pieces, _PIECE, columns), mode="r")
+        rows = np.asarray(stack).reshape(-1, columns)
+    return np.asarray(np.linalg.qr(rows, mode="r"))
+
+
+def fit_ratios(
+    closer: FourBarCloser,
+    swings: Sequence[FreeSwing],
+    *,
+    with_closing: bool,
+    zero_std: float = 0.0,
+    first: RatioFit | None = None,
+) -> RatioFit:
+    """Fit the ratios to free swings, eq. (6).
+
+    Args:
+        closer: The linkage.
+        swings: The swings.
+        with_closing: Fit closing as well, with a viscosity of its own; else cut at the peaks.
+        zero_std: Standard deviation of the encoder's zero, which all swings share [rad].
+        first: A fit of the same swings to start from.
+
+    Raises:
+        NoFitError: The fit does not converge, or the door found does not pull itself shut.
+    """
+    if not with_closing:
+        swings = [swing.opening() for swing in swings]
+    problem = _Problem(closer, swings, with_closing)
+    if first is None:
+        ratios0 = np.maximum(linear_estimate(closer, swings), _SMALLEST)[[0, 0, 1, 2]]
+        starts0 = np.array([[swing.theta[0], swing.start_speed] for swing in swings])
+    else:
+        ratios0, starts0 = np.maximum(first.ratios, _SMALLEST[[0, 0, 1, 2]]), first.starts
+    if not with_closing:
+        ratios0 = ratios0[[0, 2, 3]]
+    x0 = np.concatenate([ratios0, starts0.ravel()])
+    lower = np.full_like(x0, -np.inf)
+    lower[: problem.shared] = 0.0
+    solution = least_squares(
+        problem.residuals,
+        x0,
+        jac=problem.jacobian,
+        bounds=(lower, np.inf),
+        x_scale="jac",
+        xtol=1e-7,
+        ftol=1e-9,
+        gtol=1e-12,
+        max_nfev=100,
+    )
+    if not solution.success:
+        raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
+    ratios, starts = problem.expand(solution.x)
+    f0, eta0 = closer.f_and_eta(0.0)
+    pull = float(eta0 * (ratios[2] * f0 + ratios[3]))
+    if not pull > 0.0:
+        raise NoFitError(
+            "the fitted closer does not pull the door shut; is the linkage right, and does the "
+            "angle grow as the door opens?",
+            value=pull,
+            limit=0.0,
+        )
+    fitted = problem.fitted(solution.x)
+    residuals = [model - data for model, data in zip(fitted, problem.measured, strict=True)]
+    covariance = _covariance(problem.rows(solution.x), residuals, zero_std)
+    covariance = covariance[: problem.shared, : problem.shared]
+    if not with_closing:
+        covariance = covariance[np.ix_([0, 0, 1, 2], [0, 0, 1, 2])]
+    return RatioFit(
+        ratios=ratios,
+        covariance=covariance,
+        starts=starts,
+        fitted=fitted,
+        rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
+        swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),
+    )
+
+
+def _covariance(rows: Array, residuals: Sequence[Array], zero_std: float) -> Array:
+    """Covariance of the unknowns.
+
+    The variance of the residuals is inflated by their autocorrelation: quantisation errors of a
+    slow door repeat from sample to sample. An error of the zero, common to all samples, adds its
+    own share.
+
+    Args:
+        rows: Of [Jacobian, residual, 1], see `_Problem.rows`.
+        residuals: Of each swing [rad].
+        zero_std: Standard deviation of the zero [rad].
+    """
+    jacobian = rows[:, :-2]
+    count = sum(len(block) for block in residuals)
+    squares = sum(float(block @ block) for block in residuals)
+    variance = squares / max(1, count - jacobian.shape[1])
+    pinv = np.linalg.pinv(jacobian)
+    covariance = pinv @ pinv.T * variance * _autocorrelation_factor(residuals, squares)
+    shift = pinv @ rows[:, -1] * zero_std
+    return np.asarray(covariance + np.outer(shift, shift))
+
+
+def _autocorrelation_factor(residuals: Sequence[Array], squares: float) -> float:
+    """1 + 2 * sum of the residuals' autocorrelation up to its first zero, at least 1."""
+    factor = 1.0
+    if squares <= 0.0:
+        return factor
+    for lag in range(1, _LAGS + 1):
+        products = sum(float(b[:-lag] @ b[lag:]) for b in residuals if len(b) > lag)
+        if products <= 0.0:
+            break
+        factor += 2.0 * products / squares
+    return factor

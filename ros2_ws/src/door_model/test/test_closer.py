@@ -1,0 +1,113 @@
+"""Linkage of the closer, eqs. (7) to (9)."""
+
+import math
+
+import numpy as np
+import pytest
+from door_model.closer import FourBarCloser
+from door_model.errors import DoorModelError, DoorParameterError, LinkageError
+from hypothesis import given
+from hypothesis import strategies as st
+
+PAPER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "f", "eta"), [(0, -17.79, 3.199), (25, 26.30, 1.240), (90, 91.69, 0.873)]
+)
+def test_figures_of_the_paper(degrees: float, f: float, eta: float) -> None:
+    """Appendix B's linkage gives the known angles and ratios."""
+    theta = math.radians(degrees)
+    assert math.degrees(PAPER.f(theta)) == pytest.approx(f, abs=0.006)
+    assert PAPER.eta(theta) == pytest.approx(eta, abs=6e-4)
+
+
+def test_eq8_as_printed() -> None:
+    """The arctan2 form equals the arccos form that the paper prints."""
+    c = PAPER
+    theta = np.linspace(-0.1, math.pi - c.theta_i0 - 1e-3, 200)
+    cos_phi = np.cos(theta + c.theta_i0)
+    d2 = c.l**2 + c.l1**2 - 2 * c.l1 * c.l * cos_phi
+    printed = (
+        math.pi
+        - np.arccos((c.l1 - c.l * cos_phi) / np.sqrt(d2))
+        - np.arccos((d2 + c.l2**2 - c.l3**2) / (2 * c.l2 * np.sqrt(d2)))
+    )
+    np.testing.assert_allclose(c.f(theta), printed, atol=1e-9)
+
+
+lengths = st.floats(0.1, 0.4)
+
+
+@given(
+    l=lengths,
+    l1=lengths,
+    l2=lengths,
+    l3=lengths,
+    theta_i0=st.floats(0.1, 1.5),
+    share=st.floats(0, 0.98),
+)
+def test_eta_is_the_slope_of_f(
+    l: float,  # noqa: E741
+    l1: float,
+    l2: float,
+    l3: float,
+    theta_i0: float,
+    share: float,
+) -> None:
+    """Any linkage: eta equals the central difference of f wherever it closes."""
+    closer = FourBarCloser(l, l1, l2, l3, theta_i0)
+    try:
+        theta = share * closer.opening_limit()
+        slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
+        eta = closer.eta(theta)
+    except LinkageError:
+        return
+    assert slope == pytest.approx(eta, rel=1e-3, abs=1e-3)
+
+
+@given(l2=st.floats(0.05, 0.3), l3=st.floats(0.05, 0.3))
+def test_closes_up_to_the_limit_and_not_beyond(l2: float, l3: float) -> None:
+    """opening_limit separates the angles that close from those that do not."""
+    closer = FourBarCloser(0.195, 0.204, l2, l3, 0.34)
+    try:
+        limit = closer.opening_limit()
+    except LinkageError:
+        with pytest.raises(LinkageError):
+            closer.f(0.0)
+        return
+    assert np.isfinite(closer.f(np.linspace(0.0, limit - 1e-6, 50))).all()
+    if limit < math.pi - 0.34 - 1e-9:
+        with pytest.raises(LinkageError):
+            closer.f(limit + 1e-6)
+
+
+def test_names_the_stretched_links_and_the_angle() -> None:
+    """An error beyond the end of a short linkage says which links and where."""
+    closer = FourBarCloser(0.195, 0.204, 0.12, 0.15, 0.34)
+    with pytest.raises(LinkageError, match="l2 \\+ l3") as caught:
+        closer.f(np.radians([0.0, 60.0, 120.0]))
+    assert caught.value.link == "l2 + l3"
+    assert math.degrees(caught.value.theta) == pytest.approx(120.0)
+    assert caught.value.value > caught.value.limit == pytest.approx(0.27)
+
+
+def test_names_the_link_that_cannot_fold() -> None:
+    """An error below the folded linkage names the longer link."""
+    with pytest.raises(LinkageError, match="l3 is too long") as caught:
+        PAPER.f(PAPER.closing_limit() - 1e-3)
+    assert caught.value.link == "l3"
+
+
+@pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
+def test_refuses_lengths_that_are_none(bad: float) -> None:
+    """Lengths must be positive and finite."""
+    with pytest.raises(DoorParameterError, match="l2"):
+        FourBarCloser(0.195, 0.204, bad, 0.265, 0.34)
+
+
+def test_refuses_nan_angles() -> None:
+    """NaN is an error of its own, not an angle at which the linkage opens."""
+    with pytest.raises(DoorParameterError, match="theta"):
+        PAPER.f(math.nan)
+    assert issubclass(DoorParameterError, DoorModelError)

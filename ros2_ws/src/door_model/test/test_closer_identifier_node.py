@@ -1,0 +1,132 @@
+"""Node closer_identifier, talking over the middleware."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from door_model.config import load_door
+from door_model.data import data_path
+from door_model.recordings import COUNTS_PER_TURN, read_csv
+
+rclpy = pytest.importorskip("rclpy")
+
+from door_impact_msgs.msg import CloserParameters, EncoderSamples  # noqa: E402
+from door_impact_msgs.srv import IdentifyCloser  # noqa: E402
+from door_model.closer_identifier_node import CloserIdentifierNode, main  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.time import Time  # noqa: E402
+
+SAMPLE = data_path("recordings") / "paper_five_swings.csv"
+
+
+class Rig:
+    """The node beside a node that plays the encoder and asks."""
+
+    def __init__(self) -> None:
+        self.node = CloserIdentifierNode()
+        self.other = rclpy.create_node("other")
+        self.samples = self.other.create_publisher(
+            EncoderSamples, "/door_encoder/samples", QoSProfile(depth=200)
+        )
+        self.client = self.other.create_client(IdentifyCloser, "/identify_closer")
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.other)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        limit = time.monotonic() + 30.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def ask(self, **fields: Any) -> Any:
+        """Call /identify_closer."""
+        future = self.client.call_async(IdentifyCloser.Request(**fields))
+        self.until(future.done)
+        return future.result()
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """A rig on a domain of its own."""
+    rclpy.init(domain_id=100 + os.getpid() % 50)
+    made = Rig()
+    made.until(made.client.service_is_ready)
+    made.until(lambda: made.samples.get_subscription_count() > 0)
+    yield made
+    made.executor.shutdown()
+    made.node.destroy_node()
+    made.other.destroy_node()
+    rclpy.shutdown()
+
+
+def test_identifies_what_it_hears_and_latches_it(rig: Rig) -> None:
+    """Samples over the topic give the paper's door; who comes later still gets it."""
+    recording = read_csv(SAMPLE)
+    counts = np.rint(recording.theta / recording.resolution).astype(int)
+    for first in range(0, len(counts), 100):
+        message = EncoderSamples()
+        message.header.stamp = Time(nanoseconds=10**9 + first * 10**6).to_msg()
+        message.period = 1e-3
+        message.first_index = first
+        message.counts_per_turn = COUNTS_PER_TURN
+        message.counts = counts[first : first + 100].tolist()
+        rig.samples.publish(message)
+        rig.executor.spin_once(timeout_sec=0.0)
+    kept = rig.node._store
+    rig.until(lambda: len(kept.recording().t) == len(counts))
+    answer = rig.ask()
+    assert answer.success, answer.message
+    truth = load_door("paper")
+    found = answer.parameters
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        assert getattr(found, name) == pytest.approx(getattr(truth, name), rel=0.05)
+        assert getattr(found, f"{name}_std") > 0.0
+    assert (found.swings, found.link_l3, found.leaf_mass) == (5, 0.265, 47.62)
+    heard: list[Any] = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    rig.other.create_subscription(CloserParameters, "/closer_parameters", heard.append, latched)
+    rig.until(lambda: bool(heard))
+    assert heard[0].k_c == found.k_c
+
+
+def test_failures_are_answers(rig: Rig) -> None:
+    """No samples, no file, no scale: a code and a sentence each; then a file works."""
+    codes = IdentifyCloser.Response
+    for fields, code in (
+        ({}, codes.NO_SWING),
+        ({"csv_path": "nowhere.csv"}, codes.BAD_RECORDING),
+        ({"csv_path": str(SAMPLE), "leaf_mass": 0.0}, codes.NO_SCALE),
+        ({"csv_path": str(SAMPLE), "leaf_width": float("nan")}, codes.NO_SCALE),
+    ):
+        answer = rig.ask(**fields)
+        assert not answer.success
+        assert answer.error_code == code
+        assert answer.message
+    heavy = rig.ask(csv_path=str(SAMPLE), leaf_mass=95.24)
+    assert heavy.success
+    assert heavy.parameters.k_c == pytest.approx(2 * 1.13, rel=0.02)
+    assert heavy.parameters.leaf_mass == 95.24
+
+
+@pytest.mark.parametrize(
+    ("parameter", "sentence"),
+    [
+        ("door:=garage", "no such door"),
+        ("window:=half", "must be one of"),
+        ("memory:=-1.0", "memory"),
+    ],
+)
+def test_bad_parameters_end_with_a_sentence(
+    parameter: str, sentence: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1, no traceback."""
+    assert main(["--ros-args", "-p", parameter]) == 1
+    text = capfd.readouterr().err
+    assert sentence in text
+    assert "Traceback" not in text

@@ -1,0 +1,238 @@
+"""Identification from free swings, eq. (6)."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_model.closer import FourBarCloser
+from door_model.config import load_door
+from door_model.dynamics import Door, simulate
+from door_model.errors import NoFitError, NoScaleError, NoSwingError
+from door_model.identification import PAPER_START_ANGLE, Window, identify
+from door_model.recordings import Recording, from_counts
+from door_model.scale import Scale, scale_from_leaf
+from door_model.swing_batch import Ratios, integrate
+from door_model.swings import find_swings
+from door_model.synthetic import (
+    Push,
+    five_swings,
+    push_to,
+    quantise,
+    simulate_pushes,
+    synthetic_recording,
+)
+from door_model.trajectory_fit import linear_estimate
+
+PAPER = load_door("paper").door()
+PEAKS = np.radians([11.0, 16.0, 20.0, 25.0, 29.0])
+EXACT = Scale(PAPER.i_a, 0.0, "known")
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Five swings of the paper's door, as the encoder sees them."""
+    return synthetic_recording(PAPER, PEAKS, phase=0.3)
+
+
+def errors(door: Door, found: Door) -> np.ndarray:
+    """Relative errors of c_c, k_c and tau'_c0."""
+    names = ("c_c", "k_c", "tau_c0_prime")
+    return np.array([getattr(found, name) / getattr(door, name) - 1.0 for name in names])
+
+
+def test_paper_door_within_five_percent(recording: Recording) -> None:
+    """c_c, k_c and tau'_c0 of the paper's door; residuals as small as the quantisation."""
+    result = identify(recording, PAPER.closer, EXACT)
+    assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
+    assert result.fit_rmse == pytest.approx(2 * math.pi / 14400 / math.sqrt(12), rel=0.1)
+    assert result.window is Window.SWING
+    assert [s.peak for s in result.swings] == pytest.approx(PEAKS, abs=2e-4)
+    assert result.warnings == []
+
+
+def test_scale_is_that_of_the_leaf(recording: Recording) -> None:
+    """Twice the mass, twice every parameter: the swings fix ratios only."""
+    light = identify(recording, PAPER.closer, scale_from_leaf(47.62, 0.896))
+    heavy = identify(recording, PAPER.closer, scale_from_leaf(2 * 47.62, 0.896))
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        assert getattr(heavy, name) == pytest.approx(2.0 * getattr(light, name))
+
+
+def test_opening_alone_as_in_the_paper(recording: Recording) -> None:
+    """From 10 deg to the peak k_c and tau'_c0 are found to 2 %, and c_c's std owns up."""
+    result = identify(
+        recording, PAPER.closer, EXACT, window=Window.OPENING, start_angle=PAPER_START_ANGLE
+    )
+    assert (np.abs(errors(PAPER, result.door)[1:]) < 0.02).all()
+    assert 0.05 < result.std_of("c_c") / PAPER.c_c < 0.3
+    assert result.c_c_closing is None
+    starts = [s.theta_measured[0] for s in result.swings if s.peak > math.radians(15.0)]
+    assert starts == pytest.approx([PAPER_START_ANGLE] * 4, abs=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_doors_and_linkages(seed: int) -> None:
+    """Not only the nominal door: errors stay within 4.5 standard deviations and 6 %."""
+    rng = np.random.default_rng(seed)
+    closer = FourBarCloser(*(np.array([0.195, 0.204, 0.22, 0.265]) * rng.uniform(0.9, 1.1, 4)), 0.6)
+    door = Door(
+        PAPER.i_a * rng.uniform(0.5, 2.0),
+        PAPER.c_c * rng.uniform(0.5, 4.0),
+        PAPER.k_c * rng.uniform(0.5, 2.0),
+        PAPER.tau_c0_prime * rng.uniform(0.8, 2.5),
+        closer,
+    )
+    data = synthetic_recording(
+        door,
+        np.radians(rng.uniform(14.0, 30.0, 4)),
+        phase=rng.uniform(),
+        push_duration=rng.uniform(0.08, 0.25),
+    )
+    result = identify(data, closer, Scale(door.i_a, 0.0, "known"))
+    error = errors(door, result.door)
+    values = np.array([result.c_c, result.k_c, result.tau_c0_prime])
+    assert (np.abs(error) < 4.5 * result.std[1:] / values).all()
+    assert (np.abs(error) < 0.06).all()
+
+
+def test_differentiating_is_biased_and_the_fit_is_not(recording: Recording) -> None:
+    """Linear least squares on differentiated angles misses c_c by more than 10 times the fit."""
+    swings = find_swings(recording, PAPER_START_ANGLE)
+    linear = linear_estimate(PAPER.closer, swings)[0] * PAPER.i_a / PAPER.c_c - 1.0
+    fit = errors(PAPER, identify(recording, PAPER.closer, EXACT).door)[0]
+    assert abs(linear) > 0.1
+    assert abs(fit) < 0.1 * abs(linear)
+
+
+def test_one_sided_damper_is_told_apart() -> None:
+    """Closing that is damped five times as much does not spoil the opening's viscosity."""
+    ratios = Ratios(*(np.array([0.06, 0.3, 1.13, 3.2]) / PAPER.i_a))
+    speeds = np.array([0.35, 0.45, 0.55, 0.65, 0.7])
+    batch = integrate(PAPER.closer, ratios, np.zeros(5), speeds, 4.0)
+    t = np.arange(0.0, 4.0, 1e-3)
+    theta, _ = batch.at(t, slice(None))
+    pieces = []
+    for column in theta.T:
+        shut = int(np.argmax(column[1:] < 0.0)) + 1
+        pieces += [np.zeros(300), column[:shut], np.zeros(300)]
+    counts = np.rint(np.concatenate(pieces) / (2 * math.pi / 14400)).astype(int)
+    result = identify(from_counts(np.arange(len(counts)) * 1e-3, counts), PAPER.closer, EXACT)
+    assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
+    assert result.c_c_closing == pytest.approx(0.3, rel=0.03)
+
+
+def test_closing_that_follows_no_model_is_left_out(recording: Recording) -> None:
+    """A latch zone (closing slowed below 12 deg) makes the fit go back to opening alone."""
+    t, theta = recording.t, recording.theta.copy()
+    stretched_t, stretched = [], []
+    for swing in find_swings(recording):
+        top = swing.t[swing.peak_index]
+        begin = np.searchsorted(t, swing.t[0] - 0.4)
+        latch = int(np.argmax((t > top) & (theta < math.radians(12.0))))
+        slow = np.interp(np.arange(0.0, 0.6, 5e-4), t[latch:] - t[latch], theta[latch:])
+        stretched += [theta[begin:latch], slow, np.zeros(400)]
+    theta = np.concatenate(stretched)
+    stretched_t = np.arange(len(theta)) * 1e-3
+    result = identify(Recording(stretched_t, theta, recording.resolution), PAPER.closer, EXACT)
+    assert result.window is Window.OPENING
+    assert any("closing does not follow" in warning for warning in result.warnings)
+    assert (np.abs(errors(PAPER, result.door)[1:]) < 0.02).all()
+
+
+def test_touched_swing_is_left_out(recording: Recording) -> None:
+    """A swing that is held back by hand is dropped with a warning, the rest are right."""
+    swing = find_swings(recording)[2]
+    theta = recording.theta.copy()
+    at = np.searchsorted(recording.t, swing.t)
+    theta[at] += math.radians(0.5) * np.sin(np.linspace(0.0, 9.0, len(at)))
+    result = identify(replace(recording, theta=theta), PAPER.closer, EXACT)
+    assert len(result.swings) == 4
+    assert any("was left out" in warning for warning in result.warnings)
+    assert (np.abs(errors(PAPER, result.door)) < 0.08).all()
+
+
+def test_gaps_in_the_recording_do_no_harm(recording: Recording) -> None:
+    """Lost samples at the start of one swing cost that swing at most."""
+    second = find_swings(recording)[1]
+    keep = (recording.t < second.t[50]) | (recording.t > second.t[120])
+    holed = Recording(recording.t[keep], recording.theta[keep], recording.resolution)
+    result = identify(holed, PAPER.closer, EXACT)
+    assert len(result.swings) == 4
+    assert (np.abs(errors(PAPER, result.door)) < 0.06).all()
+
+
+def test_no_scale_no_answer(recording: Recording) -> None:
+    """Without mass and width the refusal says why and what to measure."""
+    with pytest.raises(NoScaleError, match=r"ratios.*weigh the leaf"):
+        identify(recording, PAPER.closer, None)
+    for mass, width in ((None, 0.9), (47.0, None), (-1.0, 0.9), (47.0, math.nan)):
+        with pytest.raises(NoScaleError, match="ratios"):
+            scale_from_leaf(mass, width)
+
+
+def test_scale_spread_goes_into_every_parameter() -> None:
+    """0.5 % of mass and 1 mm of width are 0.55 % of I_A."""
+    scale = scale_from_leaf(47.62, 0.896)
+    assert scale.std / scale.i_a == pytest.approx(math.hypot(0.005, 2e-3 / 0.896))
+
+
+@pytest.mark.parametrize(
+    "theta",
+    [
+        np.zeros(2000),
+        np.full(2000, 0.5),
+        np.linspace(0.0, 0.5, 2000),
+        np.random.default_rng(0).normal(0.0, 1e-3, 2000),
+        np.zeros(3),
+        np.zeros(0),
+    ],
+    ids=["shut", "open", "ramp", "noise", "short", "empty"],
+)
+def test_recordings_without_a_swing(theta: np.ndarray) -> None:
+    """A shut, an open, a slowly opened door: no swing, said so."""
+    with pytest.raises(NoSwingError):
+        identify(Recording(np.arange(len(theta)) * 1e-3, theta), PAPER.closer, EXACT)
+
+
+def test_the_hand_is_not_in_the_window() -> None:
+    """The free motion starts after a push has ended, short or long."""
+    for duration in (0.08, 0.15, 0.3):
+        push = push_to(PAPER, math.radians(22.0), 0.5, duration)
+        swing = simulate_pushes(PAPER, [push], 4.0)
+        (found,) = find_swings(from_counts(swing.t, quantise(swing)))
+        assert push.start + duration <= found.t[0] < push.start + 1.6 * duration
+
+
+def test_wrong_sign_is_no_door() -> None:
+    """A door that speeds up as it opens is not fitted."""
+    t = np.arange(0.0, 2.0, 1e-3)
+    theta = np.where(t < 1.0, 0.3 * t**3, 0.3 - 3.0 * np.clip(t - 1.0, 0.0, 0.1))
+    with pytest.raises((NoFitError, NoSwingError)):
+        identify(Recording(t, theta), PAPER.closer, EXACT, window="opening")
+
+
+def test_batch_integration_agrees_with_the_exact_one() -> None:
+    """The fast integrator is a hundredth of a count from the tight one."""
+    ratios = Ratios(*(np.array([0.06, 0.06, 1.13, 3.2]) / PAPER.i_a))
+    batch = integrate(PAPER.closer, ratios, np.zeros(2), np.array([0.4, 0.7]), 1.8)
+    for column, omega in enumerate((0.4, 0.7)):
+        swing = simulate(PAPER, 0.0, omega, 1.7)
+        theta, speed = batch.at(swing.t, slice(column, column + 1))
+        assert np.abs(theta[:, 0] - swing.theta).max() < 4e-6
+        assert np.abs(speed[:, 0] - swing.omega).max() < 5e-5
+
+
+def test_simulated_pushes_fall_shut_and_stay_above_the_frame() -> None:
+    """The stop holds: no angle below zero, shut in the end, each peak as ordered."""
+    pushes, duration = five_swings(PAPER, PEAKS[:2].tolist())
+    swing = simulate_pushes(PAPER, pushes, duration)
+    assert swing.theta.min() >= 0.0
+    assert swing.theta[-1] == 0.0
+    assert swing.theta.max() == pytest.approx(PEAKS[1], abs=1e-4)
+
+
+def test_a_weak_push_opens_nothing() -> None:
+    """A torque below the closer's does not move the shut door."""
+    swing = simulate_pushes(PAPER, [Push(0.1, 0.5, 0.2)], 0.5)
+    assert (swing.theta == 0.0).all()
