@@ -1,0 +1,246 @@
+"""Batches: gaps, late and bad ones, zero, restarts; angles at a lower rate; health."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_encoder.angle import AngleSampler
+from door_encoder.counts import wrap
+from door_encoder.decoder import Batch, Decoded, EncoderDecoder, Settings
+from door_encoder.errors import BadBatchError, EncoderSettingError
+from door_encoder.report import Level, assess
+from hypothesis import given
+from hypothesis import strategies as st
+
+PERIOD = 1e-3
+
+
+def batch(first: int, values: Sequence[int], **changes: object) -> Batch:
+    """A batch at 1 kHz whose stamp follows from its number."""
+    made = Batch(
+        stamp_ns=10**9 + first * 10**6,
+        period=PERIOD,
+        first_index=first,
+        counts_per_turn=14400,
+        values=values,
+    )
+    return replace(made, **changes)  # type: ignore[arg-type]
+
+
+def started(**changes: object) -> EncoderDecoder:
+    """A decoder whose zero is known: the door stood at 1000."""
+    decoder = EncoderDecoder(replace(Settings(), **changes))  # type: ignore[arg-type]
+    assert decoder.decode(batch(0, [1000] * 20)) is not None
+    return decoder
+
+
+@given(
+    sizes=st.lists(st.integers(1, 50), min_size=2, max_size=20),
+    modulus=st.sampled_from([256, 2**16, 2**32]),
+    offset=st.integers(0, 2**16),
+    direction=st.sampled_from([1, -1]),
+)
+def test_any_cut_of_the_stream_decodes_alike(
+    sizes: list[int], modulus: int, offset: int, direction: int
+) -> None:
+    """Batches of any size, any zero, width and direction: the counts are the door's."""
+    total = sum(sizes) + 20
+    truth = np.concatenate([np.zeros(20, int), np.cumsum(np.arange(total - 20) % 5)])
+    raw = wrap(direction * truth + offset, modulus)
+    decoder = EncoderDecoder(Settings(modulus=modulus, direction=direction))
+    found = [decoder.decode(batch(0, raw[:20]))]
+    first = 20
+    for size in sizes:
+        found.append(decoder.decode(batch(first, raw[first : first + size])))
+        first += size
+    counts = np.concatenate([part.counts for part in found if part is not None])
+    np.testing.assert_array_equal(counts, truth)
+    assert not any(part.gap_before for part in found if part is not None)
+    assert decoder.health.lost == decoder.health.gaps == decoder.health.late == 0
+
+
+def test_gap_by_number_counts_the_lost_samples() -> None:
+    """40 samples missing: one gap, 40 lost, and the counts go on."""
+    decoder = started()
+    decoded = decoder.decode(batch(60, [1030] * 20))
+    assert decoded is not None
+    assert decoded.gap_before
+    assert (decoded.counts == 30).all()
+    assert (decoder.health.gaps, decoder.health.lost) == (1, 40)
+
+
+def test_gap_by_stamp_and_by_the_senders_word() -> None:
+    """Numbers in order but 50 ms missing in the stamps, or gap_before set: a gap."""
+    decoder = started()
+    late = batch(20, [1000] * 20)
+    decoded = decoder.decode(replace(late, stamp_ns=late.stamp_ns + 50_000_000))
+    assert decoded is not None
+    assert decoded.gap_before
+    told = started().decode(batch(20, [1000] * 20, gap_before=True))
+    assert told is not None
+    assert told.gap_before
+
+
+def test_jitter_of_the_stamps_is_no_gap() -> None:
+    """A millisecond either way passes."""
+    decoder = started()
+    for jitter in (-1_000_000, 1_000_000):
+        first = decoder.health.samples
+        made = batch(first, [1000] * 20)
+        decoded = decoder.decode(replace(made, stamp_ns=made.stamp_ns + jitter))
+        assert decoded is not None
+        assert not decoded.gap_before
+
+
+def test_late_and_duplicate_batches_are_dropped() -> None:
+    """They come out as nothing and do no harm to what follows."""
+    decoder = started()
+    assert decoder.decode(batch(20, [1001] * 20)) is not None
+    assert decoder.decode(batch(20, [1001] * 20)) is None
+    assert decoder.decode(batch(0, [1000] * 20)) is None
+    assert decoder.health.late == 2
+    after = decoder.decode(batch(40, [1002] * 20))
+    assert after is not None
+    assert not after.gap_before
+    assert (after.counts == 2).all()
+
+
+def test_overlap_is_cut_off() -> None:
+    """A batch that repeats half of the one before gives its new half, stamped rightly."""
+    decoded = started().decode(batch(10, [1000] * 10 + [1005] * 10))
+    assert decoded is not None
+    assert decoded.first_index == 20
+    assert decoded.stamp_ns == 10**9 + 20 * 10**6
+    assert decoded.counts.tolist() == [5] * 10
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"period": 0.0},
+        {"period": -1e-3},
+        {"period": math.nan},
+        {"counts_per_turn": 3600},
+        {"values": []},
+    ],
+)
+def test_bad_batches_are_refused_and_nothing_is_lost(changes: dict[str, object]) -> None:
+    """A bad batch among good ones leaves no trace but its count."""
+    decoder = started()
+    with pytest.raises(BadBatchError) as caught:
+        decoder.decode(replace(batch(20, [5] * 20), **changes))  # type: ignore[arg-type]
+    assert caught.value.limit is not None
+    decoded = decoder.decode(batch(20, [1003] * 20))
+    assert decoded is not None
+    assert not decoded.gap_before
+    assert (decoded.counts == 3).all()
+    assert decoder.health.refused == 1
+
+
+def test_implausible_jumps_are_flagged() -> None:
+    """500 counts in a millisecond are 218 rad/s; a door at 5 rad/s is not flagged."""
+    decoder = started()
+    decoder.decode(batch(20, [1000] * 10 + [1500] * 10))
+    assert decoder.health.jumps == 1
+    decoder.decode(batch(40, (1500 + 12 * np.arange(1, 21)).tolist()))
+    assert decoder.health.jumps == 1
+
+
+def test_zero_waits_for_a_still_door() -> None:
+    """A door that moves at the start is zeroed once it has come to rest, not before."""
+    decoder = EncoderDecoder()
+    assert decoder.decode(batch(0, list(range(0, 100, 5)))) is None
+    decoded = decoder.decode(batch(20, [200] * 30))
+    assert decoded is not None
+    assert (decoded.counts == 0).all()
+
+
+def test_zero_from_a_parameter() -> None:
+    """A known zero works at once, also across the counter's wrap."""
+    decoder = EncoderDecoder(Settings(modulus=2**16, zero=65530))
+    decoded = decoder.decode(batch(0, [2, 4]))
+    assert decoded is not None
+    assert decoded.counts.tolist() == [8, 10]
+
+
+@pytest.mark.parametrize("stamp_ns", [10**10, 0])
+def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
+    """Numbers from 0 again, with time going on or back: a gap, a new zero, no jump."""
+    decoder = started()
+    for first in range(20, 2000, 20):
+        decoder.decode(batch(first, [1000] * 20))
+    decoded = decoder.decode(batch(0, [7] * 20, stamp_ns=stamp_ns))
+    assert decoded is not None
+    assert decoded.gap_before
+    assert (decoded.counts == 0).all()
+    assert (decoder.health.restarts, decoder.health.jumps) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"direction": 0},
+        {"counts_per_turn": 0},
+        {"zero_samples": 0},
+        {"max_speed": math.nan},
+        {"modulus": 1},
+    ],
+)
+def test_settings_that_make_no_sense(changes: dict[str, object]) -> None:
+    """Refused when they are made."""
+    with pytest.raises(EncoderSettingError):
+        Settings(**changes)  # type: ignore[arg-type]
+
+
+@given(sizes=st.lists(st.integers(1, 70), min_size=1, max_size=15))
+def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
+    """Every tenth sample, with its own stamp, angle and the slope up to it."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    points, first = [], 0
+    for size in sizes:
+        counts = np.arange(first, first + size)
+        made = Decoded(10**9 + first * 10**6, PERIOD, first, counts, False)
+        points += list(sampler.take(made))
+        first += size
+    assert [point.stamp_ns for point in points] == [
+        10**9 + index * 10**6 for index in range(0, sum(sizes), 10)
+    ]
+    for point in points:
+        index = (point.stamp_ns - 10**9) // 10**6
+        assert point.theta == pytest.approx(index * 1e-3)
+        assert point.omega == pytest.approx(1.0 if index else 0.0)
+
+
+def test_velocity_does_not_reach_across_a_gap() -> None:
+    """A door that moved during the gap does not look fast after it."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    list(sampler.take(Decoded(0, PERIOD, 0, np.zeros(50, int), False)))
+    after = list(sampler.take(Decoded(10**9, PERIOD, 1000, np.full(50, 300), True)))
+    assert [point.omega for point in after] == pytest.approx([0.0] * 5)
+
+
+@pytest.mark.parametrize("changes", [{"rate": 0.0}, {"window": -1.0}, {"rate": math.nan}])
+def test_rates_that_make_no_sense(changes: dict[str, float]) -> None:
+    """Refused when they are set."""
+    with pytest.raises(EncoderSettingError):
+        AngleSampler(radians_per_count=1e-3, **changes)
+
+
+def test_health_in_words() -> None:
+    """Nothing heard, waiting for the zero, fine, trouble once, fine again, silence."""
+    decoder = EncoderDecoder()
+    assert assess(decoder, math.inf, {}).level is Level.STALE
+    decoder.decode(batch(0, list(range(0, 100, 5))))
+    assert "stand still" in assess(decoder, 0.0, {}).message
+    decoder.decode(batch(20, [100] * 20))
+    fine = assess(decoder, 0.0, {})
+    assert fine.level is Level.OK
+    decoder.decode(batch(60, [100] * 20))
+    trouble = assess(decoder, 0.0, fine.totals)
+    assert trouble.level is Level.WARN
+    assert "samples lost: 20" in trouble.message
+    assert trouble.values["lost"] == "20"
+    assert assess(decoder, 0.0, trouble.totals).level is Level.OK
+    assert "no samples for 3.0 s" in assess(decoder, 3.0, trouble.totals).message

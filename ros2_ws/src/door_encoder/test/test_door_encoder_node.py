@@ -1,0 +1,99 @@
+"""Node door_encoder, talking over the middleware."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
+from door_encoder.door_encoder_node import DoorEncoderNode, main  # noqa: E402
+from door_impact_msgs.msg import EncoderSamples  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import QoSProfile  # noqa: E402
+from rclpy.time import Time  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+
+
+class Rig:
+    """The node beside a node that plays the counter board and listens."""
+
+    def __init__(self) -> None:
+        self.node = DoorEncoderNode()
+        self.board = rclpy.create_node("board")
+        self.samples: list[Any] = []
+        self.angles: list[Any] = []
+        self.diagnostics: list[Any] = []
+        self.counts = self.board.create_publisher(
+            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=200)
+        )
+        for kind, topic, heard in (
+            (EncoderSamples, "/door_encoder/samples", self.samples),
+            (JointState, "/door_angle", self.angles),
+            (DiagnosticArray, "/diagnostics", self.diagnostics),
+        ):
+            self.board.create_subscription(kind, topic, heard.append, QoSProfile(depth=200))
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.board)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        limit = time.monotonic() + 20.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def send(self, first: int, counts: list[int], period: float = 1e-3) -> None:
+        """Send a batch."""
+        message = EncoderSamples()
+        message.header.stamp = Time(nanoseconds=10**9 + first * 10**6).to_msg()
+        message.period = period
+        message.first_index = first
+        message.counts_per_turn = 14400
+        message.counts = counts
+        self.counts.publish(message)
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """A rig on a domain of its own."""
+    rclpy.init(domain_id=40 + os.getpid() % 50)
+    made = Rig()
+    made.until(lambda: made.counts.get_subscription_count() > 0)
+    made.until(lambda: made.node.count_subscribers("/door_encoder/samples") > 0)
+    made.until(lambda: made.node.count_subscribers("/door_angle") > 0)
+    yield made
+    made.executor.shutdown()
+    made.node.destroy_node()
+    made.board.destroy_node()
+    rclpy.shutdown()
+
+
+def test_samples_angles_and_diagnostics(rig: Rig) -> None:
+    """Batches of 20 give batches of 20 and two angles each, rightly stamped; bad ones nothing."""
+    rig.send(0, [500] * 20)
+    rig.send(20, [7] * 20, period=0.0)
+    rig.send(20, list(range(500, 520)))
+    rig.until(lambda: len(rig.samples) == 2 and len(rig.angles) == 4)
+    assert list(rig.samples[1].counts) == list(range(20))
+    assert rig.samples[1].header.frame_id == "door_hinge"
+    assert not rig.samples[1].gap_before
+    stamps = [Time.from_msg(angle.header.stamp).nanoseconds for angle in rig.angles]
+    assert stamps == [10**9 + index * 10**6 for index in (0, 10, 20, 30)]
+    assert list(rig.angles[3].name) == ["door_hinge"]
+    assert rig.angles[3].position[0] == pytest.approx(10 * 6.283185307 / 14400)
+    reports = rig.diagnostics
+    rig.until(lambda: any("batches refused: 1" in report.status[0].message for report in reports))
+    assert all(report.status[0].level != DiagnosticStatus.OK for report in reports)
+
+
+def test_bad_parameters_end_with_a_sentence(capfd: pytest.CaptureFixture[str]) -> None:
+    """direction 3 is refused: exit code 1, no traceback."""
+    assert main(["--ros-args", "-p", "direction:=3"]) == 1
+    text = capfd.readouterr().err
+    assert "direction must be 1 or -1" in text
+    assert "Traceback" not in text
