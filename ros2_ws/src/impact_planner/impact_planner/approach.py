@@ -1,0 +1,182 @@
+"""The phases before the run-up: lower the waist, shift, step, go back.
+
+All are slow: the CoM follows minimum-jerk courses that begin and end at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import PlannerError
+from .posture import braced_upper_body
+from .robot_model import SIDES, RobotModel
+from .stance import SINGLE_SUPPORT_MARGIN, Stance, com_x, initial_base
+from .trajectories import Motion, min_jerk, rest_to_rest, still
+from .whole_body import require_joint_limits, solve
+
+Array = NDArray[np.float64]
+
+# A lifted foot needs a little more hip roll than one on the floor, and servos room to err [rad].
+_HIP_RESERVE = 0.015
+# Part of the step's time in which the foot travels; it rises before and sinks after that.
+_TRAVEL = (0.12, 0.88)
+
+
+@dataclass(frozen=True)
+class ApproachTiming:
+    """Durations of the slow phases [s] and the height of the step [m].
+
+    Attributes:
+        prepare: Half-sitting to the waist height of the run-up, right arm to the brace.
+        shift: CoM over the left foot.
+        step: Right foot to its place at the hit.
+        back: CoM to the start of the run-up.
+        lift: Height of the right foot in the middle of the step.
+    """
+
+    prepare: float = 2.0
+    shift: float = 1.5
+    step: float = 1.2
+    back: float = 1.5
+    lift: float = 0.035
+
+
+@dataclass(frozen=True)
+class StandingPhase:
+    """A phase whose carrying feet do not move.
+
+    Attributes:
+        name: Name of the phase.
+        motion: Samples.
+        feet: Soles that carry, by side, (3,) each [m].
+        sides: Sides that carry.
+    """
+
+    name: str
+    motion: Motion
+    feet: dict[str, Array]
+    sides: tuple[str, ...]
+
+
+def plan_approach(
+    robot: RobotModel, stance: Stance, y_run_up: float, timing: ApproachTiming, period: float
+) -> list[StandingPhase]:
+    """Everything from half-sitting to the start of the run-up.
+
+    Args:
+        robot: The robot.
+        stance: Feet and posture at the hit.
+        y_run_up: y of the CoM where the run-up starts [m].
+        timing: Durations.
+        period: Sampling period [s].
+
+    Returns:
+        The phases prepare, shift, step and back.
+
+    Raises:
+        PostureUnreachable: A leg does not reach.
+        JointLimit: The step is too long for the hips while the left foot carries.
+    """
+    start, placed = stance.feet_start, stance.feet
+    x, height = com_x(robot), stance.posture.waist_height
+    over_left = _over_left_foot(robot, stance)
+    prepare = _prepare(robot, stance, np.array([x, 0.0]), timing.prepare, period)
+    shift = _sway(robot, start, x, height, (0.0, over_left), timing.shift, period)
+    step = _step(robot, stance, np.array([x, over_left]), timing, period)
+    back = _sway(robot, placed, x, height, (over_left, y_run_up), timing.back, period)
+    return [
+        StandingPhase("prepare", prepare, start, SIDES),
+        StandingPhase("shift", shift, start, SIDES),
+        StandingPhase("step", step, {"left": start["left"]}, ("left",)),
+        StandingPhase("back", back, placed, SIDES),
+    ]
+
+
+def sample_times(duration: float, period: float) -> Array:
+    """Evenly spaced times from 0 to a duration, at most a period apart, (N,) [s]."""
+    return np.linspace(0.0, duration, max(8, int(np.ceil(duration / period - 1e-9)) + 1))
+
+
+def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
+    """y of the CoM during the step: as near to the middle of the sole as the hip roll allows."""
+    edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
+    middle, inner = float(edges.mean()), float(edges.min())
+    candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -0.0025)
+    failure: PlannerError | None = None
+    for y in candidates:
+        try:
+            joints, base = solve(
+                robot,
+                upper=braced_upper_body(robot),
+                com_xy=np.array([com_x(robot), y]),
+                waist_z=stance.posture.waist_height,
+                feet=stance.feet,
+            )
+            posture = still(joints[0], base[0])
+            require_joint_limits(robot, posture, "step", reserve=_HIP_RESERVE)
+            return float(y)
+        except PlannerError as error:
+            failure = error
+    assert failure is not None
+    raise failure
+
+
+def _prepare(
+    robot: RobotModel, stance: Stance, com_end: Array, duration: float, period: float
+) -> Motion:
+    time = sample_times(duration, period)
+    part = min_jerk(time, duration)[:, None]
+    begin = initial_base(robot)
+    relaxed, braced = robot.config.half_sitting, braced_upper_body(robot)
+    com_begin = robot.com(robot.configuration(begin, relaxed))[:2]
+    joints, base = solve(
+        robot,
+        upper=relaxed + part * (braced - relaxed),
+        com_xy=com_begin + part * (com_end - com_begin),
+        waist_z=begin[2] + part[:, 0] * (stance.posture.waist_height - begin[2]),
+        feet=stance.feet_start,
+    )
+    return rest_to_rest(time, joints, base)
+
+
+def _sway(
+    robot: RobotModel,
+    feet: dict[str, Array],
+    x: float,
+    height: float,
+    y: tuple[float, float],
+    duration: float,
+    period: float,
+) -> Motion:
+    time = sample_times(duration, period)
+    course = y[0] + min_jerk(time, duration) * (y[1] - y[0])
+    joints, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.column_stack([np.full(len(time), x), course]),
+        waist_z=height,
+        feet=feet,
+    )
+    return rest_to_rest(time, joints, base)
+
+
+def _step(
+    robot: RobotModel, stance: Stance, com: Array, timing: ApproachTiming, period: float
+) -> Motion:
+    time = sample_times(timing.step, period)
+    u = time / timing.step
+    travel = min_jerk((u - _TRAVEL[0]) / (_TRAVEL[1] - _TRAVEL[0]), 1.0)[:, None]
+    begin, end = stance.feet_start["right"], stance.feet["right"]
+    right = begin + travel * (end - begin)
+    right[:, 2] += timing.lift * (4.0 * u * (1.0 - u)) ** 3
+    joints, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.tile(com, (len(time), 1)),
+        waist_z=stance.posture.waist_height,
+        feet={"left": stance.feet_start["left"], "right": right},
+    )
+    return rest_to_rest(time, joints, base)

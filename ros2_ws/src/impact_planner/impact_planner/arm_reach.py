@@ -1,0 +1,194 @@
+"""Where the right hand meets the leaf, section II.C.1: as far from the hinge as the arm reaches.
+
+One small nonlinear programme chooses two postures of the arm at once, with the hand on the same
+spot of the leaf: one that catches the falling leaf, near enough to the braced arm to be reached
+in time, and one that holds it at the desired angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from .leaf import LeafFrame
+from .robot_model import RobotModel
+
+Array = NDArray[np.float64]
+
+CLEARANCE = 0.02  # of elbow and wrist from the leaf beyond their radius [m]
+_ARM_JOINTS = 6  # the seventh opens and closes the hand
+_RESERVE = np.deg2rad(4.0)  # kept from the joints' limits
+_STRAIGHTEST_ELBOW = np.deg2rad(-18.0)  # a stretched arm has no say along its length
+_EDGE = 0.02  # of the leaf beyond the hand [m]
+_HEIGHTS = (0.75, 1.25)  # of the hand [m]
+_EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
+_TOLERANCE = 1e-5  # [m]
+_ELBOW_JOINT = 3
+
+
+@dataclass(frozen=True)
+class HandOnLeaf:
+    """The two postures of the arm.
+
+    Attributes:
+        catch: RARM_JOINT0..5 where the leaf is caught, (6,) [rad].
+        final: The same at the desired angle.
+        radius: Distance of the hand from the hinge along the leaf [m].
+        height: Of the hand [m].
+    """
+
+    catch: Array
+    final: Array
+    radius: float
+    height: float
+
+
+class ArmReach:
+    """Kinematics of the right arm for a base that stands still."""
+
+    def __init__(self, robot: RobotModel) -> None:
+        """Look up the arm in the model."""
+        self._robot = robot
+        self.columns = robot.arm_columns["right"][:_ARM_JOINTS]
+        self._v = robot.v_index[self.columns]
+        self.hand_radius = robot.hand_radius()
+        self.lower = robot.lower[self.columns] + _RESERVE
+        self.upper = robot.upper[self.columns] - _RESERVE
+        self.upper[_ELBOW_JOINT] = _STRAIGHTEST_ELBOW
+
+    def place(self, base: Array, joints: Array, arm: Array, frame: str) -> tuple[Array, Array]:
+        """Position (3,) [m] of a frame and its Jacobian (3, 6) to the arm's joints."""
+        full = joints.copy()
+        full[self.columns] = arm
+        q = self._robot.configuration(base, full)
+        jacobian = self._robot.frame_jacobian(q, frame)[:3, self._v]
+        position = self._robot.data.oMf[self._robot.model.getFrameId(frame)].translation
+        return np.array(position), jacobian
+
+    def hand(self, base: Array, joints: Array, arm: Array) -> tuple[Array, Array]:
+        """Centre of the hand and its Jacobian."""
+        return self.place(base, joints, arm, self._robot.config.hand_link)
+
+    def follow(self, base: Array, joints: Array, arm: Array, target: Array) -> Array | None:
+        """Least change of the arm that puts the hand on a target; None where it fails."""
+        arm = arm.copy()
+        for _ in range(20):
+            position, jacobian = self.hand(base, joints, arm)
+            error = target - position
+            if np.linalg.norm(error) < 1e-9:
+                break
+            arm += jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 1e-9 * np.eye(3), error)
+        reached = np.linalg.norm(target - self.hand(base, joints, arm)[0]) < _TOLERANCE
+        inside = np.all((arm > self.lower - _RESERVE) & (arm < self.upper + _RESERVE))
+        return arm if reached and inside else None
+
+    def choose(
+        self,
+        base: tuple[Array, Array],
+        joints: Array,
+        leaf: tuple[LeafFrame, LeafFrame],
+        width: float,
+        travel: Array,
+    ) -> HandOnLeaf | None:
+        """Choose the spot on the leaf and both postures.
+
+        Args:
+            base: base_link at the catch and at the end, (3,) each [m].
+            joints: The robot with its arm braced, (30,) [rad].
+            leaf: The leaf at the catch and at the end.
+            width: Of the leaf [m].
+            travel: How far each joint of the arm can turn before the catch, (6,) [rad].
+
+        Returns:
+            The postures; None where there are none.
+        """
+        start = joints[self.columns]
+        n = len(start)
+        low = np.concatenate([np.maximum(self.lower, start - travel), self.lower])
+        high = np.concatenate([np.minimum(self.upper, start + travel), self.upper])
+        if np.any(low > high):
+            return None
+
+        def both(x: Array, frame: str) -> list[tuple[Array, Array]]:
+            return [self.place(base[i], joints, x[i * n : (i + 1) * n], frame) for i in (0, 1)]
+
+        def cost(x: Array) -> tuple[float, Array]:
+            change = (x - np.tile(start, 2)) / np.tile(travel, 2)
+            (_, _), (final, jacobian) = both(x, hand)
+            slope = _EFFORT * change / np.tile(travel, 2)
+            slope[n:] -= leaf[1].along @ jacobian
+            return 0.5 * _EFFORT * float(change @ change) - leaf[1].radius(final), slope
+
+        hand = self._robot.config.hand_link
+        result = minimize(
+            cost,
+            np.clip(np.tile(start, 2), low, high),
+            jac=True,
+            method="SLSQP",
+            bounds=list(zip(low, high, strict=True)),
+            constraints=self._constraints(both, leaf, width, n),
+            options={"maxiter": 120, "ftol": 1e-6},
+        )
+        x = np.asarray(result.x)
+        equal, clear = self._constraints(both, leaf, width, n)
+        if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
+            return None
+        final = both(x, hand)[1][0]
+        return HandOnLeaf(x[:n], x[n:], leaf[1].radius(final), float(final[2]))
+
+    def _constraints(self, both, leaf, width, n):  # type: ignore[no-untyped-def]
+        """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
+        robot = self._robot
+        hand, elbow = robot.config.hand_link, robot.config.contact_link
+        wrist = "RARM_LINK4"
+        radius = self.hand_radius
+
+        def equal(x: Array) -> Array:
+            (a, _), (b, _) = both(x, hand)
+            return np.array(
+                [
+                    leaf[0].gap(a) - radius,
+                    leaf[1].gap(b) - radius,
+                    leaf[0].radius(a) - leaf[1].radius(b),
+                    a[2] - b[2],
+                ]
+            )
+
+        def equal_slope(x: Array) -> Array:
+            (_, ja), (_, jb) = both(x, hand)
+            out = np.zeros((4, 2 * n))
+            out[0, :n] = -leaf[0].normal @ ja
+            out[1, n:] = -leaf[1].normal @ jb
+            out[2, :n], out[2, n:] = leaf[0].along @ ja, -leaf[1].along @ jb
+            out[3, :n], out[3, n:] = ja[2], -jb[2]
+            return out
+
+        def clear(x: Array) -> Array:
+            gaps = [
+                leaf[i].gap(place[i][0]) - robot.config.contact_radius - CLEARANCE
+                for place in (both(x, elbow), both(x, wrist))
+                for i in (0, 1)
+            ]
+            final = both(x, hand)[1][0]
+            room = width - _EDGE - radius - leaf[1].radius(final)
+            return np.array([*gaps, room, final[2] - _HEIGHTS[0], _HEIGHTS[1] - final[2]])
+
+        def clear_slope(x: Array) -> Array:
+            out = np.zeros((7, 2 * n))
+            row = 0
+            for place in (both(x, elbow), both(x, wrist)):
+                for i in (0, 1):
+                    out[row, i * n : (i + 1) * n] = -leaf[i].normal @ place[i][1]
+                    row += 1
+            jb = both(x, hand)[1][1]
+            out[4, n:] = -leaf[1].along @ jb
+            out[5, n:], out[6, n:] = jb[2], -jb[2]
+            return out
+
+        return (
+            {"type": "eq", "fun": equal, "jac": equal_slope},
+            {"type": "ineq", "fun": clear, "jac": clear_slope},
+        )

@@ -1,0 +1,276 @@
+"""The ending `hold`, section II.C.1: the arm goes out, catches the falling leaf and pushes it back.
+
+The phase begins where the door turns round. By then the paper's robot has let go of the door
+(constraint 4 of II.B), so the leaf falls back while the arm goes out; where it is met is computed
+from eq. (1). The hand arrives with most of the leaf's speed, gives way, then pushes the leaf to
+the desired angle, while the CoM leans against the closer's torque of eq. (12).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from door_model.dynamics import Door, simulate
+from numpy.typing import NDArray
+
+from .approach import StandingPhase, sample_times
+from .arm_reach import ArmReach, HandOnLeaf
+from .errors import AngleUnreachable
+from .leaf import LeafFrame
+from .robot_model import SIDES, RobotModel
+from .run_up import GRAVITY
+from .trajectories import Motion, min_jerk, rest_to_rest
+from .whole_body import solve
+from .zmp import Load
+
+Array = NDArray[np.float64]
+
+_PERIOD = 0.01  # [s]
+_REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
+_LATE = 0.1  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
+_GIVE_WAY = 0.35  # from the hand's arrival to its rest [s]
+_SPEED_SHARE = 0.8  # of the leaf's speed that the hand has when it arrives
+_PUSH = 1.5  # from there to the desired angle [s]
+_REST = 0.3  # at the desired angle [s]
+_NEARLY_SHUT = math.radians(1.0)  # the hand would be caught in a door less open
+_JOINT_SHARE = 0.9  # of the joints' speed limits that the arm uses
+_PEAK_SPEED = 1.875  # of a minimum-jerk motion over its mean
+_PASSES = 3  # of arm against base: each moves the other a little
+
+
+@dataclass(frozen=True)
+class Catch:
+    """How the leaf is met.
+
+    Attributes:
+        reach: Time in which the arm goes out [s].
+        angle: Of the leaf that the hand goes to [rad].
+        speed: Of the hand along the leaf's arc at that time [rad/s], negative.
+        lowest: Angle at which the hand comes to rest [rad].
+    """
+
+    reach: float
+    angle: float
+    speed: float
+    lowest: float
+
+    @property
+    def duration(self) -> float:
+        """Of the phase [s]."""
+        return self.reach + _GIVE_WAY + _PUSH + _REST
+
+    def angle_at(self, time: Array, final: float) -> Array:
+        """Leaf angle that the hand follows from its arrival on, (N,) [rad]."""
+        x = np.clip((time - self.reach) / _GIVE_WAY, 0.0, 1.0)
+        way = x - 2.5 * x**4 + 3.0 * x**5 - x**6
+        push = min_jerk(time - self.reach - _GIVE_WAY, _PUSH)
+        return self.angle + self.speed * _GIVE_WAY * way + push * (final - self.lowest)
+
+
+@dataclass(frozen=True)
+class HoldPlan:
+    """The phase `hold`.
+
+    Attributes:
+        phase: Its motion.
+        load: The leaf's force on the hand.
+        catch: How the leaf is met.
+        hand: Where the hand is on the leaf.
+        force: Largest force of the leaf on the hand while it is led [N].
+    """
+
+    phase: StandingPhase
+    load: Load
+    catch: Catch
+    hand: HandOnLeaf
+    force: float
+
+
+def plan_hold(
+    robot: RobotModel,
+    door: Door,
+    width: float,
+    hinge: Array,
+    angle: float,
+    start: tuple[Array, Array],
+    feet: dict[str, Array],
+    force_limit: float,
+) -> HoldPlan:
+    """Plan the phase `hold`.
+
+    Args:
+        robot: The robot.
+        door: The door.
+        width: Of the leaf [m].
+        hinge: x and y in odom, (2,) [m].
+        angle: Desired opening angle [rad].
+        start: Joints (30,) [rad] and base_link (3,) [m] at the end of the phase before.
+        feet: Soles, (3,) each [m].
+        force_limit: Largest force of the door on the hand [N].
+
+    Raises:
+        AngleUnreachable: The arm does not reach, the force is too large, or the door is shut
+            before the arm is there; the limit is the angle that can be held [rad].
+    """
+    reach = ArmReach(robot)
+    found = _choose(robot, reach, door, width, hinge, angle, start)
+    if found is None:
+        raise _unreachable(robot, reach, door, width, hinge, angle, start)
+    catch, hand = found
+    angles = np.linspace(catch.lowest, angle, 20)
+    force = float(np.max(door.restoring_torque(angles))) / hand.radius
+    if force > force_limit:
+        raise AngleUnreachable(
+            f"the closer would press with {force:.1f} N on the hand {hand.radius:.2f} m from the "
+            f"hinge, {force_limit:.1f} N are allowed",
+            quantity="hand force [N]",
+            value=force,
+            limit=force_limit,
+        )
+    motion, load = _whole_body(robot, reach, door, hinge, angle, start, feet, catch, hand)
+    return HoldPlan(StandingPhase("hold", motion, feet, SIDES), load, catch, hand, force)
+
+
+def _catch(door: Door, angle: float, reach: float) -> Catch | None:
+    """Where the leaf is when the arm arrives; None if it is shut by then."""
+    swing = simulate(door, angle, 0.0, reach + _LATE, period=0.01, stop=True)
+    speed = _SPEED_SHARE * float(swing.omega[-1])
+    lowest = float(swing.theta[-1]) + 0.5 * speed * _GIVE_WAY
+    if swing.t[-1] < reach + _LATE - 0.011 or lowest < _NEARLY_SHUT:
+        return None
+    return Catch(reach, float(swing.theta[-1]), speed, lowest)
+
+
+def _choose(
+    robot: RobotModel,
+    reach: ArmReach,
+    door: Door,
+    width: float,
+    hinge: Array,
+    angle: float,
+    start: tuple[Array, Array],
+) -> tuple[Catch, HandOnLeaf] | None:
+    joints, base = start
+    for duration in _REACH_TIMES:
+        catch = _catch(door, angle, duration)
+        if catch is None:
+            continue
+        travel = _JOINT_SHARE * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
+        leaf = (LeafFrame(hinge, catch.angle), LeafFrame(hinge, angle))
+        hand = reach.choose((base, base), joints, leaf, width, travel)
+        if hand is not None:
+            return catch, hand
+    return None
+
+
+def _unreachable(
+    robot: RobotModel,
+    reach: ArmReach,
+    door: Door,
+    width: float,
+    hinge: Array,
+    angle: float,
+    start: tuple[Array, Array],
+) -> AngleUnreachable:
+    tries = np.radians(np.arange(2.0, math.degrees(angle) + 60.0, 2.0))
+    tries = tries[tries < door.closer.opening_limit() - 0.02]
+    held = [
+        float(other)
+        for other in tries
+        if float(door.restoring_torque(other)) > 0.0
+        and _choose(robot, reach, door, width, hinge, float(other), start) is not None
+    ]
+    limits = (min(held), max(held)) if held else (math.nan, math.nan)
+    return AngleUnreachable(
+        f"the hand cannot catch the door and hold it at {math.degrees(angle):.1f} deg; it can from "
+        f"about {math.degrees(limits[0]):.0f} to {math.degrees(limits[1]):.0f} deg",
+        quantity="desired_opening_angle [rad]",
+        value=angle,
+        limit=limits,
+    )
+
+
+def _whole_body(
+    robot: RobotModel,
+    reach: ArmReach,
+    door: Door,
+    hinge: Array,
+    angle: float,
+    start: tuple[Array, Array],
+    feet: dict[str, Array],
+    catch: Catch,
+    hand: HandOnLeaf,
+) -> tuple[Motion, Load]:
+    joints, base = start
+    time = sample_times(catch.duration, _PERIOD)
+    follows = time >= catch.reach
+    angles = catch.angle_at(time, angle)
+    force = np.where(follows, door.restoring_torque(angles) / hand.radius, 0.0)
+    normal = np.column_stack([-np.sin(angles), -np.cos(angles), np.zeros(len(time))])
+    pressed = -force[:, None] * normal
+    # Lean against the force that is there at the end, so that the ZMP stays where it was.
+    lean = -pressed[-1, :2] * hand.height / (robot.mass * GRAVITY)
+    com = robot.com(robot.configuration(base, joints))[:2]
+    com_xy = com + min_jerk(time, catch.reach + _GIVE_WAY)[:, None] * lean
+
+    targets = np.array(
+        [LeafFrame(hinge, a).point(hand.radius, hand.height, reach.hand_radius) for a in angles]
+    )
+    whole = np.tile(joints, (len(time), 1))
+    bases = np.tile(base, (len(time), 1))
+    for _ in range(_PASSES):
+        arm = _arm_course(reach, time, follows, targets, bases, joints, catch, hand)
+        whole[:, reach.columns] = arm
+        whole, bases = solve(robot, upper=whole, com_xy=com_xy, waist_z=float(base[2]), feet=feet)
+    motion = rest_to_rest(time, whole, bases)
+    return motion, Load(point=targets, force=pressed, frame=robot.config.hand_link)
+
+
+def _arm_course(
+    reach: ArmReach,
+    time: Array,
+    follows: NDArray[np.bool_],
+    targets: Array,
+    bases: Array,
+    joints: Array,
+    catch: Catch,
+    hand: HandOnLeaf,
+) -> Array:
+    """Joints of the arm: out to the leaf in joint space, then along the leaf's arc, (N, 6)."""
+    arm = np.empty((len(time), len(reach.columns)))
+    first = int(np.argmax(follows))
+    seed = hand.catch
+    for i in range(first, len(time)):
+        found = reach.follow(bases[i], joints, seed, targets[i])
+        if found is None:
+            raise AngleUnreachable(
+                f"the arm loses the leaf {time[i]:.2f} s after the door has turned round",
+                quantity="hand position [m]",
+                value=float(np.linalg.norm(targets[i] - bases[i])),
+            )
+        arm[i] = seed = found
+    step = float(time[1] - time[0])
+    # One-sided, second order: speed and acceleration with which the arc is entered.
+    a, b, c, d = arm[first : first + 4]
+    speed = (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / (6.0 * step)
+    curve = (2.0 * a - 5.0 * b + 4.0 * c - d) / step**2
+    arm[:first] = _quintic(
+        time[:first] / time[first],
+        joints[reach.columns],
+        a,
+        speed * time[first],
+        curve * time[first] ** 2,
+    )
+    return arm
+
+
+def _quintic(x: Array, start: Array, end: Array, speed: Array, curve: Array) -> Array:
+    """From rest at `start` to `end` with a speed and an acceleration, over x from 0 to 1."""
+    way = end - start
+    c3 = 10.0 * way - 4.0 * speed + 0.5 * curve
+    c4 = -15.0 * way + 7.0 * speed - curve
+    c5 = 6.0 * way - 3.0 * speed + 0.5 * curve
+    s = x[:, None]
+    return start + s**3 * (c3 + s * (c4 + s * c5))

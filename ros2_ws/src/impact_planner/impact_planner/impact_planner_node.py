@@ -1,0 +1,156 @@
+"""Node impact_planner: plans an impact from what is known of the door."""
+
+from __future__ import annotations
+
+import math
+import sys
+import traceback
+from typing import Any
+
+import rclpy
+from door_impact_msgs.msg import CloserParameters, ImpactPlan
+from door_impact_msgs.srv import PlanDoorImpact
+from door_model.config import load_door
+from door_model.errors import DoorModelError
+from hrp2_description.errors import DescriptionError
+from hrp2_description.robot import load_robot_config
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from .errors import InvalidRequest, NoDoor, PlannerError
+from .messages import door_from_message, failure_response, plan_message, request_from_message
+from .plan import plan_impact
+from .plan_types import KnownDoor, PlannerSettings
+from .robot_model import RobotModel
+from .settings import NUMBERS, WORDS, make_settings
+
+NAME = "impact_planner"
+
+
+class ImpactPlanner(Node):
+    """Answers /plan_door_impact; all it knows of the door comes by topic or by parameter."""
+
+    def __init__(self) -> None:
+        """Read the parameters, load the robot and connect."""
+        super().__init__(NAME)
+        for name, (default, _, _, text) in NUMBERS.items():
+            self._declare(name, default, text)
+        for word, (default_word, _, text) in WORDS.items():
+            self._declare(word, default_word, text)
+        self._declare("door", "", "name or YAML file of a door, to plan without identification")
+        self._declare("robot_config", "", "robot.yaml to use instead of hrp2_description's")
+        self._settings: PlannerSettings = make_settings(self._values())
+        self._configured = _configured_door(str(self.get_parameter("door").value))
+        self._robot = RobotModel(
+            load_robot_config(str(self.get_parameter("robot_config").value) or None)
+        )
+        self._identified: KnownDoor | None = None
+        self._refusal = ""
+        self.add_on_set_parameters_callback(self._on_parameters)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._plans = self.create_publisher(ImpactPlan, "/door_impact_plan", latched)
+        self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
+        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
+
+    def _declare(self, name: str, default: Any, text: str) -> None:
+        # Numbers may come as integers; `make_settings` checks them.
+        self.declare_parameter(
+            name, default, ParameterDescriptor(description=text, dynamic_typing=True)
+        )
+
+    def _values(self) -> dict[str, Any]:
+        return {name: self.get_parameter(name).value for name in (*NUMBERS, *WORDS)}
+
+    def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        changed = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            settings = make_settings({**self._values(), **changed})
+            if "door" in changed:
+                self._configured = _configured_door(str(changed["door"]))
+        except (PlannerError, DoorModelError) as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self._settings = settings
+        return SetParametersResult(successful=True)
+
+    def _on_closer(self, message: CloserParameters) -> None:
+        try:
+            self._identified = door_from_message(message)
+            self._refusal = ""
+        except NoDoor as error:
+            self._refusal = str(error)
+            self.get_logger().error(self._refusal)
+
+    def _door(self) -> KnownDoor:
+        if self._identified is not None:
+            return self._identified
+        if self._configured is not None:
+            return self._configured
+        raise NoDoor(
+            self._refusal
+            or "nothing is known of the door: no /closer_parameters yet, and the parameter "
+            "'door' is empty; call /identify_closer first",
+            quantity="door",
+            value="",
+        )
+
+    def _on_plan(
+        self, request: PlanDoorImpact.Request, response: PlanDoorImpact.Response
+    ) -> PlanDoorImpact.Response:
+        """Plan; whatever goes wrong is an answer, and leaves the last plan as it is."""
+        try:
+            wanted = request_from_message(request)
+            plan = plan_impact(wanted, self._door(), self._robot, self._settings)
+        except PlannerError as error:
+            self.get_logger().warning(f"no plan: {error}")
+            return failure_response(response, error)
+        except Exception as error:  # a service must answer, and the node must live
+            self.get_logger().error(traceback.format_exc())
+            return failure_response(
+                response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
+            )
+        names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
+        whole = plan_message(plan, names, stamp, trajectories=True)
+        self._plans.publish(whole)
+        response.success = True
+        response.error_code = PlanDoorImpact.Response.NONE
+        response.message = (
+            f"{math.degrees(plan.peak_angle):.1f} deg by w' = {plan.omega_door:.3f} rad/s, "
+            f"v_rB = {plan.v_rb:.3f} m/s; planned in {1e3 * plan.planning_time:.0f} ms"
+        )
+        response.plan = (
+            whole
+            if request.include_trajectories
+            else plan_message(plan, names, stamp, trajectories=False)
+        )
+        self.get_logger().info(f"plan {plan.plan_id}: {response.message}")
+        for warning in plan.warnings:
+            self.get_logger().warning(warning)
+        return response
+
+
+def _configured_door(name: str) -> KnownDoor | None:
+    if not name:
+        return None
+    config = load_door(name)
+    return KnownDoor(config.name, config.door(), config.leaf.width)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to end."""
+    try:
+        rclpy.init(args=args)
+        rclpy.spin(ImpactPlanner())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (PlannerError, DoorModelError, DescriptionError) as error:
+        print(f"{NAME}: {error}", file=sys.stderr)
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""Knots that a driver's spline follows, instead of a dump of samples.
+
+ros2_control's JointTrajectoryController joins points that carry positions, velocities and
+accelerations with quintic polynomials; so does `Knots.at`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .trajectories import Motion
+
+Array = NDArray[np.float64]
+
+# [rad]; at 0.2 mrad the accelerations, and with them the ZMP, would stray visibly.
+TOLERANCE = 2e-5
+
+
+@dataclass(frozen=True)
+class Knots:
+    """Points of a piecewise quintic trajectory of J joints.
+
+    Attributes:
+        time: Rising, (K,) [s].
+        position: (K, J) [rad].
+        velocity: (K, J) [rad/s].
+        acceleration: (K, J) [rad/s^2].
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def __post_init__(self) -> None:
+        """Check shapes and order."""
+        k = len(self.time)
+        for name in ("position", "velocity", "acceleration"):
+            if getattr(self, name).shape[0] != k:
+                raise ValueError(f"{name} has {getattr(self, name).shape[0]} rows, not {k}")
+        if k < 2 or np.any(np.diff(self.time) <= 0.0):
+            raise ValueError("knots need at least two rising times")
+
+    def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
+        """Position, velocity and acceleration at times (N,), each (N, J).
+
+        Times outside the knots are held at the nearest end.
+        """
+        t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
+        i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
+        h = (self.time[i + 1] - self.time[i])[:, None]
+        c = _coefficients(
+            (self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2),
+            (self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2),
+        )
+        x = ((t - self.time[i]) / h[:, 0])[:, None]
+        position = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
+        velocity = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
+        acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
+        return position, velocity / h, acceleration / h**2
+
+
+def _coefficients(
+    start: tuple[Array, Array, Array], end: tuple[Array, Array, Array]
+) -> tuple[Array, ...]:
+    """Quintic on [0, 1] with given values and first and second derivatives at both ends."""
+    p0, v0, a0 = start
+    p1, v1, a1 = end
+    d = p1 - p0
+    return (
+        p0,
+        v0,
+        0.5 * a0,
+        10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+        6.0 * d - 3.0 * (v0 + v1) + 0.5 * (a1 - a0),
+    )
+
+
+def from_samples(
+    time: Array,
+    position: Array,
+    velocity: Array,
+    acceleration: Array,
+    tolerance: float = TOLERANCE,
+) -> tuple[Knots, NDArray[np.int_]]:
+    """Few knots whose spline stays within a tolerance of dense samples.
+
+    Each knot is set as far from the one before as the tolerance allows.
+
+    Args:
+        time: Rising, (N,) [s].
+        position: (N, J) [rad].
+        velocity: (N, J) [rad/s].
+        acceleration: (N, J) [rad/s^2].
+        tolerance: Largest error at a sample [rad].
+
+    Returns:
+        The knots, and the indices of the samples that became knots, (K,).
+    """
+    last = len(time) - 1
+    chosen = [0]
+    stride = last
+    while chosen[-1] < last:
+        i = chosen[-1]
+
+        def fits(j: int, i: int = i) -> bool:
+            if j <= i + 1:
+                return True
+            pair = Knots(time[[i, j]], position[[i, j]], velocity[[i, j]], acceleration[[i, j]])
+            error = pair.at(time[i + 1 : j])[0] - position[i + 1 : j]
+            return bool(np.max(np.abs(error)) <= tolerance)
+
+        low, high = i + 1, min(i + max(2 * stride, 2), last)
+        while low < high:
+            middle = (low + high + 1) // 2
+            if fits(middle):
+                low = middle
+            else:
+                high = middle - 1
+        stride = low - i
+        chosen.append(low)
+    index = np.array(chosen)
+    return Knots(time[index], position[index], velocity[index], acceleration[index]), index
+
+
+def from_motion(motion: Motion, tolerance: float = TOLERANCE) -> tuple[Knots, NDArray[np.int_]]:
+    """Knots of a motion's joints; see `from_samples`."""
+    return from_samples(
+        motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration, tolerance
+    )

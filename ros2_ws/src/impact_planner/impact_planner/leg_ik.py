@@ -1,0 +1,123 @@
+"""Closed-form inverse kinematics of HRP-2's legs, for many samples at once.
+
+The three hip axes (z, x, y) intersect, and so do the ankle axes (y, x). Between knee and ankle
+the leg steps sideways, which is why the ankle roll is not simply the slope of the line from
+the ankle to the hip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import PostureUnreachable
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LegGeometry:
+    """Dimensions of a leg, read from the URDF by `RobotModel`.
+
+    Attributes:
+        name: For messages, e.g. ``"right leg"``.
+        hip: Position of the hip centre in base_link, (3,) [m].
+        thigh: Hip to knee [m].
+        shank: Knee to ankle along the shank [m].
+        lateral: Knee to ankle along y [m]; negative for the right leg.
+    """
+
+    name: str
+    hip: Array
+    thigh: float
+    shank: float
+    lateral: float
+
+
+def leg_ik(geometry: LegGeometry, position: ArrayLike, rotation: ArrayLike | None = None) -> Array:
+    """Joint angles that put the ankle at given poses.
+
+    Args:
+        geometry: The leg.
+        position: Ankle centre in base_link, (N, 3) or (3,) [m].
+        rotation: Orientation of the foot in base_link, (N, 3, 3) or (3, 3); None: parallel.
+
+    Returns:
+        (N, 6): hip yaw, roll, pitch, knee, ankle pitch, roll [rad], knee bent forwards.
+
+    Raises:
+        PostureUnreachable: The ankle is further from the hip than the stretched leg, or nearer
+            than the folded one; value and limit are the distances [m].
+    """
+    p = np.atleast_2d(np.asarray(position, dtype=float))
+    n = len(p)
+    if rotation is None:
+        foot = np.broadcast_to(np.eye(3), (n, 3, 3))
+    else:
+        foot = np.broadcast_to(np.asarray(rotation, dtype=float), (n, 3, 3))
+    # From the ankle to the hip, in the foot's frame.
+    r = np.einsum("nji,nj->ni", foot, geometry.hip - p)
+    rho2 = r[:, 1] ** 2 + r[:, 2] ** 2
+    a, b, o = geometry.thigh, geometry.shank, geometry.lateral
+    length2 = r[:, 0] ** 2 + rho2 - o**2
+    _require_reach(geometry, length2, rho2)
+
+    ankle_roll = np.arctan2(r[:, 1], r[:, 2]) + np.arcsin(o / np.sqrt(rho2))
+    knee = np.arccos((length2 - a**2 - b**2) / (2.0 * a * b))
+    slope = np.arctan2(-r[:, 0], np.sqrt(rho2 - o**2))
+    ankle_pitch = slope - np.arctan2(a * np.sin(knee), b + a * np.cos(knee))
+    hip = foot @ _rot_x(-ankle_roll) @ _rot_y(-(knee + ankle_pitch))
+    return np.column_stack(
+        [
+            np.arctan2(-hip[:, 0, 1], hip[:, 1, 1]),
+            np.arcsin(np.clip(hip[:, 2, 1], -1.0, 1.0)),
+            np.arctan2(-hip[:, 2, 0], hip[:, 2, 2]),
+            knee,
+            ankle_pitch,
+            ankle_roll,
+        ]
+    )
+
+
+def _require_reach(geometry: LegGeometry, length2: Array, rho2: Array) -> None:
+    a, b = geometry.thigh, geometry.shank
+    longest, shortest = a + b, abs(a - b)
+    worst = int(np.argmax(length2))
+    if not np.all(np.isfinite(length2)):
+        raise PostureUnreachable(
+            f"{geometry.name}: the foot's pose is not a number",
+            quantity="hip to ankle [m]",
+            value=float("nan"),
+            limit=longest,
+        )
+    if length2[worst] > longest**2:
+        value = float(np.sqrt(length2[worst]))
+        raise PostureUnreachable(
+            f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
+            f"stretched it reaches {longest:.4f} m",
+            quantity="hip to ankle [m]",
+            value=value,
+            limit=longest,
+        )
+    nearest = int(np.argmin(length2))
+    if length2[nearest] <= shortest**2 or np.any(rho2 <= geometry.lateral**2):
+        value = float(np.sqrt(max(length2[nearest], 0.0)))
+        raise PostureUnreachable(
+            f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
+            f"folded they keep at least {shortest:.4f} m",
+            quantity="hip to ankle [m]",
+            value=value,
+            limit=shortest,
+        )
+
+
+def _rot_x(angle: Array) -> Array:
+    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    return np.stack([one, zero, zero, zero, c, -s, zero, s, c], axis=-1).reshape(-1, 3, 3)
+
+
+def _rot_y(angle: Array) -> Array:
+    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    return np.stack([c, zero, s, zero, one, zero, -s, zero, c], axis=-1).reshape(-1, 3, 3)

@@ -1,0 +1,74 @@
+"""Turning a sampled motion into a phase of a plan: limits, ZMP margin, torques, knots."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .approach import StandingPhase
+from .errors import PostureUnreachable
+from .knots import Knots, from_motion
+from .plan_types import PhasePlan
+from .robot_model import RobotModel
+from .whole_body import com_course, require_joint_limits, require_torque_limits
+from .zmp import Load, inverse_dynamics, joint_torques, margins
+
+Array = NDArray[np.float64]
+
+
+def checked_phase(
+    robot: RobotModel,
+    phase: StandingPhase,
+    *,
+    until: float = np.inf,
+    knots: Knots | None = None,
+    load: Load | None = None,
+) -> PhasePlan:
+    """Check a motion against the limits of joints and floor, and reduce it to knots.
+
+    Args:
+        robot: The robot.
+        phase: The motion and the soles that carry it.
+        until: Time up to which the ZMP counts [s].
+        knots: Knots of the motion where they are made elsewhere.
+        load: A force from outside.
+
+    Raises:
+        JointLimit: Position, speed or torque.
+        PostureUnreachable: The ZMP leaves the support polygon.
+    """
+    motion = phase.motion
+    require_joint_limits(robot, motion, phase.name)
+    dynamics = inverse_dynamics(robot, motion, load)
+    distance = margins(robot, dynamics.zmp, phase.feet, phase.sides)
+    margin = float(np.min(distance[motion.time <= until + 1e-9]))
+    if margin < 0.0:
+        raise PostureUnreachable(
+            f"{phase.name}: the ZMP would be {-1e3 * margin:.1f} mm outside the soles",
+            quantity="ZMP margin [m]",
+            value=margin,
+            limit=0.0,
+        )
+    torque = joint_torques(robot, motion, dynamics, phase.feet, phase.sides)
+    require_torque_limits(robot, torque, phase.name)
+    if knots is None:
+        knots, _ = from_motion(motion)
+    com = com_course(robot, motion)
+    return PhasePlan(
+        name=phase.name,
+        knots=knots,
+        com=_at(knots.time, motion.time, com),
+        zmp=_at(knots.time, motion.time, dynamics.zmp),
+        time=motion.time,
+        com_samples=com,
+        zmp_samples=dynamics.zmp,
+        margin=margin,
+        friction=dynamics.friction,
+        torque_ratio=float(np.max(np.abs(torque) / robot.effort_limit)),
+        speed_ratio=float(np.max(np.abs(motion.joint_speed) / robot.speed_limit)),
+    )
+
+
+def _at(time: Array, samples: Array, values: Array) -> Array:
+    """Columns of values (N, M) read at other times (K,)."""
+    return np.column_stack([np.interp(time, samples, column) for column in values.T])

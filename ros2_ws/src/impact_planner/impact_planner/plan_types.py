@@ -1,0 +1,205 @@
+"""What goes into a plan and what comes out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from door_model.dynamics import Door
+from numpy.typing import NDArray
+
+from .approach import ApproachTiming
+from .knots import Knots
+
+Array = NDArray[np.float64]
+
+RUN_UPS = ("mcv50", "zmp_limited")
+ENDINGS = ("hold", "retreat")
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """A request; None means "as configured or as last identified".
+
+    Attributes:
+        desired_opening_angle: [rad].
+        initial_angle: Of the door at the hit [rad].
+        restitution: Coefficient of restitution.
+        effective_mass: Of the robot at B, in place of the model's [kg].
+        door_distance: From the origin of odom to the closed leaf's face [m].
+        l_b: From the hinge to B along the leaf [m].
+        run_up: One of `RUN_UPS`.
+        ending: One of `ENDINGS`.
+    """
+
+    desired_opening_angle: float
+    initial_angle: float | None = None
+    restitution: float | None = None
+    effective_mass: float | None = None
+    door_distance: float | None = None
+    l_b: float | None = None
+    run_up: str | None = None
+    ending: str | None = None
+
+
+@dataclass(frozen=True)
+class KnownDoor:
+    """What is known of the door.
+
+    Attributes:
+        name: Name.
+        door: Parameters of eq. (1).
+        width: Of the leaf, hinge to free edge [m].
+        covariance: Of (i_a, c_c, k_c, tau_c0_prime), (4, 4); None: taken as exact.
+        warnings: Of the identification.
+    """
+
+    name: str
+    door: Door
+    width: float
+    covariance: Array | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PlannerSettings:
+    """Configuration of the planner.
+
+    Attributes:
+        door_distance: From the origin of odom to the closed leaf's face [m]; None: where the
+            nominal step ends.
+        hinge_x: x of the hinge in odom [m]; None: `nominal_l_b` behind B.
+        nominal_l_b: See `hinge_x` [m]; the paper's.
+        initial_angle: Of the door at the hit [rad].
+        restitution: Coefficient of restitution.
+        effective_mass: At B [kg]; None: from the model.
+        run_up: Default of the request.
+        ending: Default of the request.
+        com_inside_edge: How far inside the right sole's inner edge the CoM is at the hit [m].
+        y_start: y of the CoM at the start of the run-up [m]; None: largest ZMP margin.
+        overrun: Way of the run-up past the nominal contact [m].
+        required_margin: Smallest ZMP margin of a phase [m].
+        post_duration: From the end of the contact to rest [s].
+        contact_duration: Expected duration of the contact [s].
+        contact_lead: So long before the nominal contact the legs begin to slow down [s]; chosen
+            so that they neither push nor brake, because the contact takes up speed sooner than
+            half a sine of force would.
+        period: Sampling period of the motions [s].
+        timing: Durations of the slow phases.
+        hand_force_limit: Largest force of the door on the hand while it is held [N].
+    """
+
+    door_distance: float | None = None
+    hinge_x: float | None = None
+    nominal_l_b: float = 0.42
+    initial_angle: float = 0.0
+    restitution: float = 0.5
+    effective_mass: float | None = None
+    run_up: str = "mcv50"
+    ending: str = "hold"
+    com_inside_edge: float = 0.01
+    y_start: float | None = None
+    overrun: float = 0.04
+    required_margin: float = 0.0
+    post_duration: float = 0.4
+    contact_duration: float = 0.015
+    contact_lead: float = 0.0028
+    period: float = 0.005
+    timing: ApproachTiming = field(default_factory=ApproachTiming)
+    hand_force_limit: float = 60.0
+
+
+@dataclass(frozen=True)
+class PhasePlan:
+    """A phase of a plan.
+
+    Attributes:
+        name: As in the contract.
+        knots: Of the 30 joints; times count from the start of the phase.
+        com: At the knots, in odom, (K, 3) [m].
+        zmp: At the knots, on the floor in odom, (K, 2) [m].
+        time: Of the dense samples, (N,) [s].
+        com_samples: (N, 3) [m].
+        zmp_samples: (N, 2) [m].
+        margin: Smallest distance of the ZMP to the edge of the support polygon [m].
+        friction: Largest ratio of tangential to normal floor force.
+        torque_ratio: Largest joint torque as a share of its limit.
+        speed_ratio: Largest joint speed as a share of its limit.
+    """
+
+    name: str
+    knots: Knots
+    com: Array
+    zmp: Array
+    time: Array
+    com_samples: Array
+    zmp_samples: Array
+    margin: float
+    friction: float
+    torque_ratio: float
+    speed_ratio: float
+
+
+@dataclass(frozen=True)
+class ImpactPlan:
+    """A plan; the letters are the paper's, the fields those of the message ImpactPlan.
+
+    Attributes:
+        left_foot: Sole at the hit in odom, (3,) [m]; soles are parallel to odom.
+        right_foot: The same for the right one.
+        contact_point: B at the hit in odom, (3,) [m].
+        step: Length of the right foot's step [m].
+        y_start: y of the CoM at the start of the run-up [m].
+        door_distance: Planned with [m].
+        hinge_x: Planned with [m].
+        planning_time: [s].
+    """
+
+    plan_id: str
+    door: str
+    run_up: str
+    ending: str
+    desired_opening_angle: float
+    initial_angle: float
+    omega_door: float
+    restitution: float
+    v_rb: float
+    v_rb_post: float
+    v_com: float
+    v_com_post: float
+    effective_mass: float
+    effective_mass_planar: float
+    required_impulse: float
+    required_friction: float
+    a_r: float
+    b_r: float
+    b_r_percussion: float
+    l_b: float
+    i_rob: float
+    waist_height: float
+    left_foot: Array
+    right_foot: Array
+    contact_point: Array
+    contact_time: float
+    switch_time: float
+    peak_time: float
+    peak_time_std: float
+    peak_angle: float
+    peak_angle_std: float
+    point_of_no_return: float
+    warnings: tuple[str, ...]
+    phases: tuple[PhasePlan, ...]
+    step: float
+    y_start: float
+    door_distance: float
+    hinge_x: float
+    planning_time: float
+
+    @property
+    def zmp_margins(self) -> dict[str, float]:
+        """Smallest predicted margin by phase [m]."""
+        return {phase.name: phase.margin for phase in self.phases}
+
+    def phase(self, name: str) -> PhasePlan:
+        """The phase of a name."""
+        return next(phase for phase in self.phases if phase.name == name)

@@ -1,0 +1,124 @@
+"""The planner's configuration from parameters, and where the door is placed by default."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .errors import InvalidRequest
+from .plan_types import ENDINGS, RUN_UPS, PlannerSettings
+
+_DEFAULTS = PlannerSettings()
+_OWN_CHOICE_BELOW_ZERO = ("door_distance", "effective_mass")
+_OWN_CHOICE_NAN = ("hinge_x", "y_start")
+
+
+def _default(name: str) -> float:
+    """Default of a parameter; what `PlannerSettings` leaves open is NaN or below zero."""
+    value = getattr(_DEFAULTS, name)
+    if value is None:
+        return math.nan if name in _OWN_CHOICE_NAN else -1.0
+    return float(value)
+
+
+# name: (least value, largest value, what it is).
+_RANGES: dict[str, tuple[float, float, str]] = {
+    "door_distance": (-math.inf, math.inf, "of the closed leaf's face from the origin of odom "
+                      "[m]; negative: where a nominal step ends"),
+    "hinge_x": (-math.inf, math.inf, "x of the hinge in odom [m]; NaN: the paper's l_B behind B"),
+    "restitution": (0.0, 1.0, "coefficient of restitution of the hit"),
+    "effective_mass": (-math.inf, math.inf, "of the robot at B [kg]; negative: the model's"),
+    "initial_angle": (0.0, math.pi, "of the door at the hit [rad]"),
+    "com_inside_edge": (-0.05, 0.10, "CoM inside the right sole's inner edge at the hit [m]"),
+    "y_start": (-0.2, 0.2, "y of the CoM where the run-up starts [m]; NaN: where the ZMP margin "
+                "is largest"),
+    "overrun": (0.0, 0.2, "way of the run-up past the nominal contact [m]"),
+    "required_margin": (-0.05, 0.10, "smallest ZMP margin of the run-up [m]"),
+    "post_duration": (0.05, 2.0, "from the end of the contact to rest [s]"),
+    "contact_duration": (0.0, 0.1, "expected duration of the contact [s]"),
+    "contact_lead": (0.0, 0.05, "the legs slow down so long before the contact [s]"),
+    "hand_force_limit": (0.0, 500.0, "largest force of the held door on the hand [N]"),
+}  # fmt: skip
+# name: (default, least value, largest value, what it is).
+NUMBERS: dict[str, tuple[float, float, float, str]] = {
+    name: (_default(name), *rest) for name, rest in _RANGES.items()
+}
+WORDS: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "run_up": (_DEFAULTS.run_up, RUN_UPS, "time law of the run-up"),
+    "ending": (_DEFAULTS.ending, ENDINGS, "what follows the door's peak"),
+}
+
+
+def make_settings(values: Mapping[str, Any]) -> PlannerSettings:
+    """Settings from parameters; what is missing has its default.
+
+    Args:
+        values: Parameters by name, of `NUMBERS` and `WORDS`.
+
+    Raises:
+        InvalidRequest: A value is of the wrong kind or outside its range.
+    """
+    chosen: dict[str, Any] = {}
+    for name, (default, low, high, _) in NUMBERS.items():
+        chosen[name] = _number(name, values.get(name, default), low, high)
+    for word, (text, known, _) in WORDS.items():
+        value = values.get(word, text)
+        if value not in known:
+            raise InvalidRequest(
+                f"{word} must be {' or '.join(known)}, not {value!r}",
+                quantity=word,
+                value=str(value),
+                limit=" ".join(known),
+            )
+        chosen[word] = value
+    return PlannerSettings(**chosen)
+
+
+def _number(name: str, value: Any, low: float, high: float) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidRequest(
+            f"{name} must be a number, not {value!r}", quantity=name, value=str(value)
+        )
+    number = float(value)
+    if name in _OWN_CHOICE_NAN and math.isnan(number):
+        return None
+    if name in _OWN_CHOICE_BELOW_ZERO and number < 0.0:
+        return None
+    if not (math.isfinite(number) and low <= number <= high):
+        raise InvalidRequest(
+            f"{name} must be a number from {low:g} to {high:g}, not {number:g}",
+            quantity=name,
+            value=number,
+            limit=(low, high),
+        )
+    return number
+
+
+def configured_placement() -> dict[str, float]:
+    """door_distance and hinge_x of the installed bringup's parameter file; empty without one.
+
+    The graph gives both to every node from that file, so a plan on the command line stands where
+    the demo does.
+    """
+    try:
+        from ament_index_python.packages import (
+            PackageNotFoundError,
+            get_package_share_directory,
+        )
+    except ImportError:
+        return {}
+    try:
+        path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        common = document["/**"]["ros__parameters"]
+    except (PackageNotFoundError, OSError, KeyError, TypeError, yaml.YAMLError):
+        return {}
+    return {
+        name: float(common[name])
+        for name in ("door_distance", "hinge_x")
+        if isinstance(common.get(name), int | float)
+    }

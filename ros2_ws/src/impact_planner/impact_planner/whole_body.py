@@ -1,0 +1,157 @@
+"""Whole-body inverse kinematics: the waist goes where it puts the CoM, the legs follow.
+
+Section II.C.4 keeps the upper body and the height of the hip fixed during the run-up; the same
+solver serves every phase, with upper body, height and feet given sample by sample.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import JointLimit, PostureUnreachable
+from .leg_ik import leg_ik
+from .robot_model import SIDES, RobotModel
+from .trajectories import Motion
+
+Array = NDArray[np.float64]
+
+# The waist moves about this much faster than the CoM, as the legs lag: the Newton step's slope.
+_WAIST_PER_COM = 1.17
+_TOLERANCE = 1e-9  # [m]; far below what splines would make visible as acceleration
+_MAX_ITERATIONS = 25
+
+
+def solve(
+    robot: RobotModel,
+    *,
+    upper: ArrayLike,
+    com_xy: ArrayLike,
+    waist_z: ArrayLike,
+    feet: dict[str, Array],
+) -> tuple[Array, Array]:
+    """Joints and base for a course of the CoM over the floor.
+
+    Args:
+        robot: The robot.
+        upper: Joints of the upper body in the robot's order; the legs' columns are ignored.
+            (N, 30) or (30,) [rad].
+        com_xy: CoM over the floor, (N, 2) [m].
+        waist_z: Height of base_link, (N,) or a number [m].
+        feet: Position of the sole for each side, (N, 3) or (3,) [m]; soles stay level and
+            parallel to odom.
+
+    Returns:
+        joints (N, 30) [rad] and base (N, 3) [m].
+
+    Raises:
+        PostureUnreachable: A leg does not reach, or the waist finds no place for the CoM.
+    """
+    target = np.atleast_2d(np.asarray(com_xy, dtype=float))
+    n = len(target)
+    joints = np.array(np.broadcast_to(np.asarray(upper, dtype=float), (n, len(robot.joint_names))))
+    base = np.empty((n, 3))
+    base[:, :2] = target
+    base[:, 2] = waist_z
+    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
+    for _ in range(_MAX_ITERATIONS):
+        _place_legs(robot, joints, base, feet)
+        q[:, :3] = base
+        q[:, robot.q_index] = joints
+        error = target - _com_xy(robot, q)
+        if np.max(np.abs(error)) < _TOLERANCE:
+            return joints, base
+        base[:, :2] += _WAIST_PER_COM * error
+    worst = float(np.max(np.abs(error)))
+    raise PostureUnreachable(
+        f"no place of the waist puts the CoM where it should be: {worst:.2e} m are left",
+        quantity="CoM error [m]",
+        value=worst,
+        limit=_TOLERANCE,
+    )
+
+
+def _place_legs(robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array]) -> None:
+    for side in SIDES:
+        ankle = np.asarray(feet[side], dtype=float) - robot.feet[side].sole
+        joints[:, robot.leg_columns[side]] = leg_ik(robot.legs[side], ankle - base)
+
+
+def _com_xy(robot: RobotModel, q: Array) -> Array:
+    com = np.empty((len(q), 2))
+    for i, row in enumerate(q):
+        com[i] = pin.centerOfMass(robot.model, robot.data, row, False)[:2]
+    return com
+
+
+def com_course(robot: RobotModel, motion: Motion) -> Array:
+    """CoM of a motion in odom, (N, 3) [m]."""
+    com = np.empty((len(motion), 3))
+    for i in range(len(motion)):
+        q = robot.configuration(motion.base[i], motion.joints[i])
+        com[i] = pin.centerOfMass(robot.model, robot.data, q, False)
+    return com
+
+
+def require_joint_limits(
+    robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0
+) -> None:
+    """Check positions, with a reserve [rad], and speeds of a motion against the URDF.
+
+    Raises:
+        JointLimit: Naming the joint, the value and the limit.
+    """
+    out = np.maximum(robot.lower - motion.joints, motion.joints - robot.upper)
+    i, j = np.unravel_index(int(np.argmax(out)), out.shape)
+    if out[i, j] > 1e-9 - reserve:
+        value = float(motion.joints[i, j])
+        low, high = float(robot.lower[j]), float(robot.upper[j])
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would go to {np.rad2deg(value):.1f} deg, its range is "
+            f"{np.rad2deg(low):.1f} to {np.rad2deg(high):.1f} deg",
+            joint=name,
+            phase=phase,
+            quantity="position [rad]",
+            value=value,
+            limit=(low, high),
+        )
+    ratio = np.abs(motion.joint_speed) / robot.speed_limit
+    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    if ratio[i, j] > 1.0:
+        value = float(abs(motion.joint_speed[i, j]))
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would turn at {value:.2f} rad/s, "
+            f"its limit is {robot.speed_limit[j]:.2f} rad/s",
+            joint=name,
+            phase=phase,
+            quantity="speed [rad/s]",
+            value=value,
+            limit=float(robot.speed_limit[j]),
+        )
+
+
+def require_torque_limits(
+    robot: RobotModel, torque: Array, phase: str, held: ArrayLike = ()
+) -> None:
+    """Check joint torques (N, 30) [N m] against the URDF; columns in `held` are left out.
+
+    Raises:
+        JointLimit: Naming the joint, the value and the limit.
+    """
+    ratio = np.abs(torque) / robot.effort_limit
+    ratio[:, np.asarray(held, dtype=int)] = 0.0
+    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    if ratio[i, j] > 1.0:
+        value = float(abs(torque[i, j]))
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would need {value:.0f} N m, it has {robot.effort_limit[j]:.0f} N m",
+            joint=name,
+            phase=phase,
+            quantity="torque [N m]",
+            value=value,
+            limit=float(robot.effort_limit[j]),
+        )

@@ -1,0 +1,161 @@
+"""ZMP, margins and torques of a motion, from the full rigid-body dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from hrp2_description.support import polygon_margin, support_polygon
+from numpy.typing import NDArray
+
+from .robot_model import RobotModel
+from .trajectories import Motion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force on the robot from outside.
+
+    Attributes:
+        point: Where it acts, in odom, (N, 3) [m].
+        force: (N, 3) [N].
+        frame: Frame that it acts on, for the joint torques.
+    """
+
+    point: Array
+    force: Array
+    frame: str
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What a motion asks of the floor and of the joints.
+
+    Attributes:
+        zmp: On the floor in odom, (N, 2) [m].
+        force: Of the floor on the robot, (N, 3) [N].
+        moment_z: Of the floor on the robot about the vertical through the ZMP, (N,) [N m].
+        torque: Of the joints, without the feet's share, (N, 30) [N m].
+    """
+
+    zmp: Array
+    force: Array
+    moment_z: Array
+    torque: Array
+
+    @property
+    def friction(self) -> float:
+        """Largest ratio of tangential to normal force, all feet together."""
+        tangential = np.hypot(self.force[:, 0], self.force[:, 1])
+        return float(np.max(tangential / self.force[:, 2]))
+
+
+def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None) -> Dynamics:
+    """Floor forces, ZMP and joint torques of a motion by recursive Newton-Euler.
+
+    Args:
+        robot: The robot.
+        motion: The motion; base_link stays upright, so its axes are those of odom.
+        load: A force from outside, e.g. of the door on the hand.
+    """
+    n = len(motion)
+    wrench = np.empty((n, 6))
+    torque = np.empty((n, len(robot.joint_names)))
+    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
+    q[:, :3] = motion.base
+    q[:, robot.q_index] = motion.joints
+    v = np.zeros((n, robot.model.nv))
+    v[:, :3] = motion.base_speed
+    v[:, robot.v_index] = motion.joint_speed
+    a = np.zeros((n, robot.model.nv))
+    a[:, :3] = motion.base_acceleration
+    a[:, robot.v_index] = motion.joint_acceleration
+    for i in range(n):
+        tau = pin.rnea(robot.model, robot.data, q[i], v[i], a[i])
+        wrench[i] = tau[:6]
+        torque[i] = tau[robot.v_index]
+    force = wrench[:, :3]
+    moment = wrench[:, 3:] + np.cross(motion.base, force)
+    if load is not None:
+        force = force - load.force
+        moment = moment - np.cross(load.point, load.force)
+        torque = torque - _load_torque(robot, q, load)
+    zmp = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
+    moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
+    return Dynamics(zmp=zmp, force=force, moment_z=moment_z, torque=torque)
+
+
+def _load_torque(robot: RobotModel, q: Array, load: Load) -> Array:
+    torque = np.empty((len(q), len(robot.joint_names)))
+    for i, row in enumerate(q):
+        torque[i] = (robot.frame_jacobian(row, load.frame)[:3].T @ load.force[i])[robot.v_index]
+    return torque
+
+
+def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
+    """Distance of the ZMP to the nearest edge of the support polygon, negative outside.
+
+    Args:
+        robot: The robot.
+        zmp: (N, 2) [m].
+        feet: Positions of the soles that carry, (3,) each [m].
+        sides: Sides that carry.
+
+    Returns:
+        (N,) [m].
+    """
+    hull = support_polygon(*(robot.feet[side].corners(feet[side]) for side in sides))
+    return np.asarray(polygon_margin(zmp, hull), dtype=float)
+
+
+def joint_torques(
+    robot: RobotModel,
+    motion: Motion,
+    dynamics: Dynamics,
+    feet: dict[str, Array],
+    sides: Sequence[str],
+    every: int = 4,
+) -> Array:
+    """Joint torques with the floor's force shared between the feet by the place of the ZMP.
+
+    Each foot gets the share that its distance from the ZMP along y asks for, applied so that the
+    shares add up to the whole; no internal force between the feet.
+
+    Args:
+        robot: The robot.
+        motion: The motion.
+        dynamics: Its inverse dynamics.
+        feet: Positions of the soles, (3,) each [m].
+        sides: Sides that carry.
+        every: Take every so many samples.
+
+    Returns:
+        (ceil(N / every), 30) [N m].
+    """
+    rows = np.arange(0, len(motion), every)
+    centres = {side: robot.feet[side].corners(feet[side]).mean(axis=0) for side in sides}
+    share = _shares(dynamics.zmp[rows], centres)
+    centre = sum(share[side][:, None] * centres[side] for side in sides)
+    out = dynamics.torque[rows].copy()
+    for k, i in enumerate(rows):
+        q = robot.configuration(motion.base[i], motion.joints[i])
+        for side in sides:
+            jacobian = robot.frame_jacobian(q, robot.feet[side].frame)
+            place = np.append(centres[side] + dynamics.zmp[i] - centre[k], 0.0)
+            force = share[side][k] * dynamics.force[i]
+            moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
+            moment[2] += share[side][k] * dynamics.moment_z[i]
+            out[k] -= (jacobian.T @ np.concatenate([force, moment]))[robot.v_index]
+    return out
+
+
+def _shares(zmp: Array, centres: dict[str, Array]) -> dict[str, Array]:
+    if len(centres) == 1:
+        return {side: np.ones(len(zmp)) for side in centres}
+    right, left = centres["right"], centres["left"]
+    part = np.clip((zmp[:, 1] - right[1]) / (left[1] - right[1]), 0.0, 1.0)
+    return {"left": part, "right": 1.0 - part}

@@ -1,0 +1,35 @@
+"""The robot and the paper's door, loaded once."""
+
+import numpy as np
+import pytest
+from door_model.config import load_door
+from hrp2_description.robot import load_robot_config
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import KnownDoor, PlanRequest
+from impact_planner.robot_model import RobotModel
+from impact_planner.stance import NOMINAL_STEP, stance_for_step
+
+
+@pytest.fixture(scope="session")
+def robot():
+    """HRP-2."""
+    return RobotModel(load_robot_config())
+
+
+@pytest.fixture(scope="session")
+def stance(robot):
+    """The nominal stance."""
+    return stance_for_step(robot, NOMINAL_STEP, 0.01)
+
+
+@pytest.fixture(scope="session")
+def known():
+    """The paper's door, known exactly."""
+    config = load_door("paper")
+    return KnownDoor(config.name, config.door(), config.leaf.width)
+
+
+@pytest.fixture(scope="session")
+def plan(robot, known):
+    """25 deg at the nominal placement."""
+    return plan_impact(PlanRequest(np.radians(25.0)), known, robot)

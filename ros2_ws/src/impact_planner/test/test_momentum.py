@@ -1,0 +1,85 @@
+"""Eqs. (2) to (5) and restitution."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner import momentum
+
+positive = st.floats(0.05, 50.0)
+shares = st.floats(0.0, 1.0)
+
+
+def test_the_papers_robot():
+    """58 kg, I_rob 6.147 and b_r 0.71 m: a_r = 0.149 m by eq. (5), m_re = 47.92 kg by eq. (3)."""
+    a_r = momentum.percussion_offset(58.0, 6.147, 0.71)
+    assert a_r == pytest.approx(0.149, abs=5e-4)
+    assert momentum.effective_mass_planar(58.0, 6.147, a_r) == pytest.approx(47.92, abs=0.01)
+    assert momentum.percussion_height(58.0, 6.147, a_r) == pytest.approx(0.71)
+
+
+def test_a_hit_at_the_height_of_the_com_feels_the_whole_mass():
+    """a_r = 0 gives m_re = m."""
+    assert momentum.effective_mass_planar(58.0, 6.147, 0.0) == 58.0
+
+
+def test_worked_example_with_the_papers_door():
+    """w' = 0.635 rad/s, e = 0.5, 46.6 kg: v_rB = 0.453, v' = 0.04 m/s."""
+    found = momentum.speeds_for(0.635, i_a=12.75, l_b=0.42, effective_mass=46.6, restitution=0.5)
+    assert found.v_rb == pytest.approx(0.4535, abs=1e-3)
+    assert found.v_rb_post == pytest.approx(0.040, abs=1e-3)
+    assert found.impulse == pytest.approx(19.28, abs=0.01)
+
+
+@given(positive, positive, st.floats(0.05, 2.0), positive, shares)
+def test_momentum_and_restitution_both_hold(omega, i_a, l_b, mass, e):
+    """Eq. (2) about the hinge, the corrected eq. (4), and w' l_B - v' = e v."""
+    found = momentum.speeds_for(omega, i_a=i_a, l_b=l_b, effective_mass=mass, restitution=e)
+    before = mass * found.v_rb * l_b
+    after = mass * found.v_rb_post * l_b + i_a * omega
+    assert after == pytest.approx(before, rel=1e-9, abs=1e-9)
+    assert found.v_rb == pytest.approx(
+        i_a * omega / (mass * l_b) + found.v_rb_post, rel=1e-9, abs=1e-9
+    )
+    assert omega * l_b - found.v_rb_post == pytest.approx(e * found.v_rb, rel=1e-9, abs=1e-9)
+
+
+@given(positive, positive, st.floats(0.05, 2.0), positive, shares)
+def test_a_hit_never_makes_energy(omega, i_a, l_b, mass, e):
+    """Kinetic energy after the hit is at most that before, and equal for e = 1."""
+    found = momentum.speeds_for(omega, i_a=i_a, l_b=l_b, effective_mass=mass, restitution=e)
+    before = 0.5 * mass * found.v_rb**2
+    after = 0.5 * mass * found.v_rb_post**2 + 0.5 * i_a * omega**2
+    assert after <= before * (1.0 + 1e-9)
+    elastic = momentum.speeds_for(omega, i_a=i_a, l_b=l_b, effective_mass=mass, restitution=1.0)
+    assert 0.5 * mass * elastic.v_rb_post**2 + 0.5 * i_a * omega**2 == pytest.approx(
+        0.5 * mass * elastic.v_rb**2, rel=1e-9
+    )
+
+
+@given(positive, positive, st.floats(0.05, 2.0), positive, shares)
+def test_omega_for_inverts_speeds_for(omega, i_a, l_b, mass, e):
+    """The speed planned for w' gives w' back."""
+    law = {"i_a": i_a, "l_b": l_b, "effective_mass": mass, "restitution": e}
+    found = momentum.speeds_for(omega, **law)
+    assert momentum.omega_for(found.v_rb, **law) == pytest.approx(omega, rel=1e-9)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["omega", "i_a", "l_b", "effective_mass"])
+def test_what_is_no_positive_number_is_refused_by_name(name, bad):
+    """Each argument is checked and named."""
+    law = {"omega": 0.6, "i_a": 12.75, "l_b": 0.42, "effective_mass": 46.6} | {name: bad}
+    with pytest.raises(ValueError, match=name):
+        momentum.speeds_for(law.pop("omega"), restitution=0.5, **law)
+
+
+@pytest.mark.parametrize("bad", [-0.01, 1.01, math.nan])
+def test_restitution_lies_between_0_and_1(bad):
+    """Anything else is refused, at 0 and 1 it is not."""
+    law = {"i_a": 12.75, "l_b": 0.42, "effective_mass": 46.6}
+    with pytest.raises(ValueError, match="restitution"):
+        momentum.speeds_for(0.6, restitution=bad, **law)
+    assert momentum.speeds_for(0.6, restitution=0.0, **law).v_rb_post == pytest.approx(0.252)
+    assert momentum.speeds_for(0.6, restitution=1.0, **law).v_rb > 0.0

@@ -1,0 +1,287 @@
+"""The whole pipeline: consistent numbers, continuous phases, refusals."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from door_model.config import load_door
+from door_model.dynamics import peak
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_planner import momentum
+from impact_planner.door_prediction import predict
+from impact_planner.errors import (
+    AngleUnreachable,
+    InvalidRequest,
+    NotSupported,
+    PlannerError,
+    PostureUnreachable,
+    SpeedUnreachable,
+)
+from impact_planner.knots import TOLERANCE
+from impact_planner.leaf import LeafFrame
+from impact_planner.plan import nominal_placement, plan_impact
+from impact_planner.plan_types import KnownDoor, PlannerSettings, PlanRequest
+from impact_planner.robot_model import SIDES
+
+ORDER = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
+TARGET = math.radians(25.0)
+
+
+def test_the_papers_door(plan):
+    """w' = 0.635 rad/s, v_rB about 0.45 and v' about 0.04 m/s for 25 deg with e = 0.5."""
+    assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
+    assert plan.v_rb == pytest.approx(0.45, abs=0.03)
+    assert plan.v_rb_post == pytest.approx(0.04, abs=0.02)
+    assert 40.0 < plan.effective_mass < 50.0
+    assert 45.0 < plan.effective_mass_planar < 48.0
+    assert plan.l_b == pytest.approx(0.42, abs=1e-6)
+    assert plan.step == pytest.approx(0.20, abs=1e-4)
+
+
+def test_equations_hold_between_the_stated_numbers(robot, known, plan):
+    """(2), (3), (5), restitution, and the door peaks at the target."""
+    assert plan.v_rb == pytest.approx(
+        known.door.i_a * plan.omega_door / (plan.effective_mass * plan.l_b) + plan.v_rb_post
+    )
+    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
+    assert plan.required_impulse == pytest.approx(
+        plan.effective_mass * (plan.v_rb - plan.v_rb_post)
+    )
+    assert plan.effective_mass_planar == pytest.approx(
+        momentum.effective_mass_planar(robot.mass, plan.i_rob, plan.a_r)
+    )
+    summit = peak(known.door, 0.0, plan.omega_door)
+    assert summit.angle == pytest.approx(TARGET, abs=1e-6)
+    assert plan.peak_time == pytest.approx(summit.time)
+
+
+def test_phases_are_in_order_and_join_without_a_step(plan):
+    """Each phase begins where the one before ends; speeds join but for the hit."""
+    assert [phase.name for phase in plan.phases] == ORDER
+    for before, after in zip(plan.phases, plan.phases[1:], strict=False):
+        end = before.knots.position[-1]
+        if before.name == "cam":
+            end = before.knots.at(plan.switch_time)[0][0]
+        np.testing.assert_allclose(after.knots.position[0], end, atol=1e-4, err_msg=after.name)
+        assert after.knots.time[0] == 0.0
+        if after.name != "post":
+            np.testing.assert_allclose(after.knots.velocity[0], 0.0, atol=1e-6)
+
+
+def test_the_motion_starts_in_half_sitting_and_ends_at_rest(robot, plan):
+    """First and last knot."""
+    np.testing.assert_allclose(
+        plan.phases[0].knots.position[0], robot.config.half_sitting, atol=1e-9
+    )
+    np.testing.assert_allclose(plan.phases[-1].knots.velocity[-1], 0.0, atol=1e-6)
+
+
+def test_every_margin_has_a_reserve(plan):
+    """15 mm in the slow phases, more than nothing in the run-up."""
+    for name, margin in plan.zmp_margins.items():
+        assert margin > (0.0 if name == "cam" else 0.015), name
+
+
+def test_splines_through_the_knots_keep_the_joints_limits(robot, plan):
+    """What the driver follows, not only the samples; knots are few."""
+    for phase in plan.phases:
+        time = np.linspace(0.0, phase.knots.time[-1], 400)
+        position, velocity, _ = phase.knots.at(time)
+        assert np.all(position >= robot.lower - TOLERANCE), phase.name
+        assert np.all(position <= robot.upper + TOLERANCE), phase.name
+        assert np.all(np.abs(velocity) <= robot.speed_limit * 1.001), phase.name
+        assert len(phase.knots.time) <= 60
+        assert phase.torque_ratio < 1.0
+        assert phase.com.shape == (len(phase.knots.time), 3)
+        assert phase.zmp.shape == (len(phase.knots.time), 2)
+
+
+def test_carrying_soles_stay_on_the_floor_along_the_spline(robot, plan):
+    """The right sole seen from the left one keeps its place, but for the step."""
+    start, placed = -0.19, plan.right_foot[1] - plan.left_foot[1]
+    expected = {"prepare": start, "shift": start} | dict.fromkeys(ORDER[3:], placed)
+    for phase in plan.phases:
+        if phase.name not in expected:
+            continue
+        for joints in phase.knots.at(np.linspace(0.0, phase.knots.time[-1], 40))[0]:
+            q = robot.configuration(np.zeros(3), joints)
+            soles = [robot.frame_position(q, robot.feet[side].frame) for side in SIDES]
+            np.testing.assert_allclose(
+                soles[0] - soles[1], [0.0, expected[phase.name], 0.0], atol=2e-4
+            )
+
+
+def test_step_lifts_the_foot_and_sets_it_down_where_it_belongs(robot, plan):
+    """By 30 to 40 mm, never below the floor."""
+    heights = []
+    for joints in plan.phase("step").knots.at(np.linspace(0.0, 1.2, 100))[0]:
+        q = robot.configuration(np.zeros(3), joints)
+        right, left = (robot.frame_position(q, robot.feet[side].frame) for side in SIDES)
+        heights.append(right[2] - left[2])
+    assert min(heights) > -2e-4
+    assert 0.03 < max(heights) < 0.04
+
+
+def test_hand_ends_on_the_leaf_at_the_target(robot, plan):
+    """Its sphere touches the face at the desired angle, far from the hinge, elbow clear of it."""
+    joints = plan.phase("hold").knots.position[-1]
+    q = robot.configuration(np.zeros(3), joints)
+    shift = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
+    leaf = LeafFrame(np.array([plan.hinge_x, -plan.door_distance]), TARGET)
+    hand = robot.frame_position(q, robot.config.hand_link) + shift
+    assert leaf.gap(hand) == pytest.approx(robot.hand_radius(), abs=1e-3)
+    assert 0.7 < leaf.radius(hand) < 0.896
+    assert leaf.gap(robot.contact_position(q) + shift) > robot.config.contact_radius + 0.01
+
+
+def test_other_numbers_of_the_request_are_used(robot, known, plan):
+    """effective_mass, restitution and l_b change what they should."""
+    light = plan_impact(PlanRequest(TARGET, effective_mass=55.0), known, robot)
+    assert light.effective_mass == 55.0
+    assert light.v_rb < plan.v_rb
+    livelier = plan_impact(PlanRequest(TARGET, restitution=0.7), known, robot)
+    assert livelier.restitution == 0.7
+    assert livelier.v_rb < plan.v_rb
+    further = plan_impact(PlanRequest(TARGET, l_b=0.5), known, robot)
+    assert further.l_b == pytest.approx(0.5, abs=1e-6)
+    assert further.hinge_x == pytest.approx(plan.hinge_x - 0.08, abs=1e-6)
+    nearer = plan_impact(PlanRequest(TARGET, door_distance=0.72), known, robot)
+    assert nearer.step < plan.step
+    assert nearer.contact_point[1] == pytest.approx(-0.72, abs=1e-4)
+
+
+def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
+    """B lies on the leaf at the initial angle, and less speed is needed to go on from there."""
+    ajar = plan_impact(PlanRequest(TARGET, initial_angle=math.radians(3.0)), known, robot)
+    leaf = LeafFrame(np.array([ajar.hinge_x, -ajar.door_distance]), math.radians(3.0))
+    assert leaf.gap(ajar.contact_point) == pytest.approx(0.0, abs=1e-4)
+    assert leaf.radius(ajar.contact_point) == pytest.approx(ajar.l_b, abs=1e-4)
+    assert ajar.omega_door < predict(known, TARGET, 0.0).omega
+
+
+def test_same_request_same_plan_id_other_request_another(robot, known, plan):
+    """The name tells plans apart."""
+    assert plan_impact(PlanRequest(TARGET), known, robot).plan_id == plan.plan_id
+    assert plan_impact(PlanRequest(TARGET * 0.9), known, robot).plan_id != plan.plan_id
+
+
+@pytest.mark.parametrize("angle", [math.nan, math.inf, -math.inf, 0.0, -0.3])
+def test_what_is_no_angle_is_an_invalid_request(robot, known, angle):
+    """NaN, infinite, zero, negative."""
+    with pytest.raises(InvalidRequest, match="desired_opening_angle"):
+        plan_impact(PlanRequest(angle), known, robot)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("initial_angle", math.nan),
+        ("initial_angle", -0.1),
+        ("initial_angle", 0.5),
+        ("restitution", 1.01),
+        ("restitution", -0.2),
+        ("restitution", math.nan),
+        ("effective_mass", 0.0),
+        ("effective_mass", math.inf),
+        ("door_distance", 0.0),
+        ("door_distance", math.nan),
+        ("l_b", -0.1),
+        ("l_b", math.nan),
+        ("run_up", "sprint"),
+        ("ending", "bow"),
+    ],
+)
+def test_each_bad_field_is_named(robot, known, field, value):
+    """Whatever is wrong is said by the field's name."""
+    with pytest.raises(InvalidRequest, match=field):
+        plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
+
+
+@pytest.mark.parametrize(("field", "value"), [("run_up", "zmp_limited"), ("ending", "retreat")])
+def test_what_a_later_version_brings_is_not_supported_yet(robot, known, field, value):
+    """A known word that this version lacks."""
+    with pytest.raises(NotSupported, match="later version"):
+        plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
+
+
+def test_refusals_carry_value_and_limit(robot, known):
+    """Angle beyond the linkage, too fast, out of reach, off the leaf."""
+    with pytest.raises(AngleUnreachable, match="linkage") as angle:
+        plan_impact(PlanRequest(math.radians(170.0)), known, robot)
+    assert angle.value.limit < math.radians(170.0)
+    with pytest.raises(SpeedUnreachable) as speed:
+        plan_impact(PlanRequest(math.radians(60.0)), known, robot)
+    assert speed.value.value > speed.value.limit > 0.4
+    with pytest.raises(PostureUnreachable) as place:
+        plan_impact(PlanRequest(TARGET, door_distance=1.5), known, robot)
+    assert place.value.limit[0] < place.value.limit[1] < 1.5
+    with pytest.raises(PostureUnreachable, match="free edge"):
+        plan_impact(PlanRequest(TARGET, l_b=1.2), known, robot)
+
+
+def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known):
+    """Small angles: the limit is the range that can be held."""
+    with pytest.raises(AngleUnreachable, match="catch") as caught:
+        plan_impact(PlanRequest(math.radians(3.0)), known, robot)
+    low, high = caught.value.limit
+    assert math.radians(3.0) < low < TARGET < high
+
+
+def test_a_door_too_strong_for_the_hand_is_refused(robot, known):
+    """The closer's torque over the hand's distance is the force; its limit is a setting."""
+    with pytest.raises(AngleUnreachable, match=r"5\.0 N are allowed"):
+        plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(hand_force_limit=5.0))
+
+
+@given(st.floats(0.02, 1.2), st.sampled_from(["paper", "size2", "size3", "size4"]))
+@settings(max_examples=12, deadline=None)
+def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name):
+    """Nothing but PlannerError comes out, and no plan breaks a limit."""
+    config = load_door(name)
+    known = KnownDoor(config.name, config.door(), config.leaf.width)
+    refused = None
+    try:
+        plan = plan_impact(PlanRequest(angle), known, robot)
+    except PlannerError as error:
+        refused = error
+    if refused is not None:
+        assert str(refused)
+        assert refused.value is not None
+        return
+    assert min(plan.zmp_margins.values()) >= 0.0
+    assert max(phase.torque_ratio for phase in plan.phases) <= 1.0
+    assert peak(known.door, 0.0, plan.omega_door).angle == pytest.approx(angle, abs=1e-5)
+
+
+def test_uncertain_parameters_spread_the_peak(known):
+    """Against a Monte Carlo of the same covariance; an exact door has no spread."""
+    exact = predict(known, TARGET, 0.0)
+    assert exact.peak_angle_std == exact.peak_time_std == 0.0
+    door = known.door
+    std = np.array([0.02 * door.i_a, 0.1 * door.c_c, 0.05 * door.k_c, 0.03 * door.tau_c0_prime])
+    covariance = np.diag(std**2)
+    covariance[2, 3] = covariance[3, 2] = -0.8 * std[2] * std[3]
+    found = predict(dataclasses.replace(known, covariance=covariance), TARGET, 0.0)
+    rng = np.random.default_rng(1)
+    mean = [door.i_a, door.c_c, door.k_c, door.tau_c0_prime]
+    summits = [
+        peak(dataclasses.replace(door, i_a=a, c_c=c, k_c=k, tau_c0_prime=t), 0.0, found.omega)
+        for a, c, k, t in rng.multivariate_normal(mean, covariance, 300)
+    ]
+    assert found.peak_angle_std == pytest.approx(np.std([s.angle for s in summits]), rel=0.15)
+    assert found.peak_time_std == pytest.approx(np.std([s.time for s in summits]), rel=0.15)
+
+
+def test_nominal_placement_asks_for_the_nominal_step(robot, known, plan):
+    """A plan at the nominal placement and one without placement are the same."""
+    nominal = nominal_placement(robot, PlannerSettings())
+    placed = plan_impact(
+        PlanRequest(TARGET),
+        known,
+        robot,
+        PlannerSettings(door_distance=nominal.door_distance, hinge_x=nominal.hinge_x),
+    )
+    assert placed.step == pytest.approx(plan.step, abs=1e-5)
+    assert placed.v_rb == pytest.approx(plan.v_rb, rel=1e-6)

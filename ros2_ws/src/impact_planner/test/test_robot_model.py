@@ -1,0 +1,92 @@
+"""Pinocchio wrapper: masses, inertia, effective mass."""
+
+import numpy as np
+import pytest
+from impact_planner import momentum
+from impact_planner.robot_model import SIDES
+
+
+@pytest.fixture(scope="module")
+def at_hit(robot, stance):
+    """Configuration at the hit."""
+    return robot.configuration(stance.posture.base, stance.posture.joints)
+
+
+def test_contact_jacobian_is_the_slope_of_the_contact_position(robot, at_hit):
+    """Central differences along joints agree, in the axes of odom."""
+    jacobian = robot.contact_jacobian(at_hit)
+    for joint in ("RARM_JOINT1", "CHEST_JOINT0", "RARM_JOINT0"):
+        column = robot.q_index[robot.indices([joint])[0]]
+        step = np.zeros_like(at_hit)
+        step[column] = 1e-6
+        slope = robot.contact_position(at_hit + step) - robot.contact_position(at_hit - step)
+        np.testing.assert_allclose(
+            slope / 2e-6, jacobian[:, robot.v_index[robot.indices([joint])[0]]], atol=1e-8
+        )
+
+
+def test_a_stiff_robot_in_the_air_shows_eq_3_s_mass_at_most(robot, at_hit, stance):
+    """All joints locked and no feet: eq. (3), less what yaw and pitch take off."""
+    posture = stance.posture
+    planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
+    stiff = robot.effective_mass(at_hit, locked=robot.joint_names, feet=())
+    assert stiff <= planar
+    assert stiff == pytest.approx(planar, rel=0.02)
+
+
+def test_each_freedom_taken_away_adds_mass(robot, at_hit):
+    """Rayleigh: constraints never lower the effective mass, nor do rotors."""
+    braced = robot.config.braced_joints
+    upper = [name for name in robot.joint_names if "LEG" not in name]
+    free = robot.effective_mass(at_hit, locked=())
+    held = robot.effective_mass(at_hit, locked=braced)
+    whole = robot.effective_mass(at_hit, locked=upper)
+    assert free < held < whole
+    assert robot.effective_mass(at_hit, locked=braced, feet=()) <= held
+    assert robot.effective_mass(at_hit, locked=braced, rotors=True) > held
+    rotors = robot.effective_mass(at_hit, locked=(), rotors=True)
+    assert free < rotors < held
+
+
+def test_a_free_arm_yields(robot, at_hit):
+    """Without the brace the elbow shows a few kilograms, with rotors below 20, braced above 40."""
+    assert robot.effective_mass(at_hit, locked=()) < 6.0
+    assert robot.effective_mass(at_hit, locked=(), rotors=True) < 20.0
+    assert robot.effective_mass(at_hit, locked=robot.config.braced_joints) > 40.0
+
+
+def test_direction_is_normalised(robot, at_hit):
+    """A longer normal changes nothing."""
+    braced = robot.config.braced_joints
+    assert robot.effective_mass(at_hit, locked=braced, direction=(0.0, -7.0, 0.0)) == pytest.approx(
+        robot.effective_mass(at_hit, locked=braced)
+    )
+
+
+def test_inertia_about_the_com_is_a_plausible_robot_s(robot, at_hit):
+    """Symmetric, positive, triangle inequality; I_rob between 6 and 9 kg m^2."""
+    inertia = robot.inertia_about_com(at_hit)
+    np.testing.assert_allclose(inertia, inertia.T, atol=1e-9)
+    eigenvalues = np.linalg.eigvalsh(inertia)
+    assert eigenvalues[0] > 0.0
+    assert eigenvalues[2] < eigenvalues[0] + eigenvalues[1]
+    assert 6.0 < inertia[0, 0] < 9.0
+
+
+def test_soles_lie_on_the_floor_under_the_ankles(robot):
+    """The support area is the safe sole of robot.yaml, mirrored."""
+    right, left = (robot.feet[side].corners(np.zeros(3)) for side in SIDES)
+    np.testing.assert_allclose(np.sort(right[:, 1]), np.sort(-left[:, 1]))
+    np.testing.assert_allclose(np.sort(right[:, 0]), np.sort(left[:, 0]))
+    assert right[:, 1].max() < -right[:, 1].min()  # the inner edge is the nearer one
+
+
+def test_unknown_frames_are_named(robot, at_hit):
+    """A typing error does not reach Pinocchio."""
+    with pytest.raises(ValueError, match="no_such_frame"):
+        robot.frame_position(at_hit, "no_such_frame")
+
+
+def test_hand_radius_is_read_from_the_urdf(robot):
+    """The hand is a sphere of a few centimetres."""
+    assert 0.02 < robot.hand_radius() < 0.1

@@ -1,0 +1,140 @@
+"""The run-up: speeds at the contact, ZMP, point of no return."""
+
+import math
+
+import numpy as np
+import pytest
+from impact_planner.errors import InvalidRequest, JointLimit, SpeedUnreachable
+from impact_planner.robot_model import SIDES
+from impact_planner.run_up import plan_run_up, point_of_no_return, usable_overrun
+from impact_planner.whole_body import com_course, require_joint_limits
+from impact_planner.zmp import inverse_dynamics, margins
+
+SETTINGS = {"period": 0.005, "overrun": 0.04, "required_margin": 0.0}
+
+
+@pytest.fixture(scope="module")
+def run_up(robot, stance):
+    """At v_rB = 0.45 m/s."""
+    return plan_run_up(robot, stance, 0.45, **SETTINGS)
+
+
+def speed_of_b(robot, motion, i):
+    """Speed of the elbow towards the door at a sample, from its Jacobian."""
+    q = robot.configuration(motion.base[i], motion.joints[i])
+    v = robot.velocity(motion.base_speed[i], motion.joint_speed[i])
+    return -float((robot.contact_jacobian(q) @ v)[1])
+
+
+def test_b_has_its_speed_at_the_contact_and_keeps_it(robot, run_up):
+    """To a per mille at the contact, to 3 % over the overrun; B is faster than the CoM."""
+    i = int(np.argmin(np.abs(run_up.motion.time - run_up.contact_time)))
+    assert speed_of_b(robot, run_up.motion, i) == pytest.approx(0.45, rel=2e-3)
+    assert speed_of_b(robot, run_up.motion, -1) == pytest.approx(0.45, rel=0.03)
+    assert 1.1 < 0.45 / run_up.law.speed < 1.25
+
+
+def test_com_is_where_the_stance_wants_it_at_the_contact(robot, stance, run_up):
+    """At the contact over point C, at the end an overrun further."""
+    com = com_course(robot, run_up.motion)
+    y = np.interp(run_up.contact_time, run_up.motion.time, com[:, 1])
+    assert y == pytest.approx(stance.posture.com[1], abs=1e-5)
+    assert com[-1, 1] == pytest.approx(stance.posture.com[1] - run_up.overrun, abs=1e-6)
+    assert com[0, 1] == pytest.approx(run_up.y_start, abs=1e-6)
+    np.testing.assert_allclose(com[:, 0], stance.posture.com[0], atol=1e-6)
+
+
+def test_soles_do_not_move(robot, stance, run_up):
+    """The table's interpolation keeps both soles on the floor to a hundredth of a mm."""
+    for i in range(0, len(run_up.motion), 10):
+        q = robot.configuration(run_up.motion.base[i], run_up.motion.joints[i])
+        for side in SIDES:
+            np.testing.assert_allclose(
+                robot.frame_position(q, robot.feet[side].frame), stance.feet[side], atol=1e-5
+            )
+
+
+def test_speeds_and_accelerations_are_the_slopes_of_positions(run_up):
+    """The chain rule along the table against finite differences."""
+    motion = run_up.motion
+    inner = slice(2, -3)
+    slope = np.gradient(motion.joints, motion.time, axis=0)
+    np.testing.assert_allclose(slope[inner], motion.joint_speed[inner], atol=0.02)
+    curve = np.gradient(motion.joint_speed, motion.time, axis=0)
+    np.testing.assert_allclose(curve[inner], motion.joint_acceleration[inner], atol=0.6)
+
+
+def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
+    """Inverse dynamics anew gives the same smallest margin, and it is positive."""
+    zmp = inverse_dynamics(robot, run_up.motion).zmp
+    until = run_up.motion.time <= run_up.contact_time
+    assert run_up.margin == pytest.approx(
+        np.min(margins(robot, zmp[until], stance.feet, SIDES)), abs=1e-3
+    )
+    assert run_up.margin > 0.03
+
+
+def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance, run_up):
+    """The search has found a maximum of the smaller margin."""
+    for offset in (-0.03, 0.03):
+        other = plan_run_up(robot, stance, 0.45, y_start=run_up.y_start + offset, **SETTINGS)
+        assert other.y_start == run_up.y_start + offset
+        assert other.margin < run_up.margin + 1e-3
+
+
+def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
+    """The limit that the error names can be planned, a little more cannot."""
+    with pytest.raises(SpeedUnreachable, match="MCV50 reaches") as caught:
+        plan_run_up(robot, stance, 0.8, **SETTINGS)
+    limit = caught.value.limit
+    assert 0.4 < limit < 0.8
+    assert plan_run_up(robot, stance, limit * 0.99, **SETTINGS).margin >= 0.0
+    with pytest.raises(SpeedUnreachable):
+        plan_run_up(robot, stance, limit * 1.02, **SETTINGS)
+
+
+@pytest.mark.parametrize("y_start", [-0.25, -0.5, -0.22])
+def test_a_start_at_or_beyond_the_hit_is_refused(robot, stance, y_start):
+    """There must be a way to run."""
+    with pytest.raises(InvalidRequest, match="y_start"):
+        plan_run_up(robot, stance, 0.45, y_start=y_start, **SETTINGS)
+
+
+def test_a_larger_required_margin_lowers_the_speed(robot, stance):
+    """Reserve costs speed."""
+    with pytest.raises(SpeedUnreachable) as plain:
+        plan_run_up(robot, stance, 0.8, **SETTINGS)
+    with pytest.raises(SpeedUnreachable) as careful:
+        plan_run_up(robot, stance, 0.8, **(SETTINGS | {"required_margin": 0.04}))
+    assert careful.value.limit < plain.value.limit
+
+
+def test_overrun_ends_where_limits_begin(robot, stance):
+    """What is granted keeps the joints' limits at full speed; a longer wish gives no less."""
+    granted = usable_overrun(robot, stance, 0.45, 0.08)
+    assert 0.02 <= granted < 0.08
+    assert usable_overrun(robot, stance, 0.45, 0.03) == pytest.approx(0.03)
+    with pytest.raises(JointLimit):
+        usable_overrun(robot, stance, 20.0, 0.03)
+
+
+def test_whole_run_up_keeps_joint_limits(robot, run_up):
+    """Positions and speeds, overrun included."""
+    require_joint_limits(robot, run_up.motion, "cam")
+
+
+def test_point_of_no_return_is_where_the_capture_point_crosses_the_sole_s_edge(
+    robot, stance, run_up
+):
+    """There, y - v / omega equals the outer edge."""
+    before = point_of_no_return(run_up, robot, stance)
+    course = run_up.law.at(run_up.contact_time - before)
+    omega = math.sqrt(9.81 / stance.posture.b_r)
+    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
+    assert run_up.y_start - course.s - course.v / omega == pytest.approx(edge, abs=2e-4)
+
+
+def test_a_faster_run_up_can_be_stopped_for_less_long(robot, stance, run_up):
+    """Speed moves the point of no return away from the contact."""
+    faster = plan_run_up(robot, stance, 0.52, **SETTINGS)
+    assert point_of_no_return(faster, robot, stance) > point_of_no_return(run_up, robot, stance)
