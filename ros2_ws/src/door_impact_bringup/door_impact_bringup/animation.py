@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pybullet
+from hrp2_sim_bridge.engine import connect
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
-from pybullet_utils.bullet_client import BulletClient
 
 Array = NDArray[np.float64]
 
@@ -16,6 +16,7 @@ SIZE = (520, 480)  # [pixel]
 FLOOR_COLOUR = (0.80, 0.82, 0.84, 1.0)
 LEAF_COLOUR = (0.63, 0.47, 0.30, 1.0)
 FRAME_COLOUR = (0.45, 0.47, 0.50, 1.0)
+CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))  # from, to [m]
 
 
 @dataclass(frozen=True)
@@ -86,10 +87,10 @@ def still(scene: Scene, poses: Poses, time: float, path: Path) -> None:
 
 
 def _render(scene: Scene, poses: Poses, times: Array) -> Iterator[Image.Image]:
-    client = BulletClient(connection_mode=pybullet.DIRECT)
+    client = connect(gui=False)
     try:
         robot, joints, offset, leaf = _build(client, scene)
-        view = client.computeViewMatrix((2.15, 1.55, 1.45), (0.05, -0.42, 0.72), (0, 0, 1))
+        view = client.computeViewMatrix(*CAMERA, (0, 0, 1))
         projection = client.computeProjectionMatrixFOV(42.0, SIZE[0] / SIZE[1], 0.1, 10.0)
         for time in times:
             index = min(int(np.searchsorted(poses.t, time)), len(poses.t) - 1)
@@ -102,35 +103,37 @@ def _render(scene: Scene, poses: Poses, times: Array) -> Iterator[Image.Image]:
                 client, scene, poses.door_angle[index]))
             _, _, pixels, _, _ = client.getCameraImage(
                 *SIZE, view, projection, lightDirection=(1.5, 1.0, 3.0), shadow=1,
-                renderer=pybullet.ER_TINY_RENDERER)
+                renderer=client.ER_TINY_RENDERER)
             rgba = np.asarray(pixels, dtype=np.uint8).reshape(SIZE[1], SIZE[0], 4)
             yield Image.fromarray(rgba[:, :, :3])
     finally:
         client.disconnect()
 
 
-def _build(client: BulletClient, scene: Scene) -> tuple[int, list[int], tuple[Array, Array], int]:
+def _build(client: Any, scene: Scene) -> tuple[int, list[int], tuple[Array, Array], int]:
     """Robot, its joints, the offset of its inertial frame, and the leaf."""
     robot = client.loadURDF(scene.urdf, useFixedBase=True)
     info = client.getDynamicsInfo(robot, -1)
-    index = {client.getJointInfo(robot, i)[1].decode(): i for i in range(client.getNumJoints(robot))}
+    joints = range(client.getNumJoints(robot))
+    index = {client.getJointInfo(robot, i)[1].decode(): i for i in joints}
     width, height, thickness = scene.leaf
     _box(client, (1.8, 1.6, 0.01), (0.3, -0.6, -0.01), FLOOR_COLOUR)
     y = -scene.door_distance - thickness / 2
-    for x in (scene.hinge_x - 0.04, scene.hinge_x + width + 0.04):
-        _box(client, (0.035, 0.05, height / 2 + 0.03), (x, y, height / 2 + 0.03), FRAME_COLOUR)
+    _box(client, (0.035, 0.05, height / 2), (scene.hinge_x - 0.04, y, height / 2), FRAME_COLOUR)
+    # Where the closed leaf stands, so that one sees how far it has opened.
+    _box(client, (width / 2, 0.012, 0.001), (scene.hinge_x + width / 2, y, 0.0), FRAME_COLOUR)
     leaf = _box(client, (width / 2, thickness / 2, height / 2), (0, 0, 0), LEAF_COLOUR)
     return robot, [index[name] for name in scene.joint_names], (info[3], info[4]), leaf
 
 
-def _box(client: BulletClient, half: tuple[float, float, float],
+def _box(client: Any, half: tuple[float, float, float],
          position: tuple[float, float, float], colour: tuple[float, float, float, float]) -> int:
-    shape = client.createVisualShape(pybullet.GEOM_BOX, halfExtents=half, rgbaColor=colour)
+    shape = client.createVisualShape(client.GEOM_BOX, halfExtents=half, rgbaColor=colour)
     body: int = client.createMultiBody(0, -1, shape, position)
     return body
 
 
-def _leaf_pose(client: BulletClient, scene: Scene, theta: float) -> tuple[Array, Array]:
+def _leaf_pose(client: Any, scene: Scene, theta: float) -> tuple[Array, Array]:
     width, height, thickness = scene.leaf
     c, s = np.cos(-theta), np.sin(-theta)  # opening turns about -z
     x, y = width / 2, -thickness / 2

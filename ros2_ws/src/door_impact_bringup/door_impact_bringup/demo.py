@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from .errors import DemoError
@@ -29,7 +30,8 @@ def _switch(text: str) -> bool:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="demo", description="Finds out the door, plans the hit, opens the door, shows the result.")
+        prog="demo",
+        description="Finds out the door, plans the hit, opens the door, shows the result.")
     parser.add_argument("--door", default="paper",
                         help="paper, size2, size3, size4 or a YAML file (default: paper)")
     parser.add_argument("--target-deg", type=_angle, default=25.0,
@@ -55,14 +57,10 @@ def _stop(launcher: subprocess.Popen[bytes]) -> None:
     """Ends the launcher and whatever it has left."""
     if launcher.poll() is None:
         launcher.send_signal(signal.SIGINT)
-        try:
+        with suppress(subprocess.TimeoutExpired):
             launcher.wait(GRACE)
-        except subprocess.TimeoutExpired:
-            pass
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(launcher.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
     launcher.wait()
 
 
@@ -79,8 +77,9 @@ def _run(options: argparse.Namespace) -> None:
     refuse_running_graph()
     with (out / "nodes.log").open("wb") as log:
         launcher = subprocess.Popen(
-            [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml", f"door:={options.door}",
-             f"gui:={int(options.gui)}", "paced:=false", f"log_file:={simulation_log}"],
+            [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
+             f"door:={options.door}", f"gui:={int(options.gui)}", "paced:=false",
+             f"log_file:={simulation_log}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
             run(door=options.door, target_deg=options.target_deg, ending=options.ending, out=out,

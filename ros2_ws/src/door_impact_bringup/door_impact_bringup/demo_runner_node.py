@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,7 @@ class DemoRunner(Node):
         end = time.monotonic() + timeout
         while not condition():
             if not self._nodes_alive():
-                raise DemoError(f"the nodes ended while waiting for {what}: see nodes.log")
+                raise DemoError(f"a node ended while waiting for {what}: see nodes.log")
             if time.monotonic() > end:
                 raise DemoError(f"waited {timeout:.0f} s for {what}: see nodes.log")
             rclpy.spin_once(self, timeout_sec=0.1)
@@ -110,7 +111,7 @@ class DemoRunner(Node):
         self.until(lambda: bool(self.door) and bool(self.zmp), "/door_angle and /zmp", 60.0)
         self.until(self._execute.server_is_ready, "the action /execute_door_impact", 30.0)
         start = self.now()
-        self.until(lambda: self.now() > start + 0.5, "half a second of simulated time", 30.0)
+        self.until(partial(self._is_past, start + 0.5), "half a second of simulated time", 30.0)
 
     def push_by_hand(self) -> list[float]:
         """Pushes the door several times and lets it fall shut.
@@ -123,16 +124,20 @@ class DemoRunner(Node):
         for wanted in np.radians(PUSHED_PEAKS_DEG):
             if peaks:  # against a constant torque the peak grows with the impulse's square
                 impulse *= float(np.clip(np.sqrt(wanted / max(peaks[-1], 0.01)), 0.6, 1.6))
-            answer = self.call(self._push, PushDoor.Request(impulse=impulse, duration=PUSH_DURATION))
+            push = PushDoor.Request(impulse=impulse, duration=PUSH_DURATION)
+            answer = self.call(self._push, push)
             if not answer.success:
                 raise DemoError(f"the push was refused: {answer.message}")
             first, start = len(self.door), self.now()
-            self.until(lambda start=start: self.now() > start + 1.0, "the swing", 60.0)
+            self.until(partial(self._is_past, start + 1.0), "the swing", 60.0)
             self.until(self._door_at_rest, "the door to fall shut", 60.0)
             peaks.append(max(angle for _, angle in self.door[first:]))
             say(f"    push {len(peaks)} of {len(PUSHED_PEAKS_DEG)}: {impulse:.1f} N m s, "
                 f"up to {np.degrees(peaks[-1]):.1f} deg")
         return peaks
+
+    def _is_past(self, time: float) -> bool:
+        return self.now() > time
 
     def _door_at_rest(self) -> bool:
         recent = [angle for stamp, angle in self.door[-40:] if stamp > self.now() - 0.35]
@@ -229,7 +234,9 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
     Raises:
         DemoError: Something failed; the message says what.
     """
-    from . import results  # matplotlib is slow to load: not while nodes wait for their first message
+    from . import (
+        results,  # matplotlib is slow to load: not while nodes wait for their first message
+    )
 
     rclpy.init(args=list(args) or None)
     try:
@@ -241,6 +248,7 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         node.push_by_hand()
         say("identifying the closer")
         parameters = node.identify()
+        samples = tuple(node.samples)  # of the pushes; the robot's own hit comes later
         say(f"planning the hit for {target_deg:g} deg")
         plan, planning_ms = node.make_plan(float(np.radians(target_deg)), ending)
         for warning in plan.warnings:
@@ -255,7 +263,7 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
             door=door, target_deg=target_deg, parameters=parameters, plan=plan, outcome=outcome,
             planning_ms=planning_ms, real_time_factor=real_time_factor,
             wall_s=time.monotonic() - _started, door_angle=np.array(node.door),
-            zmp=np.array(node.zmp), samples=node.samples,
+            zmp=np.array(node.zmp), samples=samples,
             phases=node.phases, end=node.now()), out)
     finally:
         rclpy.try_shutdown()

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from door_model.closer import FourBarCloser
 from door_model.dynamics import Door
-from impact_planner import cam_curve
+from impact_planner.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -52,7 +52,8 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
         path: Where to write the picture.
     """
     theta = np.linspace(0.0, np.radians(90.0), 200)
-    figure, axes = _axes("Restoring torque (Fig. 16)", "door θ [deg]", "torque about the hinge [N m]")
+    figure, axes = _axes("Restoring torque (Fig. 16)", "door θ [deg]",
+                         "torque about the hinge [N m]")
     axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6, label="range of the swings")
     axes.plot(np.degrees(theta), true.restoring_torque(theta), color="k", lw=2.5, alpha=0.35,
               label="simulated door")
@@ -81,8 +82,8 @@ def cam(path: Path) -> None:
     """Normalised modified constant velocity cam curve; the paper's Fig. 6."""
     T = np.linspace(0.0, 1.0, 801)
     figure, panels = plt.subplots(3, 1, figsize=(7.2, 5.6), sharex=True, layout="constrained")
-    curves = (("displacement", cam_curve.displacement(T)), ("velocity", cam_curve.velocity(T)),
-              ("acceleration", cam_curve.acceleration(T)))
+    curve = mcv50(T)
+    curves = (("displacement", curve.s), ("velocity", curve.v), ("acceleration", curve.a))
     for axes, (name, values) in zip(panels, curves, strict=True):
         axes.plot(T, values, color=BLUE)
         axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="used for the run-up")
@@ -124,7 +125,8 @@ def zmp(record: DemoRecord, path: Path) -> None:
 
 def door_angle(record: DemoRecord, target_deg: float, path: Path) -> None:
     """Angle of the door after the impact with the desired line; the paper's Fig. 9."""
-    figure, axes = _axes("Door after the impact (Fig. 9)", "time from the impact [s]", "door θ [deg]")
+    figure, axes = _axes("Door after the impact (Fig. 9)", "time from the impact [s]",
+                         "door θ [deg]")
     after = record.door_topic_t >= record.contact_time - 0.2
     axes.plot(record.door_topic_t[after] - record.contact_time,
               np.degrees(record.door_topic[after]), color=BLUE, label="/door_angle")

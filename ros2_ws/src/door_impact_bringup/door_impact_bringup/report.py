@@ -7,17 +7,18 @@ from pathlib import Path
 from .table import Row
 
 _STYLE = """
-body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#222}
-table{border-collapse:collapse;margin:1rem 0}td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd}
+body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem}
+table{border-collapse:collapse;margin:1rem 0}
+td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd}
 th{text-align:left}td.n{text-align:right;font-variant-numeric:tabular-nums}
 figure{margin:1.5rem 0}img{max-width:100%}figcaption{color:#555}
 """
 
 PICTURES = (
     ("impact.gif", "The hit, at half speed: run-up, impact, opening, hold."),
-    ("door_angle.png", "Angle of the door after the impact, with the desired line (paper, Fig. 9)."),
+    ("door_angle.png", "The door after the impact, with the desired angle (paper, Fig. 9)."),
     ("zmp.png", "ZMP from the two foot sensors inside the support polygon (paper, Fig. 8)."),
-    ("identification.png", "Swings after pushes by hand, and eq. (1) fitted to them (paper, Fig. 11)."),
+    ("identification.png", "Swings after pushes by hand, and eq. (1) fitted (paper, Fig. 11)."),
     ("restoring_torque.png", "Restoring torque of the closer (paper, Fig. 16)."),
     ("closer_angle.png", "Angle of the closer against that of the door (paper, Fig. 15)."),
     ("cam_curve.png", "The run-up's cam curve (paper, Fig. 6)."),

@@ -1,7 +1,7 @@
 """From what was heard and logged to out/demo: summary.json, table, figures, animation, report."""
 
+import importlib.util
 import json
-import os
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +18,7 @@ from door_model.recordings import Recording
 from door_model.swings import FreeSwing, find_swings
 from hrp2_description.robot import load_robot_config
 from numpy.typing import NDArray
+from rclpy.utilities import get_rmw_implementation_identifier
 from scipy.optimize import least_squares
 
 from . import animation, evaluation, figures, report, simulation_log, table
@@ -45,7 +46,7 @@ class Heard:
         wall_s: Wall time of the demonstration [s].
         door_angle: Stamp and angle heard on /door_angle (n, 2) [s, rad].
         zmp: Stamp, x and y heard on /zmp (m, 3) [s, m, m].
-        samples: EncoderSamples heard.
+        samples: EncoderSamples of the pushes.
         phases: Start [s] and name of each phase, from the action's feedback.
         end: When the motion had ended [s].
     """
@@ -60,7 +61,7 @@ class Heard:
     wall_s: float
     door_angle: Array
     zmp: Array
-    samples: list[Any]
+    samples: Sequence[Any]
     phases: list[tuple[float, str]]
     end: float
 
@@ -184,7 +185,7 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
             "real_time_factor": heard.real_time_factor,
             "wall_s": heard.wall_s,
             "runtime": runtime(),
-            "rmw": rclpy.get_rmw_implementation_identifier(),
+            "rmw": get_rmw_implementation_identifier(),
             "versions": _versions(),
         },
     }
@@ -203,8 +204,11 @@ def _identified(heard: Heard) -> dict[str, Any]:
 
 
 def runtime() -> str:
-    """Which rclpy runs: "ros2", or "embedded" where it is the drop-in on Cyclone DDS."""
-    return "ros2" if os.environ.get("ROS_DISTRO") and "ros2_embedded" not in rclpy.__doc__ else "embedded"
+    """Which rclpy runs: "embedded" where it is this project's drop-in, else "ros2"."""
+    own = importlib.util.find_spec("ros2_embedded")
+    if own is None or own.origin is None:
+        return "ros2"
+    return "embedded" if Path(rclpy.__file__).parents[1] == Path(own.origin).parents[1] else "ros2"
 
 
 def _versions() -> dict[str, str]:

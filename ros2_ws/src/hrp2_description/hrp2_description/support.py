@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from hrp2_description.errors import DegeneratePolygonError
 
 Array = NDArray[np.float64]
+Point = tuple[float, float]
 # Below this a polygon is a line for our purposes: one square millimetre.
 MIN_AREA = 1e-6
 # Points nearer than a nanometre are one point: edges of no length have no direction.
@@ -56,8 +57,8 @@ def support_polygon(*points: ArrayLike) -> Array:
     cloud = np.concatenate(arrays) if arrays else np.empty((0, 2))
     if not np.isfinite(cloud).all():
         raise DegeneratePolygonError("points are not finite", value=cloud, limit="finite numbers")
-    unique = np.unique(np.round(cloud, DECIMALS) + 0.0, axis=0)  # sorted by x, then y
-    hull = np.array(_half_hull(unique) + _half_hull(unique[::-1])).reshape(-1, 2)
+    ordered = sorted(set(map(tuple, (np.round(cloud, DECIMALS) + 0.0).tolist())))
+    hull = np.array(_half_hull(ordered) + _half_hull(ordered[::-1])).reshape(-1, 2)
     area = _area(hull) if len(hull) >= 3 else 0.0
     if area < MIN_AREA:
         raise DegeneratePolygonError("the points span no area", value=area, limit=MIN_AREA)
@@ -80,7 +81,7 @@ def polygon_margin(points: ArrayLike, hull: ArrayLike) -> Array:
     """
     corners = _checked_hull(hull)
     place = np.asarray(points, dtype=float)[..., None, :] - corners
-    edges = np.roll(corners, -1, axis=0) - corners
+    edges = _following(corners) - corners
     lengths = np.linalg.norm(edges, axis=1)
     # Distance to each edge's line, positive on its left, and to the edge itself.
     left = (edges[:, 0] * place[..., 1] - edges[:, 1] * place[..., 0]) / lengths
@@ -91,9 +92,9 @@ def polygon_margin(points: ArrayLike, hull: ArrayLike) -> Array:
     return margin
 
 
-def _half_hull(ordered: Array) -> list[Array]:
+def _half_hull(ordered: list[Point]) -> list[Point]:
     # Andrew's monotone chain (1979); the last point is left to the other half.
-    chain: list[Array] = []
+    chain: list[Point] = []
     for point in ordered:
         while len(chain) >= 2 and _turn(chain[-2], chain[-1], point) <= 0.0:
             chain.pop()
@@ -101,14 +102,17 @@ def _half_hull(ordered: Array) -> list[Array]:
     return chain[:-1]
 
 
-def _turn(first: Array, second: Array, third: Array) -> float:
-    a, b = second - first, third - second
-    return float(a[0] * b[1] - a[1] * b[0])
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def _following(rows: Array) -> Array:
+    return np.concatenate((rows[1:], rows[:1]))
 
 
 def _area(polygon: Array) -> float:
-    x, y = polygon.T
-    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    after = _following(polygon)
+    return float(0.5 * (polygon[:, 0] @ after[:, 1] - polygon[:, 1] @ after[:, 0]))
 
 
 def _checked_hull(hull: ArrayLike) -> Array:
@@ -120,12 +124,12 @@ def _checked_hull(hull: ArrayLike) -> Array:
         raise DegeneratePolygonError(
             "the polygon is degenerate or clockwise", value=area, limit=MIN_AREA
         )
-    following = np.roll(corners, -1, axis=0) - corners
-    shortest = float(np.linalg.norm(following, axis=1).min())
+    edges = _following(corners) - corners
+    shortest = float(np.linalg.norm(edges, axis=1).min())
     if shortest < 0.1 * 10.0**-DECIMALS:
         raise DegeneratePolygonError("corners coincide", value=shortest, limit=10.0**-DECIMALS)
-    before = np.roll(following, 1, axis=0)
-    turns = before[:, 0] * following[:, 1] - before[:, 1] * following[:, 0]
+    after = _following(edges)
+    turns = edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]
     if turns.min() < -1e-12:
         raise DegeneratePolygonError(
             "the polygon is not convex", value=float(turns.min()), limit=0.0

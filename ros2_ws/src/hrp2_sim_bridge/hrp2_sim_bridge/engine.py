@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from hrp2_sim_bridge.errors import SimulatorMissingError
@@ -16,19 +21,37 @@ def load_pybullet() -> Any:
         SimulatorMissingError: it is not installed.
     """
     try:
-        import pybullet
+        with _quiet_stdout():
+            import pybullet
     except ImportError as error:
         raise SimulatorMissingError from error
     return pybullet
+
+
+@contextmanager
+def _quiet_stdout() -> Iterator[None]:
+    """PyBullet's C code greets on standard output, which belongs to whoever uses this module."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        yield
+    finally:
+        ctypes.CDLL(None).fflush(None)  # else the greeting comes out later
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def connect(gui: bool) -> Any:
     """A client of a new physics server, in this process or in a window."""
     pybullet = load_pybullet()
     # Comes with pybullet.
-    from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
+    from pybullet_utils.bullet_client import BulletClient
 
-    client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+    with _quiet_stdout():
+        client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
     if gui:
         client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
         client.resetDebugVisualizerCamera(2.6, 120.0, -18.0, [0.0, -0.2, 0.7])

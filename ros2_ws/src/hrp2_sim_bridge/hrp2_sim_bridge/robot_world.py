@@ -88,6 +88,7 @@ class RobotBody:
         self._imu = self.link_index[robot.imu_frame]
         self._contact = self.link_index[robot.contact_link]
         self._quiet_defaults([info[2] for info in infos])
+        self._anchor_soles()
         self._check_masses()
         for sensor in sensors:
             client.enableJointForceTorqueSensor(self.body, sensor, 1)
@@ -110,6 +111,11 @@ class RobotBody:
                 # Lower above upper means free: the driver keeps the limits.
                 client.changeDynamics(self.body, index, jointLowerLimit=1.0, jointUpperLimit=-1.0)
                 client.setJointMotorControl2(self.body, index, client.VELOCITY_CONTROL, force=0.0)
+
+    def _anchor_soles(self) -> None:
+        """Friction that holds a place, not only a speed: else soles creep 0.3 mm in 25 s."""
+        for sole in self.soles.values():
+            self._client.changeDynamics(self.body, sole, frictionAnchor=1)
 
     def _check_masses(self) -> None:
         """PyBullet replaces an inertia it dislikes by zero, silently."""

@@ -17,20 +17,23 @@ LEG = 0.3 * np.cos(np.radians(26.0)) + 0.3 * np.cos(np.radians(24.0))
 
 @pytest.fixture(scope="session")
 def robot() -> RobotConfig:
+    """HRP-2."""
     return load_robot_config()
 
 
 @pytest.fixture(scope="session")
 def paper_door() -> DoorConfig:
+    """The paper's door."""
     return load_door("paper")
 
 
 @pytest.fixture(scope="session")
 def limits(robot: RobotConfig) -> JointLimits:
+    """HRP-2's limits."""
     return JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
 
 
-@pytest.fixture()
+@pytest.fixture
 def make_world(robot: RobotConfig, paper_door: DoorConfig) -> Iterator[Callable[..., World]]:
     """Makes worlds with the paper's door and closes them."""
     worlds = []

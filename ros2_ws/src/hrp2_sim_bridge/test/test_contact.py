@@ -39,6 +39,7 @@ def ball_on_leaf(restitution: float, speed: float) -> tuple[float, float, float]
 @pytest.mark.parametrize("speed", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7])
 def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, speed) -> None:
+    """Free ball leaves the leaf with the restitution asked for."""
     shown, momentum, duration = ball_on_leaf(restitution, speed)
     assert shown == pytest.approx(restitution, abs=0.015)
     assert momentum == pytest.approx(0.0, abs=0.005)
@@ -49,6 +50,7 @@ def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, s
 @given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))
 @settings(max_examples=15, deadline=None)
 def test_design_meets_restitution_and_duration(restitution, mass, duration) -> None:
+    """Design meets restitution and duration."""
     design = design_contact(restitution, mass, duration, STEP)
     assert design.restitution == pytest.approx(restitution, abs=1e-3)
     assert design.duration == pytest.approx(duration, rel=0.05)
@@ -72,6 +74,7 @@ def test_scheme_converges_to_the_exact_spring_damper_that_cannot_pull(frequency,
 
 @pytest.mark.parametrize("bad", [-0.1, 0.99, float("nan")])
 def test_restitution_out_of_reach_is_an_error_that_names_it(bad) -> None:
+    """Restitution out of reach is an error that names it."""
     with pytest.raises(SettingError) as error:
         design_contact(bad, 28.0, 0.015, STEP)
     assert error.value.setting == "restitution"

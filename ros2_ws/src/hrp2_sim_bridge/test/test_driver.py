@@ -13,10 +13,12 @@ LIMITS = JointLimits(NAMES, np.full(3, -1.0), np.full(3, 1.0), np.array([2.0, 4.
 
 
 def driver() -> TrajectoryDriver:
+    """A driver of three joints at rest."""
     return TrajectoryDriver(LIMITS, np.zeros(3))
 
 
 def message(times, positions, velocities=(), accelerations=(), names=NAMES) -> TrajectoryArrays:
+    """A trajectory for the three joints."""
     return TrajectoryArrays(names, times, positions, velocities, accelerations)
 
 
@@ -27,13 +29,15 @@ NAN, INF = float("nan"), float("inf")
 
 
 def test_silence_means_hold() -> None:
+    """Silence means hold."""
     for time in (0.0, 1.0, 1e6):
         state = driver().sample(time)
         assert not state.position.any()
         assert not state.velocity.any()
 
 
-def test_trajectory_without_a_stamp_starts_now_from_the_reference_and_holds_its_last_point() -> None:
+def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> None:
+    """Trajectory without a stamp starts now from the reference and holds its last point."""
     d = driver()
     d.accept(GOOD, 0.0, 3.0)
     assert not d.sample(3.0).position.any()
@@ -43,6 +47,7 @@ def test_trajectory_without_a_stamp_starts_now_from_the_reference_and_holds_its_
 
 
 def test_names_may_come_in_any_order() -> None:
+    """Names may come in any order."""
     order = [2, 0, 1]
     shuffled = message(
         GOOD.times,
@@ -86,6 +91,7 @@ def test_names_may_come_in_any_order() -> None:
     ],
 )
 def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> None:
+    """Bad trajectory is refused and changes nothing."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = [d.sample(t).position.copy() for t in np.linspace(0.3, 1.2, 20)]
@@ -99,16 +105,19 @@ def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> Non
 
 @pytest.mark.parametrize("stamp", [NAN, INF, -1.0])
 def test_impossible_stamp_is_refused(stamp) -> None:
+    """Impossible stamp is refused."""
     with pytest.raises(TrajectoryRefusedError):
         driver().accept(GOOD, stamp, 0.0)
 
 
 def test_trajectory_that_is_over_before_it_comes_is_refused() -> None:
+    """Trajectory that is over before it comes is refused."""
     with pytest.raises(TrajectoryRefusedError, match="ended"):
         driver().accept(GOOD, 1.0, 2.5)
 
 
 def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
+    """Stamp in the future lets the trajectory under way go on."""
     d, alone = driver(), driver()
     for each in (d, alone):
         each.accept(GOOD, 0.0, 0.0)
@@ -120,6 +129,7 @@ def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
 
 
 def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
+    """Later stamp waits behind an earlier one that also waits."""
     d = driver()
     d.accept(message([0.5], [[0.1, 0.0, 0.0]]), 1.0, 0.0)
     d.accept(message([0.5], [[0.2, 0.0, 0.0]]), 2.0, 0.0)
@@ -130,6 +140,7 @@ def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
 
 
 def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
+    """Late trajectory is joined where it should be by now."""
     d = driver()
     times = np.arange(0.0, 1.01, 0.1)
     ramp = np.outer(0.25 * times**2, [1.0, 1.0, 1.0])
@@ -139,18 +150,15 @@ def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
     assert d.sample(1.6).position[0] == pytest.approx(0.25 * 0.6**2)
 
 
-@given(st.floats(0.01, 1.2), st.floats(0.2, 1.5))
+@given(st.floats(0.01, 1.2), st.floats(0.5, 1.5))
 def test_replacement_is_continuous_up_to_acceleration(when, duration) -> None:
+    """Replacement is continuous up to acceleration."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = d.sample(when)
     target = np.array([-0.05, 0.0, 0.1])
     new = message([duration], [target.tolist()], [[0.0] * 3], [[0.0] * 3])
-    try:
-        d.accept(new, 0.0, when)
-    except TrajectoryRefusedError as error:
-        assert "speed" in error.reason  # too quick is the only reason there can be
-        return
+    d.accept(new, 0.0, when)
     after = d.sample(when)
     np.testing.assert_allclose(after.position, before.position, atol=1e-12)
     np.testing.assert_allclose(after.velocity, before.velocity, atol=1e-9)
@@ -160,6 +168,7 @@ def test_replacement_is_continuous_up_to_acceleration(when, duration) -> None:
 
 @given(st.floats(0.0, 1.5))
 def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
+    """Stop brakes smoothly and holds within limits."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = d.sample(when)
@@ -175,6 +184,7 @@ def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
 
 
 def test_stop_drops_what_waits() -> None:
+    """Stop drops what waits."""
     d = driver()
     d.accept(message([0.5], [[0.3, 0.0, 0.0]]), 1.0, 0.0)
     d.stop(0.5)
@@ -182,6 +192,7 @@ def test_stop_drops_what_waits() -> None:
 
 
 def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None:
+    """Last point that still moves is followed by a brake not a jolt."""
     d = driver()
     d.accept(message([1.0], [[0.5, 0.0, 0.0]], [[1.0, 0.0, 0.0]]), 0.0, 0.0)
     speed = np.array([d.sample(t).velocity[0] for t in np.arange(0.9, 1.3, 0.001)])
@@ -191,6 +202,7 @@ def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None
 
 
 def test_reset_forgets_everything() -> None:
+    """Reset forgets everything."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     d.reset(np.full(3, 0.4), 0.0)
@@ -200,6 +212,7 @@ def test_reset_forgets_everything() -> None:
 
 @given(st.floats(0.0, 1.4), st.sampled_from([0.001, 0.00025]))
 def test_reference_never_moves_faster_than_the_limit_between_substeps(start, step) -> None:
+    """Reference never moves faster than the limit between substeps."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     moved = np.abs(d.sample(start + step).position - d.sample(start).position)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 @given(st.integers(2, 300), st.integers(0, 1000))
 def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, rows) -> None:
+    """Recorder keeps the latest rows in order and within its bound."""
     recorder = Recorder({"n": ((), "f8"), "v": ((2,), "f4")}, most)
     for row in range(rows):
         recorder.add(n=row, v=[row, -row])
@@ -18,6 +19,7 @@ def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, rows
 
 
 def test_recorder_grows_beyond_its_first_capacity() -> None:
+    """Recorder grows beyond its first capacity."""
     recorder = Recorder({"n": ((), "i8")}, 100_000)
     for row in range(10_000):
         recorder.add(n=row)
@@ -34,6 +36,7 @@ class Watch:
 
 
 def test_pacer_waits_for_real_time() -> None:
+    """Pacer waits for real time."""
     watch = Watch()
     pacer = Pacer(2.0, watch)
     pacer.advance(0.1)
@@ -43,6 +46,7 @@ def test_pacer_waits_for_real_time() -> None:
 
 
 def test_pacer_does_not_hurry_after_a_long_stop() -> None:
+    """Pacer does not hurry after a long stop."""
     watch = Watch()
     pacer = Pacer(1.0, watch)
     watch.now = 100.0
@@ -53,6 +57,7 @@ def test_pacer_does_not_hurry_after_a_long_stop() -> None:
 
 
 def test_pacer_without_a_factor_never_waits() -> None:
+    """Pacer without a factor never waits."""
     pacer = Pacer(0.0, Watch())
     pacer.advance(1e3)
     assert pacer.wait() == 0.0

@@ -10,6 +10,7 @@ VALUES = st.floats(-3.0, 3.0)
 
 @st.composite
 def knots(draw: st.DrawFn) -> tuple[np.ndarray, ...]:
+    """Times and three sets of values."""
     count = draw(st.integers(2, 6))
     steps = draw(arrays(float, count, elements=st.floats(0.01, 2.0)))
     q, v, a = (draw(arrays(float, (count, 3), elements=VALUES)) for _ in range(3))
@@ -18,6 +19,7 @@ def knots(draw: st.DrawFn) -> tuple[np.ndarray, ...]:
 
 @given(knots(), st.integers(1, 3))
 def test_spline_passes_through_its_knots_with_their_derivatives(data, order) -> None:
+    """Spline passes through its knots with their derivatives."""
     times, *states = data
     spline = Spline(times, *states[:order])
     for index, time in enumerate(times[:-1]):
@@ -35,6 +37,7 @@ def test_spline_passes_through_its_knots_with_their_derivatives(data, order) -> 
 
 @given(knots(), st.integers(1, 3))
 def test_position_and_given_derivatives_are_continuous_at_inner_knots(data, order) -> None:
+    """Position and given derivatives are continuous at inner knots."""
     times, *states = data
     spline = Spline(times, *states[:order])
     for time in times[1:-1]:
@@ -45,6 +48,7 @@ def test_position_and_given_derivatives_are_continuous_at_inner_knots(data, orde
 
 
 def test_quintic_reproduces_a_polynomial_of_degree_five() -> None:
+    """Quintic reproduces a polynomial of degree five."""
     coefficients = np.array([0.3, -1.0, 0.5, 2.0, -1.5, 0.7])
     exact = np.polynomial.Polynomial(coefficients)
     times = np.array([0.2, 0.9, 1.4])
@@ -55,6 +59,7 @@ def test_quintic_reproduces_a_polynomial_of_degree_five() -> None:
 
 
 def test_joints_rest_outside_the_knots() -> None:
+    """Joints rest outside the knots."""
     spline = Spline(np.array([1.0, 2.0]), np.array([[0.0], [1.0]]), np.array([[5.0], [5.0]]))
     for time, place in ((0.5, 0.0), (2.0, 1.0), (9.0, 1.0)):
         assert spline.sample(time).position[0] == place
@@ -62,6 +67,7 @@ def test_joints_rest_outside_the_knots() -> None:
 
 
 def test_inner_states_equal_samples() -> None:
+    """Inner states equal samples."""
     rng = np.random.default_rng(2)
     times = np.array([0.0, 0.4, 1.1])
     spline = Spline(times, *rng.normal(size=(3, 3, 4)))

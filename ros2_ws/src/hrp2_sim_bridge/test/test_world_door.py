@@ -17,6 +17,7 @@ DURATION = 0.2
 
 @pytest.mark.parametrize(("name", "impulse"), [("paper", 9.0), ("paper", 5.0), ("size3", 11.0)])
 def test_pushed_door_swings_as_eq_1_says(robot, name, impulse) -> None:
+    """Pushed door swings as eq. (1) says."""
     config = load_door(name)
 
     def torque(time: float) -> float:
@@ -48,6 +49,7 @@ def test_pushed_door_swings_as_eq_1_says(robot, name, impulse) -> None:
 
 @pytest.mark.parametrize("name", ["paper", "size4"])
 def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
+    """Door falls shut without bouncing much and settles."""
     world = World(robot, load_door(name), 0.9, -0.42)
     world.push_door(8.0, DURATION)
     for _ in range(750):
@@ -62,6 +64,7 @@ def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
 
 
 def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_world) -> None:
+    """Closed door counts do not flicker and swings count as the angle."""
     world = make_world(encoder_bits=16, seed=5)
     zero = world.step().counts[0]
     counts = [c for _ in range(20) for c in world.step().counts]
@@ -77,6 +80,7 @@ def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_wo
 
 @given(st.integers(0, 1 << 32), st.sampled_from([16, 32]), st.floats(-0.1, 2.0))
 def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
+    """Counter wraps and never leaves its range."""
     counter = EncoderCounter(offset, bits)
     count = counter.count(angle)
     assert 0 <= count < 1 << bits
@@ -86,6 +90,7 @@ def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
 
 @pytest.mark.parametrize(("impulse", "duration"), [(1.0, 0.0), (1.0, -1.0), (float("nan"), 0.1)])
 def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
+    """Impossible push is refused."""
     with pytest.raises(SettingError):
         make_world().push_door(impulse, duration)
 
@@ -99,6 +104,7 @@ def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
     ],
 )
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
+    """Setting out of range is an error that names it."""
     with pytest.raises(SettingError) as error:
         WorldSettings(**{name: value})
     assert error.value.setting == name
@@ -106,6 +112,7 @@ def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
 
 
 def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:
+    """Hard push meets the outer stop inside the linkage's range."""
     world = make_world()
     world.push_door(60.0, 0.3)
     for _ in range(300):

@@ -10,12 +10,14 @@ SWAY = (0.0, 0.04, -0.04, 0.0)
 
 
 def run(world, seconds):
+    """Step for so many seconds; returns the log."""
     for _ in range(round(seconds / 0.005)):
         world.step()
     return world.log()
 
 
 def swaying(world, sway, moving, slower=1.0):
+    """Start the sway."""
     postures = np.array([sway(y) for y in SWAY])
     world.driver.accept(moving(SWAY_TIMES * slower, postures), 0.0, world.time)
 
@@ -45,6 +47,7 @@ def test_wrenches_change_the_momentum_as_newton_says(swayed, robot) -> None:
 
 
 def test_logged_velocities_are_the_slopes_of_logged_positions(swayed) -> None:
+    """Logged velocities are the slopes of logged positions."""
     for position, velocity in (
         ("com_position", "com_velocity"), ("b_position", "b_velocity"),
         ("base_position", "base_linear_velocity"),
@@ -72,6 +75,7 @@ def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, mov
 
 
 def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
+    """Reset brings back the same run bit for bit."""
     world = make_world(door_distance=0.47)  # some of it in fine steps
     logs = []
     for _ in range(2):
@@ -85,6 +89,7 @@ def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) ->
 
 
 def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway, moving) -> None:
+    """Refused trajectories leave the motion as it was."""
     logs = []
     for disturbed in (False, True):
         world = make_world()
@@ -102,6 +107,7 @@ def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway
 
 
 def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving) -> None:
+    """Changing the step near the leaf does not jolt."""
     world = make_world(door_distance=0.5)
     swaying(world, sway, moving, slower=1.8)  # no sole lifts: a rocking robot forgives nothing
     log = run(world, 2.2)
@@ -119,6 +125,7 @@ def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving)
 
 
 def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
+    """Brace holds only in the braced posture."""
     braced = robot.posture(robot.braced_posture)
     limit = robot.effort_limit[robot.index("RARM_JOINT1")]
     body = make_world().robot
@@ -151,6 +158,7 @@ def leaning_hit(robot, paper_door, sway, moving, **settings):
 def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     robot, paper_door, sway, moving, brace
 ) -> None:
+    """Hit of the robot turns the door by its impulse."""
     world, log = leaning_hit(robot, paper_door, sway, moving, brace=brace)
     force = log["contact_force"]
     touched = np.flatnonzero(force > 5.0)
@@ -173,6 +181,7 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
 
 
 def test_fall_is_noticed_and_named(make_world, robot, moving) -> None:
+    """Fall is noticed and named."""
     world = make_world()
     lean = robot.posture({"RLEG_JOINT4": -1.0, "LLEG_JOINT4": -1.0})
     path = np.array([robot.half_sitting, lean])
@@ -188,6 +197,7 @@ def test_fall_is_noticed_and_named(make_world, robot, moving) -> None:
 
 
 def test_log_is_saved_whole_and_can_be_read_back(make_world, tmp_path) -> None:
+    """Log is saved whole and can be read back."""
     world = make_world()
     log = run(world, 0.05)
     path = world.save_log(tmp_path / "deep" / "run")

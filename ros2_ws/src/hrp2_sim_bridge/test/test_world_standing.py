@@ -15,6 +15,7 @@ def stood(robot, paper_door):
 
 
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
+    """No inertia was replaced and none is damped."""
     world = stood[0]
     client, body = world._client, world.robot.body
     mass = 0.0
@@ -28,6 +29,7 @@ def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
 
 
 def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
+    """Robot is upright from the first millisecond on."""
     world, log, _ = stood
     assert np.degrees(world.max_tilt) < 0.1
     np.testing.assert_allclose(log["base_position"][0], [-0.00949, 0.0, 0.648702], atol=5e-4)
@@ -35,6 +37,7 @@ def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
 
 
 def test_soles_carry_the_weight_to_half_a_percent(stood, robot) -> None:
+    """Soles carry the weight to half a percent."""
     log = stood[1]
     carried = log["left_wrench"][:, 2] + log["right_wrench"][:, 2]
     np.testing.assert_allclose(carried, robot.mass * GRAVITY, rtol=0.005)
@@ -43,11 +46,13 @@ def test_soles_carry_the_weight_to_half_a_percent(stood, robot) -> None:
 
 
 def test_half_sitting_holds_for_two_seconds(stood) -> None:
+    """Half sitting holds for two seconds."""
     com = stood[1]["com_position"]
     assert np.linalg.norm(com - com[0], axis=1).max() < 0.002
 
 
 def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
+    """ZMP of the wrenches lies under the center of mass."""
     log = stood[1]
     force, moment = np.zeros(3), np.zeros(3)
     for side in ("left", "right"):
@@ -59,6 +64,7 @@ def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
 
 
 def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
+    """Center of mass from Pinocchio equals PyBullet's."""
     world, log, _ = stood
     client, body = world._client, world.robot.body
     total = client.getDynamicsInfo(body, -1)[0]
@@ -71,6 +77,7 @@ def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
 
 
 def test_imu_feels_gravity_and_no_rotation(stood) -> None:
+    """IMU feels gravity and no rotation."""
     imu = stood[2][-1].imu
     np.testing.assert_allclose(imu.specific_force, [0.0, 0.0, GRAVITY], atol=0.02)
     assert np.abs(imu.angular_velocity).max() < 1e-3
@@ -78,6 +85,7 @@ def test_imu_feels_gravity_and_no_rotation(stood) -> None:
 
 
 def test_samples_come_every_tick_with_as_many_counts_as_milliseconds(stood) -> None:
+    """Samples come every tick with as many counts as milliseconds."""
     samples = stood[2]
     np.testing.assert_allclose(np.diff([s.time for s in samples]), 0.005, atol=1e-12)
     assert all(len(s.counts) == 5 for s in samples)
