@@ -1,0 +1,24 @@
+"""Actions: goals that take time, tell how it goes, and can be cancelled.
+
+An action NAME is three services and two topics: `NAME/_action/send_goal`, `cancel_goal`,
+`get_result`, `feedback` and `status`.
+"""
+
+from rclpy.action.client import ActionClient, ClientGoalHandle
+from rclpy.action.graph import get_action_names_and_types
+from rclpy.action.server import (
+    ActionServer,
+    CancelResponse,
+    GoalResponse,
+    ServerGoalHandle,
+)
+
+__all__ = [
+    "ActionClient",
+    "ActionServer",
+    "CancelResponse",
+    "ClientGoalHandle",
+    "GoalResponse",
+    "ServerGoalHandle",
+    "get_action_names_and_types",
+]

@@ -1,0 +1,5 @@
+"""Clients of services."""
+
+from rclpy.service import Client
+
+__all__ = ["Client"]

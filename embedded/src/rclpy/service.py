@@ -1,0 +1,246 @@
+"""Services and their clients.
+
+A request and its reply are samples on two topics. In front of the payload stand the client's
+identity, which is the instance handle of its writer, and a running number (the convention of
+rmw_cyclonedds_cpp).
+"""
+
+from __future__ import annotations
+
+import inspect
+import threading
+import time
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from cyclonedds.idl import make_idl_struct
+from cyclonedds.idl import types as idl
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from ros2_embedded import naming
+from ros2_embedded.domain import parse_user_data
+from ros2_embedded.messages import dds_type_name, full_type_name
+from ros2_embedded.typehash import type_hash
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.entity import Endpoints, Entity
+from rclpy.exceptions import RCLError
+from rclpy.qos import QoSProfile
+from rclpy.task import Future
+
+_POLL = 0.01
+_CLIENT_PATIENCE = 0.5
+"""How long a service waits for the reader of a client that has only just come [s]."""
+
+
+_GUID, _NUMBER = "rmw_client_guid", "rmw_sequence_number"
+
+
+@cache
+def wire_class(payload: Any) -> Any:
+    """The struct on the wire: header, then the payload's fields, under the payload's type name."""
+    name = full_type_name(payload)
+    fields = {_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__}
+    return make_idl_struct(name.rsplit("/", 1)[1], dds_type_name(name), fields)
+
+
+class _Peer(Entity):
+    """What a service and a client have in common: one writer and one reader with one identity."""
+
+    def __init__(
+        self, node: Any, role: str, ways: dict[str, tuple[str, Any]], qos: QoSProfile, group: Any
+    ) -> None:
+        """`ways` gives topic and payload of the `write` and the `read` side."""
+        super().__init__(node, group, 0)
+        participant = node.context.participant
+        number = node.context.next_client_number().to_bytes(4, "big")
+        identity = participant.guid.bytes[:12] + number
+        own = f"{role}id={'.'.join(f'{byte:x}' for byte in identity)};"
+        endpoints: dict[str, Any] = {}
+        for way, (topic_name, payload) in ways.items():
+            user_data = f"{own}typehash={type_hash(full_type_name(payload))};"
+            topic = Topic(participant, topic_name, wire_class(payload))
+            kind = DataWriter if way == "write" else DataReader
+            endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
+        self._writer: Any = endpoints["write"]
+        self._reader: Any = endpoints["read"]
+        self._write_class, self._read_class = wire_class(ways["write"][1]), ways["read"][1]
+        self._endpoints = Endpoints(node)
+        self._endpoints.add_writer(self._writer)
+        self._endpoints.add_reader(self._reader, self.receive)
+
+    def _send(self, client: int, number: int, payload: Any) -> None:
+        if self._writer is None:
+            raise RCLError("Failed to send: the context is invalid or the entity destroyed")
+        header = {_GUID: client, _NUMBER: number}
+        self._writer.write(self._write_class(**header, **payload.wire_values()))
+
+    def _payload(self, sample: Any) -> Any:
+        names = self._read_class.__annotations__
+        return self._read_class(**{name: getattr(sample, name) for name in names})
+
+    def destroy(self) -> None:
+        """Ends it."""
+        if self._writer is not None:
+            self._endpoints.release()
+            self._writer = self._reader = None
+            self._inbox.clear()
+
+
+class Service(_Peer):
+    """Answers requests with what its callback returns."""
+
+    def __init__(
+        self,
+        node: Any,
+        srv_type: Any,
+        name: str,
+        callback: Callable[[Any, Any], Any],
+        qos: QoSProfile,
+        group: CallbackGroup | None,
+    ) -> None:
+        """Made by `Node.create_service`; `name` is full."""
+        self.srv_type, self.srv_name, self.callback = srv_type, name, callback
+        self._known: set[int] = set()
+        ways = {
+            "read": (naming.request_name(name), srv_type.Request),
+            "write": (naming.reply_name(name), srv_type.Response),
+        }
+        super().__init__(node, "service", ways, qos, group)
+
+    @property
+    def service_name(self) -> str:
+        """Full name of the service."""
+        return self.srv_name
+
+    def handle(self, sample: Any) -> Any:
+        """Calls the callback and replies."""
+        response = self.callback(self._payload(sample), self.srv_type.Response())
+        if inspect.iscoroutine(response):
+            return self._reply_later(sample, response)
+        self._reply(sample, response)
+        return None
+
+    async def _reply_later(self, sample: Any, coroutine: Any) -> None:
+        self._reply(sample, await coroutine)
+
+    def _reply(self, sample: Any, response: Any) -> None:
+        if not isinstance(response, self.srv_type.Response):
+            raise TypeError(
+                f"The callback of the service {self.srv_name} returned "
+                f"{type(response).__name__}, not {self.srv_type.Response.__name__}"
+            )
+        if self._writer is None:
+            return
+        self._await_reader(sample.sample_info.publication_handle)
+        self._send(sample.rmw_client_guid, sample.rmw_sequence_number, response)
+
+    def _await_reader(self, request_writer: int) -> None:
+        """Waits until the client's reader is discovered: it would miss the reply otherwise."""
+        if request_writer in self._known:
+            return
+        deadline = time.monotonic() + _CLIENT_PATIENCE
+        while time.monotonic() < deadline:
+            client = self._reader.get_matched_publication_data(request_writer)
+            wanted = parse_user_data(client.qos).get("clientid") if client else None
+            if wanted is None or wanted in self._client_ids():
+                self._known.add(request_writer)
+                return
+            time.sleep(_POLL)
+
+    def _client_ids(self) -> set[str | None]:
+        handles = self._writer.get_matched_subscriptions()
+        readers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
+        return {parse_user_data(reader.qos).get("clientid") for reader in readers if reader}
+
+
+class Client(_Peer):
+    """Calls a service."""
+
+    def __init__(
+        self, node: Any, srv_type: Any, name: str, qos: QoSProfile, group: CallbackGroup | None
+    ) -> None:
+        """Made by `Node.create_client`; `name` is full."""
+        self.srv_type, self.srv_name = srv_type, name
+        self._pending: dict[int, Future] = {}
+        self._number = 0
+        self._lock = threading.Lock()
+        ways = {
+            "write": (naming.request_name(name), srv_type.Request),
+            "read": (naming.reply_name(name), srv_type.Response),
+        }
+        super().__init__(node, "client", ways, qos, group)
+        self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
+
+    @property
+    def service_name(self) -> str:
+        """Full name of the service."""
+        return self.srv_name
+
+    def receive(self, samples: list[Any]) -> None:
+        """Leaves replies to other clients aside."""
+        super().receive([sample for sample in samples if sample.rmw_client_guid == self._guid])
+
+    def handle(self, sample: Any) -> Any:
+        """Completes the future of the call."""
+        with self._lock:
+            future = self._pending.pop(sample.rmw_sequence_number, None)
+        if future is not None:
+            future.set_result(self._payload(sample))
+
+    def call_async(self, request: Any) -> Future:
+        """Sends a request; the future gets the response.
+
+        Raises:
+            TypeError: a request of another type.
+        """
+        if not isinstance(request, self.srv_type.Request):
+            raise TypeError(
+                f"Expected {self.srv_type.Request.__name__}, got {type(request).__name__}"
+            )
+        future = Future(executor=self.node.executor)
+        with self._lock:
+            self._number += 1
+            number = self._number
+            self._pending[number] = future
+        self._send(self._guid, number, request)
+        return future
+
+    def call(self, request: Any, timeout_sec: float | None = None) -> Any:
+        """Calls and waits; another thread must spin the node.
+
+        Raises:
+            TimeoutError: no response in time.
+        """
+        event = threading.Event()
+        future = self.call_async(request)
+        future.add_done_callback(lambda _: event.set())
+        if not event.wait(timeout_sec):
+            self.remove_pending_request(future)
+            raise TimeoutError(f"No response from {self.srv_name} within {timeout_sec} s")
+        return future.result()
+
+    def remove_pending_request(self, future: Future) -> None:
+        """Forgets a call: its response will be ignored."""
+        with self._lock:
+            for number in [n for n, f in self._pending.items() if f is future]:
+                del self._pending[number]
+
+    def service_is_ready(self) -> bool:
+        """Whether a server has been discovered in both directions."""
+        return bool(
+            self._writer is not None
+            and self._writer.get_matched_subscriptions()
+            and self._reader.get_matched_publications()
+        )
+
+    def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+        """Waits for a server; False if none came in time or the context was shut down."""
+        deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
+        while self.node.context.ok() and not self.service_is_ready():
+            if deadline is not None and time.monotonic() >= deadline:
+                return False
+            time.sleep(_POLL)
+        return self.service_is_ready()

@@ -1,0 +1,101 @@
+"""Points in time."""
+
+from __future__ import annotations
+
+from functools import total_ordering
+from typing import Any
+
+from ros2_embedded.messages import message_class
+
+from rclpy.clock_type import ClockType
+from rclpy.duration import S_TO_NS, Duration, split_nanoseconds
+
+
+@total_ordering
+class Time:
+    """A point in time on a clock, in whole nanoseconds."""
+
+    def __init__(
+        self,
+        *,
+        seconds: float = 0,
+        nanoseconds: int = 0,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+    ) -> None:
+        """The sum of seconds and nanoseconds.
+
+        Raises:
+            ValueError: a negative argument.
+        """
+        if seconds < 0 or nanoseconds < 0:
+            raise ValueError(f"Time cannot be negative: {seconds} s, {nanoseconds} ns")
+        self._nanoseconds = int(seconds * S_TO_NS) + int(nanoseconds)
+        self._clock_type = clock_type
+
+    @property
+    def nanoseconds(self) -> int:
+        """Since the clock's origin [ns]."""
+        return self._nanoseconds
+
+    @property
+    def clock_type(self) -> ClockType:
+        """The kind of clock."""
+        return self._clock_type
+
+    def seconds_nanoseconds(self) -> tuple[int, int]:
+        """Whole seconds, and the nanoseconds beyond them."""
+        return divmod(self._nanoseconds, S_TO_NS)
+
+    def __repr__(self) -> str:
+        """With nanoseconds and clock."""
+        return f"Time(nanoseconds={self._nanoseconds}, clock_type={self._clock_type.name})"
+
+    def _same_clock(self, other: Time) -> None:
+        if self._clock_type != other._clock_type:
+            raise TypeError("Can't compare times with different clock types")
+
+    def __add__(self, other: Duration) -> Time:
+        """Later by a duration."""
+        if not isinstance(other, Duration):
+            return NotImplemented
+        total = self._nanoseconds + other.nanoseconds
+        return Time(nanoseconds=total, clock_type=self._clock_type)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        """The duration between two times, or the time earlier by a duration."""
+        if isinstance(other, Time):
+            self._same_clock(other)
+            return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
+        if isinstance(other, Duration):
+            left = self._nanoseconds - other.nanoseconds
+            return Time(nanoseconds=left, clock_type=self._clock_type)
+        return NotImplemented
+
+    def __eq__(self, other: object) -> bool:
+        """The same time on the same kind of clock."""
+        if not isinstance(other, Time):
+            return NotImplemented
+        self._same_clock(other)
+        return self._nanoseconds == other._nanoseconds
+
+    def __lt__(self, other: Time) -> bool:
+        """Earlier."""
+        if not isinstance(other, Time):
+            return NotImplemented
+        self._same_clock(other)
+        return self._nanoseconds < other._nanoseconds
+
+    def __hash__(self) -> int:
+        """By time and clock."""
+        return hash((self._nanoseconds, self._clock_type))
+
+    def to_msg(self) -> Any:
+        """As builtin_interfaces/msg/Time."""
+        return message_class("builtin_interfaces/msg/Time")(**split_nanoseconds(self._nanoseconds))
+
+    @classmethod
+    def from_msg(cls, msg: Any, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
+        """From builtin_interfaces/msg/Time."""
+        return cls(nanoseconds=msg.sec * S_TO_NS + msg.nanosec, clock_type=clock_type)

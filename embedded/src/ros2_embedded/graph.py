@@ -1,0 +1,232 @@
+"""The graph: which nodes there are, and which topics and services they have.
+
+Nodes are not a notion of DDS. Each participant tells on the latched topic `ros_discovery_info`
+which endpoints belong to which node. The endpoints are in Cyclone DDS's built-in topics.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+from uuid import UUID
+
+from cyclonedds.builtin import (
+    BuiltinDataReader,
+    BuiltinTopicDcpsPublication,
+    BuiltinTopicDcpsSubscription,
+)
+from cyclonedds.core import InstanceState, Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from ros2_embedded import naming
+from ros2_embedded.messages import message_class
+from ros2_embedded.reader_thread import ReaderThread
+
+_PUBLISH_DELAY = 0.02
+"""A node's endpoints are mostly created together: tell of them once [s]."""
+
+_LATCHED = (
+    Policy.Reliability.Reliable(duration(seconds=1)),
+    Policy.Durability.TransientLocal,
+    Policy.History.KeepLast(1),
+    Policy.DataRepresentation(use_cdrv0_representation=True),
+)
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A writer or a reader anywhere in the domain."""
+
+    guid: bytes
+    participant: bytes
+    topic: str
+    type: str
+    qos: Qos
+    writer: bool
+
+
+class NodeEntry:
+    """A node of this process, with its endpoints' GUIDs."""
+
+    def __init__(self, name: str, namespace: str) -> None:
+        """Has no endpoints yet."""
+        self.name, self.namespace = name, namespace
+        self.readers: list[bytes] = []
+        self.writers: list[bytes] = []
+
+    @property
+    def full_name(self) -> str:
+        """Namespace and name."""
+        return naming.join(self.namespace, self.name)
+
+
+class Graph:
+    """What this process tells of its nodes, and what it knows of all nodes."""
+
+    def __init__(self, participant: DomainParticipant, thread: ReaderThread) -> None:
+        """Starts to listen and to tell."""
+        self._participant, self._thread = participant, thread
+        self._lock = threading.RLock()
+        self._nodes: list[NodeEntry] = []
+        self._others: dict[bytes, Any] = {}
+        self._endpoints: dict[bytes, Endpoint] = {}
+        self._builtin: list[tuple[BuiltinDataReader, bool]] = []
+        self.on_other_node: Callable[[str], None] = lambda full_name: None
+        info = message_class("rmw_dds_common/msg/ParticipantEntitiesInfo")
+        topic = Topic(participant, "ros_discovery_info", info)
+        qos = Qos(
+            *_LATCHED,
+            Policy.DurabilityService(0, Policy.History.KeepLast(1), -1, -1, -1),
+            Policy.WriterDataLifecycle(autodispose=False),
+        )
+        self._guid = participant.guid.bytes
+        self._writer = DataWriter(participant, topic, qos)
+        reader_qos = Qos(*_LATCHED, Policy.IgnoreLocal.Participant)
+        self._reader = DataReader(participant, topic, reader_qos)
+        thread.add(self._reader, self._on_info)
+
+    # What this process has.
+
+    def add_node(self, node: NodeEntry) -> None:
+        """Adds a node of this process."""
+        with self._lock:
+            self._nodes.append(node)
+        self.changed()
+
+    def remove_node(self, node: NodeEntry) -> None:
+        """Removes a node of this process."""
+        with self._lock:
+            if node in self._nodes:
+                self._nodes.remove(node)
+        self.changed()
+
+    def changed(self) -> None:
+        """Has the news told soon."""
+        self._thread.call_later(_PUBLISH_DELAY, self._publish)
+
+    def _publish(self) -> None:
+        gid = message_class("rmw_dds_common/msg/Gid")
+        entry = message_class("rmw_dds_common/msg/NodeEntitiesInfo")
+        with self._lock:
+            nodes = [
+                entry(
+                    node_name=node.name,
+                    node_namespace=node.namespace,
+                    reader_gid_seq=[gid(data=list(guid)) for guid in node.readers],
+                    writer_gid_seq=[gid(data=list(guid)) for guid in node.writers],
+                )
+                for node in self._nodes
+            ]
+        info = self._writer.data_type
+        self._writer.write(info(gid=gid(data=list(self._guid)), node_entities_info_seq=nodes))
+
+    # What others have.
+
+    def _on_info(self, samples: list[Any]) -> None:
+        for info in samples:
+            key = bytes(info.gid.data)
+            with self._lock:
+                known = {_full_name(node) for node in self._entries(key)}
+                self._others[key] = info
+            for node in info.node_entities_info_seq:
+                if _full_name(node) not in known:
+                    self.on_other_node(_full_name(node))
+
+    def _entries(self, participant: bytes) -> list[Any]:
+        info = self._others.get(participant)
+        return list(info.node_entities_info_seq) if info else []
+
+    def endpoints(self) -> list[Endpoint]:
+        """Every writer and reader that is known in the domain, at this moment."""
+        with self._lock:
+            if not self._builtin:
+                for topic in (BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription):
+                    reader = BuiltinDataReader(self._participant, topic)
+                    self._builtin.append((reader, topic is BuiltinTopicDcpsPublication))
+            for reader, writer in self._builtin:
+                while samples := reader.take(1000):
+                    for sample in samples:
+                        self._note(sample, writer)
+            return list(self._endpoints.values())
+
+    def _note(self, sample: Any, writer: bool) -> None:
+        guid = sample.key.bytes
+        info = sample.sample_info
+        if not info.valid_data or info.instance_state != InstanceState.Alive:
+            self._endpoints.pop(guid, None)
+            return
+        self._endpoints[guid] = Endpoint(
+            guid,
+            sample.participant_key.bytes,
+            sample.topic_name,
+            sample.type_name,
+            sample.qos,
+            writer,
+        )
+
+    def _alive(self) -> set[bytes]:
+        """Participants that have endpoints: a process that was killed has none after its lease."""
+        return {endpoint.participant for endpoint in self.endpoints()}
+
+    def nodes(self) -> list[tuple[str, str, list[bytes], list[bytes]]]:
+        """Name, namespace, readers and writers of every node; a name can be there twice."""
+        alive = self._alive()
+        with self._lock:
+            found = [(n.name, n.namespace, n.readers[:], n.writers[:]) for n in self._nodes]
+            for participant in list(self._others):
+                if participant not in alive:
+                    continue
+                for node in self._entries(participant):
+                    readers = [bytes(gid.data) for gid in node.reader_gid_seq]
+                    writers = [bytes(gid.data) for gid in node.writer_gid_seq]
+                    found.append((node.node_name, node.node_namespace, readers, writers))
+        return found
+
+    def is_complete(self) -> bool:
+        """Whether each known participant has told of its nodes, and all that they have is known."""
+        endpoints = {endpoint.guid for endpoint in self.endpoints()}
+        told = {guid for node in self.nodes() for guid in node[2] + node[3]}
+        with self._lock:
+            silent = self._alive() - set(self._others) - {self._guid}
+        return not silent and told <= endpoints
+
+    def topics(self, endpoints: Iterable[Endpoint] | None = None) -> dict[str, set[str]]:
+        """Topics and their types, of all endpoints or of the given ones."""
+        return _collect(self.endpoints() if endpoints is None else endpoints, naming.demangle_topic)
+
+    def services(self, endpoints: Iterable[Endpoint] | None = None) -> dict[str, set[str]]:
+        """Services and their types, of all endpoints or of the given ones."""
+        chosen = self.endpoints() if endpoints is None else endpoints
+        return _collect(chosen, naming.demangle_service)
+
+    def on_topic(self, topic: str, writer: bool) -> list[Endpoint]:
+        """Writers or readers of a ROS topic."""
+        name = naming.topic_name(topic)
+        return [e for e in self.endpoints() if e.topic == name and e.writer == writer]
+
+
+def _full_name(node: Any) -> str:
+    return naming.join(node.node_namespace, node.node_name)
+
+
+def _collect(
+    endpoints: Iterable[Endpoint], demangle: Callable[[str, str], tuple[str, str] | None]
+) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for endpoint in endpoints:
+        pair = demangle(endpoint.topic, endpoint.type)
+        if pair is not None:
+            found.setdefault(pair[0], set()).add(pair[1])
+    return found
+
+
+def guid_of(entity: Any) -> bytes:
+    """GUID of an entity, 16 bytes."""
+    guid: UUID = entity.guid
+    return guid.bytes

@@ -1,0 +1,100 @@
+"""The one thread of a process that waits for DDS data.
+
+A wait in Cyclone DDS cannot be interrupted by Ctrl-C. So it happens in a thread of its own, which
+takes what has come and hands it to the readers' owners, who wake their executors.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from cyclonedds.core import (
+    GuardCondition,
+    InstanceState,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.internal import InvalidSample
+from cyclonedds.util import duration
+
+_ANY = SampleState.Any | ViewState.Any | InstanceState.Any
+_BATCH = 256
+_FOREVER = duration(infinite=True)
+
+Sink = Callable[[list[Any]], None]
+
+
+class ReaderThread:
+    """Waits for all readers of a participant and hands over what they receive."""
+
+    def __init__(self, participant: DomainParticipant) -> None:
+        """Starts the thread."""
+        self._waitset = WaitSet(participant)
+        self._guard = GuardCondition(participant)
+        self._waitset.attach(self._guard)
+        self._sinks: dict[ReadCondition, Sink] = {}
+        self._lock = threading.RLock()
+        self._stopping = False
+        self._due: tuple[float, Callable[[], None]] | None = None
+        self._thread = threading.Thread(target=self._run, name="dds_reader", daemon=True)
+        self._thread.start()
+
+    def add(self, reader: Any, sink: Sink) -> ReadCondition:
+        """From now on `sink` gets lists of samples of `reader`, in this thread."""
+        condition = ReadCondition(reader, _ANY)
+        with self._lock:
+            self._sinks[condition] = sink
+            self._waitset.attach(condition)
+        return condition
+
+    def remove(self, condition: ReadCondition) -> None:
+        """Stops the hand-over; afterwards the sink is not called any more."""
+        with self._lock:
+            if self._sinks.pop(condition, None) is not None:
+                self._waitset.detach(condition)
+
+    def call_later(self, delay: float, function: Callable[[], None]) -> None:
+        """Calls `function` in this thread after `delay` [s]; one call can be pending."""
+        with self._lock:
+            if self._due is None:
+                self._due = (time.monotonic() + delay, function)
+                self._guard.set(True)
+
+    def stop(self) -> None:
+        """Makes what is due, ends the thread and forgets the readers."""
+        self._stopping = True
+        self._guard.set(True)
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+        with self._lock:
+            for condition in list(self._sinks):
+                self.remove(condition)
+            self._waitset.detach(self._guard)
+
+    def _run(self) -> None:
+        while not self._stopping:
+            timeout = _FOREVER
+            if self._due is not None:
+                timeout = max(0, int((self._due[0] - time.monotonic()) * 1e9))
+            self._waitset.wait(timeout)
+            self._guard.set(False)
+            with self._lock:
+                due, ready = self._due, self._due and time.monotonic() >= self._due[0]
+                if due is not None and (ready or self._stopping):
+                    self._due = None
+                    due[1]()
+                for condition, sink in list(self._sinks.items()):
+                    if condition.triggered:
+                        self._hand_over(condition, sink)
+
+    def _hand_over(self, condition: ReadCondition, sink: Sink) -> None:
+        samples = condition.reader.take(_BATCH, condition=condition)
+        valid = [sample for sample in samples if not isinstance(sample, InvalidSample)]
+        if valid and not self._stopping:
+            sink(valid)

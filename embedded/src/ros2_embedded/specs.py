@@ -1,0 +1,202 @@
+"""Interface definitions as data, and the parser of `.msg`, `.srv` and `.action` files."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+PRIMITIVES = frozenset(
+    [
+        "bool",
+        "byte",
+        "char",
+        "float32",
+        "float64",
+        "int8",
+        "uint8",
+        "int16",
+        "uint16",
+        "int32",
+        "uint32",
+        "int64",
+        "uint64",
+        "string",
+    ]
+)
+INTEGER_BITS = {f"{sign}int{bits}": bits for sign in ("", "u") for bits in (8, 16, 32, 64)}
+DUMMY_FIELD = "structure_needs_at_least_one_member"
+"""IDL has no empty struct: ROS 2 puts this uint8 into a message without fields."""
+
+_FIELD = re.compile(
+    r"(?P<type>[A-Za-z][\w/]*)(?P<bound><=\d+)?(?P<array>\[(?:<=)?\d*\])?"
+    r"\s+(?P<name>\w+)\s*(?P<rest>.*)"
+)
+
+
+class InterfaceError(Exception):
+    """A definition that is missing or cannot be read."""
+
+
+@dataclass(frozen=True)
+class FieldType:
+    """Type of a field: a primitive or `pkg/msg/Name`, alone or as an array or a sequence.
+
+    Attributes:
+        base: primitive name of ROS (`float64`) or full name of a message.
+        container: empty, `array` (fixed length) or `sequence`.
+        size: length of an array, bound of a sequence (0: unbounded).
+        string_bound: greatest length of a string (0: unbounded).
+    """
+
+    base: str
+    container: str = ""
+    size: int = 0
+    string_bound: int = 0
+
+    @property
+    def primitive(self) -> bool:
+        """Whether the elements are primitives."""
+        return self.base in PRIMITIVES
+
+    def __str__(self) -> str:
+        """As it is written in a `.msg` file."""
+        base = self.base.replace("/msg/", "/")
+        base += f"<={self.string_bound}" if self.string_bound else ""
+        if self.container == "array":
+            return f"{base}[{self.size}]"
+        if self.container == "sequence":
+            return f"{base}[<={self.size}]" if self.size else f"{base}[]"
+        return base
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a message; `default` is None where the definition gives none."""
+
+    name: str
+    type: FieldType
+    default: Any = None
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant of a message."""
+
+    name: str
+    type: str
+    value: Any
+
+
+@dataclass(frozen=True)
+class MessageSpec:
+    """A message: `name` is full, `text` the source where there is one."""
+
+    name: str
+    fields: tuple[Field, ...]
+    constants: tuple[Constant, ...] = ()
+    text: str = field(default="", compare=False)
+
+    @property
+    def package(self) -> str:
+        """Package of the message."""
+        return self.name.split("/")[0]
+
+    @property
+    def wire_fields(self) -> tuple[Field, ...]:
+        """The fields as IDL has them: never none."""
+        return self.fields or (Field(DUMMY_FIELD, FieldType("uint8")),)
+
+
+def _value(text: str, kind: FieldType, where: str) -> Any:
+    """Reads a default or a constant."""
+    value = yaml.safe_load(text)
+    if kind.container:
+        scalar = FieldType(kind.base, string_bound=kind.string_bound)
+        return [_value(str(v), scalar, where) for v in value]
+    try:
+        if kind.base == "string":
+            return value if text[:1] in "'\"" else text
+        if kind.base == "bool":
+            return {"true": True, "1": True, "false": False, "0": False}[str(value).lower()]
+        if kind.base.startswith("float"):
+            return float(text)
+        number = int(text, 0)
+        return bytes([number]) if kind.base == "byte" else number
+    except (KeyError, ValueError) as error:
+        raise InterfaceError(f"{where}: '{text}' is no {kind.base}") from error
+
+
+def _field_type(match: re.Match[str], package: str) -> FieldType:
+    base = match["type"]
+    if base not in PRIMITIVES:
+        parts = base.split("/")
+        if len(parts) == 1:
+            owner = "std_msgs" if base == "Header" else package
+            base = f"{owner}/msg/{base}"
+        else:
+            base = f"{parts[0]}/msg/{parts[-1]}"
+    array = (match["array"] or "").strip("[]")
+    container = "" if match["array"] is None else "sequence"
+    if array and not array.startswith("<="):
+        container = "array"
+    size = int(array.removeprefix("<=") or 0)
+    return FieldType(base, container, size, int((match["bound"] or "<=0")[2:]))
+
+
+def _strip_comment(line: str) -> str:
+    """Removes a comment, but not a # within quotes."""
+    quote = ""
+    for i, char in enumerate(line):
+        if quote:
+            quote = "" if char == quote else quote
+        elif char in "'\"":
+            quote = char
+        elif char == "#":
+            return line[:i].strip()
+    return line.strip()
+
+
+def parse_message(name: str, text: str) -> MessageSpec:
+    """Parses one message.
+
+    Args:
+        name: full name, `pkg/msg/Name`.
+        text: what the `.msg` file holds.
+
+    Raises:
+        InterfaceError: a line that is neither a field nor a constant.
+    """
+    fields: list[Field] = []
+    constants: list[Constant] = []
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = _strip_comment(raw)
+        if not line:
+            continue
+        where = f"{name}, line {number}"
+        match = _FIELD.fullmatch(line)
+        if match is None:
+            raise InterfaceError(f"{where}: cannot read '{line}'")
+        kind, rest = _field_type(match, name.split("/")[0]), match["rest"]
+        if rest.startswith("="):
+            value = _value(rest[1:].strip(), kind, where)
+            constants.append(Constant(match["name"], kind.base, value))
+        else:
+            default = _value(rest, kind, where) if rest else None
+            fields.append(Field(match["name"], kind, default))
+    return MessageSpec(name, tuple(fields), tuple(constants), text)
+
+
+def split_sections(name: str, text: str, count: int) -> list[str]:
+    """Splits a service (2 sections) or an action (3) at its `---` lines."""
+    sections = [""]
+    for line in text.splitlines(keepends=True):
+        if line.strip() == "---":
+            sections.append("")
+        else:
+            sections[-1] += line
+    if len(sections) != count:
+        raise InterfaceError(f"{name}: {len(sections)} sections, {count} expected")
+    return sections

@@ -1,0 +1,245 @@
+"""The `ros2` command and launch files."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ros2_embedded.cli.topic_hz import report
+from ros2_embedded.launch.description import read_launch_file
+from ros2_embedded.launch.errors import LaunchError
+from ros2_embedded.launch.substitutions import Scope, substitute
+
+Ros2 = Callable[..., "subprocess.CompletedProcess[str]"]
+ACTION = "door_impact_msgs/action/ExecuteDoorImpact"
+
+
+@pytest.mark.usefixtures("peer")
+def test_looking_at_the_graph(ros2: Ros2) -> None:
+    """Nodes, topics, services and actions are listed as ROS 2 lists them."""
+    assert ros2("node", "list").stdout == "/peer\n"
+    topics = ros2("topic", "list", "-t").stdout.splitlines()
+    assert "/joints [sensor_msgs/msg/JointState]" in topics
+    assert not any("_action" in line for line in topics)
+    assert "/peer/flip" in ros2("service", "list").stdout.splitlines()
+    assert ros2("action", "list", "-t").stdout == f"/push [{ACTION}]\n"
+    assert ros2("topic", "info", "/joints").stdout.startswith("Type: sensor_msgs/msg/JointState\n")
+    info = ros2("node", "info", "/peer").stdout
+    assert "    /joints: sensor_msgs/msg/JointState\n" in info
+    assert f"  Action Servers:\n    /push: {ACTION}\n" in info
+
+
+@pytest.mark.usefixtures("peer")
+def test_topics_are_echoed(ros2: Ros2) -> None:
+    """echo matches the publisher's QoS by itself and prints YAML."""
+    assert ros2("topic", "echo", "--once", "/latched").stdout == "data: kept\n---\n"
+    assert ros2("topic", "echo", "--once", "--field", "position", "joints").stdout == (
+        "- 1.0\n- 2.5\n---\n"
+    )
+    assert ros2("topic", "echo", "--once", "--field", "orientation.w", "imu").stdout == "1.0\n---\n"
+    bad = ros2("topic", "echo", "--once", "--field", "nope", "joints")
+    assert (bad.returncode, "nope" in bad.stderr) == (1, True)
+
+
+@pytest.mark.usefixtures("peer")
+def test_parameters_services_and_goals(ros2: Ros2) -> None:
+    """Values in YAML reach the node; refusals have a message and an exit code."""
+    assert ros2("param", "get", "/peer", "gain").stdout == "Double value is: 1.5\n"
+    assert ros2("param", "set", "/peer", "gain", "2.5").stdout == "Set parameter successful\n"
+    refused = ros2("param", "set", "/peer", "gain", "11.0")
+    assert (refused.returncode, "out of the range" in refused.stderr) == (1, True)
+    assert "  names\n" in ros2("param", "list", "/peer").stdout
+    called = ros2("service", "call", "/peer/flip", "std_srvs/srv/SetBool", "{data: false}")
+    assert "response:\nstd_srvs.srv.SetBool_Response(success=True, message='')\n" in called.stdout
+    wrong = ros2("service", "call", "/peer/flip", "std_srvs/srv/SetBool", "{dat: 1}")
+    assert (wrong.returncode, "no field 'dat'" in wrong.stderr) == (1, True)
+    sent = ros2("action", "send_goal", "--feedback", "/push", ACTION, "{plan_id: quick}")
+    assert "Feedback:\n    phase: '0'\n" in sent.stdout
+    assert sent.stdout.endswith("Goal finished with status: SUCCEEDED\n")
+    assert ros2("action", "send_goal", "/push", ACTION, "{plan_id: refuse}").returncode == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nonsense"], ["topic"], ["topic", "nonsense"], ["run", "nowhere", "x"],
+        ["topic", "pub", "-1", "/x", "std_msgs/msg/String", "{data: 1}"],
+        ["topic", "pub", "-1", "/x", "std_msgs/msg/Nothing", "{}"],
+        ["topic", "pub", "-1", "/x", "std_msgs/String/Too/Long", "{}"],
+        ["topic", "pub", "-1", "/x", "std_msgs/msg/String", "{data: [}"],
+        ["topic", "hz", "/x", "--window", "1"], ["launch", "nowhere", "x.launch.yaml"],
+        ["launch", "/nowhere.launch.yaml"], ["interface", "show", "std_msgs/msg/Nothing"],
+    ],
+)  # fmt: skip
+def test_bad_usage_has_a_message_and_an_exit_code(ros2: Ros2, arguments: list[str]) -> None:
+    """Nothing that is wrong ends with 0 or in silence or with a traceback."""
+    done = ros2(*arguments)
+    assert done.returncode != 0
+    assert done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
+    """Nested definitions stand indented below their field."""
+    shown = ros2("interface", "show", "geometry_msgs/msg/PointStamped").stdout
+    assert "std_msgs/Header header\n\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n" in shown
+
+
+def test_rate_of_even_stamps() -> None:
+    """hz reports the mean rate and the spread of the gaps."""
+    text = report([i * 5_000_000 for i in range(201)])
+    assert text == (
+        "average rate: 200.000\n\tmin: 0.005s max: 0.005s std dev: 0.00000s window: 201"
+    )
+    assert report([5]) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("$(var a)/x", "1/x"), ("$(var $(var b))", "1"), ("$(env NOT_THERE_AT_ALL d)", "d"),
+        ("$(dirname)", "/tmp"), ("$(eval $(var a) + 2)", "3"), ("$(eval '$(var a) == 1')", "True"),
+        ("$(eval \"'$(var b)' == 'a' and not False\")", "True"), ("$(not true)", "False"),
+        ("$(eval 'max' if $(var a) > 3 else 'min')", "min"),
+    ],
+)  # fmt: skip
+def test_substitutions(text: str, value: str) -> None:
+    """Substitutions nest, and expressions are worked out."""
+    assert substitute(text, Scope(Path("/tmp/x.launch.yaml"), {"a": "1", "b": "a"})) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["$(var none)", "$(nope x)", "$(var a", "$(eval __import__('os'))", "$(find-pkg-share no_p)"],
+)
+def test_bad_substitutions_are_errors(text: str) -> None:
+    """What cannot be replaced is an error, never left as it is; eval calls nothing."""
+    with pytest.raises(LaunchError):
+        substitute(text, Scope(Path("/tmp/x.launch.yaml")))
+
+
+def write(tmp_path: Path, text: str, name: str = "t.launch.yaml") -> Path:
+    """Writes a launch file."""
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_launch_files_become_commands(tmp_path: Path) -> None:
+    """Arguments, conditions, includes, groups, parameters and remappings end up in the commands."""
+    write(tmp_path, "launch:\n- arg: {name: gain}\n- node: {pkg: impact_planner, exec: plan, "
+                    "param: [{name: gain, value: $(var gain)}]}\n", "in.launch.yaml")  # fmt: skip
+    path = write(
+        tmp_path,
+        """
+launch:
+- arg: {name: more, default: "false"}
+- arg: {name: name, choice: [{value: a}, {value: b}], default: a}
+- node: {pkg: impact_planner, exec: plan, if: $(var more)}
+- group:
+  - push_ros_namespace: {namespace: arm}
+  - node:
+      pkg: impact_planner
+      exec: plan
+      name: $(var name)
+      namespace: left
+      args: --x "y z"
+      remap: [{from: in, to: out}]
+      param: [{name: text, value: "1", type: str}, {name: list, value: [1.0, 2.0]}, {from: /p.yaml}]
+- include: {file: $(dirname)/in.launch.yaml, arg: [{name: gain, value: "2.5"}]}
+""",
+    )
+    group, inner = (p.command[3:] for p in read_launch_file(path, {"name": "b"}).processes)
+    assert group[:4] == ["impact_planner", "plan", "--x", "y z"]
+    assert " ".join(group[4:]) == (
+        '--ros-args -r __node:=b -r __ns:=/arm/left -r in:=out -p text:="1" -p list:=[1.0, 2.0] '
+        "--params-file /p.yaml"
+    )
+    assert inner[-2:] == ["-p", "gain:=2.5"]
+    assert len(read_launch_file(path, {"more": "true"}).processes) == 3
+    for wrong in ({"name": "c"}, {"nam": "a"}, {"more": "maybe"}):
+        with pytest.raises(LaunchError):
+            read_launch_file(path, wrong)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["launch: 3", "[", "launch:\n- nod: {}", "launch:\n- node: {pkg: a}",
+     "launch:\n- arg: {name: x}",
+     "launch:\n- node: {pkg: impact_planner, exec: nope}", "launch:\n- let: {name: a, valu: b}"],
+)  # fmt: skip
+def test_bad_launch_files_are_errors(tmp_path: Path, text: str) -> None:
+    """A launch file that makes no sense is an error that names the file."""
+    with pytest.raises(LaunchError, match=r"t\.launch\.yaml"):
+        read_launch_file(write(tmp_path, text), {})
+
+
+def _alive(marker: str) -> list[int]:
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if marker in path.read_bytes().decode("utf-8", "replace"):
+                found.append(int(path.parent.name))
+        except OSError:
+            continue
+    return [pid for pid in found if pid != os.getpid()]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_launch_leaves_no_process_behind(
+    tmp_path: Path, start: Callable[..., Any], number: signal.Signals
+) -> None:
+    """Whatever ends the launcher, its processes end too, the deaf one as well."""
+    marker = f"marker_{os.getpid()}_{number}"
+    deaf = "import signal,time; signal.signal(2, signal.SIG_IGN); print('up'); time.sleep(60)"
+    script = write(tmp_path, deaf, "deaf.py")
+    path = write(
+        tmp_path,
+        f"""
+launch:
+- executable: {{cmd: "{sys.executable} {script} {marker}", name: deaf}}
+- executable: {{cmd: "sleep 61", name: sleeper}}
+""",
+    )
+    code = (
+        "import sys, ros2_embedded.launch.supervisor as s; s.GRACE = 0.5; "
+        "from ros2_embedded.cli import main; sys.exit(main())"
+    )
+    launcher = start("-c", code, "launch", str(path))
+    for line in launcher.stdout:
+        if line == "[deaf-1] up\n":
+            break
+    assert len(_alive(marker)) == 1
+    launcher.send_signal(number)
+    launcher.wait(timeout=10)
+    for _ in range(100):
+        if not _alive(marker):
+            break
+        time.sleep(0.02)
+    assert _alive(marker) == []
+    if number == signal.SIGINT:
+        rest = launcher.stdout.read()
+        assert "[WARNING] [launch]: user interrupted with ctrl-c (SIGINT)" in rest
+        assert "escalating to 'SIGTERM'" in rest
+
+
+def test_launch_ends_with_the_process_that_it_needs(tmp_path: Path, ros2: Ros2) -> None:
+    """on_exit: shutdown ends the others; a process that dies makes the exit code 1."""
+    path = write(
+        tmp_path,
+        """
+launch:
+- executable: {cmd: sleep 60}
+- executable: {cmd: sh -c "echo one; echo two >&2; exit 3", name: main, on_exit: shutdown}
+""",
+    )
+    done = ros2("launch", str(path))
+    assert done.returncode == 1
+    assert "[main-2] one\n" in done.stdout
+    assert "[main-2] two\n" in done.stderr
+    assert "[ERROR] [main-2]: process has died [pid" in done.stdout

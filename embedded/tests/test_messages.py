@@ -1,0 +1,247 @@
+"""Messages: fields, checks, bytes, hashes."""
+
+import array
+import copy
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from door_impact_msgs.msg import CloserParameters
+from door_impact_msgs.srv import PlanDoorImpact
+from geometry_msgs.msg import Pose, PoseWithCovariance, Quaternion
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ros2_embedded.catalogue import _jazzy, message_spec
+from ros2_embedded.messages import message_class
+from ros2_embedded.specs import FieldType, InterfaceError, parse_message
+from ros2_embedded.typehash import type_hash
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+
+TYPES = [
+    "sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu", "trajectory_msgs/msg/JointTrajectory",
+    "diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/ParameterEvent",
+    "tf2_msgs/msg/TFMessage", "std_msgs/msg/Empty", "shape_msgs/msg/SolidPrimitive",
+]  # fmt: skip
+FLOATS = st.floats(allow_nan=False, width=32)
+NUMBERS = {
+    "bool": st.booleans(), "byte": st.integers(0, 127).map(lambda n: bytes([n])),
+    "char": st.integers(0, 255), "float32": FLOATS, "float64": st.floats(allow_nan=False),
+    **{f"int{b}": st.integers(-(2 ** (b - 1)), 2 ** (b - 1) - 1) for b in (8, 16, 32, 64)},
+    **{f"uint{b}": st.integers(0, 2**b - 1) for b in (8, 16, 32, 64)},
+}  # fmt: skip
+NUMBERS["string"] = st.text(
+    st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=9
+)
+
+
+def values_of(kind: FieldType) -> st.SearchStrategy[Any]:
+    """Values of a field."""
+    scalar = NUMBERS[kind.base] if kind.primitive else messages_of(kind.base)
+    if kind.container == "array":
+        return st.lists(scalar, min_size=kind.size, max_size=kind.size)
+    if kind.container == "sequence":
+        return st.lists(scalar, max_size=min(kind.size or 4, 4))
+    return scalar
+
+
+def messages_of(name: str) -> st.SearchStrategy[Any]:
+    """Random messages of a type."""
+    fields = {f.name: values_of(f.type) for f in message_spec(name).fields}
+    return st.builds(message_class(name), **fields)
+
+
+def to_rosbags(message: Any) -> Any:
+    """The same message as rosbags has it."""
+    store = _jazzy()
+    fields = {}
+    for field in message._spec.wire_fields:
+        value, kind = getattr(message, field.name), field.type
+        if not kind.primitive:
+            value = [to_rosbags(v) for v in value] if kind.container else to_rosbags(value)
+        elif kind.base == "byte":
+            value = np.frombuffer(b"".join(value), np.uint8) if kind.container else value[0]
+        elif kind.container and kind.base != "string":
+            value = np.array(value, np.bool_ if kind.base == "bool" else None)
+            if not value.size:
+                value = value.astype(np.float64)
+        fields[field.name] = value
+    return store.types[message._spec.name](**fields)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_bytes_equal_those_of_rosbags(name: str) -> None:
+    """The CDR of random messages is the same as an independent implementation's, and reads back."""
+
+    @settings(max_examples=25, deadline=None)
+    @given(messages_of(name))
+    def check(message: Any) -> None:
+        ours = message.serialize()
+        theirs = bytes(_jazzy().serialize_cdr(to_rosbags(message), name))
+        assert ours == theirs[: len(ours)]
+        assert not any(theirs[len(ours) :])  # rosbags may pad
+        assert type(message).deserialize(ours) == message
+
+    check()
+
+
+def test_every_jazzy_hash_equals_that_of_rosbags() -> None:
+    """All message hashes agree with rosbags', but where that errs with char."""
+    definitions = _jazzy().fielddefs
+    with_char = {n for n in definitions if "'char'" in str(definitions[n][1])}
+    within = {n for n in definitions if any(c in str(definitions[n][1]) for c in with_char)}
+    nested = {n for n in definitions if any(c in str(definitions[n][1]) for c in within)}
+    left_out = with_char | within | nested
+    names = [n for n in definitions if "wstring" not in str(definitions[n]) and n not in left_out]
+    assert len(names) > 150
+    assert [n for n in names if type_hash(n) != _jazzy().hash_rihs01(n)] == []
+
+
+@pytest.mark.parametrize(("name", "digest"), [
+    ("msg/Char", "3ad2d04dd29ba19d04b16659afa3ccaedd691914b02a64e82e252f2fa6a586a9"),
+    ("msg/ServiceEventInfo", "41bcbbe07a75c9b52bc96bfd5c24d7f0fc0a08c0cb7921b3373c5732345a6f45"),
+    ("srv/SetBool", "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a"),
+    ("srv/SetBool_Event", "3c4c20015afb4303eafd347b1d6a786f171a89c814726961a9593ef10df878cf"),
+    ("srv/SetBool_Request", "c62fbb99d94e1b25e8ef9e109f9581956bb1b3361a45a4e5810c36a90d29932e"),
+    ("srv/SetBool_Response", "d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059"),
+    ("action/LookupTransform",
+     "0b8adf6bc0b5958879e3265b41a457e03558fe523890a81252c70eba97a82c5d"),
+    ("action/LookupTransform_SendGoal",
+     "4646ff5706c86b04d0a1098d329951a9731a7517e16702905de6073cc72c8530"),
+    ("action/LookupTransform_GetResult",
+     "3cd1715751899e3167b5aec3e4ac194f7da9e8493a77285f9f6a4c914f5e8b24"),
+    ("action/LookupTransform_FeedbackMessage",
+     "10cb89922dcb103e95c185d43e8a5efa3d38db996f733151a2f3e2ac133f4839"),
+])  # fmt: skip
+def test_hashes_are_those_of_a_jazzy_installation(
+    name: str, digest: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Services and actions hash as rosidl hashes them, and a char as the uint8 that it is."""
+    index = tmp_path / "share/ament_index/resource_index/packages"
+    folder = tmp_path / "share/tf2_msgs/action"
+    for path in (index, folder):
+        path.mkdir(parents=True)
+    (index / "tf2_msgs").touch()
+    (folder / "LookupTransform.action").write_text(
+        "string target_frame\nstring source_frame\nbuiltin_interfaces/Time source_time\n"
+        "builtin_interfaces/Duration timeout\nbuiltin_interfaces/Time target_time\n"
+        "string fixed_frame\nbool advanced\n---\n"
+        "geometry_msgs/TransformStamped transform\ntf2_msgs/TF2Error error\n---\n"
+    )
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    packages = {"Char": "std_msgs", "ServiceEventInfo": "service_msgs", "SetBool": "std_srvs"}
+    package = packages.get(name.split("/")[1].split("_")[0], "tf2_msgs")
+    assert type_hash(f"{package}/{name}") == f"RIHS01_{digest}"
+
+
+def test_hash_leaves_defaults_constants_and_comments_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A default changes no hash, another field name does."""
+    import ros2_embedded.typehash as module
+
+    texts = {
+        "p/msg/A": "float64 x -1.0 # why\nuint8 C=1",
+        "p/msg/B": "float64 x",
+        "p/msg/C": "float64 y",
+    }
+    monkeypatch.setattr(module, "message_spec", lambda n: parse_message("p/msg/A", texts[n]))
+    bodies = []
+    for name in texts:
+        described: dict[str, Any] = {}
+        module._describe(name, described)
+        bodies.append(described[name]["fields"])
+    assert bodies[0] == bodies[1] != bodies[2]
+
+
+@pytest.mark.parametrize(
+    ("cls", "field", "value"),
+    [
+        (JointState, "position", [1]), (JointState, "position", np.array([1])),
+        (JointState, "position", 1.0), (JointState, "position", ["a"]),
+        (JointState, "position", "12"), (JointState, "name", "abc"), (JointState, "name", [1]),
+        (JointState, "header", None), (Header, "frame_id", b"odom"), (Header, "frame_id", 3),
+        (Quaternion, "w", 1), (Quaternion, "w", True), (Quaternion, "w", "1.0"),
+        (Quaternion, "w", None), (PoseWithCovariance, "covariance", [0.0] * 35),
+        (Imu, "orientation", Pose()), (DiagnosticStatus, "level", 1),
+        (Trigger.Response, "success", 1), (Trigger.Response, "success", np.True_),
+        (PlanDoorImpact.Response, "error_code", 256), (PlanDoorImpact.Response, "error_code", -1),
+        (PlanDoorImpact.Response, "error_code", 1.0), (PlanDoorImpact.Response, "error_code", True),
+    ],
+)  # fmt: skip
+def test_wrong_values_are_refused(cls: Any, field: str, value: Any) -> None:
+    """A value of the wrong type, length or range is an error wherever it is given."""
+    message = cls()
+    before = copy.deepcopy(message)
+    with pytest.raises(AssertionError, match=field):
+        setattr(message, field, value)
+    with pytest.raises(AssertionError, match=field):
+        cls(**{field: value})
+    assert message == before
+
+
+def test_unknown_fields_are_refused() -> None:
+    """A misspelt field is an error, not a new attribute."""
+    with pytest.raises(AttributeError, match="positon"):
+        JointState().positon = [1.0]
+    with pytest.raises(AssertionError, match="positon"):
+        JointState(positon=[1.0])
+
+
+@pytest.mark.parametrize(
+    "value", [[1.0, 2.0], (1.0, 2.0), np.array([1.0, 2.0]), array.array("d", [1, 2])]
+)
+def test_rows_of_numbers_take_what_holds_numbers(value: Any) -> None:
+    """Lists, tuples and arrays become array.array, which numpy reads."""
+    message = JointState(position=value)
+    assert isinstance(message.position, array.array)
+    assert np.asarray(message.position).tolist() == [1.0, 2.0]
+
+
+def test_fixed_rows_are_numpy_arrays_of_their_own() -> None:
+    """A float64[16] is a numpy array that shares nothing with what it was made from."""
+    source = np.arange(16.0)
+    message = CloserParameters(covariance=source)
+    source[0] = 9.0
+    assert isinstance(message.covariance, np.ndarray)
+    assert message.covariance[0] == 0.0
+
+
+def test_defaults_come_from_the_definition() -> None:
+    """Defaults of the interface files hold, and each message has its own lists."""
+    assert PlanDoorImpact.Request().initial_angle == -1.0
+    assert Quaternion().w == 1.0
+    first, second = JointState(), JointState()
+    first.name.append("a")
+    first.header.frame_id = "odom"
+    assert second == JointState()
+
+
+def test_constants_types_and_text() -> None:
+    """Constants, field types and repr are those of rclpy."""
+    assert DiagnosticStatus.WARN == b"\x01"
+    assert PlanDoorImpact.Response.NO_DOOR == 2
+    assert JointState.get_fields_and_field_types()["position"] == "sequence<double>"
+    assert CloserParameters.get_fields_and_field_types()["covariance"] == "double[16]"
+    assert repr(Header()) == (
+        "std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=0, nanosec=0), frame_id='')"
+    )
+
+
+def test_equality_tells_types_and_nan_apart() -> None:
+    """Only messages of one type with the same values are equal; NaN equals nothing."""
+    assert Trigger.Request() != Header()
+    assert Quaternion(x=math.nan) != Quaternion(x=math.nan)
+    assert CloserParameters(covariance=[1.0] * 16) != CloserParameters()
+
+
+def test_broken_definitions_are_named() -> None:
+    """A line that is neither field nor constant is an error with its number."""
+    with pytest.raises(InterfaceError, match="line 2"):
+        parse_message("p/msg/A", "float64 x\nfloat64")
+    with pytest.raises(InterfaceError, match="Unknown"):
+        message_class("std_msgs/msg/Nothing")
+    with pytest.raises(ImportError):
+        from std_msgs.msg import Nothing  # noqa: F401

@@ -1,0 +1,342 @@
+"""Nodes that talk: topics, services, actions, parameters, time."""
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from door_impact_msgs.action import ExecuteDoorImpact
+from rclpy.action import ActionClient
+from rclpy.clock import ROSClock
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    ParameterNotDeclaredException,
+    RCLError,
+)
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+
+def make(executor: Any, name: str = "tester", **options: Any) -> Node:
+    """A node that the executor spins."""
+    node = Node(name, **options)
+    executor.add_node(node)
+    return node
+
+
+def spin_until(executor: Any, done: Callable[[], Any], limit: float = 20.0) -> bool:
+    """Spins until `done`, in steps of 20 ms at most; whether it came to that in time [s]."""
+    deadline = time.monotonic() + limit
+    while not done() and time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.02)
+    return bool(done())
+
+
+def result(executor: Any, future: Any) -> Any:
+    """Spins until the future is done."""
+    executor.spin_until_future_complete(future, timeout_sec=20.0)
+    assert future.done()
+    return future.result()
+
+
+@pytest.mark.usefixtures("peer")
+def test_topics_cross_processes(executor: SingleThreadedExecutor) -> None:
+    """Reliable, best-effort and latched messages arrive, and replies to ours."""
+    node = make(executor)
+    got: dict[str, list[Any]] = {"joints": [], "imu": [], "latched": [], "heard": []}
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    for topic, kind, qos in (
+        ("joints", JointState, 10), ("imu", Imu, qos_profile_sensor_data),
+        ("latched", String, latched), ("heard", String, 10),
+    ):  # fmt: skip
+        node.create_subscription(kind, topic, got[topic].append, qos)
+    say = node.create_publisher(String, "say", 10)
+    assert spin_until(executor, lambda: say.get_subscription_count() == 1)
+    say.publish(String(data="Grüße"))
+    assert spin_until(executor, lambda: all(got.values()))
+    assert got["heard"] == [String(data="Grüße")]
+    assert got["latched"] == [String(data="kept")]
+    assert got["joints"][0].position.tolist() == [1.0, 2.5]
+
+
+@pytest.mark.usefixtures("peer")
+def test_graph_shows_the_other_process(executor: SingleThreadedExecutor) -> None:
+    """Node names, topics, types and counts are right soon after discovery."""
+    node = make(executor)
+    assert spin_until(executor, lambda: ("peer", "/") in node.get_node_names_and_namespaces())
+    assert node.get_node_names().count("tester") == 1
+    assert spin_until(executor, lambda: node.count_publishers("joints") == 1)
+    assert ("/joints", ["sensor_msgs/msg/JointState"]) in node.get_topic_names_and_types()
+    assert ("/peer/flip", ["std_srvs/srv/SetBool"]) in node.get_service_names_and_types()
+    assert node.count_subscribers("/joints") == 0
+
+
+@pytest.mark.usefixtures("peer")
+def test_service_answers_each_caller(executor: SingleThreadedExecutor) -> None:
+    """Each call gets its own response, also when several are under way."""
+    node = make(executor)
+    clients = [node.create_client(SetBool, "/peer/flip") for _ in range(2)]
+    assert all(client.wait_for_service(8.0) for client in clients)
+    data = [True, False, False, True, False]
+    futures = [c.call_async(SetBool.Request(data=d)) for d in data for c in clients]
+    answers = [result(executor, future).success for future in futures]
+    assert answers == [not d for d in data for _ in clients]
+    assert not node.create_client(SetBool, "/nobody").wait_for_service(0.05)
+
+
+@pytest.mark.usefixtures("peer")
+def test_action_succeeds_fails_refuses_and_cancels(executor: SingleThreadedExecutor) -> None:
+    """Goals end as succeeded, aborted, refused and cancelled; feedback comes in order."""
+    client = ActionClient(make(executor), ExecuteDoorImpact, "push")
+    assert client.wait_for_server(8.0)
+    feedback: list[str] = []
+
+    def send(plan: str) -> Any:
+        goal = ExecuteDoorImpact.Goal(plan_id=plan)
+        note = lambda m: feedback.append(m.feedback.phase)  # noqa: E731
+        return result(executor, client.send_goal_async(goal, note))
+
+    done = result(executor, send("quick").get_result_async())
+    assert (done.status, done.result.success) == (4, True)
+    # The first may be lost, as in ROS 2: the server's publisher may not know our reader yet.
+    assert feedback
+    assert feedback == ["0", "1", "2", "3"][-len(feedback) :]
+    assert result(executor, send("fail").get_result_async()).status == 6
+    assert not send("refuse").accepted
+    handle = send("long")
+    answer = result(executor, handle.cancel_goal_async())
+    assert [bytes(g.goal_id.uuid) for g in answer.goals_canceling] == [bytes(handle.goal_id.uuid)]
+    ended = result(executor, handle.get_result_async())
+    assert (ended.status, ended.result.message) == (5, "cancelled")
+    assert result(executor, handle.cancel_goal_async()).return_code == 3
+
+
+def test_depth_bounds_what_waits(executor: SingleThreadedExecutor) -> None:
+    """Of many messages a slow subscription gets the last `depth`, in order."""
+    node = make(executor)
+    got: list[str] = []
+    slow = node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
+    publisher = node.create_publisher(String, "x", 50)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
+    for i in range(20):
+        publisher.publish(String(data=str(i)))
+    publisher.wait_for_all_acked()
+    assert spin_until(
+        executor, lambda: (slow._inbox and slow._inbox[-1].data == "19") or "19" in got
+    )
+    assert spin_until(executor, lambda: "19" in got)
+    assert got[-3:] == ["17", "18", "19"]
+
+
+def test_callback_errors_come_out_of_spin(executor: SingleThreadedExecutor) -> None:
+    """What a callback or a coroutine raises, spin raises; the future keeps its own."""
+    node = make(executor)
+
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    async def fail_later() -> None:
+        raise KeyError("later")
+
+    timer = node.create_timer(0.001, fail)
+    with pytest.raises(ZeroDivisionError):
+        spin_until(executor, lambda: False)
+    timer.cancel()
+    task = executor.create_task(fail_later)
+    with pytest.raises(KeyError):
+        executor.spin_once(timeout_sec=1.0)
+    with pytest.raises(KeyError):
+        task.result()
+
+
+def test_destroyed_things_are_silent(executor: SingleThreadedExecutor) -> None:
+    """After destruction there is no callback, and publishing is an error."""
+    node = make(executor)
+    got: list[Any] = []
+    subscription = node.create_subscription(String, "x", got.append, 10)
+    publisher = node.create_publisher(String, "x", 10)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(String())
+    assert node.destroy_subscription(subscription)
+    assert not node.destroy_subscription(subscription)
+    node.destroy_publisher(publisher)
+    executor.spin_once(timeout_sec=0.05)
+    assert got == []
+    with pytest.raises(RCLError):
+        publisher.publish(String())
+    with pytest.raises(TypeError):
+        node.create_publisher(String, "y", 1).publish(Time())
+    node.destroy_node()
+    node.destroy_node()
+
+
+def test_blocking_call_in_a_callback(executor: SingleThreadedExecutor) -> None:
+    """With several threads a callback may wait for a service of another group."""
+    pool = MultiThreadedExecutor(4)
+    node = Node("multi")
+    pool.add_node(node)
+    group = rclpy.callback_groups.ReentrantCallbackGroup()
+
+    def flip(request: Any, response: Any) -> Any:
+        response.success = request.data
+        return response
+
+    node.create_service(SetBool, "flip", flip, callback_group=group)
+    client = node.create_client(SetBool, "flip", callback_group=group)
+    assert client.wait_for_service(8.0)
+    answers: list[bool] = []
+
+    def ask() -> None:
+        timer.cancel()
+        answers.append(client.call(SetBool.Request(data=True), timeout_sec=8.0).success)
+
+    timer = node.create_timer(0.001, ask)
+    assert spin_until(pool, lambda: bool(answers))
+    assert answers == [True]
+    pool.shutdown()
+
+
+def test_parameters_from_files_and_command_line(tmp_path: Path) -> None:
+    """Wildcards, nesting, later values and types as ROS 2 has them."""
+    first, second = tmp_path / "a.yaml", tmp_path / "b.yaml"
+    first.write_text(
+        "/**:\n  ros__parameters: {gain: 1.0, deep: {er: [1, 2]}, tiny: 1e-3}\n"
+        "/arm/*:\n  ros__parameters: {gain: 2.0}\n"
+    )
+    second.write_text(
+        "other:\n  ros__parameters: {gain: 9.0}\narm:\n  tester:\n    ros__parameters: {name: x}\n"
+    )
+    rclpy.init(args=["prog", "mine", "--ros-args", "--params-file", str(first), "--params-file",
+                     str(second), "-p", "flag:=true", "-p", "/arm/tester:n:=3", "-r", "__ns:=/arm",
+                     "-r", "in:=~/out", "--", "rest"])  # fmt: skip
+    try:
+        node = Node("tester")
+        assert node.context.arguments.remaining == ["prog", "mine", "rest"]
+        assert node.get_fully_qualified_name() == "/arm/tester"
+        assert node.resolve_topic_name("in") == "/arm/tester/out"
+        for name, default, wanted in (
+            ("gain", 0.0, 2.0), ("deep.er", [0], [1, 2]), ("tiny", 0.0, 1e-3), ("name", "", "x"),
+            ("flag", False, True), ("n", 0, 3), ("unset", "d", "d"), ("none", [], []),
+        ):  # fmt: skip
+            assert node.declare_parameter(name, default).value == wanted
+    finally:
+        rclpy.shutdown()
+
+
+def test_parameters_keep_their_type(executor: SingleThreadedExecutor) -> None:
+    """Another type, an undeclared name and a refusing callback change nothing."""
+    node = Node("tester", parameter_overrides=[Parameter("bad", value=1)])
+    with pytest.raises(InvalidParameterTypeException, match="DOUBLE"):
+        node.declare_parameter("bad", 1.0)
+    node.declare_parameter("gain", 1.0)
+    assert not node.set_parameters([Parameter("gain", value="x")])[0].successful
+    with pytest.raises(ParameterNotDeclaredException):
+        node.get_parameter("nothing")
+    refuse = rclpy.parameter_store._result("because")
+    node.add_on_set_parameters_callback(lambda _: refuse)
+    assert node.set_parameters([Parameter("gain", value=2.0)])[0].reason == "because"
+    assert node.get_parameter("gain").value == 1.0
+
+
+def test_timers_follow_simulated_time(executor: SingleThreadedExecutor) -> None:
+    """With use_sim_time a timer fires by /clock: not before it runs, not twice after a jump."""
+    source = make(executor, "source")
+    node = make(executor, parameter_overrides=[Parameter("use_sim_time", value=True)])
+    clock = source.create_publisher(Clock, "/clock", 10)
+    ticks: list[int] = []
+    node.create_timer(0.1, lambda: ticks.append(node.get_clock().now().nanoseconds))
+    assert node.get_clock().now().nanoseconds == 0
+    assert spin_until(executor, lambda: clock.get_subscription_count() == 1)
+
+    def advance(milliseconds: int) -> None:
+        nanoseconds = milliseconds * 1_000_000
+        sec, nanosec = divmod(nanoseconds, 1_000_000_000)
+        clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
+        assert spin_until(executor, lambda: node.get_clock().nanoseconds() == nanoseconds)
+        executor.spin_once(timeout_sec=0.0)
+
+    for now in (50, 99, 100, 150, 200, 950, 960):
+        advance(now)
+    assert [t // 1_000_000 for t in ticks] == [100, 200, 950]
+    advance(10)  # a reset of the simulation
+    advance(110)
+    assert ticks[-1] == 110_000_000
+
+
+def test_throttled_and_single_logs(
+    executor: SingleThreadedExecutor, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Logs have ROS's form; throttling goes by the line, on the logger's clock."""
+    clock = ROSClock()
+    clock.set_simulated(0)
+    logger = rclpy.logging.RcutilsLogger("a.b", clock)
+    for second in range(6):
+        clock.set_simulated(second * 1_000_000_000)
+        logger.info("often", throttle_duration_sec=2.0)
+        logger.warning("single", once=True)
+        logger.debug("never")
+    lines = capfd.readouterr().err.splitlines()
+    assert [line.rsplit(": ", 1)[1] for line in lines].count("often") == 3
+    assert len(lines) == 4
+    head = lines[0].split("] [")
+    assert (head[0], head[2]) == ("[INFO", "a.b]: often")
+    assert len(head[1].split(".")[1]) == 9
+
+
+def test_namesakes_are_warned_of(
+    executor: SingleThreadedExecutor,
+    start: Callable[..., "subprocess.Popen[str]"],
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Both of two nodes of one name hear of each other, and the graph shows both."""
+    node = make(executor, "peer")
+    other = start(str(Path(__file__).parent / "peer_node.py"))
+    assert spin_until(executor, lambda: node.get_node_names().count("peer") == 2)
+    assert other.stdout is not None
+    assert any(
+        "already in the graph" in line for line, _ in zip(other.stdout, range(3), strict=False)
+    )
+    assert "already in the graph" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_a_spinning_node(peer: "subprocess.Popen[str]", number: signal.Signals) -> None:
+    """Ctrl-C and SIGTERM come out of spin, and the process ends well."""
+    os.kill(peer.pid, number)
+    assert peer.wait(timeout=5) == 0
+
+
+def test_init_and_shutdown_have_an_order() -> None:
+    """init twice, shutdown twice, and a node before init are errors."""
+    with pytest.raises(rclpy.exceptions.NotInitializedException):
+        Node("early")
+    rclpy.init(args=[])
+    with pytest.raises(RuntimeError):
+        rclpy.init(args=[])
+    rclpy.shutdown()
+    with pytest.raises(RCLError):
+        rclpy.shutdown()
+    rclpy.try_shutdown()
+    with pytest.raises(ValueError, match="Unknown ROS argument"):
+        rclpy.init(args=["--ros-args", "--nonsense"])
+
+
+@pytest.mark.parametrize(
+    ("name", "space"), [("a b", "/"), ("", "/"), ("1a", "/"), ("a", "x//y"), ("a/b", "/")]
+)
+def test_bad_names_are_refused(executor: SingleThreadedExecutor, name: str, space: str) -> None:
+    """Names that ROS 2 does not allow are errors."""
+    with pytest.raises(ValueError, match="Invalid node name"):
+        Node(name, namespace=space)
