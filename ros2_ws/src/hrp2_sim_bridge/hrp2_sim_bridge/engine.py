@@ -21,7 +21,7 @@ def load_pybullet() -> Any:
         SimulatorMissingError: it is not installed.
     """
     try:
-        with _quiet_stdout():
+        with _quiet():
             import pybullet
     except ImportError as error:
         raise SimulatorMissingError from error
@@ -29,18 +29,21 @@ def load_pybullet() -> Any:
 
 
 @contextmanager
-def _quiet_stdout() -> Iterator[None]:
-    """PyBullet's C code greets on standard output, which belongs to whoever uses this module."""
+def _quiet() -> Iterator[None]:
+    """PyBullet greets on both standard streams, which belong to whoever uses this module."""
     sys.stdout.flush()
-    kept = os.dup(1)
+    sys.stderr.flush()
+    kept = [os.dup(stream) for stream in (1, 2)]
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 1)
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
         yield
     finally:
         ctypes.CDLL(None).fflush(None)  # else the greeting comes out later
-        os.dup2(kept, 1)
-        os.close(kept)
+        for stream, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, stream)
+            os.close(copy)
         os.close(nowhere)
 
 
@@ -50,7 +53,7 @@ def connect(gui: bool) -> Any:
     # Comes with pybullet.
     from pybullet_utils.bullet_client import BulletClient
 
-    with _quiet_stdout():
+    with _quiet():
         client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
     if gui:
         client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)

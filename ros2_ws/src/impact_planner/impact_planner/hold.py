@@ -9,6 +9,7 @@ the desired angle, while the CoM leans against the closer's torque of eq. (12).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,18 +18,19 @@ from numpy.typing import NDArray
 
 from .approach import StandingPhase, sample_times
 from .arm_reach import ArmReach, HandOnLeaf
-from .errors import AngleUnreachable
+from .errors import AngleUnreachable, JointLimit, PlannerError
 from .leaf import LeafFrame
 from .robot_model import SIDES, RobotModel
 from .run_up import GRAVITY
 from .trajectories import Motion, min_jerk, rest_to_rest
-from .whole_body import solve
+from .whole_body import require_joint_limits, solve
 from .zmp import Load
 
 Array = NDArray[np.float64]
 
 _PERIOD = 0.01  # [s]
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
+_WIDTH_SHARES = (1.0, 0.9, 0.8, 0.7)  # of the leaf's width, within which the hand may be
 _LATE = 0.1  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
 _GIVE_WAY = 0.35  # from the hand's arrival to its rest [s]
 _SPEED_SHARE = 0.8  # of the leaf's speed that the hand has when it arrives
@@ -113,24 +115,37 @@ def plan_hold(
     Raises:
         AngleUnreachable: The arm does not reach, the force is too large, or the door is shut
             before the arm is there; the limit is the angle that can be held [rad].
+        JointLimit: The arm would have to be faster than it is.
     """
     reach = ArmReach(robot)
-    found = _choose(robot, reach, door, width, hinge, angle, start)
-    if found is None:
-        raise _unreachable(robot, reach, door, width, hinge, angle, start)
-    catch, hand = found
+    failure: PlannerError | None = None
+    for catch, hand in _choices(robot, reach, door, width, hinge, angle, start):
+        try:
+            force = _require_force(door, catch, hand, angle, force_limit)
+            motion, load = _whole_body(robot, reach, door, hinge, angle, start, feet, catch, hand)
+            require_joint_limits(robot, motion, "hold")
+        except (AngleUnreachable, JointLimit) as error:
+            failure = failure or error  # of the choice that was wanted most
+            continue
+        return HoldPlan(StandingPhase("hold", motion, feet, SIDES), load, catch, hand, force)
+    raise failure or _unreachable(robot, reach, door, width, hinge, angle, start)
+
+
+def _require_force(
+    door: Door, catch: Catch, hand: HandOnLeaf, angle: float, limit: float
+) -> float:
+    """Largest force of the leaf on the hand while it is led [N]."""
     angles = np.linspace(catch.lowest, angle, 20)
     force = float(np.max(door.restoring_torque(angles))) / hand.radius
-    if force > force_limit:
+    if force > limit:
         raise AngleUnreachable(
             f"the closer would press with {force:.1f} N on the hand {hand.radius:.2f} m from the "
-            f"hinge, {force_limit:.1f} N are allowed",
+            f"hinge, {limit:.1f} N are allowed",
             quantity="hand force [N]",
             value=force,
-            limit=force_limit,
+            limit=limit,
         )
-    motion, load = _whole_body(robot, reach, door, hinge, angle, start, feet, catch, hand)
-    return HoldPlan(StandingPhase("hold", motion, feet, SIDES), load, catch, hand, force)
+    return force
 
 
 def _catch(door: Door, angle: float, reach: float) -> Catch | None:
@@ -143,7 +158,7 @@ def _catch(door: Door, angle: float, reach: float) -> Catch | None:
     return Catch(reach, float(swing.theta[-1]), speed, lowest)
 
 
-def _choose(
+def _choices(
     robot: RobotModel,
     reach: ArmReach,
     door: Door,
@@ -151,18 +166,19 @@ def _choose(
     hinge: Array,
     angle: float,
     start: tuple[Array, Array],
-) -> tuple[Catch, HandOnLeaf] | None:
+) -> Iterator[tuple[Catch, HandOnLeaf]]:
+    """Ways to meet the leaf, the hand furthest from the hinge first."""
     joints, base = start
-    for duration in _REACH_TIMES:
-        catch = _catch(door, angle, duration)
-        if catch is None:
-            continue
-        travel = _JOINT_SHARE * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
-        leaf = (LeafFrame(hinge, catch.angle), LeafFrame(hinge, angle))
-        hand = reach.choose((base, base), joints, leaf, width, travel)
-        if hand is not None:
-            return catch, hand
-    return None
+    for share in _WIDTH_SHARES:
+        for duration in _REACH_TIMES:
+            catch = _catch(door, angle, duration)
+            if catch is None:
+                continue
+            travel = _JOINT_SHARE * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
+            leaf = (LeafFrame(hinge, catch.angle), LeafFrame(hinge, angle))
+            hand = reach.choose((base, base), joints, leaf, share * width, travel)
+            if hand is not None:
+                yield catch, hand
 
 
 def _unreachable(
@@ -180,7 +196,7 @@ def _unreachable(
         float(other)
         for other in tries
         if float(door.restoring_torque(other)) > 0.0
-        and _choose(robot, reach, door, width, hinge, float(other), start) is not None
+        and any(_choices(robot, reach, door, width, hinge, float(other), start))
     ]
     limits = (min(held), max(held)) if held else (math.nan, math.nan)
     return AngleUnreachable(
