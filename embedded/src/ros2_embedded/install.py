@@ -131,7 +131,7 @@ def install(workspace: Path) -> list[str]:
     editable = [part for p in changed if p.is_python for part in ("-e", str(p.folder))]
     if editable:
         pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
-               "--no-deps", "--no-build-isolation"]  # fmt: skip
+               "--no-deps", "--no-build-isolation", "--use-pep517"]  # fmt: skip
         quiet = {
             **os.environ,
             "PYTHONWARNINGS": "ignore",
