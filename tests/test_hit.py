@@ -12,11 +12,12 @@ from hrp2_sim_bridge.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
 from impact_planner.execution import Command, ExecutablePlan, Execution, Outcome
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import ImpactPlan, KnownDoor, PlannerSettings, PlanRequest
+from impact_planner.plan_types import ImpactPlan, KnownDoor, PlanRequest
 from impact_planner.point_b import PointB
 from impact_planner.robot_model import RobotModel
+from impact_planner.settings import configured_placement, make_settings
 
-DOOR_DISTANCE, HINGE_X = 0.753, -0.4056
+PLACEMENT = configured_placement()
 ENCODER_DELAY = 4  # ticks until an angle of the door is heard: batches of 20 ms
 
 
@@ -36,8 +37,8 @@ def play(target_deg: float, path: Any) -> Run:
     robot = RobotModel(config)
     plan = plan_impact(
         PlanRequest(np.radians(target_deg)), KnownDoor(door.name, door.door(), door.leaf.width),
-        robot, PlannerSettings(door_distance=DOOR_DISTANCE, hinge_x=HINGE_X))
-    world = World(config, door, DOOR_DISTANCE, HINGE_X)
+        robot, make_settings(PLACEMENT))
+    world = World(config, door, **PLACEMENT)
 
     def send(command: Command) -> None:
         knots = command.knots

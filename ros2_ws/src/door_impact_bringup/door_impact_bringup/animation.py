@@ -144,6 +144,6 @@ def _leaf_pose(client: Any, scene: Scene, theta: float) -> tuple[Array, Array]:
 
 def _caption(frame: Image.Image, time: float, slow_motion: float) -> Image.Image:
     draw = ImageDraw.Draw(frame)
-    draw.text((10, 8), f"t = {time:+.2f} s from the impact   (1/{slow_motion:g} speed)",
+    draw.text((10, SIZE[1] - 26), f"t = {time:+.2f} s from the impact   (1/{slow_motion:g} speed)",
               fill=(30, 30, 30), font=ImageFont.load_default(16))
     return frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from typing import Any
@@ -43,8 +44,9 @@ TICK_NS = round(TICK * 1e9)
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
-    "door_distance": (0.72, "of the closed leaf's face from the origin of odom, to -y [m]"),
-    "hinge_x": (-0.42, "x of the hinge in odom [m]"),
+    # Where the door stands must be given: bringup's params.yaml says it once for every node.
+    "door_distance": (math.nan, "of the closed leaf's face from the origin of odom, to -y [m]"),
+    "hinge_x": (math.nan, "x of the hinge in odom [m]"),
     "gui": (False, "open PyBullet's window"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "limit of an unpaced simulation, 0 for none"),
