@@ -311,6 +311,28 @@ def test_namesakes_are_warned_of(
     assert "already in the graph" in capfd.readouterr().err
 
 
+def test_a_late_node_knows_every_earlier_process(
+    start: Callable[..., "subprocess.Popen[str]"],
+) -> None:
+    """What several processes told before is heard from all of them, whoever told last."""
+    program = (
+        "import sys, rclpy; rclpy.init(); node = rclpy.create_node(sys.argv[1]); print('there'); "
+        "rclpy.spin(node)"
+    )
+    names = [f"early_{number}" for number in range(5)]
+    for process in [start("-c", program, name) for name in names]:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "there\n"
+    for _ in range(3):
+        rclpy.init(args=[])
+        try:
+            executor = SingleThreadedExecutor()
+            node = make(executor, "late")
+            assert spin_until(executor, lambda node=node: set(names) <= set(node.get_node_names()))
+        finally:
+            rclpy.try_shutdown()
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_a_spinning_node(peer: "subprocess.Popen[str]", number: signal.Signals) -> None:
     """Ctrl-C and SIGTERM come out of spin, and the process ends well."""

@@ -34,7 +34,6 @@ _PUBLISH_DELAY = 0.02
 _LATCHED = (
     Policy.Reliability.Reliable(duration(seconds=1)),
     Policy.Durability.TransientLocal,
-    Policy.History.KeepLast(1),
     Policy.DataRepresentation(use_cdrv0_representation=True),
 )
 
@@ -82,12 +81,14 @@ class Graph:
         topic = Topic(participant, "ros_discovery_info", info)
         qos = Qos(
             *_LATCHED,
+            Policy.History.KeepLast(1),
             Policy.DurabilityService(0, Policy.History.KeepLast(1), -1, -1, -1),
             Policy.WriterDataLifecycle(autodispose=False),
         )
         self._guid = participant.guid.bytes
         self._writer = DataWriter(participant, topic, qos)
-        reader_qos = Qos(*_LATCHED, Policy.IgnoreLocal.Participant)
+        # The topic has no key: a history of one would keep one participant's news of all.
+        reader_qos = Qos(*_LATCHED, Policy.History.KeepAll, Policy.IgnoreLocal.Participant)
         self._reader = DataReader(participant, topic, reader_qos)
         thread.add(self._reader, self._on_info)
 

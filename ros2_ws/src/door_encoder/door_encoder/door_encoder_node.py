@@ -4,11 +4,9 @@ import math
 import sys
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_msgs.msg import EncoderSamples
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import ExternalShutdownException
+from door_model.node_main import run_node
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
@@ -131,21 +129,9 @@ class DoorEncoderNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    try:
-        rclpy.init(args=args)
-        node = DoorEncoderNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except (DoorEncoderError, InvalidParameterTypeException) as error:
-        print(f"door_encoder: {error}", file=sys.stderr)
-        return 1
-    finally:
-        if rclpy.ok():
-            rclpy.shutdown()
-    return 0
+    """Run the node until it is told to end."""
+    return run_node(DoorEncoderNode, errors=(DoorEncoderError,), args=args)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

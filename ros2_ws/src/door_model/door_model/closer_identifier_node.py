@@ -4,11 +4,8 @@ import sys
 from dataclasses import replace
 from typing import Any
 
-import rclpy
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -24,6 +21,7 @@ from door_model.errors import (
 )
 from door_model.geometry import DoorGeometry
 from door_model.identification import PARAMETERS, Identification, Window, identify
+from door_model.node_main import run_node
 from door_model.recordings import read_csv
 from door_model.sample_store import SampleStore
 from door_model.scale import scale_from_leaf
@@ -145,20 +143,9 @@ def _error_code(error: DoorModelError) -> int:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    try:
-        rclpy.init(args=args)
-        rclpy.spin(CloserIdentifierNode())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except (DoorModelError, InvalidParameterTypeException) as error:
-        print(f"closer_identifier: {error}", file=sys.stderr)
-        return 1
-    finally:
-        if rclpy.ok():
-            rclpy.shutdown()
-    return 0
+    """Run the node until it is told to end."""
+    return run_node(CloserIdentifierNode, errors=(DoorModelError,), args=args)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

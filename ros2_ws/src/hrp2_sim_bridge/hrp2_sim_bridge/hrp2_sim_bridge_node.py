@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,12 @@ from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
 from door_model.config import load_door
 from door_model.errors import DoorModelError
+from door_model.node_main import run_node
 from geometry_msgs.msg import WrenchStamped
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -38,7 +38,6 @@ NAME = "hrp2_sim_bridge"
 QUEUE = 50
 ENCODER_BATCH = 20  # samples: 50 Hz
 DIAGNOSTICS_TICKS = 40  # 5 Hz
-DISCOVERY_TIME = 1.0  # until another node of the same name would be known [s]
 TICK_NS = round(TICK * 1e9)
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
@@ -69,7 +68,6 @@ class SimBridge(Node):
 
     def __init__(self) -> None:
         super().__init__(NAME)
-        self._born = time.monotonic()
         for name, (default, text) in PARAMETERS.items():
             # Numbers may come as integers and switches as 0 or 1: types are checked below.
             self.declare_parameter(
@@ -162,27 +160,19 @@ class SimBridge(Node):
 
     # -- the loop -----------------------------------------------------------------------------
 
-    def refuse_twin(self, executor: SingleThreadedExecutor) -> None:
-        """Wait until another node of the same name would be known.
-
-        Raises:
-            SettingError: there is one; two drivers of one robot would fight.
-        """
-        while (left := self._born + DISCOVERY_TIME - time.monotonic()) > 0.0 and rclpy.ok():
-            executor.spin_once(timeout_sec=left)
-        me = (self.get_name(), self.get_namespace())
-        count = self.get_node_names_and_namespaces().count(me)
-        if count > 1:
-            raise SettingError("nodes of the name " + self.get_fully_qualified_name(), count, 1)
-
-    def run(self, executor: SingleThreadedExecutor) -> None:
-        """Step the world until the end."""
-        while rclpy.ok():
-            self._publish(self.world.step())
-            self._pacer.advance(TICK)
-            executor.spin_once(timeout_sec=0.0)
-            while (left := self._pacer.wait()) > 0.0 and rclpy.ok():
-                executor.spin_once(timeout_sec=left)
+    def run(self) -> None:
+        """Step the world until the end; then write the log, if one is wanted."""
+        executor = SingleThreadedExecutor()
+        executor.add_node(self)
+        try:
+            while rclpy.ok():
+                self._publish(self.world.step())
+                self._pacer.advance(TICK)
+                executor.spin_once(timeout_sec=0.0)
+                while (left := self._pacer.wait()) > 0.0 and rclpy.ok():
+                    executor.spin_once(timeout_sec=left)
+        finally:
+            self._finish()
 
     def _now_ns(self) -> int:
         return round(self.world.time / TICK) * TICK_NS
@@ -276,7 +266,7 @@ class SimBridge(Node):
             response.success, response.message = False, str(error)
         return response
 
-    def finish(self) -> None:
+    def _finish(self) -> None:
         """Write the log, if one is wanted, and leave the simulator."""
         if self._log_file:
             self.world.save_log(self._log_file)
@@ -284,31 +274,9 @@ class SimBridge(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    rclpy.init(args=args)
-    node: SimBridge | None = None
-    try:
-        node = SimBridge()
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        node.refuse_twin(executor)
-        node.run(executor)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except (SimBridgeError, DescriptionError, DoorModelError, OSError) as error:
-        print(f"{NAME}: {error}", file=sys.stderr)
-        node = None
-        return 1
-    except Exception:
-        # A signal may end the context while something is being published: that is no error.
-        if rclpy.ok():
-            raise
-    finally:
-        if node is not None:
-            node.finish()
-        if rclpy.ok():
-            rclpy.shutdown()
-    return 0
+    """Run the node until it is told to end."""
+    errors = (SimBridgeError, DescriptionError, DoorModelError, OSError)
+    return run_node(SimBridge, errors=errors, args=args, spin=SimBridge.run)
 
 
 if __name__ == "__main__":

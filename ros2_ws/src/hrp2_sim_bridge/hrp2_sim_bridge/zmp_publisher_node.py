@@ -7,14 +7,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from door_model.node_main import run_node
 from geometry_msgs.msg import PointStamped, TransformStamped, WrenchStamped
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -235,28 +233,8 @@ def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStampe
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
-    rclpy.init(args=args)
-    node = None
-    try:
-        node = ZmpPublisher()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except (SimBridgeError, DescriptionError, ParameterException, OSError) as error:
-        print(f"zmp_publisher: {error}", file=sys.stderr)
-        return 1
-    except Exception:
-        # A signal may end the context in the middle of a callback, whose publish then fails.
-        if rclpy.ok():
-            raise
-        return 0
-    finally:
-        if node is not None:
-            node.destroy_node()
-        if rclpy.ok():
-            rclpy.shutdown()
-    return 0
+    """Run the node until it is told to end."""
+    return run_node(ZmpPublisher, errors=(SimBridgeError, DescriptionError, OSError), args=args)
 
 
 if __name__ == "__main__":

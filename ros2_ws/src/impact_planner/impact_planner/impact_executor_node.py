@@ -8,15 +8,15 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-import rclpy
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
+from door_model.node_main import run_node
 from geometry_msgs.msg import PointStamped
+from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin
 from numpy.typing import NDArray
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
@@ -245,18 +245,8 @@ def _seconds(stamp: Any) -> float:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Runs the node until it is told to end."""
-    try:
-        rclpy.init(args=args)
-        rclpy.spin(ImpactExecutor())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except PlannerError as error:
-        print(f"impact_executor: {error}", file=sys.stderr)
-        return 1
-    finally:
-        rclpy.try_shutdown()
-    return 0
+    """Run the node until it is told to end."""
+    return run_node(ImpactExecutor, errors=(PlannerError, DescriptionError), args=args)
 
 
 if __name__ == "__main__":

@@ -7,15 +7,14 @@ import sys
 import traceback
 from typing import Any
 
-import rclpy
 from door_impact_msgs.msg import CloserParameters, ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.config import load_door
 from door_model.errors import DoorModelError
+from door_model.node_main import run_node
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -139,17 +138,8 @@ def _configured_door(name: str) -> KnownDoor | None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to end."""
-    try:
-        rclpy.init(args=args)
-        rclpy.spin(ImpactPlanner())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except (PlannerError, DoorModelError, DescriptionError) as error:
-        print(f"{NAME}: {error}", file=sys.stderr)
-        return 1
-    finally:
-        rclpy.try_shutdown()
-    return 0
+    errors = (PlannerError, DoorModelError, DescriptionError)
+    return run_node(ImpactPlanner, errors=errors, args=args)
 
 
 if __name__ == "__main__":

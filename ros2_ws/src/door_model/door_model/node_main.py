@@ -1,0 +1,93 @@
+"""How every node of this project starts and ends: the one module here that needs ROS."""
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+DISCOVERY_TIME = 1.0  # until another node of the same name would be known [s]
+_POLL = 0.05  # [s]
+
+
+class TwinError(Exception):
+    """Another node of the same name is in the graph.
+
+    Attributes:
+        value: The full name.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(
+            f"another node named {name} is in the graph: end it first (one that was killed is "
+            "forgotten after about 10 s), rename this one with --ros-args -r __node:=NAME, or set "
+            "another ROS_DOMAIN_ID"
+        )
+        self.value = name
+
+
+def refuse_twin(node: Node, until: float) -> None:
+    """Wait until a twin would be known.
+
+    Args:
+        node: The node, not yet spinning.
+        until: On the clock of `time.monotonic` [s].
+
+    Raises:
+        TwinError: There is another node of this name; two would answer and command at once.
+    """
+    me = (node.get_name(), node.get_namespace())
+    while rclpy.ok():
+        if list(node.get_node_names_and_namespaces()).count(me) > 1:
+            raise TwinError(node.get_fully_qualified_name())
+        left = until - time.monotonic()
+        if left <= 0.0:
+            return
+        time.sleep(min(left, _POLL))
+
+
+def run_node(
+    make: Callable[[], Any],
+    *,
+    errors: tuple[type[Exception], ...],
+    args: Sequence[str] | None = None,
+    spin: Callable[[Any], None] = rclpy.spin,
+) -> int:
+    """Run a node until it is told to end.
+
+    Args:
+        make: Makes the node.
+        errors: What it may say is wrong with its parameters; shown as one line.
+        args: Command line; the process's own by default.
+        spin: What it does.
+
+    Returns:
+        0 after Ctrl-C or SIGTERM, 1 where the node cannot run.
+    """
+    node = None
+    told: tuple[type[Exception], ...] = (*errors, TwinError, ParameterException)
+    try:
+        rclpy.init(args=args)
+        known = time.monotonic() + DISCOVERY_TIME
+        node = make()
+        refuse_twin(node, known)
+        spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except told as error:
+        name = node.get_name() if node is not None else make.__name__
+        print(f"{name}: {error}", file=sys.stderr)
+        return 1
+    except Exception:
+        # A signal may end the context in the middle of a callback, whose publish then fails.
+        if rclpy.ok():
+            raise
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
