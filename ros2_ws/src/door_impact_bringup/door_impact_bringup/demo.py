@@ -10,13 +10,20 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from .errors import DemoError
+from door_model.config import load_door
+from door_model.errors import DoorModelError
+
+from . import report
+from .errors import DemoError, NodeEndedError
 
 GRACE = 15.0  # [s] that the launcher gets to stop its nodes before it is ended
 
 
 def _angle(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not math.isfinite(value) or value <= 0.0:
         raise argparse.ArgumentTypeError(f"an opening angle is a number above 0 deg, got {text}")
     return value
@@ -67,13 +74,17 @@ def _stop(launcher: subprocess.Popen[bytes]) -> None:
 def _run(options: argparse.Namespace) -> None:
     if options.ending == "retreat":
         raise DemoError("HOLD=retreat comes with a later version; HOLD=hold is there")
+    try:
+        load_door(options.door)
+    except DoorModelError as error:
+        raise DemoError(str(error)) from error
     from .demo_runner_node import refuse_running_graph, run  # heavy: after the options were read
 
     out: Path = options.out
     out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.json").unlink(missing_ok=True)  # an old result must not pass for this one
+    for name in report.FILES:  # an old result must not pass for this one
+        (out / name).unlink(missing_ok=True)
     simulation_log = (out / "simulation.npz").resolve()
-    simulation_log.unlink(missing_ok=True)
     refuse_running_graph()
     with (out / "nodes.log").open("wb") as log:
         launcher = subprocess.Popen(
@@ -84,8 +95,17 @@ def _run(options: argparse.Namespace) -> None:
         try:
             run(door=options.door, target_deg=options.target_deg, ending=options.ending, out=out,
                 nodes_alive=lambda: launcher.poll() is None)
+        except NodeEndedError as error:
+            _stop(launcher)
+            raise DemoError(f"{error}\n{_complaints(out / 'nodes.log')}") from error
         finally:
             _stop(launcher)
+
+
+def _complaints(log: Path) -> str:
+    """The last lines of a log that are no mere information, indented."""
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[-2000:]
 
 
 def main(args: list[str] | None = None) -> int:

@@ -20,7 +20,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from .errors import DemoError
+from .errors import DemoError, NodeEndedError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
          "impact_executor")
@@ -94,7 +94,7 @@ class DemoRunner(Node):
         end = time.monotonic() + timeout
         while not condition():
             if not self._nodes_alive():
-                raise DemoError(f"a node ended while waiting for {what}: see nodes.log")
+                raise NodeEndedError(f"a node ended while waiting for {what}")
             if time.monotonic() > end:
                 raise DemoError(f"waited {timeout:.0f} s for {what}: see nodes.log")
             rclpy.spin_once(self, timeout_sec=0.1)
@@ -258,7 +258,7 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         wall = time.perf_counter() - clock[1]
         real_time_factor = (node.now() - clock[0]) / wall
         node.save_log()
-        say("drawing the figures")
+        say("drawing the figures and the animation")
         results.write(results.Heard(
             door=door, target_deg=target_deg, parameters=parameters, plan=plan, outcome=outcome,
             planning_ms=planning_ms, real_time_factor=real_time_factor,

@@ -23,6 +23,8 @@ PICTURES = (
     ("closer_angle.png", "Angle of the closer against that of the door (paper, Fig. 15)."),
     ("cam_curve.png", "The run-up's cam curve (paper, Fig. 6)."),
 )
+FILES = (*(name for name, _ in PICTURES), "report.html", "summary.json", "simulation.npz")
+"""What a demonstration leaves in its folder, beside the nodes' log."""
 
 
 def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -> None:
