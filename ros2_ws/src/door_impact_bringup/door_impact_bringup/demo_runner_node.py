@@ -17,6 +17,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -204,7 +205,7 @@ def refuse_running_graph() -> None:
     Raises:
         DemoError: Names the nodes.
     """
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # signals are the caller's
     try:
         node = Node("demo_check")
         end = time.monotonic() + 1.0  # discovery
@@ -238,7 +239,7 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         results,  # matplotlib is slow to load: not while nodes wait for their first message
     )
 
-    rclpy.init(args=list(args) or None)
+    rclpy.init(args=list(args) or None, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = DemoRunner(nodes_alive)
         say("waiting for the nodes")

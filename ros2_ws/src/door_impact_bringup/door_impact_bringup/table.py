@@ -72,4 +72,4 @@ def text(lines: Sequence[Row]) -> str:
                 f"{row.measured:>{widths[2]}}  {row.unit}").rstrip()
 
     return "\n".join([rule, line(header), rule, *(line(row) for row in lines), rule,
-                      "-: the paper gives no figure; 47.92 kg follow from its figures by eqs. (3), (5)"])
+                      "-: the paper gives no figure; its 47.92 kg follow by eqs. (3) and (5)"])

@@ -31,7 +31,7 @@ from hrp2_sim_bridge import bridge_messages as convert
 from hrp2_sim_bridge.errors import SettingError, SimBridgeError, TrajectoryRefusedError
 from hrp2_sim_bridge.pacer import Pacer
 from hrp2_sim_bridge.sensors import TickSample
-from hrp2_sim_bridge.settings import SAMPLE, TICK
+from hrp2_sim_bridge.settings import SAMPLE, TICK, WorldSettings
 from hrp2_sim_bridge.world import World
 
 NAME = "hrp2_sim_bridge"
@@ -49,16 +49,16 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "gui": (False, "open PyBullet's window"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "limit of an unpaced simulation, 0 for none"),
-    "brace": (True, "let the braced joints carry more than their motors"),
+    "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
     "restitution": (-1.0, "of a hit on the leaf; negative: the door's own"),
-    "friction": (0.8, "between soles and floor"),
+    "friction": (WorldSettings.friction, "between soles and floor"),
     "push_duration": (0.25, "of a push by hand whose request leaves it open [s]"),
-    "time_step_coarse": (0.001, "physics step [s]"),
-    "time_step_fine": (0.00025, "physics step near the leaf [s]"),
-    "solver_iterations": (50, "of PyBullet's solver, each step"),
-    "encoder_bits": (16, "width of the door's counter, 16 or 32"),
-    "seed": (0, "chooses the encoder's arbitrary zero"),
-    "log_seconds": (600.0, "length of motion that the log keeps [s]"),
+    "time_step_coarse": (WorldSettings.time_step_coarse, "physics step [s]"),
+    "time_step_fine": (WorldSettings.time_step_fine, "physics step near the leaf [s]"),
+    "solver_iterations": (WorldSettings.iterations, "of PyBullet's solver, each step"),
+    "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
+    "seed": (WorldSettings.seed, "chooses the encoder's arbitrary zero"),
+    "log_seconds": (WorldSettings.log_seconds, "length of motion that the log keeps [s]"),
     "log_file": ("", "npz that the 1 kHz log is written to at the end and by ~/save_log"),
 }
 

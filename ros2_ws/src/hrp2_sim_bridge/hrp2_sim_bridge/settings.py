@@ -30,7 +30,7 @@ class WorldSettings:
     """
 
     gui: bool = False
-    time_step_coarse: float = 0.001
+    time_step_coarse: float = 0.0005
     time_step_fine: float = 0.00025
     brace: bool = True
     restitution: float | None = None

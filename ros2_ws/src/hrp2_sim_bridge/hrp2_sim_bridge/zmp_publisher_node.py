@@ -107,7 +107,9 @@ class ZmpPublisher(Node):
         stamp = joints.header.stamp
         time = stamp.sec * 1_000_000_000 + stamp.nanosec
         if time < self._stamp:
-            self.get_logger().info("time jumped backwards: odom is fixed anew")
+            self.get_logger().info(
+                "time jumped backwards: odom is fixed anew", throttle_duration_sec=1.0
+            )
             self._odometry.reset()
             self._tf_stamp = -1
         self._stamp = time

@@ -166,7 +166,8 @@ def _out_of_reach(
     far, near = elbow_range(robot, inside_edge)
     radius = robot.config.contact_radius
     return PostureUnreachable(
-        f"the elbow would have to be at y = {elbow_y:.3f} m, which needs a step of about "
+        f"a door {radius - elbow_y:.3f} m from the origin is out of reach: the elbow would have to "
+        f"be at y = {elbow_y:.3f} m, which needs a step of about "
         f"{step:.3f} m; steps from {MIN_STEP:.2f} to {MAX_STEP:.2f} m put it at "
         f"{near:.3f} to {far:.3f} m: a closed door must stand {radius - near:.3f} to "
         f"{radius - far:.3f} m from the origin",

@@ -1,0 +1,400 @@
+"""The running graph as its users see it: by the `ros2` command and by a node of their own."""
+
+import math
+import re
+import signal
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio
+import pytest
+import yaml
+from ament_index_python.packages import get_package_share_directory
+from diagnostic_msgs.msg import DiagnosticArray
+from door_impact_msgs.action import ExecuteDoorImpact
+from door_impact_msgs.msg import ImpactPlan
+from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from rclpy.action import ActionClient
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge", "/impact_executor",
+         "/impact_planner", "/zmp_publisher"]
+PLAN = ("service", "call", "/plan_door_impact", "door_impact_msgs/srv/PlanDoorImpact")
+ABORTED = 6  # action_msgs/GoalStatus
+SUCCEEDED = 4
+STILL = 2e-3  # [rad], what a standing robot's joints sway
+DURATION = 0.15  # [s] of a push
+Codes = PlanDoorImpact.Response
+
+
+def seconds(stamp: Any) -> float:
+    return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
+
+
+def positions(graph: Any) -> np.ndarray:
+    return np.array(graph.last(JointState, "/joint_states").position)
+
+
+def execute(graph: Any, **goal: Any) -> Any:
+    """The result of a goal."""
+    client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
+    try:
+        graph.spin_until(client.server_is_ready, "the action")
+        handle = graph.result(client.send_goal_async(ExecuteDoorImpact.Goal(**goal)), "the goal")
+        assert handle.accepted
+        return graph.result(handle.get_result_async(), "the result")
+    finally:
+        client.destroy()
+
+
+def swing(graph: Any, push: Callable[[], Any]) -> float:
+    """Largest angle [rad] that a push takes the door to; ends when it has fallen shut."""
+    def shut(heard: list[Any]) -> bool:
+        angles = [m.position[0] for m in heard]
+        return max(angles) > 0.02 and len(angles) > 40 and max(np.abs(angles[-40:])) < 0.003
+
+    heard = graph.listen(JointState, "/door_angle", shut, meanwhile=push)
+    assert {tuple(m.name) for m in heard} == {("door_hinge",)}
+    return max(m.position[0] for m in heard)
+
+
+@pytest.fixture(scope="module")
+def before(graph: Any, ros2: Callable[..., Any]) -> tuple[Any, Any]:
+    """What planner and executor say while nothing is known of the door."""
+    asked = ros2(*PLAN, "{desired_opening_angle: 0.35}")
+    return asked, execute(graph)
+
+
+@pytest.fixture(scope="module")
+def peaks(graph: Any, before: Any) -> dict[float, float]:
+    """Pushes by hand: impulse [N m s] and the largest angle [rad]."""
+    def push(impulse: float) -> float:
+        answer: list[Any] = []
+        peak = swing(graph, lambda: answer.append(graph.call(
+            PushDoor, "/sim/push_door", impulse=impulse, duration=DURATION)))
+        assert answer[0].success, answer[0].message
+        return peak
+
+    return {impulse: push(impulse) for impulse in (7.0, 8.0, 9.0, 9.5)}
+
+
+@pytest.fixture(scope="module")
+def identified(peaks: dict[float, float], ros2: Callable[..., Any]) -> Any:
+    """The closer, identified from the pushes by the command line."""
+    return ros2("service", "call", "/identify_closer", "door_impact_msgs/srv/IdentifyCloser", "{}")
+
+
+@pytest.fixture(scope="module")
+def plan(graph: Any, identified: Any) -> ImpactPlan:
+    """A plan for 0.35 rad, as it stands on the latched topic."""
+    answer = graph.call(PlanDoorImpact, "/plan_door_impact", desired_opening_angle=0.35)
+    assert answer.success, answer.message
+    return graph.listen(ImpactPlan, "/door_impact_plan",
+                        lambda heard: heard[-1].plan_id == answer.plan.plan_id, latched=True)[-1]
+
+
+# -- looking at it -------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("graph")
+def test_node_list_shows_the_six_nodes(ros2: Callable[..., Any]) -> None:
+    """Each time, however late one looks."""
+    for _ in range(3):
+        shown = ros2("node", "list").out.split()
+        assert [name for name in shown if name != "/tests_of_the_graph"] == NODES
+
+
+@pytest.mark.usefixtures("graph")
+def test_topic_echo_prints_the_zmp(ros2: Callable[..., Any]) -> None:
+    """ROS 2's form of a PointStamped in odom, between the feet on the floor."""
+    done = ros2("topic", "echo", "--once", "/zmp")
+    assert done.status == 0, done.err
+    text, _, rest = done.out.partition("---\n")
+    assert rest == ""
+    message = yaml.safe_load(text)
+    assert list(message) == ["header", "point"]
+    assert message["header"]["frame_id"] == "odom"
+    assert list(message["point"]) == ["x", "y", "z"]
+    assert -0.10 < message["point"]["x"] < 0.13  # heel and toe
+    assert -0.04 < message["point"]["y"] < 0.04  # the inner edges
+    assert message["point"]["z"] == 0.0
+
+
+@pytest.mark.usefixtures("graph")
+def test_topic_hz_prints_a_rate(start: Callable[..., Any]) -> None:
+    started = start("topic", "hz", "/joint_states")
+    started.wait_for_text("average rate: ")
+    started.process.send_signal(signal.SIGINT)
+    started.wait()
+    assert float(re.findall(r"average rate: ([\d.]+)", started.text())[0]) > 0.0
+    assert re.search(r"\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+", started.text())
+
+
+@pytest.mark.parametrize(("kind", "topic"), [(JointState, "/joint_states"), (PointStamped, "/zmp")])
+def test_200_hz_of_simulated_time(graph: Any, kind: Any, topic: str) -> None:
+    """Stamps lie 5 ms apart; what a busy machine loses is lost whole."""
+    heard = graph.listen(kind, topic, lambda got: len(got) > 400)
+    ticks = np.diff([seconds(m.header.stamp) for m in heard]) / 0.005
+    assert ticks == pytest.approx(np.round(ticks), abs=1e-3)
+    assert (np.round(ticks) >= 1).all()
+    assert np.median(ticks) == pytest.approx(1.0, abs=1e-3)
+
+
+# -- standing ------------------------------------------------------------------------------------
+
+
+def test_the_soles_carry_the_weight(graph: Any) -> None:
+    """m g to 0.5 %, either foot its share."""
+    force = {}
+    for side in ("left", "right"):
+        heard = graph.listen(WrenchStamped, f"/{side}_foot/wrench", lambda got: len(got) > 100)
+        assert {m.header.frame_id for m in heard} == {f"{side[0]}_sole"}
+        force[side] = float(np.mean([m.wrench.force.z for m in heard]))
+    assert sum(force.values()) == pytest.approx(58.0 * 9.81, rel=0.005)
+    assert force["left"] == pytest.approx(force["right"], rel=0.1)
+
+
+def test_the_zmp_of_a_standing_robot_is_below_its_center_of_mass(graph: Any) -> None:
+    """By Pinocchio on the URDF, from /joint_states, midway between the soles: within 3 mm."""
+    urdf = Path(get_package_share_directory("hrp2_description")) / "urdf" / "hrp2.urdf"
+    model = pinocchio.buildModelFromUrdf(str(urdf), pinocchio.JointModelFreeFlyer())
+    data, q = model.createData(), pinocchio.neutral(model)
+    state = graph.last(JointState, "/joint_states")
+    for name, angle in zip(state.name, state.position, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    pinocchio.framesForwardKinematics(model, data, q)
+    soles = [data.oMf[model.getFrameId(name)].translation for name in ("l_sole", "r_sole")]
+    com = pinocchio.centerOfMass(model, data, q) - np.mean(soles, axis=0)
+    heard = graph.listen(PointStamped, "/zmp", lambda got: len(got) > 100)
+    zmp = np.mean([(m.point.x, m.point.y) for m in heard], axis=0)
+    assert zmp == pytest.approx(com[:2], abs=0.003)
+
+
+# -- the door ------------------------------------------------------------------------------------
+
+
+def test_pushes_move_the_door_as_eq_1_has_it(
+        peaks: dict[float, float], reference_door: Callable[..., Any]) -> None:
+    """Half sines of torque on the paper door, integrated by other code: peaks within 3 %."""
+    for impulse, peak in peaks.items():
+        def torque(t: float, impulse: float = impulse) -> float:
+            high = impulse * math.pi / (2.0 * DURATION)
+            return high * math.sin(math.pi * t / DURATION) if t < DURATION else 0.0
+
+        expected, _ = reference_door().peak(0.0, push=torque)
+        assert peak == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.usefixtures("graph")
+def test_push_by_the_command_line(ros2: Callable[..., Any]) -> None:
+    """A push that is none is refused in the answer."""
+    done = ros2("service", "call", "/sim/push_door", "door_impact_msgs/srv/PushDoor",
+                "{impulse: .nan}")
+    assert done.out.startswith("requester: making request: door_impact_msgs.srv.PushDoor_Request(")
+    assert "success=False" in done.out
+
+
+def test_the_closer_is_identified_from_pushes(identified: Any, paper_door: dict[str, Any]) -> None:
+    """Within 5 % of the door's file."""
+    assert "success=True" in identified.out, identified.out
+    for name, true in {"i_a": paper_door["i_a"], **paper_door["closer"]}.items():
+        found = float(re.findall(rf"\b{name}=([-\d.e]+)", identified.out)[0])
+        assert found == pytest.approx(true, rel=0.05)
+
+
+@pytest.mark.usefixtures("identified")
+def test_bad_recordings_are_refused(graph: Any) -> None:
+    answer = graph.call(IdentifyCloser, "/identify_closer", csv_path="/nowhere/at_all.csv")
+    assert (answer.success, answer.error_code) == (False, IdentifyCloser.Response.BAD_RECORDING)
+    assert "/nowhere/at_all.csv" in answer.message
+
+
+# -- planning ------------------------------------------------------------------------------------
+
+
+def test_without_a_door_there_is_no_plan(before: tuple[Any, Any]) -> None:
+    """The service answers NO_DOOR and how to get one; the action is aborted with a message."""
+    asked, goal = before
+    assert "success=False, error_code=2, message=" in asked.out
+    assert "/identify_closer" in asked.out
+    assert goal.status == ABORTED
+    assert (goal.result.success, goal.result.error_code) == (False, 2)
+    assert "/plan_door_impact" in goal.result.message
+
+
+@pytest.mark.usefixtures("plan")
+def test_service_call_prints_the_answer_as_ros_2_does(ros2: Callable[..., Any]) -> None:
+    done = ros2(*PLAN, "{desired_opening_angle: 0.35}")
+    assert done.status == 0, done.err
+    request, _, response = done.out.partition("\nresponse:\n")
+    assert request.startswith("requester: making request: "
+                              "door_impact_msgs.srv.PlanDoorImpact_Request("
+                              "desired_opening_angle=0.35, ")
+    assert response.startswith("door_impact_msgs.srv.PlanDoorImpact_Response(success=True, "
+                               "error_code=0, ")
+    assert "phases=[]" in response
+
+
+def test_the_plan_reaches_the_angle(plan: ImpactPlan, reference_door: Callable[..., Any]) -> None:
+    """Eq. (1) by other code takes w' to 0.35 rad; eqs. (2) and (3) hold; the ZMP stays inside."""
+    angle, when = reference_door().peak(plan.omega_door)
+    assert angle == pytest.approx(0.35, rel=0.03)  # of the true door: identification errs a little
+    assert when == pytest.approx(plan.peak_time, rel=0.05)
+    momentum = plan.effective_mass * (plan.v_rb - plan.v_rb_post) * plan.l_b
+    assert momentum == pytest.approx(12.75 * plan.omega_door, rel=0.05)
+    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb, rel=1e-3)
+    assert 1.0 / plan.effective_mass_planar == pytest.approx(
+        1.0 / 58.0 + plan.a_r**2 / plan.i_rob, rel=1e-3)
+    assert [m.phase for m in plan.zmp_margins] == [p.name for p in plan.phases]
+    assert min(m.margin for m in plan.zmp_margins) > 0.0
+    assert all(len(p.trajectory.points) >= 2 for p in plan.phases)
+
+
+@pytest.mark.parametrize(
+    ("fields", "codes", "words"),
+    [({"desired_opening_angle": 0.0}, {Codes.INVALID_REQUEST}, "desired_opening_angle"),
+     ({"desired_opening_angle": -0.3}, {Codes.INVALID_REQUEST}, "-0.3"),
+     ({"desired_opening_angle": math.nan}, {Codes.INVALID_REQUEST}, "nan"),
+     ({"desired_opening_angle": math.inf}, {Codes.INVALID_REQUEST}, "inf"),
+     ({"desired_opening_angle": 3.0}, {Codes.ANGLE_UNREACHABLE}, "deg"),
+     ({"restitution": 1.5}, {Codes.INVALID_REQUEST}, "restitution"),
+     ({"restitution": math.nan}, {Codes.INVALID_REQUEST}, "restitution"),
+     ({"door_distance": 5.0}, {Codes.POSTURE_UNREACHABLE}, "door must stand"),
+     ({"run_up": "zmp_limited"}, {Codes.NOT_SUPPORTED}, "zmp_limited"),
+     ({"ending": "retreat"}, {Codes.NOT_SUPPORTED}, "retreat"),
+     ({"ending": "dance"}, {Codes.INVALID_REQUEST}, "dance")])  # fmt: skip
+def test_what_cannot_be_planned_is_refused_and_the_last_plan_stays(
+        graph: Any, plan: ImpactPlan, fields: dict[str, Any], codes: set[int], words: str) -> None:
+    """The right error code, a sentence with the value, and /door_impact_plan as it was."""
+    last = graph.last(ImpactPlan, "/door_impact_plan", latched=True)
+    answer = graph.call(PlanDoorImpact, "/plan_door_impact",
+                        **{"desired_opening_angle": 0.35, **fields})
+    assert answer.success is False
+    assert answer.error_code in codes, answer.message
+    assert words in answer.message
+    assert len(answer.message.split()) > 4
+    assert answer.plan.plan_id == ""
+    after = graph.last(ImpactPlan, "/door_impact_plan", latched=True)
+    assert (after.plan_id, after.header.stamp) == (last.plan_id, last.header.stamp)
+
+
+# -- moving --------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("plan")
+def test_a_dry_run_succeeds_and_nothing_moves(graph: Any) -> None:
+    rest = positions(graph)
+    ended = execute(graph, dry_run=True)
+    assert (ended.status, ended.result.success) == (SUCCEEDED, True), ended.result.message
+    heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 200)
+    assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
+
+
+@pytest.mark.usefixtures("plan")
+def test_goals_that_make_no_sense_are_aborted(graph: Any) -> None:
+    """An unknown plan and a speed_scale of 0 are told by name."""
+    for goal, word in (({"plan_id": "nonsense"}, "nonsense"), ({"speed_scale": 0.0}, "speed_scale"),
+                       ({"speed_scale": math.nan}, "speed_scale")):
+        ended = execute(graph, **goal)
+        assert (ended.status, ended.result.success) == (ABORTED, False)
+        assert word in ended.result.message
+
+
+def send(graph: Any, names: list[str], points: list[tuple[float, list[float]]]) -> None:
+    """Publishes a trajectory."""
+    publisher = graph.node.create_publisher(JointTrajectory, "/joint_trajectory", 10)
+    graph.spin_until(publisher.get_subscription_count, "the driver")
+    message = JointTrajectory(joint_names=names)
+    for at, position in points:
+        point = JointTrajectoryPoint(positions=position)
+        point.time_from_start.sec = int(at)
+        point.time_from_start.nanosec = round((at % 1.0) * 1e9)
+        message.points.append(point)
+    publisher.publish(message)
+    time.sleep(0.1)
+    graph.node.destroy_publisher(publisher)
+
+
+def driver(graph: Any, told: Callable[[dict[str, str]], bool],
+           meanwhile: Callable[[], Any] = lambda: None) -> dict[str, str]:
+    """The driver's diagnostics once they tell something."""
+    def states(heard: list[Any]) -> list[dict[str, str]]:
+        return [{**{v.key: v.value for v in s.values}, "message": s.message}
+                for m in heard for s in m.status if any(v.key == "refused" for v in s.values)]
+
+    heard = graph.listen(DiagnosticArray, "/diagnostics",
+                         lambda got: any(told(s) for s in states(got)), meanwhile=meanwhile)
+    return [s for s in states(heard) if told(s)][-1]
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [("unknown joint", "NO_SUCH_JOINT: unknown joint"), ("NaN", "HEAD_JOINT0: position in point"),
+     ("jump", "HEAD_JOINT0: jump"), ("missing joint", "HEAD_JOINT0: joint missing"),
+     ("limit", "HEAD_JOINT0: position [rad] of a point above the limit")])  # fmt: skip
+def test_bad_trajectories_move_nothing_and_are_reported(
+        graph: Any, fault: str, words: str) -> None:
+    """The joints stay where they are, and /diagnostics counts the refusal and names the joint."""
+    state = graph.last(JointState, "/joint_states")
+    names, rest = list(state.name), list(state.position)
+    head, goal, at = names.index("HEAD_JOINT0"), list(rest), 1.0
+    goal[head] += 0.2
+    if fault == "unknown joint":
+        names[head] = "NO_SUCH_JOINT"
+    elif fault == "NaN":
+        goal[head] = math.nan
+    elif fault == "jump":
+        at = 0.0
+    elif fault == "missing joint":
+        del names[head], goal[head]
+    else:
+        goal[head] = 3.0
+    count = int(driver(graph, lambda s: True)["refused"])
+    told = driver(graph, lambda s: int(s["refused"]) > count and words in s["last_refusal"],
+                  lambda: send(graph, names, [(at, goal)]))
+    assert "refused" in told["message"]
+    heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 250)
+    assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
+
+
+def test_a_good_trajectory_moves_the_joint_it_names(graph: Any) -> None:
+    """The counterpart of the refusals: the head turns by 0.1 rad, and back."""
+    state = graph.last(JointState, "/joint_states")
+    names, rest = list(state.name), list(state.position)
+    head, goal = names.index("HEAD_JOINT0"), list(rest)
+    goal[head] += 0.1
+    for wanted in (goal, rest):
+        heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 300,
+                             meanwhile=lambda wanted=wanted: send(graph, names, [(0.5, wanted)]))
+        assert np.array(heard[-1].position) == pytest.approx(np.array(wanted), abs=STILL)
+
+
+# -- last, because it turns back time ------------------------------------------------------------
+
+
+def test_reset_brings_time_back_to_0(graph: Any, reference_door: Callable[..., Any]) -> None:
+    """The clock starts anew, the robot stands at its first place, and the door can be pushed."""
+    def restarted(heard: list[Any]) -> bool:
+        return any(b < a for a, b in pairwise(times(heard)))
+
+    def times(heard: list[Any]) -> list[float]:
+        return [seconds(m.clock) for m in heard]
+
+    heard = times(graph.listen(Clock, "/clock", restarted,
+                               meanwhile=lambda: graph.call(Trigger, "/sim/reset")))
+    assert heard[0] > 1.0
+    back = next(b for a, b in pairwise(heard) if b < a)
+    assert back < 0.1
+    zmp = graph.listen(PointStamped, "/zmp", lambda got: len(got) > 100)[-1].point
+    assert (zmp.x, zmp.y) == pytest.approx((0.0, 0.0), abs=0.01)
+    peak = swing(graph, lambda: graph.call(PushDoor, "/sim/push_door", impulse=8.0,
+                                           duration=DURATION))
+    assert math.degrees(peak) == pytest.approx(19.26, rel=0.03)

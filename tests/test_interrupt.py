@@ -1,0 +1,48 @@
+"""A demonstration that is interrupted leaves nothing behind."""
+
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+GUARD = 60.0  # [s] that orphans get to notice that their launcher is gone
+
+
+def gone(started: Any) -> list[int]:
+    """Processes that are left once all had the time to end."""
+    end = time.monotonic() + GUARD
+    while (left := started.family()) and time.monotonic() < end:
+        time.sleep(0.1)
+    return left
+
+
+def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
+    """A demonstration amid its pushes: every node runs."""
+    started = start("run", "door_impact_bringup", "demo", "--out", str(out))
+    started.wait_for_text("push 1 of 5")
+    assert len(started.family()) >= 8  # the demonstration, the launcher, six nodes
+    return started
+
+
+@pytest.mark.parametrize("how", ["Ctrl-C", "Ctrl-C twice", "SIGTERM"])
+def test_an_interrupted_demo_leaves_no_process_and_no_result(
+        start: Callable[..., Any], tmp_path: Path, how: str) -> None:
+    """Its status tells, nothing of the graph runs on, and there is no summary.json."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "summary.json").write_text("{}")  # of an earlier run: it must not pass for this one
+    started = at_the_pushes(start, out)
+    if how == "SIGTERM":
+        started.process.send_signal(signal.SIGTERM)
+    else:
+        started.signal_group(signal.SIGINT)
+    if how == "Ctrl-C twice":
+        time.sleep(0.3)
+        started.signal_group(signal.SIGINT)
+    assert started.wait() != 0
+    assert gone(started) == []
+    assert not (out / "summary.json").exists()
+    assert "Traceback" not in started.text()
