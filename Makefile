@@ -29,7 +29,8 @@ $(BIN)/python:
 	python3 -m venv $(VENV)
 
 $(VENV)/.requirements: requirements.txt | $(BIN)/python
-	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
+	@echo "installing the dependencies into $(VENV), about a minute"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
 	@touch $@
 
 $(READY): $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES)

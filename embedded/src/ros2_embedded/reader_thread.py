@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cyclonedds.core import (
+    DDSException,
     GuardCondition,
     InstanceState,
     ReadCondition,
@@ -78,6 +79,14 @@ class ReaderThread:
             self._waitset.detach(self._guard)
 
     def _run(self) -> None:
+        try:
+            self._wait_and_hand_over()
+        except DDSException:
+            # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
+            if not self._stopping:
+                raise
+
+    def _wait_and_hand_over(self) -> None:
         while not self._stopping:
             timeout = _FOREVER
             if self._due is not None:

@@ -11,7 +11,6 @@ from ros2_embedded.messages import message_class
 from ros2_embedded.specs import Field, FieldType
 
 DEFAULT_TRUNCATION = 128
-_INDENT = "    "
 
 
 class MessageError(ValueError):
@@ -117,8 +116,3 @@ def to_yaml(value: Any, **options: Any) -> str:
     if not plain:
         return "{}\n" if isinstance(plain, dict) else "[]\n"
     return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True, width=float("inf"))
-
-
-def indented_yaml(message: Any) -> str:
-    """YAML of a message, indented as `ros2 action send_goal` does."""
-    return "".join(f"{_INDENT}{line}\n" for line in to_yaml(message).splitlines())

@@ -18,7 +18,7 @@ from ros2_embedded.cli.common import (
     settle,
     spin_until,
 )
-from ros2_embedded.yaml_messages import indented_yaml
+from ros2_embedded.yaml_messages import to_yaml
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
@@ -66,10 +66,10 @@ def _send_goal(options: argparse.Namespace) -> int:
         client = ActionClient(node, kind, options.action_name)
         print("Waiting for an action server to become available...", flush=True)
         client.wait_for_server()
-        print(f"Sending goal:\n{indented_yaml(goal)}", flush=True)
+        print(f"Sending goal:\n     {to_yaml(goal)}", flush=True)
 
         def feedback(message: Any) -> None:
-            print(f"Feedback:\n{indented_yaml(message.feedback)}", flush=True)
+            print(f"Feedback:\n    {to_yaml(message.feedback)}", flush=True)
 
         sent = client.send_goal_async(goal, feedback if options.feedback else None)
         handle = spin_until(node, sent)
@@ -78,7 +78,7 @@ def _send_goal(options: argparse.Namespace) -> int:
         print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
         response = _result_or_cancel(node, handle)
     status = GoalStatus(response.status)
-    print(f"Result:\n{indented_yaml(response.result)}\nGoal finished with status: {status.name}")
+    print(f"Result:\n    {to_yaml(response.result)}\nGoal finished with status: {status.name}")
     return 0 if status == GoalStatus.SUCCEEDED else 1
 
 

@@ -52,9 +52,10 @@ def _info(options: argparse.Namespace) -> None:
             raise CliError(f"Unknown topic '{options.topic_name}'")
         publishers = node.get_publishers_info_by_topic(name)
         subscriptions = node.get_subscriptions_info_by_topic(name)
-    print(f"Type: {types[0] if len(types) == 1 else types}\n")
+    end = "\n\n" if options.verbose else "\n"
+    print(f"Type: {types[0] if len(types) == 1 else types}", end=end)
     for title, endpoints in (("Publisher", publishers), ("Subscription", subscriptions)):
-        print(f"{title} count: {len(endpoints)}\n")
+        print(f"{title} count: {len(endpoints)}", end=end)
         for endpoint in endpoints if options.verbose else ():
             qos = QoSProfile.from_dds(endpoint.qos)
             print(f"GID: {'.'.join(f'{byte:02x}' for byte in endpoint.guid)}\nQoS profile:")

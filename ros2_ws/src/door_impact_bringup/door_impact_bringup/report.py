@@ -44,8 +44,10 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -
         f'<figure><img src="{name}" alt="{html.escape(text)}"><figcaption>{html.escape(text)}'
         "</figcaption></figure>" for name, text in PICTURES)
     remarks = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    remarks = f"<ul>{remarks}</ul>" if remarks else ""
     path.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>hrp2_door_impact: demo</title>'
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
         f"<style>{_STYLE}</style><h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>"
         "<table><tr><th></th><th>paper</th><th>measured</th><th></th></tr>"
-        f"{cells}</table><ul>{remarks}</ul>{pictures}</html>\n", encoding="utf-8")
+        f"{cells}</table>{remarks}{pictures}</html>\n", encoding="utf-8")

@@ -86,7 +86,8 @@ def write(heard: Heard, out: Path) -> None:
     partial = out / "summary.json.part"
     partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     partial.replace(out / "summary.json")
-    lines = table.rows(summary)
+    caught_deg = float(np.degrees(log.motion.door_angle[hit.peak:].min()))
+    lines = table.rows(summary, caught_deg)
     notes = [*heard.plan.warnings, *heard.parameters.warnings, *([log.fell] if log.fell else [])]
     report.write(lines, _heading(summary), notes, out / "report.html")
     print(table.text(lines), flush=True)
@@ -98,7 +99,8 @@ def _heading(summary: dict[str, Any]) -> str:
     door, robot = summary["door"], summary["robot"]
     return (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
             f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and "
-            + ("fell." if robot["fell"] else f"held it at {door['held_deg']:.1f} deg, standing."))
+            + ("fell." if robot["fell"] else
+               f"stands, holding it at {door['held_deg']:.1f} deg."))
 
 
 def _phases(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,

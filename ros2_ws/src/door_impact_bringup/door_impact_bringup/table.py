@@ -15,15 +15,18 @@ class Row:
     unit: str
 
 
-def rows(summary: Mapping[str, Any]) -> list[Row]:
+def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     """The lines of the table.
 
     Args:
         summary: As written to summary.json.
+        caught_deg: How far the door fell back until the hand stopped it [deg].
     """
     door, plan, hit = summary["door"], summary["plan"], summary["impact"]
     found, zmp, robot = summary["identified"], summary["zmp"], summary["robot"]
-    margin = min(zmp["measured_min_margin_mm"].values())
+    margins = zmp["measured_min_margin_mm"]
+    phase = min(margins, key=margins.__getitem__)
+    margin = margins[phase]
 
     def value(key: str, digits: int) -> str:
         return f"{found[key]['value']:.{digits}f} ± {found[key]['std']:.{digits}f}"
@@ -51,9 +54,11 @@ def rows(summary: Mapping[str, Any]) -> list[Row]:
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",
             f"{door['peak_deg']:.2f}", "deg"),
         Row("error of it", "<= 2 (experiment)", f"{door['error_deg']:+.2f}", "deg"),
-        Row("held at", "25" if nominal else target, f"{door['held_deg']:.2f}", "deg"),
-        Row("ZMP in the support polygon", "inside", "inside" if margin > 0 else "outside", ""),
-        Row("smallest ZMP margin", "-", f"{margin:.1f}", "mm"),
+        Row("fell back, until the hand stopped it, to", "-", f"{caught_deg:.1f}", "deg"),
+        Row("pushed back and held at", "25" if nominal else "-", f"{door['held_deg']:.2f}", "deg"),
+        Row("ZMP (mean of 20 ms) in the support polygon", "inside",
+            "inside" if margin > 0 else "outside", ""),
+        Row(f"smallest margin of it, in {phase}", "-", f"{margin:.1f}", "mm"),
         Row("foot slip", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),
         Row("robot", "stands", "fell" if robot["fell"] else "stands", ""),
     ]

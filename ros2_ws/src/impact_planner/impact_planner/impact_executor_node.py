@@ -216,7 +216,8 @@ class ImpactExecutor(Node):
         if off[worst] > START_TOLERANCE:
             return Result.NOT_READY, (
                 f"the robot is not where the plan starts: {self._names[worst]} is off by "
-                f"{off[worst]:.3f} rad, more than {START_TOLERANCE} rad")
+                f"{off[worst]:.3f} rad, more than {START_TOLERANCE} rad; bring it back "
+                "to its initial posture (in simulation: /sim/reset)")
         return None
 
     def _result(self, goal_handle: Any, outcome: Outcome) -> Any:

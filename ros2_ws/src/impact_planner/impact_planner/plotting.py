@@ -47,14 +47,17 @@ def _draw_run_up(axis: Any, plan: ImpactPlan) -> None:
 def _draw_zmp(axis: Any, plan: ImpactPlan) -> None:
     offset = 0.0
     for number, phase in enumerate(plan.phases):
-        time = offset + phase.time
-        axis.plot(time, -phase.com_samples[:, 1], "C0", label="CoM" if not number else None)
-        axis.plot(time, -phase.zmp_samples[:, 1], "C1", label="ZMP" if not number else None)
+        # The run-up is planned beyond the switch to `post`, as a reserve.
+        shown = phase.time <= (plan.switch_time if phase.name == "cam" else np.inf)
+        time = offset + phase.time[shown]
+        com, zmp = phase.com_samples[shown, 1], phase.zmp_samples[shown, 1]
+        axis.plot(time, -com, "C0", label="CoM" if not number else None)
+        axis.plot(time, -zmp, "C1", label="ZMP" if not number else None)
         axis.axvline(offset, color="0.8", linewidth=0.8)
         axis.text(offset, 1.01, phase.name, transform=axis.get_xaxis_transform(), fontsize=8)
-        offset += plan.contact_time if phase.name == "cam" else float(phase.time[-1])
-    for foot, color in ((plan.left_foot, "C2"), (plan.right_foot, "C3")):
-        axis.axhline(-foot[1], color=color, linestyle=":", linewidth=0.9)
+        offset += plan.switch_time if phase.name == "cam" else float(phase.time[-1])
+    for name, foot, color in (("left", plan.left_foot, "C2"), ("right", plan.right_foot, "C3")):
+        axis.axhline(-foot[1], color=color, linestyle=":", linewidth=0.9, label=f"{name} ankle")
     axis.set_xlabel("time [s]")
     axis.set_ylabel("-y [m], towards the door")
     axis.legend()
@@ -65,6 +68,6 @@ def _draw_margins(axis: Any, plan: ImpactPlan) -> None:
     axis.bar(list(margins), [1e3 * margin for margin in margins.values()])
     axis.set_ylabel("smallest ZMP margin [mm]")
     axis.set_title(
-        f"{plan.door}: w' {plan.omega_door:.3f} rad/s, v_rB {plan.v_rb:.3f} m/s, "
+        f"door {plan.door!r}, planned: w' {plan.omega_door:.3f} rad/s, v_rB {plan.v_rb:.3f} m/s, "
         f"m_re {plan.effective_mass:.1f} kg"
     )
