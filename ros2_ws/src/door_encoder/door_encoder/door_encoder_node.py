@@ -7,6 +7,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_msgs.msg import EncoderSamples
 from door_model.node_main import run_node
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
@@ -20,6 +21,7 @@ from door_encoder.report import assess
 JOINT = "door_hinge"
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
+_FIXED = ParameterDescriptor(read_only=True)  # read once
 
 
 class DoorEncoderNode(Node):
@@ -39,8 +41,8 @@ class DoorEncoderNode(Node):
         self._decoder = EncoderDecoder(settings)
         self._sampler = AngleSampler(
             radians_per_count=settings.radians_per_count,
-            rate=float(self.declare_parameter("angle_rate", 100.0).value),
-            window=float(self.declare_parameter("velocity_window", 0.05).value),
+            rate=float(self.declare_parameter("angle_rate", 100.0, _FIXED).value),
+            window=float(self.declare_parameter("velocity_window", 0.05, _FIXED).value),
         )
         self._heard_at: Time | None = None
         self._told: dict[str, int] = {}
@@ -55,17 +57,17 @@ class DoorEncoderNode(Node):
 
     def _settings(self) -> Settings:
         """Settings from the node's parameters."""
-        bits = int(self.declare_parameter("counter_bits", 32).value)
-        modulus = int(self.declare_parameter("counter_modulus", -1).value)
-        auto_zero = bool(self.declare_parameter("auto_zero", True).value)
-        zero = int(self.declare_parameter("zero_count", 0).value)
+        bits = int(self.declare_parameter("counter_bits", 32, _FIXED).value)
+        modulus = int(self.declare_parameter("counter_modulus", -1, _FIXED).value)
+        auto_zero = bool(self.declare_parameter("auto_zero", True, _FIXED).value)
+        zero = int(self.declare_parameter("zero_count", 0, _FIXED).value)
         return Settings(
-            counts_per_turn=int(self.declare_parameter("counts_per_turn", 14400).value),
+            counts_per_turn=int(self.declare_parameter("counts_per_turn", 14400, _FIXED).value),
             modulus=modulus if modulus >= 0 else (1 << bits if 0 < bits < 64 else 0),
-            direction=int(self.declare_parameter("direction", 1).value),
+            direction=int(self.declare_parameter("direction", 1, _FIXED).value),
             zero=None if auto_zero else zero,
-            zero_samples=int(self.declare_parameter("zero_samples", 20).value),
-            max_speed=float(self.declare_parameter("max_speed", 20.0).value),
+            zero_samples=int(self.declare_parameter("zero_samples", 20, _FIXED).value),
+            max_speed=float(self.declare_parameter("max_speed", 20.0, _FIXED).value),
         )
 
     def _on_counts(self, message: EncoderSamples) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -28,6 +29,7 @@ from door_model.scale import scale_from_leaf
 
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
+_FIXED = ParameterDescriptor(read_only=True)  # read once
 
 
 class CloserIdentifierNode(Node):
@@ -43,15 +45,15 @@ class CloserIdentifierNode(Node):
 
     def _set_up(self) -> None:
         """Read the parameters and connect."""
-        self._geometry = load_geometry(str(self.declare_parameter("door", "paper").value))
+        self._geometry = load_geometry(str(self.declare_parameter("door", "paper", _FIXED).value))
         self.declare_parameter("leaf_mass", -1.0)
         self.declare_parameter("leaf_width", -1.0)
-        window = str(self.declare_parameter("window", Window.AUTO.value).value)
+        window = str(self.declare_parameter("window", Window.AUTO.value, _FIXED).value)
         known = [choice.value for choice in Window]
         if window not in known:
             raise ConfigError("window", f"must be one of {', '.join(known)}, not {window!r}")
         self._window = Window(window)
-        self._store = SampleStore(float(self.declare_parameter("memory", 300.0).value))
+        self._store = SampleStore(float(self.declare_parameter("memory", 300.0, _FIXED).value))
         latched = QoSProfile(
             depth=1,
             reliability=ReliabilityPolicy.RELIABLE,

@@ -137,7 +137,7 @@ def identify(
     swings = _inside(find_swings(recording, start_angle), linkage)
     if not swings:
         raise NoSwingError(
-            f"no free and complete swing above {math.degrees(MIN_PEAK):.0f} deg in "
+            f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
             f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
             f"{math.degrees(float(recording.theta.max())):.2f} deg): push the shut door once, let "
             "go, and wait until it has fallen shut"

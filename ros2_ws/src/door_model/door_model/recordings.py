@@ -77,7 +77,7 @@ def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Record
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = list(csv.reader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:  # a NUL in the path is a ValueError
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise RecordingError(source, None, f"cannot be read: {reason}") from error
     header = [cell.strip() for cell in rows[0]] if rows else []

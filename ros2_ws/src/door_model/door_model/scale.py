@@ -13,6 +13,7 @@ from door_model.geometry import plate_moment_of_inertia
 
 MASS_STD_SHARE = 0.005  # a balance's, over the mass
 WIDTH_STD = 1e-3  # a ruler's [m]
+_PLAUSIBLE = {"mass": (0.1, 5000.0), "width": (0.05, 10.0)}  # [kg], [m]
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,13 @@ def scale_from_leaf(
                 "measure its width [m] from hinge to free edge",
                 value=value,
                 limit="a positive number",
+            )
+        low, high = _PLAUSIBLE[name]
+        if not low <= value <= high:
+            raise NoScaleError(
+                f"the leaf's {name} of {value:g} is not plausible: {low:g} to {high:g}",
+                value=value,
+                limit=(low, high),
             )
     assert mass is not None
     assert width is not None

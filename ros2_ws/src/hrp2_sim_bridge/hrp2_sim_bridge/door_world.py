@@ -19,6 +19,8 @@ _BELOW_CLOSED = 0.05  # range of the table under the closed door [rad]
 _WIDEST = 2.0  # opening at which the door meets its outer stop, if the linkage lets it [rad]
 _STOP_STIFFNESS = 1.5e6  # of the frame [N m/rad]: 18 N m push the leaf in by 0.0007 deg
 _STOP_DAMPING_RATIO = 1.5
+_PUSH_IMPULSE = 200.0  # of a hand, with a margin [N m s]
+_PUSH_DURATION = (0.001, 10.0)  # [s]
 HINGE = 0
 
 
@@ -109,12 +111,13 @@ class DoorBody:
             now: when it begins [s].
 
         Raises:
-            SettingError: a duration that is not positive, or no number.
+            SettingError: more than a hand can do, or no number.
         """
-        if not (math.isfinite(duration) and duration > 0.0):
-            raise SettingError("duration", duration, "a positive number")
-        if not math.isfinite(impulse):
-            raise SettingError("impulse", impulse, "a finite number")
+        shortest, longest = _PUSH_DURATION
+        if not shortest <= duration <= longest:
+            raise SettingError("duration", duration, f"from {shortest:g} to {longest:g} s")
+        if not abs(impulse) <= _PUSH_IMPULSE:
+            raise SettingError("impulse", impulse, f"at most {_PUSH_IMPULSE:g} N m s")
         self._pushes.append((now, duration, impulse))
 
     def apply_torque(self, now: float, step: float) -> None:

@@ -26,7 +26,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from .errors import PlannerError
-from .execution import Command, ExecutablePlan, Execution, Outcome
+from .execution import SENT_AT_START, Command, ExecutablePlan, Execution, Outcome
 from .messages import knots_from_message, trajectory_message
 from .point_b import PointB
 from .robot_model import RobotModel
@@ -36,6 +36,7 @@ Result = ExecuteDoorImpact.Result
 
 START_TOLERANCE = 0.05  # [rad] between the robot and the posture that the plan starts from
 FEEDBACK_PERIOD = 0.05  # [s]
+SLOWEST = 0.05  # speed_scale
 ERROR_CODES = {
     Outcome.SUCCESS: Result.NONE,
     Outcome.NO_CONTACT: Result.NO_CONTACT,
@@ -64,6 +65,7 @@ class ImpactExecutor(Node):
         self._execution: Execution | None = None
         self._finished: Future | None = None
         self._goal: Any = None
+        self._busy = False
         self._joints: tuple[float, Array, Array] | None = None
         self._zmp: tuple[float, float] | None = None
         self._fed_back = -math.inf
@@ -90,18 +92,42 @@ class ImpactExecutor(Node):
 
     def _on_joints(self, message: JointState) -> None:
         now = _seconds(message.header.stamp)
-        if list(message.name) == self._names:
-            position, velocity = np.array(message.position), np.array(message.velocity)
-        else:  # another driver may order them otherwise
-            order = [message.name.index(name) for name in self._names]
-            position = np.array(message.position)[order]
-            velocity = np.array(message.velocity)[order]
+        state = self._in_order(message)
+        if state is None:
+            self.get_logger().warning(
+                "a message on /joint_states without position and speed of each of the "
+                f"{len(self._names)} joints is passed over", throttle_duration_sec=5.0)
+            return
+        position, velocity = state
+        if self._joints is not None and now < self._joints[0]:
+            self._clock_went_back()
         self._joints = (now, position, velocity)
         if self._execution is not None:
             self._after(now, self._execution.on_joint_state(now, position, velocity))
 
+    def _in_order(self, message: JointState) -> tuple[Array, Array] | None:
+        """Positions and speeds in the robot's order, None where one is missing or no number."""
+        names = list(message.name)
+        if not (len(names) == len(message.position) == len(message.velocity)
+                and set(self._names) <= set(names)):
+            return None
+        position, velocity = np.array(message.position), np.array(message.velocity)
+        if names != self._names:  # another driver may order them otherwise
+            order = [names.index(name) for name in self._names]
+            position, velocity = position[order], velocity[order]
+        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+            return None
+        return position, velocity
+
+    def _clock_went_back(self) -> None:
+        """After a reset of the simulation nothing that was planned in time holds any more."""
+        self._fed_back = -math.inf
+        if self._execution is not None and self._execution.outcome is Outcome.RUNNING:
+            self.get_logger().warning("time went back: the motion is given up")
+            self._execution.outcome = Outcome.STOPPED
+
     def _on_door(self, message: JointState) -> None:
-        if self._execution is not None:
+        if self._execution is not None and message.position and message.velocity:
             now = _seconds(message.header.stamp)
             commands = self._execution.on_door(now, message.position[0], message.velocity[0])
             self._after(now, commands)
@@ -152,9 +178,10 @@ class ImpactExecutor(Node):
     # -- action and stop ------------------------------------------------------------------------
 
     def _on_goal(self, goal: Any) -> GoalResponse:
-        if self._execution is not None:
+        if self._busy:
             self.get_logger().warning("goal refused: another one is being executed")
             return GoalResponse.REJECT
+        self._busy = True
         return GoalResponse.ACCEPT
 
     def _on_cancel(self, _: Any) -> CancelResponse:
@@ -175,7 +202,17 @@ class ImpactExecutor(Node):
         return response
 
     async def _execute(self, goal_handle: Any) -> Any:
+        try:
+            return await self._run(goal_handle)
+        finally:
+            self._execution, self._busy = None, False
+
+    async def _run(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
+        if goal_handle.is_cancel_requested:
+            goal_handle.canceled()
+            return Result(success=False, error_code=Result.STOPPED, message=MESSAGES[
+                Outcome.STOPPED])
         refused = self._refusal(goal)
         if refused is not None:
             goal_handle.abort()
@@ -192,24 +229,24 @@ class ImpactExecutor(Node):
         assert self._joints is not None
         self._execution = Execution(_executable(plan, self._names), self._point_b.speed,
                                     speed_scale=goal.speed_scale)
-        try:
-            self._send(self._execution.start(self._joints[0]))
-            outcome = await self._finished
-            return self._result(goal_handle, outcome)
-        finally:
-            self._execution = None
+        self._fed_back = -math.inf
+        self._send(self._execution.start(self._joints[0]))
+        return self._result(goal_handle, await self._finished)
 
     def _refusal(self, goal: Any) -> tuple[int, str] | None:
         """Error code and reason where a goal cannot be run."""
-        if not 0.0 < goal.speed_scale <= 1.0:
-            return Result.INVALID_GOAL, (f"speed_scale {goal.speed_scale} is not above 0 and at "
-                                         "most 1")
+        if not SLOWEST <= goal.speed_scale <= 1.0:
+            return Result.INVALID_GOAL, (f"speed_scale {goal.speed_scale:g} is not between "
+                                         f"{SLOWEST} and 1")
         plan = self._plans.get(goal.plan_id or self._last_plan)
         if plan is None:
             return Result.NO_PLAN, (f"no plan {goal.plan_id!r}" if goal.plan_id else
                                     "no plan yet: call /plan_door_impact first")
         if self._joints is None:
             return Result.NOT_READY, "no /joint_states heard yet"
+        missing = {*SENT_AT_START, "hold"} - {phase.name for phase in plan.phases}
+        if missing:
+            return Result.NO_PLAN, f"the plan lacks the phases {', '.join(sorted(missing))}"
         start = knots_from_message(plan.phases[0].trajectory, self._names).position[0]
         off = np.abs(self._joints[1] - start)
         worst = int(np.argmax(off))

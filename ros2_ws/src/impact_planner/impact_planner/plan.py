@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from . import momentum
 from .door_prediction import predict
+from .errors import InvalidRequest
 from .phases import Hit, plan_phases
 from .placement import Placement, nominal_placement, stand
 from .plan_types import ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
@@ -150,6 +151,14 @@ def _effective_masses(
     posture = stance.posture
     planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
     if wanted.effective_mass is not None:
+        if wanted.effective_mass > robot.mass:
+            raise InvalidRequest(
+                f"effective_mass {wanted.effective_mass:g} kg is more than the robot's "
+                f"{robot.mass:g} kg",
+                quantity="effective_mass [kg]",
+                value=wanted.effective_mass,
+                limit=robot.mass,
+            )
         return planar, wanted.effective_mass
     q = robot.configuration(posture.base, posture.joints)
     mass = robot.effective_mass(

@@ -103,7 +103,7 @@ class PlannerSettings:
     required_margin: float = 0.0
     post_duration: float = 0.4
     contact_duration: float = 0.015
-    contact_lead: float = 0.0028
+    contact_lead: float = 0.003
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
     hand_force_limit: float = 60.0

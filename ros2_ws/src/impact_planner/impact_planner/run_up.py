@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 GRAVITY = 9.81  # [m/s^2]
 _OVERRUN_STEP = 0.0025  # [m]
+_SLOWEST = 0.05  # of point B [m/s]
 _TABLE_STEP = 0.005  # [m]
 _START_RANGE = (-0.12, 0.11)  # y of the CoM where a run-up may start [m]
 _SHORTEST_WAY = 0.05  # of a run-up [m]
@@ -150,7 +151,8 @@ def plan_run_up(
 
     Raises:
         InvalidRequest: y_start leaves no way to go.
-        SpeedUnreachable: The ZMP would come nearer to the edge than allowed; value and limit are
+        SpeedUnreachable: The ZMP would come nearer to the edge than allowed, or the hit is too
+            slow to plan; value and limit are
             v_rb and the speed of B that can be reached [m/s].
         PostureUnreachable, JointLimit: The legs do not allow it.
     """
@@ -161,6 +163,14 @@ def plan_run_up(
             quantity="y_start [m]",
             value=y_start,
             limit=y_hit + _SHORTEST_WAY,
+        )
+    if v_rb < _SLOWEST:
+        raise SpeedUnreachable(
+            f"a hit at v_rB = {v_rb:.2g} m/s is slower than run-ups are planned for, "
+            f"{_SLOWEST} m/s",
+            quantity="v_rb [m/s]",
+            value=v_rb,
+            limit=_SLOWEST,
         )
     overrun = usable_overrun(robot, stance, 0.0, overrun)
     highest = _highest_start(robot, stance, y_hit) if y_start is None else y_start
