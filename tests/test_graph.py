@@ -398,3 +398,46 @@ def test_reset_brings_time_back_to_0(graph: Any, reference_door: Callable[..., A
     peak = swing(graph, lambda: graph.call(PushDoor, "/sim/push_door", impulse=8.0,
                                            duration=DURATION))
     assert math.degrees(peak) == pytest.approx(19.26, rel=0.03)
+
+
+def test_of_two_goals_at_once_one_runs_and_a_stop_ends_it(graph: Any, plan: ImpactPlan) -> None:
+    client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
+    try:
+        graph.spin_until(client.server_is_ready, "the action")
+        sent = [client.send_goal_async(ExecuteDoorImpact.Goal(plan_id=plan.plan_id))
+                for _ in range(2)]
+        handles = [graph.result(future, "an answer to a goal") for future in sent]
+        assert [handle.accepted for handle in handles].count(True) == 1
+        running = next(handle for handle in handles if handle.accepted)
+        assert graph.call(Trigger, "/stop").success
+        result = graph.result(running.get_result_async(), "the end of the goal").result
+        assert result.error_code == ExecuteDoorImpact.Result.STOPPED
+    finally:
+        client.destroy()
+
+
+def test_a_reset_in_a_motion_ends_it(graph: Any, plan: ImpactPlan) -> None:
+    """The executor gives up what was planned in time, and takes a goal again."""
+    graph.call(Trigger, "/sim/reset")
+    client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
+    try:
+        graph.spin_until(client.server_is_ready, "the action")
+        handle = graph.result(
+            client.send_goal_async(ExecuteDoorImpact.Goal(plan_id=plan.plan_id)), "the goal")
+        rest = positions(graph)
+        graph.listen(JointState, "/joint_states",
+                     lambda got: np.abs(np.array(got[-1].position) - rest).max() > 0.1)
+        graph.call(Trigger, "/sim/reset")
+        result = graph.result(handle.get_result_async(), "the end of the goal").result
+        assert result.error_code == ExecuteDoorImpact.Result.STOPPED
+    finally:
+        client.destroy()
+    assert execute(graph, dry_run=True, plan_id=plan.plan_id).result.success
+
+
+def test_a_message_of_other_joints_ends_no_node(graph: Any) -> None:
+    stranger = graph.node.create_publisher(JointState, "/joint_states", 10)
+    graph.spin_until(lambda: stranger.get_subscription_count() >= 2, "the nodes that listen")
+    stranger.publish(JointState(name=["gripper"], position=[1.0]))
+    assert graph.call(Trigger, "/stop").success
+    graph.node.destroy_publisher(stranger)
