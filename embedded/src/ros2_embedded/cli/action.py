@@ -12,8 +12,10 @@ from rclpy.action.names import GoalStatus, part
 from ros2_embedded.cli.common import (
     CliError,
     command_node,
+    define_list,
     filled,
     interface,
+    print_list,
     run,
     settle,
     spin_until,
@@ -22,8 +24,7 @@ from ros2_embedded.yaml_messages import to_yaml
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also the types")
-    parser.add_argument("-c", "--count-actions", action="store_true", help="only their number")
+    define_list(parser, "actions", hidden=False)
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -31,11 +32,7 @@ def _list(options: argparse.Namespace) -> None:
     with command_node() as node:
         settle(node)
         actions = get_action_names_and_types(node)
-    if options.count_actions:
-        print(len(actions))
-        return
-    for name, types in actions:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    print_list(options, actions)
 
 
 def _define_info(parser: argparse.ArgumentParser) -> None:

@@ -17,6 +17,7 @@ from rclpy.node import Node
 
 from ros2_embedded.catalogue import full_name
 from ros2_embedded.message_modules import interface_class
+from ros2_embedded.naming import is_hidden
 from ros2_embedded.specs import InterfaceError
 from ros2_embedded.yaml_messages import MessageError, fill
 
@@ -72,6 +73,33 @@ def filled(cls: Any, text: str | None) -> Any:
     message = cls()
     fill(message, load_yaml(text) if text else None)
     return message
+
+
+def define_list(parser: argparse.ArgumentParser, what: str, *, hidden: bool = True) -> None:
+    """Options of a verb `list` of topics, services or actions; `hidden`: some can be."""
+    parser.add_argument("-t", "--show-types", action="store_true", help="also the types")
+    parser.add_argument(
+        "-c", f"--count-{what}", dest="count", action="store_true", help="only their number"
+    )
+    parser.set_defaults(include_hidden=True)
+    if hidden:
+        parser.add_argument(
+            f"--include-hidden-{what}",
+            dest="include_hidden",
+            action="store_true",
+            default=False,
+            help="also hidden ones",
+        )
+
+
+def print_list(options: argparse.Namespace, found: Sequence[tuple[str, list[str]]]) -> None:
+    """Prints names, with their types or only their number as `define_list`'s options ask."""
+    shown = [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
+    if options.count:
+        print(len(shown))
+        return
+    for name, types in shown:
+        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
 
 
 def run(

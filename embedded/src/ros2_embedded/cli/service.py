@@ -9,19 +9,18 @@ from collections.abc import Sequence
 from ros2_embedded.cli.common import (
     CliError,
     command_node,
+    define_list,
     filled,
     interface,
+    print_list,
     run,
     settle,
     spin_until,
 )
-from ros2_embedded.naming import is_hidden
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also the types")
-    parser.add_argument("-c", "--count-services", action="store_true", help="only their number")
-    parser.add_argument("--include-hidden-services", action="store_true", help="also hidden ones")
+    define_list(parser, "services")
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -29,12 +28,7 @@ def _list(options: argparse.Namespace) -> None:
     with command_node() as node:
         settle(node)
         services = node.get_service_names_and_types()
-    shown = [s for s in services if options.include_hidden_services or not is_hidden(s[0])]
-    if options.count_services:
-        print(len(shown))
-        return
-    for name, types in shown:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    print_list(options, services)
 
 
 def _define_type(parser: argparse.ArgumentParser) -> None:

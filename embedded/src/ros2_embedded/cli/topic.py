@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ros2_embedded.cli import topic_echo, topic_hz, topic_pub
-from ros2_embedded.cli.common import CliError, command_node, run, settle
-from ros2_embedded.naming import is_hidden
+from ros2_embedded.cli.common import CliError, command_node, define_list, print_list, run, settle
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also the types")
-    parser.add_argument("-c", "--count-topics", action="store_true", help="only their number")
-    parser.add_argument("--include-hidden-topics", action="store_true", help="also hidden ones")
+    define_list(parser, "topics")
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -23,12 +20,7 @@ def _list(options: argparse.Namespace) -> None:
     with command_node() as node:
         settle(node)
         topics = node.get_topic_names_and_types()
-    shown = [t for t in topics if options.include_hidden_topics or not is_hidden(t[0])]
-    if options.count_topics:
-        print(len(shown))
-        return
-    for name, types in shown:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    print_list(options, topics)
 
 
 def _define_name(parser: argparse.ArgumentParser) -> None:

@@ -16,7 +16,7 @@ from door_model.config import load_door
 from door_model.dynamics import Door, simulate
 from door_model.recordings import Recording
 from door_model.swings import FreeSwing, find_swings
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import RobotConfig, load_robot_config
 from numpy.typing import NDArray
 from rclpy.utilities import get_rmw_implementation_identifier
 from scipy.optimize import least_squares
@@ -80,9 +80,12 @@ def write(heard: Heard, out: Path) -> None:
         raise DemoError(f"the motion never began: {heard.outcome.message}")
     log = simulation_log.load(out / "simulation.npz", heard.phases[0][0])
     hit = evaluation.impact(log.motion, heard.plan.l_b)
-    record = _record(heard, log, hit)
-    summary = _summary(heard, log, hit, record)
-    _figures(heard, log, record, summary, out)
+    robot = load_robot_config()
+    support = evaluation.support(log.motion, robot, window=evaluation.WINDOW)
+    raw = evaluation.support(log.motion, robot, window=0.0)
+    record = _record(heard, log, hit, support)
+    summary = _summary(heard, log, hit, record, {"measured": support, "raw": raw})
+    _figures(heard, log, robot, record, summary, out)
     partial = out / "summary.json.part"
     partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     partial.replace(out / "summary.json")
@@ -114,8 +117,8 @@ def _phases(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Imp
     return {name: (time, end) for (time, name), end in zip(starts, ends, strict=True)}
 
 
-def _record(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact) -> DemoRecord:
-    support = evaluation.support(log.motion, load_robot_config(), window=evaluation.WINDOW)
+def _record(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,
+            support: evaluation.Support) -> DemoRecord:
     t = log.motion.t
     return DemoRecord(
         motion=log.motion,
@@ -134,16 +137,14 @@ def _record(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Imp
 
 
 def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,
-             record: DemoRecord) -> dict[str, Any]:
+             record: DemoRecord, supports: dict[str, evaluation.Support]) -> dict[str, Any]:
     motion, plan = log.motion, heard.plan
     peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
     end = record.phases["hold"][1]
     last = (motion.t > end - HELD_OVER) & (motion.t <= end)
-    robot = load_robot_config()
 
-    def margins(window: float) -> dict[str, float]:
-        support = evaluation.support(motion, robot, window=window)
-        found = evaluation.smallest_margins(motion.t, support.margin, record.phases)
+    def margins(of: str) -> dict[str, float]:
+        found = evaluation.smallest_margins(motion.t, supports[of].margin, record.phases)
         return {name: 1e3 * value for name, value in found.items()}
 
     return {
@@ -173,8 +174,8 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
         },
         "zmp": {
             "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},
-            "measured_min_margin_mm": margins(evaluation.WINDOW),
-            "raw_min_margin_mm": margins(0.0),
+            "measured_min_margin_mm": margins("measured"),
+            "raw_min_margin_mm": margins("raw"),
         },
         "robot": {
             "fell": bool(log.fell),
@@ -261,8 +262,8 @@ def _recording(samples: Sequence[Any]) -> Recording:
                      2.0 * np.pi / samples[0].counts_per_turn)
 
 
-def _figures(heard: Heard, log: simulation_log.SimulationLog, record: DemoRecord,
-             summary: dict[str, Any], out: Path) -> None:
+def _figures(heard: Heard, log: simulation_log.SimulationLog, robot: RobotConfig,
+             record: DemoRecord, summary: dict[str, Any], out: Path) -> None:
     identified, config = _identified_door(heard.parameters), load_door(heard.door)
     swings = _swings(heard, identified)
     swung_to = max(float(swing.measured.max()) for swing in swings)
@@ -273,7 +274,7 @@ def _figures(heard: Heard, log: simulation_log.SimulationLog, record: DemoRecord
     figures.cam(out / "cam_curve.png")
     figures.zmp(record, out / "zmp.png")
     figures.door_angle(record, heard.target_deg, out / "door_angle.png")
-    motion, robot = log.motion, load_robot_config()
+    motion = log.motion
     scene = animation.Scene(
         urdf=str(robot.urdf_path), joint_names=robot.joint_names,
         leaf=(config.leaf.width, config.leaf.height, config.leaf.thickness),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import enum
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,6 +36,11 @@ class Outcome(enum.Enum):
     NO_CONTACT = "no contact"
     STOPPED = "stopped"
     FELL = "fell"
+
+
+def missing_phases(phases: Collection[str]) -> list[str]:
+    """Phases that an execution needs and a plan with the given ones lacks."""
+    return [name for name in (*SENT_AT_START, "hold") if name not in phases]
 
 
 @dataclass(frozen=True)
@@ -147,7 +152,7 @@ class Execution:
             raise InvalidRequest(
                 f"speed_scale {self.speed_scale} is not above 0 and at most 1",
                 quantity="speed_scale", value=self.speed_scale, limit=(0.0, 1.0))
-        missing = [name for name in (*SENT_AT_START, "hold") if name not in self.plan.phases]
+        missing = missing_phases(self.plan.phases)
         if missing:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))

@@ -26,7 +26,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from .errors import PlannerError
-from .execution import SENT_AT_START, Command, ExecutablePlan, Execution, Outcome
+from .execution import Command, ExecutablePlan, Execution, Outcome, missing_phases
 from .messages import knots_from_message, trajectory_message
 from .point_b import PointB
 from .robot_model import RobotModel
@@ -244,9 +244,9 @@ class ImpactExecutor(Node):
                                     "no plan yet: call /plan_door_impact first")
         if self._joints is None:
             return Result.NOT_READY, "no /joint_states heard yet"
-        missing = {*SENT_AT_START, "hold"} - {phase.name for phase in plan.phases}
+        missing = missing_phases([phase.name for phase in plan.phases])
         if missing:
-            return Result.NO_PLAN, f"the plan lacks the phases {', '.join(sorted(missing))}"
+            return Result.NO_PLAN, f"the plan lacks the phases {', '.join(missing)}"
         start = knots_from_message(plan.phases[0].trajectory, self._names).position[0]
         off = np.abs(self._joints[1] - start)
         worst = int(np.argmax(off))
