@@ -157,21 +157,7 @@ def plan_run_up(
         PostureUnreachable, JointLimit: The legs do not allow it.
     """
     y_hit = float(stance.posture.com[1])
-    if y_start is not None and y_start < y_hit + _SHORTEST_WAY:
-        raise InvalidRequest(
-            f"y_start {y_start:.3f} m leaves no run-up to the hit at y = {y_hit:.3f} m",
-            quantity="y_start [m]",
-            value=y_start,
-            limit=y_hit + _SHORTEST_WAY,
-        )
-    if v_rb < _SLOWEST:
-        raise SpeedUnreachable(
-            f"a hit at v_rB = {v_rb:.2g} m/s is slower than run-ups are planned for, "
-            f"{_SLOWEST} m/s",
-            quantity="v_rb [m/s]",
-            value=v_rb,
-            limit=_SLOWEST,
-        )
+    _require_room_and_speed(v_rb, y_start, y_hit)
     overrun = usable_overrun(robot, stance, 0.0, overrun)
     highest = _highest_start(robot, stance, y_hit) if y_start is None else y_start
     table = PostureTable(robot, stance, highest, y_hit - overrun)
@@ -203,6 +189,25 @@ def plan_run_up(
         )
     overrun = usable_overrun(robot, stance, v_rb, overrun)
     return _timed(robot, stance, table, y0, y_hit, overrun, speed, period)
+
+
+def _require_room_and_speed(v_rb: float, y_start: float | None, y_hit: float) -> None:
+    """Refuse a start that leaves no way to go, and a hit too slow to plan."""
+    if y_start is not None and y_start < y_hit + _SHORTEST_WAY:
+        raise InvalidRequest(
+            f"y_start {y_start:.3f} m leaves no run-up to the hit at y = {y_hit:.3f} m",
+            quantity="y_start [m]",
+            value=y_start,
+            limit=y_hit + _SHORTEST_WAY,
+        )
+    if v_rb < _SLOWEST:
+        raise SpeedUnreachable(
+            f"a hit at v_rB = {v_rb:.2g} m/s is slower than run-ups are planned for, "
+            f"{_SLOWEST} m/s",
+            quantity="v_rb [m/s]",
+            value=v_rb,
+            limit=_SLOWEST,
+        )
 
 
 def _highest_start(robot: RobotModel, stance: Stance, y_hit: float) -> float:
