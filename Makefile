@@ -1,8 +1,21 @@
-# hrp2_door_impact: see README.md. Everything is set up in .venv from pinned dependencies.
+# hrp2_door_impact: see README.md.
 
+# In a shell where ROS 2 is sourced, colcon builds the packages and ROS 2 runs them; elsewhere the
+# embedded runtime does, from pinned dependencies in .venv.
+ifdef ROS_DISTRO
+READY := ros2_ws/install/.ready
+ENV := . ros2_ws/install/local_setup.sh &&
+PYTHON := $(ENV) exec python3
+ROS2 := $(ENV) exec ros2
+TESTS := ros2_ws/src tests
+else
+READY := .venv/.ready
+PYTHON := .venv/bin/python
+ROS2 := .venv/bin/ros2
+TESTS :=
+endif
 VENV := .venv
 BIN := $(VENV)/bin
-READY := $(VENV)/.ready
 
 DOOR ?= paper
 TARGET_DEG ?= 25
@@ -19,7 +32,9 @@ help:
 
 setup: $(READY)
 
-PACKAGE_FILES := $(wildcard ros2_ws/src/*/package.xml ros2_ws/src/*/setup.py ros2_ws/src/*/setup.cfg)
+PACKAGE_FILES := $(wildcard $(addprefix ros2_ws/src/*/,package.xml setup.py setup.cfg))
+# What colcon copies or compiles; Python modules are linked.
+COLCON_FILES := $(shell find ros2_ws/src -type f \( -not -name '*.py*' -o -name setup.py \))
 
 $(BIN)/python:
 	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -33,22 +48,30 @@ $(VENV)/.requirements: requirements.txt | $(BIN)/python
 	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
 	@touch $@
 
-$(READY): $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES)
+$(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES)
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e embedded
 	$(BIN)/python -m ros2_embedded.install ros2_ws/src
 	@touch $@
 
+ros2_ws/install/.ready: $(COLCON_FILES)
+	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, pybullet, rosbags' || \
+	  { echo "ROS 2 $(ROS_DISTRO) is sourced, but something is missing, see above. This brings it:"; \
+	    echo "  PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths ros2_ws/src --ignore-src"; \
+	    exit 1; }
+	cd ros2_ws && colcon build --symlink-install
+	@touch $@
+
 demo: $(READY)
-	@$(BIN)/ros2 run door_impact_bringup demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
+	@$(ROS2) run door_impact_bringup demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
 	  --ending "$(HOLD)" --gui "$(GUI)" --out out/demo
 
 up: $(READY)
-	@$(BIN)/ros2 launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)"
+	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)"
 
 test: $(READY)
-	@$(BIN)/python -m pytest
+	@$(PYTHON) -m pytest $(TESTS)
 
-lint: $(READY)
+lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
@@ -56,4 +79,4 @@ bench sweep:
 	@echo "make $@ comes with a later version" >&2; exit 2
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out ros2_ws/build ros2_ws/install ros2_ws/log

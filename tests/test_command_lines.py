@@ -20,7 +20,7 @@ def refused(done: Any, *words: str) -> None:
     """Not 0, one of the words' sentences on stderr, nothing on stdout, no traceback."""
     assert done.status not in (0, None)
     assert "Traceback" not in done.err
-    assert done.out == ""
+    assert not [line for line in done.out.splitlines() if not line.startswith("[ros2run]")]
     for word in words:
         assert word in done.err
 
@@ -181,6 +181,6 @@ def test_a_second_driver_is_refused_and_the_first_goes_on(
     times = [clock(), clock()]
     assert 0.0 < times[0] < times[1]
     assert first.process.poll() is None
-    first.process.send_signal(signal.SIGINT)
+    first.signal_group(signal.SIGINT)  # ROS 2's `run` leaves its child alone
     first.wait()
     assert first.family() == []
