@@ -51,6 +51,32 @@ def result(executor: Any, future: Any) -> Any:
     return future.result()
 
 
+def test_raw_subscription_gets_the_bytes_of_each_message(executor: SingleThreadedExecutor) -> None:
+    """A header of CDR in little endian, then the message, in the order of publishing."""
+    node = make(executor)
+    got: list[bytes] = []
+    node.create_subscription(String, "text", got.append, 10, raw=True)
+    publisher = node.create_publisher(String, "text", 10)
+    assert spin_until(executor, publisher.get_subscription_count)
+    for text in ("one", "three"):
+        publisher.publish(String(data=text))
+    assert spin_until(executor, lambda: len(got) == 2)
+    assert got[0] == b"\0\1\0\0" b"\4\0\0\0" b"one\0"
+    assert got[1].startswith(b"\0\1\0")
+    assert got[1][4:14] == b"\6\0\0\0three\0"
+
+
+def test_endpoints_tell_their_quality_of_service(executor: SingleThreadedExecutor) -> None:
+    """What a publisher offers stands in the information on its topic."""
+    node = make(executor)
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_publisher(String, "text", latched)
+    assert spin_until(executor, lambda: node.get_publishers_info_by_topic("text"))
+    (offer,) = (end.qos_profile for end in node.get_publishers_info_by_topic("text"))
+    assert offer.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert offer.reliability == latched.reliability
+
+
 @pytest.mark.usefixtures("peer")
 def test_topics_cross_processes(executor: SingleThreadedExecutor) -> None:
     """Reliable, best-effort and latched messages arrive, and replies to ours."""

@@ -57,15 +57,20 @@ class Context:
             self.reader_thread = ReaderThread(self.participant)
             self.graph = Graph(self.participant, self.reader_thread)
             self.graph.on_other_node = self._warn_of_namesake
+            self.graph.warn = self._warn
             self._ok = True
 
-    def _warn_of_namesake(self, full_name: str) -> None:
+    def _warn(self, full_name: str, text: str) -> None:
         for node in list(self.nodes):
             if node.get_fully_qualified_name() == full_name:
-                node.get_logger().warning(
-                    f"A node named {full_name} is already in the graph: two nodes of one name "
-                    "confuse their users; end one, or rename it with --ros-args -r __node:=NAME"
-                )
+                node.get_logger().warning(text)
+
+    def _warn_of_namesake(self, full_name: str) -> None:
+        self._warn(
+            full_name,
+            f"A node named {full_name} is already in the graph: two nodes of one name "
+            "confuse their users; end one, or rename it with --ros-args -r __node:=NAME",
+        )
 
     def ok(self) -> bool:
         """Whether it is initialised and not shut down."""

@@ -140,12 +140,13 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
+        raw: bool = False,
         **_: Any,
     ) -> Subscription:
-        """Creates a subscription; `qos_profile` may be a depth."""
+        """Creates a subscription; `qos_profile` may be a depth, `raw` messages are bytes of CDR."""
         name = self.resolve_topic_name(topic)
         qos = as_profile(qos_profile)
-        return self._keep(Subscription(self, msg_type, name, callback, qos, callback_group))
+        return self._keep(Subscription(self, msg_type, name, callback, qos, callback_group, raw))
 
     def create_service(
         self,

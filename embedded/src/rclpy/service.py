@@ -21,6 +21,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from ros2_embedded import naming
 from ros2_embedded.domain import parse_user_data
+from ros2_embedded.fast_dds import is_fast_dds
 from ros2_embedded.messages import dds_type_name, full_type_name
 from ros2_embedded.typehash import type_hash
 
@@ -36,6 +37,8 @@ _CLIENT_PATIENCE = 0.5
 
 
 _GUID, _NUMBER = "rmw_client_guid", "rmw_sequence_number"
+_NUMBERS = 1 << 32
+"""rmw_cyclonedds_cpp counts a process's requests in 32 bits (rmw_node.cpp, `rmw_send_request`)."""
 
 
 @cache
@@ -103,6 +106,7 @@ class Service(_Peer):
     ) -> None:
         """Made by `Node.create_service`; `name` is full."""
         self.srv_type, self.srv_name, self.callback = srv_type, name, callback
+        self._headed: set[int] = set()
         self._known: set[int] = set()
         ways = {
             "read": (naming.request_name(name), srv_type.Request),
@@ -114,6 +118,20 @@ class Service(_Peer):
     def service_name(self) -> str:
         """Full name of the service."""
         return self.srv_name
+
+    def receive(self, samples: list[Any]) -> None:
+        """Leaves aside what has no header, should it ever look like a request."""
+        super().receive([sample for sample in samples if self._has_header(sample)])
+
+    def _has_header(self, sample: Any) -> bool:
+        handle = sample.sample_info.publication_handle
+        if handle not in self._headed:
+            client = self._reader.get_matched_publication_data(handle)
+            # The writer may be gone already: its last request counts.
+            if client is not None and is_fast_dds(client.key.bytes):
+                return False
+            self._headed.add(handle)
+        return 0 <= sample.rmw_sequence_number < _NUMBERS
 
     def handle(self, sample: Any) -> Any:
         """Calls the callback and replies."""
@@ -229,12 +247,12 @@ class Client(_Peer):
                 del self._pending[number]
 
     def service_is_ready(self) -> bool:
-        """Whether a server has been discovered in both directions."""
-        return bool(
-            self._writer is not None
-            and self._writer.get_matched_subscriptions()
-            and self._reader.get_matched_publications()
-        )
+        """Whether a server has been discovered in both directions that can understand us."""
+        if self._writer is None or not self._reader.get_matched_publications():
+            return False
+        handles = self._writer.get_matched_subscriptions()
+        servers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
+        return any(server and not is_fast_dds(server.key.bytes) for server in servers)
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Waits for a server; False if none came in time or the context was shut down."""

@@ -10,10 +10,10 @@ import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
-from uuid import UUID
 
 from cyclonedds.builtin import (
     BuiltinDataReader,
+    BuiltinTopicDcpsParticipant,
     BuiltinTopicDcpsPublication,
     BuiltinTopicDcpsSubscription,
 )
@@ -25,11 +25,16 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from ros2_embedded import naming
-from ros2_embedded.messages import message_class
+from ros2_embedded.domain import parse_user_data
+from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
+from ros2_embedded.messages import full_type_name, message_class
 from ros2_embedded.reader_thread import ReaderThread
+from ros2_embedded.typehash import type_hash
 
 _PUBLISH_DELAY = 0.02
 """A node's endpoints are mostly created together: tell of them once [s]."""
+_RETRY = 0.2
+"""Nodes may be told of before their endpoints: look again [s]."""
 
 _LATCHED = (
     Policy.Reliability.Reliable(duration(seconds=1)),
@@ -48,6 +53,13 @@ class Endpoint:
     type: str
     qos: Qos
     writer: bool
+
+    @property
+    def qos_profile(self) -> Any:
+        """The `QoSProfile` that it offers or asks for."""
+        from rclpy.qos import QoSProfile  # rclpy imports this module
+
+        return QoSProfile.from_dds(self.qos)
 
 
 class NodeEntry:
@@ -76,11 +88,16 @@ class Graph:
         self._others: dict[bytes, Any] = {}
         self._endpoints: dict[bytes, Endpoint] = {}
         self._builtin: list[tuple[BuiltinDataReader, bool]] = []
+        self._participant_reader: BuiltinDataReader | None = None
+        self._told: set[Mismatch] = set()
         self.on_other_node: Callable[[str], None] = lambda full_name: None
+        self.warn: Callable[[str, str], None] = lambda full_name, text: None
         info = message_class("rmw_dds_common/msg/ParticipantEntitiesInfo")
         topic = Topic(participant, "ros_discovery_info", info)
+        user_data = Policy.Userdata(f"typehash={type_hash(full_type_name(info))};".encode("ascii"))
         qos = Qos(
             *_LATCHED,
+            user_data,
             Policy.History.KeepLast(1),
             Policy.DurabilityService(0, Policy.History.KeepLast(1), -1, -1, -1),
             Policy.WriterDataLifecycle(autodispose=False),
@@ -88,7 +105,8 @@ class Graph:
         self._guid = participant.guid.bytes
         self._writer = DataWriter(participant, topic, qos)
         # The topic has no key: a history of one would keep one participant's news of all.
-        reader_qos = Qos(*_LATCHED, Policy.History.KeepAll, Policy.IgnoreLocal.Participant)
+        ignore = Policy.IgnoreLocal.Participant
+        reader_qos = Qos(*_LATCHED, user_data, Policy.History.KeepAll, ignore)
         self._reader = DataReader(participant, topic, reader_qos)
         thread.add(self._reader, self._on_info)
 
@@ -126,6 +144,8 @@ class Graph:
             ]
         info = self._writer.data_type
         self._writer.write(info(gid=gid(data=list(self._guid)), node_entities_info_seq=nodes))
+        if any(map(is_fast_dds, self._others)):
+            self._meet_fast_dds()
 
     # What others have.
 
@@ -138,6 +158,24 @@ class Graph:
             for node in info.node_entities_info_seq:
                 if _full_name(node) not in known:
                     self.on_other_node(_full_name(node))
+            if is_fast_dds(key):
+                self._thread.call_later(0.0, self._meet_fast_dds)
+
+    def _meet_fast_dds(self) -> None:
+        """Warns, once of each, of services that cannot work."""
+        topics = {endpoint.guid: endpoint.topic for endpoint in self.endpoints()}
+        nodes = [
+            (naming.join(space, name), read, written) for name, space, read, written in self.nodes()
+        ]
+        foreign = [node for node in nodes if any(map(is_fast_dds, node[1] + node[2]))]
+        with self._lock:
+            own = [(node.full_name, node.readers[:], node.writers[:]) for node in self._nodes]
+        found = mismatches(own, foreign, topics) - self._told
+        self._told |= found
+        for full_name, text in warnings(found):
+            self.warn(full_name, text)
+        if any(guid not in topics for node in foreign for guid in node[1] + node[2]):
+            self._thread.call_later(_RETRY, self._meet_fast_dds)
 
     def _entries(self, participant: bytes) -> list[Any]:
         info = self._others.get(participant)
@@ -194,8 +232,21 @@ class Graph:
         endpoints = {endpoint.guid for endpoint in self.endpoints()}
         told = {guid for node in self.nodes() for guid in node[2] + node[3]}
         with self._lock:
-            silent = self._alive() - set(self._others) - {self._guid}
+            silent = self._participants() - set(self._others) - {self._guid}
         return not silent and told <= endpoints
+
+    def _participants(self) -> set[bytes]:
+        """Those of ROS 2, as USER_DATA says: they are known before their endpoints and nodes."""
+        if self._participant_reader is None:
+            self._participant_reader = BuiltinDataReader(
+                self._participant, BuiltinTopicDcpsParticipant
+            )
+        return {
+            sample.key.bytes
+            for sample in self._participant_reader.read(1000)
+            if sample.sample_info.instance_state == InstanceState.Alive
+            and "enclave" in parse_user_data(sample.qos)
+        }
 
     def topics(self, endpoints: Iterable[Endpoint] | None = None) -> dict[str, set[str]]:
         """Topics and their types, of all endpoints or of the given ones."""
@@ -225,9 +276,3 @@ def _collect(
         if pair is not None:
             found.setdefault(pair[0], set()).add(pair[1])
     return found
-
-
-def guid_of(entity: Any) -> bytes:
-    """GUID of an entity, 16 bytes."""
-    guid: UUID = entity.guid
-    return guid.bytes

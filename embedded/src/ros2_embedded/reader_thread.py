@@ -21,6 +21,7 @@ from cyclonedds.core import (
     WaitSet,
 )
 from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl._machinery import StringMachine
 from cyclonedds.internal import InvalidSample
 from cyclonedds.util import duration
 
@@ -29,6 +30,18 @@ _BATCH = 256
 _FOREVER = duration(infinite=True)
 
 Sink = Callable[[list[Any]], None]
+
+
+def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
+    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
+
+    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
+    """
+    buffer.align(4)
+    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
+
+
+StringMachine.deserialize = _read_string  # type: ignore[method-assign]
 
 
 class ReaderThread:
@@ -42,7 +55,7 @@ class ReaderThread:
         self._sinks: dict[ReadCondition, Sink] = {}
         self._lock = threading.RLock()
         self._stopping = False
-        self._due: tuple[float, Callable[[], None]] | None = None
+        self._due: dict[Callable[[], None], float] = {}
         self._thread = threading.Thread(target=self._run, name="dds_reader", daemon=True)
         self._thread.start()
 
@@ -61,10 +74,10 @@ class ReaderThread:
                 self._waitset.detach(condition)
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
-        """Calls `function` in this thread after `delay` [s]; one call can be pending."""
+        """Calls `function` in this thread after `delay` [s], unless a call of it is pending."""
         with self._lock:
-            if self._due is None:
-                self._due = (time.monotonic() + delay, function)
+            if function not in self._due:
+                self._due[function] = time.monotonic() + delay
                 self._guard.set(True)
 
     def stop(self) -> None:
@@ -89,15 +102,16 @@ class ReaderThread:
     def _wait_and_hand_over(self) -> None:
         while not self._stopping:
             timeout = _FOREVER
-            if self._due is not None:
-                timeout = max(0, int((self._due[0] - time.monotonic()) * 1e9))
+            with self._lock:
+                if self._due:
+                    timeout = max(0, int((min(self._due.values()) - time.monotonic()) * 1e9))
             self._waitset.wait(timeout)
             self._guard.set(False)
             with self._lock:
-                due, ready = self._due, self._due and time.monotonic() >= self._due[0]
-                if due is not None and (ready or self._stopping):
-                    self._due = None
-                    due[1]()
+                now = time.monotonic()
+                for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
+                    del self._due[function]
+                    function()
                 for condition, sink in list(self._sinks.items()):
                     if condition.triggered:
                         self._hand_over(condition, sink)

@@ -23,7 +23,8 @@ from ros2_embedded.yaml_messages import MessageError, fill
 
 _POLL = 0.05
 _QUIET = 0.4
-_LONGEST = 3.0
+_LONGEST = 5.0
+"""Fast DDS tells a newcomer of its nodes with the next heartbeat, 3 s later at most [s]."""
 
 Handler = Callable[[argparse.Namespace], int | None]
 
@@ -133,4 +134,6 @@ def guarded(options: argparse.Namespace) -> int:
 def spin_until(node: Node, future: Any) -> Any:
     """Result of a future; Ctrl-C comes through."""
     rclpy.spin_until_future_complete(node, future)
+    if not future.done():
+        raise ExternalShutdownException
     return future.result()
