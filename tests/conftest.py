@@ -1,6 +1,5 @@
 """Fixtures of the tests that cross packages: a domain of one's own, the demo, the graph."""
 
-import math
 import os
 import random
 import shutil
@@ -9,13 +8,12 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import rclpy
 import yaml
@@ -23,6 +21,7 @@ from ament_index_python.packages import get_package_share_directory
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from reference_door import ReferenceDoor
 
 GUARD = 180.0  # [s] of wall time after which something hangs; nothing is asserted on it
 MARK = "HRP2_TEST_PROCESS"  # in the environment of every process that the tests start
@@ -183,8 +182,8 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
 class Graph:
     """The running nodes, and a node of the tests among them."""
 
-    def __init__(self, started: Started) -> None:
-        self.started = started
+    def __init__(self, started: Started, beside: Sequence[Started] = ()) -> None:
+        self.started, self.beside = started, beside
         self.node = Node("tests_of_the_graph")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
@@ -193,7 +192,8 @@ class Graph:
         """Handles messages until a condition holds."""
         end = time.monotonic() + GUARD
         while not condition():
-            assert self.started.process.poll() is None, self.started.text()
+            for process in (self.started, *self.beside):
+                assert process.process.poll() is None, process.text()
             assert time.monotonic() < end, f"{what} never came:\n{self.started.text()}"
             self._executor.spin_once(timeout_sec=0.1)
 
@@ -241,92 +241,51 @@ class Graph:
         return future.result()
 
 
-@pytest.fixture(scope="module")
-def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
-    """Every node, as `make up` starts them but as fast as it goes; Ctrl-C must end them all."""
+@contextmanager
+def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> Iterator[Graph]:
+    """The nodes of bringup.launch.yaml; Ctrl-C must end them all.
+
+    Args:
+        folder: For their output.
+        arguments: Of the launch file.
+        beside: Commands that run beside them, as a robot's driver does.
+    """
     from geometry_msgs.msg import PointStamped
 
+    others = [Started(command, folder / f"beside_{i}.txt") for i, command in enumerate(beside)]
     started = Started([find_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
-                       "paced:=false"], tmp_path_factory.mktemp("graph") / "nodes.txt")
+                       *arguments], folder / "nodes.txt")
     rclpy.init(args=[])
     try:
-        running = Graph(started)
+        running = Graph(started, others)
         running.last(PointStamped, "/zmp")
         yield running
-        started.process.send_signal(signal.SIGINT)
-        started.wait()
-        assert started.family() == [], f"processes survived Ctrl-C:\n{started.text()}"
-        assert "Traceback" not in started.text()
-        assert "failed to terminate" not in started.text()
+        for process in (started, *others):
+            process.process.send_signal(signal.SIGINT)
+            process.wait()
+            assert process.family() == [], f"processes survived Ctrl-C:\n{process.text()}"
+            assert "Traceback" not in process.text(), process.text()
+            assert "failed to terminate" not in process.text()
     finally:
-        started.clean_up()
+        for process in (started, *others):
+            process.clean_up()
         rclpy.try_shutdown()
 
 
-# -- eq. (1), written down a second time ----------------------------------------------------------
+@pytest.fixture(scope="session")
+def launch_nodes() -> Callable[..., AbstractContextManager[Graph]]:
+    """`launch`, for tests that choose its arguments."""
+    return launch
 
 
-class ReferenceDoor:
-    """Eq. (1) by another way than door_model's: a linkage found by circles, slopes by differences.
+@pytest.fixture(scope="module")
+def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
+    """Every node, as `make up` starts them but as fast as it goes."""
+    with launch(tmp_path_factory.mktemp("graph"), "paced:=false") as running:
+        yield running
 
-    Args:
-        i_a, c_c, k_c, tau_c0_prime: As in the paper.
-        linkage: l, l1, l2, l3 [m] and theta_i0 [rad].
-    """
 
-    def __init__(self, i_a: float, c_c: float, k_c: float, tau_c0_prime: float,
-                 linkage: dict[str, float]) -> None:
-        self.i_a, self.c_c, self.k_c, self.tau = i_a, c_c, k_c, tau_c0_prime
-        angle = np.linspace(0.0, 1.4, 2801)
-        self._angle = angle
-        self._closer = np.unwrap([self._joint(a, linkage) for a in angle])
-        self._eta = np.gradient(self._closer, angle, edge_order=2)
-
-    @staticmethod
-    def _joint(theta: float, k: dict[str, float]) -> float:
-        """Angle at the closer between link 1 (produced) and link 2, from the joints' places."""
-        phi = theta + k["theta_i0"]
-        end = k["l1"] * np.array([math.cos(phi), math.sin(phi)])  # closer, on the leaf
-        pivot = np.array([k["l"], 0.0])                           # of link 3, on the frame
-        way = pivot - end
-        d = float(np.linalg.norm(way))
-        along = (d * d + k["l2"] ** 2 - k["l3"] ** 2) / (2.0 * d)
-        across = math.sqrt(k["l2"] ** 2 - along**2)
-        unit = way / d
-        # Links 1 and 2 lie on different sides of the line between their far ends.
-        elbow = end + along * unit + across * np.array([-unit[1], unit[0]])
-        two, one = elbow - end, end
-        return -math.atan2(one[0] * two[1] - one[1] * two[0], float(one @ two))
-
-    def slope(self, theta: float) -> float:
-        """eta of eq. (9)."""
-        return float(np.interp(theta, self._angle, self._eta))
-
-    def closer_angle(self, theta: float) -> float:
-        """theta_c of eq. (8)."""
-        return float(np.interp(theta, self._angle, self._closer))
-
-    def acceleration(self, theta: float, omega: float, push: float = 0.0) -> float:
-        """Angular acceleration of the leaf [rad/s^2]; push is a torque about the hinge [N m]."""
-        eta = self.slope(theta)
-        torque = self.tau + self.k_c * self.closer_angle(theta) + self.c_c * eta * omega
-        return (push - eta * torque) / self.i_a
-
-    def peak(self, omega: float, theta: float = 0.0, push: Callable[[float], float] | None = None,
-             step: float = 5e-4) -> tuple[float, float]:
-        """Largest angle [rad] and when it is reached [s], by the midpoint rule."""
-        t, moved = 0.0, False
-        while t < 10.0:
-            force = push(t + 0.5 * step) if push else 0.0
-            middle = omega + 0.5 * step * self.acceleration(theta, omega, force)
-            half = theta + 0.5 * step * omega
-            omega += step * self.acceleration(half, middle, force)
-            theta += step * middle
-            t += step
-            moved = moved or omega > 0.0
-            if moved and omega <= 0.0:
-                return theta, t
-        raise AssertionError("the reference door never stops")
+# -- the true door -------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="session")

@@ -8,124 +8,30 @@ brings the switch forward. The arm goes out on the door's measured peak.
 
 from __future__ import annotations
 
-import enum
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InvalidRequest
+from .execution_types import (
+    APPROACH,
+    SCALED,
+    SENT_AT_START,
+    Command,
+    ExecutablePlan,
+    ExecutionSettings,
+    Measured,
+    Outcome,
+    missing_phases,
+)
 from .knots import Knots
 from .post import continue_from
 from .splice import concatenate, cut, duration, slowed, without_first
 
 Array = NDArray[np.float64]
-
-APPROACH = ("prepare", "shift", "step", "back", "cam")
-SCALED = APPROACH[:-1]  # the run-up and what follows keep their speed
-SENT_AT_START = (*APPROACH, "post")
-
-
-class Outcome(enum.Enum):
-    """How an execution ended."""
-
-    RUNNING = "running"
-    SUCCESS = "success"
-    NO_CONTACT = "no contact"
-    STOPPED = "stopped"
-    FELL = "fell"
-
-
-def missing_phases(phases: Collection[str]) -> list[str]:
-    """Phases that an execution needs and a plan with the given ones lacks."""
-    return [name for name in (*SENT_AT_START, "hold") if name not in phases]
-
-
-@dataclass(frozen=True)
-class Command:
-    """A trajectory for the driver.
-
-    Attributes:
-        stamp: When its times count from, on the robot's clock [s].
-        knots: The trajectory; None means stop.
-    """
-
-    stamp: float
-    knots: Knots | None
-
-
-@dataclass(frozen=True)
-class ExecutionSettings:
-    """Thresholds of the execution.
-
-    Attributes:
-        lead: From sending a trajectory to its start [s].
-        splice: The same for an early contact [s].
-        early: A door that moves so long before the switch is an early contact [s].
-        door_moves: Angular velocity of the door that tells of a contact [rad/s].
-        late: A door that has not moved so long after the planned contact is missed [s].
-        settle: Time after the planned contact at which v'_rB is read [s].
-        brake: Duration of coming to rest after an early contact [s].
-        peak_drop: Angle below the largest one at which the door has stopped opening [rad].
-        fall_tilt: Tilt of the trunk that counts as a fall [rad].
-    """
-
-    lead: float = 0.2
-    splice: float = 0.005
-    early: float = 0.01
-    door_moves: float = 0.15
-    late: float = 0.3
-    settle: float = 0.03
-    brake: float = 0.3
-    peak_drop: float = 0.0009
-    fall_tilt: float = float(np.radians(30.0))
-
-
-@dataclass(frozen=True)
-class ExecutablePlan:
-    """What the execution needs of a plan.
-
-    Attributes:
-        phases: Knots of each phase by name; those of `cam` go on past the switch.
-        contact_time: Planned, from the start of the run-up [s].
-        switch_time: From the start of the run-up to that of `post` [s].
-        post_ratio: Speed along the path after the hit over that before it.
-        point_of_no_return: Later than this before the contact a stop loses balance [s].
-    """
-
-    phases: dict[str, Knots]
-    contact_time: float
-    switch_time: float
-    post_ratio: float
-    point_of_no_return: float
-
-
-@dataclass
-class Measured:
-    """What the execution felt; NaN where it did not get that far.
-
-    Attributes:
-        contact_time: When the door was seen to move, on the robot's clock [s].
-        contact_delay: The same against the plan [s].
-        v_rb: Speed of B before the contact, from the joints [m/s].
-        v_rb_post: And after it [m/s].
-        omega_door: Largest angular velocity of the door [rad/s].
-        peak_angle: Largest angle of the door [rad].
-        peak_time: From the contact [s].
-        held_angle: Angle of the door at the end [rad].
-    """
-
-    contact_time: float = np.nan
-    contact_delay: float = np.nan
-    v_rb: float = np.nan
-    v_rb_post: float = np.nan
-    omega_door: float = np.nan
-    peak_angle: float = np.nan
-    peak_time: float = np.nan
-    held_angle: float = np.nan
-
 
 @dataclass
 class Execution:
@@ -136,6 +42,14 @@ class Execution:
         speed_of_b: Speed of point B towards the door from joint positions and speeds [m/s].
         settings: Thresholds.
         speed_scale: Slows down the phases before the run-up, 0 < speed_scale <= 1.
+        joint_names: In the order of the knots' columns, for what is told about a joint.
+
+    Attributes:
+        outcome: RUNNING until the execution has ended.
+        reason: A sentence on how it ended, where there is more to say than the outcome.
+        phase: The one that it is in.
+        measured: What it felt so far.
+        door_angle: The last one heard [rad].
 
     Raises:
         InvalidRequest: A scale out of range, or a plan without one of the phases.
@@ -145,6 +59,7 @@ class Execution:
     speed_of_b: Callable[[Array, Array], float]
     settings: ExecutionSettings = field(default_factory=ExecutionSettings)
     speed_scale: float = 1.0
+    joint_names: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         """Checks the scale and the phases."""
@@ -157,11 +72,13 @@ class Execution:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))
         self.outcome = Outcome.RUNNING
+        self.reason = ""
         self.phase = APPROACH[0]
         self.measured = Measured()
         self.door_angle = 0.0
         self._starts: dict[str, float] = {}
         self._end = np.inf
+        self._sent: tuple[float, Knots] | None = None
         self._speeds: deque[float] = deque(maxlen=6)
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
@@ -186,7 +103,9 @@ class Execution:
             at += duration(knots)
             parts.append(knots)
         self._end = at
-        return Command(stamp, concatenate(parts))
+        whole = concatenate(parts)
+        self._sent = (stamp, whole)
+        return Command(stamp, whole)
 
     @property
     def planned_contact(self) -> float:
@@ -203,23 +122,37 @@ class Execution:
         """
         if self.outcome is not Outcome.RUNNING:
             return []
+        if self.phase != "hold":  # it begins with the door's peak, not by the clock
+            for name, start in self._starts.items():
+                if now >= start:
+                    self.phase = name
+        if self._stop_asked and not self.past_no_return(now):
+            return self._stopped(f"stopped in the phase {self.phase}, as asked")
         if self.phase == "hold":
             if now >= self._end:
                 self.measured.held_angle = float(np.mean(self._held))
                 self.outcome = Outcome.SUCCESS
             return []
-        for name, start in self._starts.items():
-            if now >= start:
-                self.phase = name
-        if self._stop_asked and not self.past_no_return(now):
-            self.outcome = Outcome.STOPPED
-            return [Command(0.0, None)]
         if self.phase in ("cam", "post"):
             self._watch_b(now, self.speed_of_b(position, velocity))
-        touched = not np.isnan(self.measured.contact_time)
-        if not touched and now > self.planned_contact + self.settings.late:
-            self.outcome = Outcome.NO_CONTACT
-        return []
+        return self._watch_tracking(now, position)
+
+    def _watch_tracking(self, now: float, position: Array) -> list[Command]:
+        """Stops where the joints are not where they were sent, while a stop keeps balance."""
+        if self._sent is None or self.past_no_return(now):
+            return []
+        stamp, knots = self._sent
+        off = np.abs(position - knots.at(now - stamp)[0][0])
+        worst = int(np.argmax(off))
+        if off[worst] <= self.settings.tracking:
+            return []
+        name = self.joint_names[worst] if self.joint_names else f"joint {worst}"
+        self.outcome = Outcome.NOT_FOLLOWED
+        self.reason = (
+            f"stopped in the phase {self.phase}: {name} is {off[worst]:.3f} rad from where it was "
+            f"sent, more than {self.settings.tracking:g} rad; the driver refused the trajectory "
+            "or cannot follow it")
+        return [Command(0.0, None)]
 
     def _watch_b(self, now: float, speed: float) -> None:
         """Speeds of B around the hit."""
@@ -244,9 +177,14 @@ class Execution:
         self._held.append(angle)
         if self.outcome is not Outcome.RUNNING or self.phase not in ("cam", "post"):
             return []
-        if np.isnan(self.measured.contact_time):
-            return self._contact(now) if velocity > self.settings.door_moves else []
-        return self._follow_opening(now, angle, velocity)
+        if not np.isnan(self.measured.contact_time):
+            return self._follow_opening(now, angle, velocity)
+        if velocity > self.settings.door_moves:
+            return self._contact(now)
+        # By the stamp of the angle: it may come much later than the joint state of that time.
+        if now > self.planned_contact + self.settings.late:
+            self.outcome = Outcome.NO_CONTACT
+        return []
 
     def _contact(self, now: float) -> list[Command]:
         """The door moves: as planned, or so early that the robot must not push on."""
@@ -261,6 +199,7 @@ class Execution:
                               self.settings.brake)
         self._starts["post"] = stamp
         self._end = stamp + duration(knots)
+        self._sent = (stamp, knots)
         return [Command(stamp, knots)]
 
     def _follow_opening(self, now: float, angle: float, velocity: float) -> list[Command]:
@@ -271,6 +210,8 @@ class Execution:
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
         if measured.peak_angle - angle < self.settings.peak_drop:
             return []
+        if self._stop_asked:
+            return self._stopped("stopped after the hit, as asked")
         self.phase = "hold"
         hold = without_first(self.plan.phases["hold"])  # the driver starts from where it is
         self._starts["hold"] = now
@@ -280,14 +221,42 @@ class Execution:
     # -- stop ---------------------------------------------------------------------------------
 
     def past_no_return(self, now: float) -> bool:
-        """Whether a stop would lose balance, so that the hit must be completed."""
-        if now < self._starts.get("cam", np.inf):
+        """Whether a stop would lose balance, so that the hit must be completed.
+
+        From shortly before the hit until the door's peak; the hold can be stopped again.
+        """
+        if self.phase == "hold" or now < self._starts.get("cam", np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
     def stop(self) -> None:
-        """Asks for a stop: at the next joint state, unless the hit must be completed."""
+        """Asks for a stop: at the next joint state, or at the door's peak past no return."""
         self._stop_asked = True
+
+    def on_silence(self, now: float, topic: str, seconds: float) -> list[Command]:
+        """Ends where nothing is heard any more; the driver is stopped if that keeps balance.
+
+        Args:
+            now: The robot's clock [s].
+            topic: What has fallen silent.
+            seconds: For how long [s].
+        """
+        if self.outcome is not Outcome.RUNNING:
+            return []
+        silence = f"{topic} has been silent for {seconds:.2f} s in the phase {self.phase}"
+        if not self.past_no_return(now):
+            return self._stopped(f"stopped: {silence}")
+        self.give_up(f"given up, the driver finishes what it was sent: {silence}")
+        return []
+
+    def give_up(self, reason: str) -> None:
+        """Ends without a word to the driver."""
+        if self.outcome is Outcome.RUNNING:
+            self.outcome, self.reason = Outcome.STOPPED, reason
+
+    def _stopped(self, reason: str) -> list[Command]:
+        self.outcome, self.reason = Outcome.STOPPED, reason
+        return [Command(0.0, None)]
 
     def on_tilt(self, tilt: float) -> list[Command]:
         """Takes the trunk's tilt [rad] and stops where the robot falls."""

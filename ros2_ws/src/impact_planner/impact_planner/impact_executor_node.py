@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin
 from numpy.typing import NDArray
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
@@ -26,29 +28,22 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from .errors import PlannerError
-from .execution import Command, ExecutablePlan, Execution, Outcome, missing_phases
-from .messages import knots_from_message, trajectory_message
+from .execution import Execution
+from .execution_types import Command, Outcome
+from .executor_messages import executable, joint_arrays, result_message, seconds, trunk_tilt
+from .freshness import Freshness
+from .messages import trajectory_message
 from .point_b import PointB
+from .preflight import GoalRefused, require_ready, require_speed_scale
 from .robot_model import RobotModel
 
 Array = NDArray[np.float64]
 Result = ExecuteDoorImpact.Result
 
-START_TOLERANCE = 0.05  # [rad] between the robot and the posture that the plan starts from
 FEEDBACK_PERIOD = 0.05  # [s]
-SLOWEST = 0.05  # speed_scale
-ERROR_CODES = {
-    Outcome.SUCCESS: Result.NONE,
-    Outcome.NO_CONTACT: Result.NO_CONTACT,
-    Outcome.STOPPED: Result.STOPPED,
-    Outcome.FELL: Result.FELL,
-}
-MESSAGES = {
-    Outcome.SUCCESS: "the door was opened and held",
-    Outcome.NO_CONTACT: "the run-up ended without a hit",
-    Outcome.STOPPED: "stopped before the hit",
-    Outcome.FELL: "the robot fell",
-}
+WATCH_PERIOD = 0.05  # [s]
+JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
+PATIENCE = 20  # periods that a goal waits for topics not heard yet
 
 
 class ImpactExecutor(Node):
@@ -57,26 +52,33 @@ class ImpactExecutor(Node):
     def __init__(self) -> None:
         """Loads the robot and connects to the driver's topics."""
         super().__init__("impact_executor")
-        self._robot = load_robot_config()
-        self._point_b = PointB(RobotModel(self._robot))
+        robot = str(self.declare_parameter("robot_config", "").value)
+        self._robot = RobotModel(load_robot_config(robot or None))
+        self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
+        stale_after = self.declare_parameter("stale_after", 0.5, ParameterDescriptor(
+            read_only=True, description="largest age of what is heard of robot and door [s]"))
+        self._fresh = Freshness((JOINTS, IMU, DOOR), float(stale_after.value), WATCH_PERIOD)
         self._plans: dict[str, ImpactPlan] = {}
         self._last_plan = ""
         self._execution: Execution | None = None
         self._finished: Future | None = None
         self._goal: Any = None
         self._busy = False
+        self._stop_asked = False
         self._joints: tuple[float, Array, Array] | None = None
+        self._door_angle = math.nan
         self._zmp: tuple[float, float] | None = None
         self._fed_back = -math.inf
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._trajectory = self.create_publisher(JointTrajectory, "/joint_trajectory", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
-        self.create_subscription(JointState, "/joint_states", self._on_joints, 50)
-        self.create_subscription(JointState, "/door_angle", self._on_door, 50)
-        self.create_subscription(Imu, "/imu", self._on_imu, 50)
+        self.create_subscription(JointState, JOINTS, self._on_joints, 50)
+        self.create_subscription(JointState, DOOR, self._on_door, 50)
+        self.create_subscription(Imu, IMU, self._on_imu, 50)
         self.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
         self.create_service(Trigger, "/stop", self._on_stop)
+        self.create_timer(WATCH_PERIOD, self._watch)
         self._server = ActionServer(
             self, ExecuteDoorImpact, "/execute_door_impact", self._execute,
             goal_callback=self._on_goal, cancel_callback=self._on_cancel)
@@ -91,52 +93,52 @@ class ImpactExecutor(Node):
         self._zmp = (message.point.x, message.point.y)
 
     def _on_joints(self, message: JointState) -> None:
-        now = _seconds(message.header.stamp)
-        state = self._in_order(message)
+        now = seconds(message.header.stamp)
+        state = joint_arrays(message, self._names)
         if state is None:
-            self.get_logger().warning(
-                "a message on /joint_states without position and speed of each of the "
-                f"{len(self._names)} joints is passed over", throttle_duration_sec=5.0)
+            self.get_logger().warning(f"a message on {JOINTS} without position and speed of every "
+                                      "joint is passed over", throttle_duration_sec=5.0)
             return
-        position, velocity = state
         if self._joints is not None and now < self._joints[0]:
             self._clock_went_back()
-        self._joints = (now, position, velocity)
+        self._fresh.heard(JOINTS, now)
+        self._joints = (now, *state)
         if self._execution is not None:
-            self._after(now, self._execution.on_joint_state(now, position, velocity))
-
-    def _in_order(self, message: JointState) -> tuple[Array, Array] | None:
-        """Positions and speeds in the robot's order, None where one is missing or no number."""
-        names = list(message.name)
-        if not (len(names) == len(message.position) == len(message.velocity)
-                and set(self._names) <= set(names)):
-            return None
-        position, velocity = np.array(message.position), np.array(message.velocity)
-        if names != self._names:  # another driver may order them otherwise
-            order = [names.index(name) for name in self._names]
-            position, velocity = position[order], velocity[order]
-        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
-            return None
-        return position, velocity
+            self._after(now, self._execution.on_joint_state(now, *state))
 
     def _clock_went_back(self) -> None:
         """After a reset of the simulation nothing that was planned in time holds any more."""
         self._fed_back = -math.inf
-        if self._execution is not None and self._execution.outcome is Outcome.RUNNING:
-            self.get_logger().warning("time went back: the motion is given up")
-            self._execution.outcome = Outcome.STOPPED
+        self._fresh.forget()
+        if self._execution is not None:
+            self._execution.give_up("time went back: the motion is given up")
 
     def _on_door(self, message: JointState) -> None:
-        if self._execution is not None and message.position and message.velocity:
-            now = _seconds(message.header.stamp)
-            commands = self._execution.on_door(now, message.position[0], message.velocity[0])
-            self._after(now, commands)
+        if not (message.position and message.velocity):
+            return
+        now, self._door_angle = seconds(message.header.stamp), message.position[0]
+        self._fresh.heard(DOOR, now)
+        if self._execution is not None:
+            velocity = message.velocity[0]
+            self._after(now, self._execution.on_door(now, self._door_angle, velocity))
 
     def _on_imu(self, message: Imu) -> None:
+        now, tilt = seconds(message.header.stamp), trunk_tilt(message)
+        if tilt is None:
+            self.get_logger().warning(f"a message on {IMU} without an orientation is passed over",
+                                      throttle_duration_sec=5.0)
+            return
+        self._fresh.heard(IMU, now)
         if self._execution is not None:
-            q = message.orientation
-            tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x**2 + q.y**2))))
-            self._after(_seconds(message.header.stamp), self._execution.on_tilt(tilt))
+            self._after(now, self._execution.on_tilt(tilt))
+
+    def _watch(self) -> None:
+        """Ends a motion whose robot or door has fallen silent."""
+        silent = self._fresh.tick()
+        if silent is not None and self._execution is not None and self._joints is not None:
+            topic, length = silent
+            now = self._joints[0] + (length if topic == JOINTS else 0.0)
+            self._after(now, self._execution.on_silence(now, topic, length))
 
     def _after(self, now: float, commands: list[Command]) -> None:
         """Sends commands, gives feedback, and ends the action where the execution has ended."""
@@ -181,7 +183,7 @@ class ImpactExecutor(Node):
         if self._busy:
             self.get_logger().warning("goal refused: another one is being executed")
             return GoalResponse.REJECT
-        self._busy = True
+        self._busy, self._stop_asked = True, False
         return GoalResponse.ACCEPT
 
     def _on_cancel(self, _: Any) -> CancelResponse:
@@ -190,14 +192,14 @@ class ImpactExecutor(Node):
         return CancelResponse.ACCEPT
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
-        response.success = True
+        response.success, self._stop_asked = True, True
         if self._execution is None:
             self._trajectory.publish(JointTrajectory())
             response.message = "nothing is being executed; the driver was told to hold still"
         else:
             past = self._joints is not None and self._execution.past_no_return(self._joints[0])
             self._execution.stop()
-            response.message = ("past the point of no return: the hit is completed first"
+            response.message = ("past the point of no return: stopping after the door's peak"
                                 if past else "stopping")
         return response
 
@@ -209,59 +211,74 @@ class ImpactExecutor(Node):
 
     async def _run(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
-        if goal_handle.is_cancel_requested:
-            goal_handle.canceled()
-            return Result(success=False, error_code=Result.STOPPED, message=MESSAGES[
-                Outcome.STOPPED])
-        refused = self._refusal(goal)
-        if refused is not None:
-            goal_handle.abort()
-            code, message = refused
-            self.get_logger().error(message)
-            return Result(success=False, error_code=code, message=message)
-        plan = self._plans[goal.plan_id or self._last_plan]
+        try:
+            plan = self._wanted(goal)
+            await self._all_heard()
+            if goal_handle.is_cancel_requested or self._stop_asked:
+                raise GoalRefused("STOPPED", "stopped before it began")
+            execution, command = self._prepared(goal, plan)
+        except GoalRefused as error:
+            (goal_handle.canceled if goal_handle.is_cancel_requested else goal_handle.abort)()
+            self.get_logger().error(str(error))
+            return Result(error_code=getattr(Result, error.code_name), message=str(error))
         if goal.dry_run:
             goal_handle.succeed()
             return Result(success=True, message=f"dry run: plan {plan.plan_id} could be executed")
         self._goal = goal_handle
         self._finished = Future()
         self._left_foot = (plan.left_foot.position.x, plan.left_foot.position.y)
-        assert self._joints is not None
-        self._execution = Execution(_executable(plan, self._names), self._point_b.speed,
-                                    speed_scale=goal.speed_scale)
         self._fed_back = -math.inf
-        self._send(self._execution.start(self._joints[0]))
+        self._execution = execution
+        self._send(command)
         return self._result(goal_handle, await self._finished)
 
-    def _refusal(self, goal: Any) -> tuple[int, str] | None:
-        """Error code and reason where a goal cannot be run."""
-        if not SLOWEST <= goal.speed_scale <= 1.0:
-            return Result.INVALID_GOAL, (f"speed_scale {goal.speed_scale:g} is not between "
-                                         f"{SLOWEST} and 1")
+    def _wanted(self, goal: Any) -> ImpactPlan:
+        """The plan of a goal.
+
+        Raises:
+            GoalRefused: There is none, or the goal makes no sense.
+        """
+        require_speed_scale(goal.speed_scale)
         plan = self._plans.get(goal.plan_id or self._last_plan)
         if plan is None:
-            return Result.NO_PLAN, (f"no plan {goal.plan_id!r}" if goal.plan_id else
-                                    "no plan yet: call /plan_door_impact first")
-        if self._joints is None:
-            return Result.NOT_READY, "no /joint_states heard yet"
-        missing = missing_phases([phase.name for phase in plan.phases])
-        if missing:
-            return Result.NO_PLAN, f"the plan lacks the phases {', '.join(missing)}"
-        start = knots_from_message(plan.phases[0].trajectory, self._names).position[0]
-        off = np.abs(self._joints[1] - start)
-        worst = int(np.argmax(off))
-        if off[worst] > START_TOLERANCE:
-            return Result.NOT_READY, (
-                f"the robot is not where the plan starts: {self._names[worst]} is off by "
-                f"{off[worst]:.3f} rad, more than {START_TOLERANCE} rad; bring it back "
-                "to its initial posture (in simulation: /sim/reset)")
-        return None
+            raise GoalRefused("NO_PLAN", f"no plan {goal.plan_id!r}" if goal.plan_id else
+                              "no plan yet: call /plan_door_impact first")
+        return plan
+
+    async def _all_heard(self) -> None:
+        """Gives topics that begin anew, as after a reset, a moment of wall time."""
+        for _ in range(PATIENCE):
+            if self._fresh.complete:
+                return
+            later = Future()
+            timer = self.create_timer(WATCH_PERIOD, partial(later.set_result, None),
+                                      clock=Clock(clock_type=ClockType.STEADY_TIME))
+            await later
+            self.destroy_timer(timer)
+
+    def _prepared(self, goal: Any, message: ImpactPlan) -> tuple[Execution, Command]:
+        """The execution of a goal and what it begins with, all checked.
+
+        Raises:
+            GoalRefused: The goal cannot be run.
+        """
+        plan = executable(message, self._names)
+        stale = self._fresh.refusal(self.get_clock().now().nanoseconds * 1e-9)
+        if stale is not None:
+            raise GoalRefused("NOT_READY", stale[0], quantity="age [s]", value=stale[1])
+        assert self._joints is not None
+        now, position, _ = self._joints
+        execution = Execution(plan, self._point_b.speed, speed_scale=goal.speed_scale,
+                              joint_names=self._names)
+        command = execution.start(now)
+        assert command.knots is not None
+        require_ready(self._robot, plan, command.knots, position,
+                      self._door_angle - message.initial_angle)
+        return execution, command
 
     def _result(self, goal_handle: Any, outcome: Outcome) -> Any:
         assert self._execution is not None
-        result = Result(
-            success=outcome is Outcome.SUCCESS, error_code=ERROR_CODES[outcome],
-            message=MESSAGES[outcome], **asdict(self._execution.measured))
+        result = result_message(outcome, self._execution.reason, self._execution.measured)
         if outcome is Outcome.SUCCESS:
             goal_handle.succeed()
         elif goal_handle.is_cancel_requested:
@@ -270,16 +287,6 @@ class ImpactExecutor(Node):
             goal_handle.abort()
         self.get_logger().info(result.message)
         return result
-
-
-def _executable(plan: ImpactPlan, names: list[str]) -> ExecutablePlan:
-    phases = {phase.name: knots_from_message(phase.trajectory, names) for phase in plan.phases}
-    return ExecutablePlan(phases, plan.contact_time, plan.switch_time, plan.v_com_post / plan.v_com,
-                          plan.point_of_no_return)
-
-
-def _seconds(stamp: Any) -> float:
-    return float(stamp.sec + 1e-9 * stamp.nanosec)
 
 
 def main(args: list[str] | None = None) -> int:

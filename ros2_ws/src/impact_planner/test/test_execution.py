@@ -44,7 +44,21 @@ def started(**options: float) -> tuple[Execution, float]:
 
 
 def joints(execution: Execution, now: float, speed: float = SPEED) -> list:
-    return execution.on_joint_state(now, np.zeros(1), np.array([speed]))
+    """A robot where it was sent."""
+    sent = Execution(plan(), lambda *_: 0.0).start(10.0)
+    position = sent.knots.at(now - sent.stamp)[0][0]
+    return execution.on_joint_state(now, position, np.array([speed]))
+
+
+def opened(execution: Execution, contact: float) -> float:
+    """The door opens from a planned contact and turns round; when the arm is told."""
+    joints(execution, contact + 0.001)
+    for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
+        since = now - contact
+        if execution.on_door(now, 0.6 * since - 0.25 * since**2, 0.6 - 0.5 * since):
+            return now
+        joints(execution, now, 0.0)
+    raise AssertionError("the peak was not noticed")
 
 
 def test_everything_up_to_the_peak_goes_out_as_one_smooth_trajectory() -> None:
@@ -77,18 +91,8 @@ def test_a_plan_without_hold_is_refused() -> None:
 
 def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
     execution, cam = started()
-    contact = cam + CONTACT
-    joints(execution, contact + 0.001)
-    sent = []
-    for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
-        since = now - contact
-        commands = execution.on_door(now, 0.6 * since - 0.25 * since**2, 0.6 - 0.5 * since)
-        sent += [(since, command) for command in commands]
-        joints(execution, now, 0.0)
-        if sent:
-            break
-    assert len(sent) == 1
-    assert sent[0][0] == pytest.approx(1.2, abs=0.1)  # where 0.6 - 0.5 t is 0, and a little fall
+    told = opened(execution, cam + CONTACT) - (cam + CONTACT)
+    assert told == pytest.approx(1.2, abs=0.1)  # where 0.6 - 0.5 t is 0, and a little fall
     assert execution.phase == "hold"
     assert execution.measured.peak_angle == pytest.approx(0.36, abs=0.001)
 
@@ -112,8 +116,10 @@ def test_a_door_that_moves_early_brings_the_slow_down_forward() -> None:
 
 def test_a_door_that_never_moves_is_a_missed_contact() -> None:
     execution, cam = started()
-    for now in np.arange(cam, cam + 1.5, 0.005):
-        joints(execution, now)
+    joints(execution, cam + 1.5)
+    assert execution.outcome is Outcome.RUNNING  # the door's angle may come late
+    for now in np.arange(cam, cam + 1.5, 0.01):
+        execution.on_door(now, 0.0, 0.0)
     assert execution.outcome is Outcome.NO_CONTACT
 
 
@@ -130,6 +136,47 @@ def test_a_stop_before_the_point_of_no_return_stops_and_after_it_completes_the_h
     execution.stop()
     assert joints(execution, cam + CONTACT - 0.045) == []
     assert execution.outcome is Outcome.RUNNING
+
+
+def test_a_stop_past_the_point_of_no_return_comes_after_the_hit() -> None:
+    execution, cam = started()
+    joints(execution, cam + CONTACT - 0.05)
+    execution.stop()
+    opened(execution, cam + CONTACT)
+    assert execution.outcome is Outcome.STOPPED
+    assert "after the hit" in execution.reason
+
+
+def test_the_hold_can_be_stopped() -> None:
+    execution, cam = started()
+    now = opened(execution, cam + CONTACT)
+    assert not execution.past_no_return(now + 0.1)
+    execution.stop()
+    (command,) = joints(execution, now + 0.1, 0.0)
+    assert command.knots is None
+    assert execution.outcome is Outcome.STOPPED
+
+
+def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
+    execution, cam = started(joint_names=("ELBOW",))
+    assert execution.on_joint_state(cam - 1.0, np.array([0.09]), np.zeros(1)) == []
+    (command,) = execution.on_joint_state(cam - 0.9, np.array([0.11]), np.zeros(1))
+    assert command.knots is None
+    assert execution.outcome is Outcome.NOT_FOLLOWED
+    assert "ELBOW is 0.110 rad" in execution.reason
+
+
+def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
+    execution, cam = started()
+    joints(execution, cam)
+    (command,) = execution.on_silence(cam + 0.3, "/joint_states", 0.3)
+    assert command.knots is None
+    assert "/joint_states has been silent for 0.30 s" in execution.reason
+
+    execution, cam = started()
+    joints(execution, cam + CONTACT - 0.05)
+    assert execution.on_silence(cam + CONTACT, "/imu", 0.3) == []
+    assert execution.outcome is Outcome.STOPPED
 
 
 def test_a_falling_robot_is_stopped_once() -> None:

@@ -1,0 +1,117 @@
+"""What an execution is made of: its plan, its thresholds, what it sends and what it measures."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from .knots import Knots
+
+APPROACH = ("prepare", "shift", "step", "back", "cam")
+SCALED = APPROACH[:-1]  # the run-up and what follows keep their speed
+SENT_AT_START = (*APPROACH, "post")
+
+
+class Outcome(enum.Enum):
+    """How an execution ended."""
+
+    RUNNING = "running"
+    SUCCESS = "success"
+    NO_CONTACT = "no contact"
+    STOPPED = "stopped"
+    FELL = "fell"
+    NOT_FOLLOWED = "not followed"
+
+
+def missing_phases(phases: Collection[str]) -> list[str]:
+    """Phases that an execution needs and a plan with the given ones lacks."""
+    return [name for name in (*SENT_AT_START, "hold") if name not in phases]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A trajectory for the driver.
+
+    Attributes:
+        stamp: When its times count from, on the robot's clock [s].
+        knots: The trajectory; None means stop.
+    """
+
+    stamp: float
+    knots: Knots | None
+
+
+@dataclass(frozen=True)
+class ExecutionSettings:
+    """Thresholds of the execution.
+
+    Attributes:
+        lead: From sending a trajectory to its start [s].
+        splice: The same for an early contact [s].
+        early: A door that moves so long before the switch is an early contact [s].
+        door_moves: Angular velocity of the door that tells of a contact [rad/s].
+        late: A door that has not moved so long after the planned contact is missed [s].
+        settle: Time after the planned contact at which v'_rB is read [s].
+        brake: Duration of coming to rest after an early contact [s].
+        peak_drop: Angle below the largest one at which the door has stopped opening [rad].
+        fall_tilt: Tilt of the trunk that counts as a fall [rad].
+        tracking: A joint further than this from its reference does not follow [rad].
+    """
+
+    lead: float = 0.2
+    splice: float = 0.005
+    early: float = 0.01
+    door_moves: float = 0.15
+    late: float = 0.3
+    settle: float = 0.03
+    brake: float = 0.3
+    peak_drop: float = 0.0009
+    fall_tilt: float = float(np.radians(30.0))
+    tracking: float = 0.1
+
+
+@dataclass(frozen=True)
+class ExecutablePlan:
+    """What the execution needs of a plan.
+
+    Attributes:
+        phases: Knots of each phase by name; those of `cam` go on past the switch.
+        contact_time: Planned, from the start of the run-up [s].
+        switch_time: From the start of the run-up to that of `post` [s].
+        post_ratio: Speed along the path after the hit over that before it.
+        point_of_no_return: Later than this before the contact a stop loses balance [s].
+    """
+
+    phases: dict[str, Knots]
+    contact_time: float
+    switch_time: float
+    post_ratio: float
+    point_of_no_return: float
+
+
+@dataclass
+class Measured:
+    """What the execution felt; NaN where it did not get that far.
+
+    Attributes:
+        contact_time: When the door was seen to move, on the robot's clock [s].
+        contact_delay: The same against the plan [s].
+        v_rb: Speed of B before the contact, from the joints [m/s].
+        v_rb_post: And after it [m/s].
+        omega_door: Largest angular velocity of the door [rad/s].
+        peak_angle: Largest angle of the door [rad].
+        peak_time: From the contact [s].
+        held_angle: Angle of the door at the end [rad].
+    """
+
+    contact_time: float = np.nan
+    contact_delay: float = np.nan
+    v_rb: float = np.nan
+    v_rb_post: float = np.nan
+    omega_door: float = np.nan
+    peak_angle: float = np.nan
+    peak_time: float = np.nan
+    held_angle: float = np.nan
