@@ -13,6 +13,8 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/launch", sorted(glob("launch/*"))),
         (f"share/{PACKAGE}/config", sorted(glob("config/*"))),
+        (f"share/{PACKAGE}/rviz", sorted(glob("rviz/*"))),
+        (f"share/{PACKAGE}/foxglove", sorted(glob("foxglove/*"))),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
@@ -24,6 +26,8 @@ setup(
         "console_scripts": [
             "demo = door_impact_bringup.demo:main",
             "demo_runner = door_impact_bringup.demo_runner_node:main",
+            "recorder = door_impact_bringup.recorder_node:main",
+            "scene_publisher = door_impact_bringup.scene_publisher_node:main",
         ],
     },
 )

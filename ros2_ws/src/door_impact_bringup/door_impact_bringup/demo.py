@@ -15,6 +15,7 @@ from door_model.errors import DoorModelError
 
 from . import report
 from .errors import DemoError, NodeEndedError
+from .mcap_file import partial_folder
 
 GRACE = 15.0  # [s] that the launcher gets to stop its nodes before it is ended
 
@@ -84,13 +85,15 @@ def _run(options: argparse.Namespace) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name in report.FILES:  # an old result must not pass for this one
         (out / name).unlink(missing_ok=True)
-    simulation_log = (out / "simulation.npz").resolve()
+    simulation_log, recording = ((out / name).resolve()
+                                 for name in ("simulation.npz", report.RECORDING))
+    shutil.rmtree(partial_folder(recording), ignore_errors=True)  # of one that was killed
     refuse_running_graph()
     with (out / "nodes.log").open("wb") as log:
         launcher = subprocess.Popen(
             [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
              f"door:={options.door}", f"gui:={int(options.gui)}", "paced:=false",
-             f"log_file:={simulation_log}"],
+             f"log_file:={simulation_log}", f"record:={recording}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
             run(door=options.door, target_deg=options.target_deg, ending=options.ending, out=out,

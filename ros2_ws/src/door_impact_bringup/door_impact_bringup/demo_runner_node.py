@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from .errors import DemoError, NodeEndedError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
-         "impact_executor")
+         "impact_executor", "scene_publisher", "recorder")
 PUSHED_PEAKS_DEG = (12.0, 16.0, 20.0, 25.0, 30.0)  # where the hand tries to push the door to
 FIRST_PUSH = 5.0      # [N m s]; the hand learns from how far the door went
 PUSH_DURATION = 0.15  # [s]

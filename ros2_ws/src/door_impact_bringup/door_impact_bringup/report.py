@@ -23,7 +23,14 @@ PICTURES = (
     ("closer_angle.png", "Angle of the closer against that of the door (paper, Fig. 15)."),
     ("cam_curve.png", "The run-up's cam curve (paper, Fig. 6)."),
 )
-FILES = (*(name for name, _ in PICTURES), "report.html", "summary.json", "simulation.npz")
+RECORDING = "run.mcap"
+OTHERS = (
+    ("summary.json", "every figure"),
+    ("simulation.npz", "the simulation's own 1 kHz log"),
+    (RECORDING, "every topic of the run, for Foxglove and <code>ros2 bag</code>; a layout is in "
+                "<code>door_impact_bringup/foxglove</code>"),
+)
+FILES = (*(name for name, _ in (*PICTURES, *OTHERS)), "report.html")
 """What a demonstration leaves in its folder, beside the nodes' log."""
 
 
@@ -45,9 +52,11 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -
         "</figcaption></figure>" for name, text in PICTURES)
     remarks = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     remarks = f"<ul>{remarks}</ul>" if remarks else ""
+    others = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS)
     path.write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
         f"<style>{_STYLE}</style><h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>"
         "<table><tr><th></th><th>paper</th><th>measured</th><th></th></tr>"
-        f"{cells}</table>{remarks}{pictures}</html>\n", encoding="utf-8")
+        f"{cells}</table>{remarks}{pictures}<p>Beside this page:</p><ul>{others}</ul></html>\n",
+        encoding="utf-8")

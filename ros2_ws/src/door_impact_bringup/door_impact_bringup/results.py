@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio
 import rclpy
 from door_model.closer import FourBarCloser
 from door_model.config import load_door
@@ -215,8 +217,11 @@ def runtime() -> str:
 
 
 def _versions() -> dict[str, str]:
-    versions = {"python": platform.python_version()}
-    for name in ("numpy", "scipy", "pin", "pybullet", "cyclonedds"):
+    # Pinocchio from apt has no Python metadata.
+    versions = {"python": platform.python_version(), "pinocchio": pinocchio.__version__}
+    if "ROS_DISTRO" in os.environ:
+        versions["ros"] = os.environ["ROS_DISTRO"]
+    for name in ("numpy", "scipy", "pybullet", "cyclonedds"):
         try:
             versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from door_model.checks import require_positive
 from door_model.closer import FourBarCloser
 
+FLOOR_CLEARANCE = 0.01  # under every leaf [m], our choice
+
 
 @dataclass(frozen=True)
 class Leaf:
@@ -29,6 +31,13 @@ class Leaf:
         """Check the numbers."""
         for name in ("mass", "width", "height", "thickness"):
             require_positive(f"leaf {name}", getattr(self, name))
+
+    def center(self) -> tuple[float, float, float]:
+        """Center of the leaf [m], seen from where the hinge axis meets the floor.
+
+        x points along the face to the free edge, -y into the door, z up; the face lies in y = 0.
+        """
+        return self.width / 2.0, -self.thickness / 2.0, FLOOR_CLEARANCE + self.height / 2.0
 
     def moment_of_inertia(self) -> float:
         """Moment of inertia about the hinge [kg m^2], see `plate_moment_of_inertia`."""

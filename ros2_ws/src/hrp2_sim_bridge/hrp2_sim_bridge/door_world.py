@@ -12,7 +12,6 @@ from door_model.config import DoorConfig
 from hrp2_sim_bridge.contact import ContactDesign
 from hrp2_sim_bridge.errors import SettingError
 
-_CLEARANCE = 0.01  # under the leaf [m]
 _FRICTION = 0.3  # of the leaf's surface
 _TABLE_STEP = 5e-4  # of the closer's tabulated torque [rad]
 _BELOW_CLOSED = 0.05  # range of the table under the closed door [rad]
@@ -158,7 +157,7 @@ class DoorBody:
 def _create_leaf(client: Any, config: DoorConfig, door_distance: float, hinge_x: float) -> int:
     leaf = config.leaf
     half = [leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0]
-    centre = [half[0], -half[1], _CLEARANCE + half[2]]
+    centre = leaf.center()
     box = client.createCollisionShape(
         client.GEOM_BOX, halfExtents=half, collisionFramePosition=centre
     )

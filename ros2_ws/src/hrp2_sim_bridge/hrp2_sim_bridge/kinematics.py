@@ -88,6 +88,14 @@ class RobotKinematics:
             [pin.SE3ToXYZQUAT(poses[one].actInv(poses[two])) for one, two in self._tree_frames]
         )
 
+    def com(self) -> Array:
+        """Return the whole robot's center of mass (3,) in base_link [m]."""
+        moving = pin.centerOfMass(self._model, self._data, pin.POSITION, False)
+        mass = self._data.mass[0]
+        # Pinocchio leaves out the root link, whose inertia it gives to the world.
+        root = self._model.inertias[0]
+        return np.array((mass * moving + root.mass * root.lever) / (mass + root.mass))
+
     def _frame(self, link: str) -> int:
         if not self._model.existFrame(link):
             raise SettingError("link", link, "a link of the URDF")

@@ -1,4 +1,4 @@
-"""Node ``zmp_publisher``: /zmp, /tf and diagnostics from joint angles and foot wrenches alone."""
+"""Node ``zmp_publisher``: ZMP, CoM, /tf, diagnostics from joint angles and foot wrenches alone."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_model.node_main import run_node
-from geometry_msgs.msg import PointStamped, TransformStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from rcl_interfaces.msg import ParameterDescriptor
@@ -17,7 +17,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
+from hrp2_sim_bridge import zmp_messages
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.errors import SettingError, SimBridgeError
 from hrp2_sim_bridge.kinematics import RobotKinematics, pose_row
@@ -27,12 +29,12 @@ from hrp2_sim_bridge.zmp import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
-    "world_frame": ("odom", "frame of /zmp and parent of base_link"),
+    "world_frame": ("odom", "frame of what is published and parent of base_link"),
     "threshold": (0.2, "share of the weight below which /zmp is silent"),
     "support_share": (0.05, "a sole that bears more than this share of the weight is support"),
     "hysteresis": (0.05, "the other sole takes over above the share 0.5 + hysteresis of the load"),
     "warn_margin": (0.01, "margin below which diagnostics warn [m]"),
-    "tf_rate": (50.0, "transforms a second [Hz], 0 for none"),
+    "tf_rate": (50.0, "transforms, CoMs and polygons a second [Hz], 0 for none"),
     "diagnostics_rate": (10.0, "diagnostics a second [Hz]"),
     "reliability": ("reliable", "of the three subscriptions: reliable or best_effort"),
 }
@@ -80,6 +82,9 @@ class ZmpPublisher(Node):
 
         self._zmp_publisher = self.create_publisher(PointStamped, "zmp", 10)
         self._tf_publisher = self.create_publisher(TFMessage, "/tf", 100)
+        self._com_publisher = self.create_publisher(PointStamped, "com", 10)
+        self._polygon_publisher = self.create_publisher(PolygonStamped, "support_polygon", 10)
+        self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         qos = QoSProfile(depth=QUEUE, reliability=_reliability(self._text("reliability")))
         self.create_subscription(JointState, "joint_states", partial(self._take, JOINTS), qos)
@@ -113,7 +118,7 @@ class ZmpPublisher(Node):
             self._odometry.reset()
             self._tf_stamp = -1
         self._stamp = time
-        rows = {side: _wrench_row(wrench) for side, wrench in wrenches.items()}
+        rows = {side: zmp_messages.wrench_row(wrench) for side, wrench in wrenches.items()}
         forces = {side: float(row[2]) for side, row in rows.items()}
         self._reading, self._pose = None, None
         try:
@@ -125,10 +130,11 @@ class ZmpPublisher(Node):
             return
         self._fresh += 1
         if self._reading is not None:
-            self._publish_zmp(stamp, self._reading)
+            place = self._reading.point
+            self._zmp_publisher.publish(zmp_messages.point(stamp, self._world, place))
         if self._pose is not None and self._tf_due(time):
             self._tf_stamp = time
-            self._publish_tf(stamp, self._pose)
+            self._publish_scene(stamp, self._pose, self._reading)
 
     def _positions(self, joints: Any) -> list[float]:
         names = tuple(joints.name)
@@ -143,52 +149,38 @@ class ZmpPublisher(Node):
         return [joints.position[column] for column in self._columns]
 
     def _tf_due(self, time: int) -> bool:
-        # 37 transforms are most of this node's work: they are made only for someone who listens.
-        if not self._tf_period or not self._tf_publisher.get_subscription_count():
-            return False
         # A sample may come a little before its time: half a millisecond counts as on time.
-        return self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - 500_000
+        due = self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - 500_000
+        return due and self._tf_period > 0
 
-    def _publish_zmp(self, stamp: Any, reading: ZmpReading) -> None:
-        message = PointStamped()
-        message.header.stamp = stamp
-        message.header.frame_id = self._world
-        message.point.x, message.point.y = (float(value) for value in reading.point)
-        self._zmp_publisher.publish(message)
-
-    def _publish_tf(self, stamp: Any, pose: RobotPose) -> None:
-        rows = [pose_row(pose.base), *self._kinematics.link_transforms()]
-        frames = [(self._world, "base_link"), *self._kinematics.tree]
-        message = TFMessage()
-        message.transforms = [
-            _transform(stamp, frame, row) for frame, row in zip(frames, rows, strict=True)
-        ]
-        self._tf_publisher.publish(message)
+    def _publish_scene(self, stamp: Any, pose: RobotPose, reading: ZmpReading | None) -> None:
+        # 37 transforms are most of this node's work: all this is made only for who listens.
+        if _heard(self._tf_publisher):
+            rows = [pose_row(pose.base), *self._kinematics.link_transforms()]
+            frames = [(self._world, "base_link"), *self._kinematics.tree]
+            self._tf_publisher.publish(zmp_messages.transforms(stamp, frames, rows))
+        if reading is not None and _heard(self._polygon_publisher):
+            polygon = zmp_messages.polygon(stamp, self._world, reading.polygon)
+            self._polygon_publisher.publish(polygon)
+        com = pose.base[:3, :3] @ self._kinematics.com() + pose.base[:3, 3]
+        if _heard(self._com_publisher):
+            self._com_publisher.publish(zmp_messages.point(stamp, self._world, com))
+        if _heard(self._marker_publisher):
+            places = {"zmp": None if reading is None else reading.point, "com": com}
+            self._marker_publisher.publish(zmp_messages.markers(stamp, self._world, places))
 
     def _publish_diagnostics(self) -> None:
-        status = DiagnosticStatus()
-        status.name = "zmp_publisher: ZMP"
-        status.hardware_id = self._robot.name
-        status.level, status.message = self._state()
         values = {
             "samples": str(self._fresh),
             "unpaired": str(self._pairer.dropped),
             "held_foot": self._pose.support if self._pose else "",
         }
-        reading = self._reading
-        if reading is not None:
-            values |= {
-                "margin_mm": f"{reading.margin * 1e3:.1f}",
-                "zmp": f"{reading.point[0]:.4f} {reading.point[1]:.4f}",
-                "support": "+".join(reading.loaded),
-                "polygon": "; ".join(f"{x:.4f} {y:.4f}" for x, y in reading.polygon),
-                "normal_force": f"{reading.normal_force:.1f}",
-            }
-        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+        if self._reading is not None:
+            values |= zmp_messages.reading_values(self._reading)
+        state = self._state()
         self._fresh = 0
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [status]
+        stamp = self.get_clock().now().to_msg()
+        message = zmp_messages.diagnostics(stamp, self._robot.name, state, values)
         self._diagnostics.publish(message)
 
     def _state(self) -> tuple[bytes, str]:
@@ -220,18 +212,8 @@ def _reliability(text: str) -> ReliabilityPolicy:
     return known[text]
 
 
-def _wrench_row(wrench: Any) -> np.ndarray:
-    force, torque = wrench.force, wrench.torque
-    return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
-
-
-def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStamped:
-    message = TransformStamped()
-    message.header.stamp = stamp
-    message.header.frame_id, message.child_frame_id = frames
-    to, turn = message.transform.translation, message.transform.rotation
-    to.x, to.y, to.z, turn.x, turn.y, turn.z, turn.w = (float(value) for value in row)
-    return message
+def _heard(publisher: Any) -> bool:
+    return bool(publisher.get_subscription_count())
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,5 +1,7 @@
 """Link poses from joint angles."""
 
+import xml.etree.ElementTree as ET
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -37,6 +39,23 @@ def test_transforms_chain_up_to_each_links_pose():
     assert len(poses) == 37
     for link, pose in poses.items():
         np.testing.assert_allclose(pose.homogeneous, kinematics.pose(link), atol=1e-9)
+
+
+def test_com_counts_every_link_once():
+    """The mean of the links' centers of mass as the URDF has them, the root link's too."""
+    kinematics = RobotKinematics(ROBOT)
+    kinematics.set_joints(np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper))
+    total, moment = 0.0, np.zeros(3)
+    for link in ET.parse(ROBOT.urdf_path).getroot().findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        mass = float(inertial.find("mass").attrib["value"])
+        origin = inertial.find("origin").attrib["xyz"].split()
+        place = kinematics.pose(link.attrib["name"]) @ [*map(float, origin), 1.0]
+        total, moment = total + mass, moment + mass * place[:3]
+    assert total == pytest.approx(ROBOT.mass)
+    np.testing.assert_allclose(kinematics.com(), moment / total, atol=1e-9)
 
 
 def test_pose_helpers():

@@ -1,6 +1,7 @@
 """The node zmp_publisher, fed with messages."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
@@ -13,6 +14,7 @@ from hrp2_sim_bridge.zmp_publisher_node import ZmpPublisher, main  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from visualization_msgs.msg import Marker  # noqa: E402
 
 ROBOT = load_robot_config()
 WEIGHT = ROBOT.mass * GRAVITY
@@ -24,11 +26,12 @@ def node():
     """The node, its publishers replaced by lists."""
     rclpy.init()
     node = ZmpPublisher()
-    node.sent = {"zmp": [], "tf": [], "diagnostics": []}
-    node._zmp_publisher.publish = node.sent["zmp"].append
-    node._tf_publisher.publish = node.sent["tf"].append
-    node._tf_publisher.get_subscription_count = lambda: 1
-    node._diagnostics.publish = node.sent["diagnostics"].append
+    node.sent = {"zmp": [], "tf": [], "com": [], "polygon": [], "marker": [], "diagnostics": []}
+    for name, messages in node.sent.items():
+        publisher = node._diagnostics if name == "diagnostics" else getattr(
+            node, f"_{name}_publisher")
+        publisher.publish = messages.append
+        publisher.get_subscription_count = lambda: 1
     yield node
     node.destroy_node()
     rclpy.shutdown()
@@ -101,14 +104,55 @@ def test_transforms_are_a_tree_at_the_tf_rate(node):
 
 
 def test_no_transforms_when_nobody_listens(node):
-    """Without a subscriber, or with tf_rate 0, none are made; /zmp goes on."""
-    node._tf_publisher.get_subscription_count = lambda: 0
+    """Without a subscriber, or with tf_rate 0, no scene is made; /zmp goes on."""
+    scene = ("tf", "com", "polygon", "marker")
+    for name in scene:
+        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 0
     _feed(node, 0)
-    node._tf_publisher.get_subscription_count = lambda: 1
+    for name in scene:
+        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 1
     node._tf_period = 0
-    _feed(node, PERIOD)
-    assert not node.sent["tf"]
+    _feed(node, 10_000_000_000)
+    assert not any(node.sent[name] for name in scene)
     assert len(node.sent["zmp"]) == 2
+
+
+def test_com_of_the_half_sitting_robot_is_where_the_whole_body_model_has_it(node):
+    """With a free base at the published base_link, Pinocchio finds the same center of mass."""
+    _feed(node, 0)
+    base = node.sent["tf"][-1].transforms[0].transform
+    model = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
+    q = pin.neutral(model)
+    q[:3] = [base.translation.x, base.translation.y, base.translation.z]
+    for name, angle in zip(ROBOT.joint_names, ROBOT.half_sitting, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    com = node.sent["com"][-1]
+    assert com.header.frame_id == "odom"
+    expected = pin.centerOfMass(model, model.createData(), q)
+    np.testing.assert_allclose([com.point.x, com.point.y, com.point.z], expected, atol=1e-9)
+
+
+def test_polygon_is_the_hull_of_the_soles_that_bear_load(node):
+    """On two feet from one outer edge to the other, on one foot that sole alone."""
+    _feed(node, 0)
+    _feed(node, 10_000_000_000, WEIGHT, 0.0)
+    both, left = ([corner.y for corner in m.polygon.points] for m in node.sent["polygon"])
+    inner, outer = ROBOT.soles["left"][2:]
+    assert (min(both), max(both)) == pytest.approx((-0.095 - outer, 0.095 + outer), abs=1e-6)
+    assert (min(left), max(left)) == pytest.approx((0.095 + inner, 0.095 + outer), abs=1e-6)
+    assert {m.header.frame_id for m in node.sent["polygon"]} == {"odom"}
+
+
+def test_markers_are_at_zmp_and_com_and_the_zmps_goes_in_the_air(node):
+    """One ball each; without a ZMP its ball is deleted and the CoM's stays."""
+    _feed(node, 0, 0.75 * WEIGHT, 0.25 * WEIGHT)
+    _feed(node, 10_000_000_000, 0.01 * WEIGHT, 0.01 * WEIGHT)
+    balls, air = ({m.ns: m for m in array.markers} for array in node.sent["marker"])
+    zmp, com = node.sent["zmp"][0].point, node.sent["com"][0].point
+    assert balls["zmp"].pose.position == zmp
+    assert balls["com"].pose.position == com
+    assert air["zmp"].action == Marker.DELETE
+    assert air["com"].action == Marker.ADD
 
 
 def test_joint_order_of_the_message_does_not_matter(node):

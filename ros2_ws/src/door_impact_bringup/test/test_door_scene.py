@@ -1,0 +1,111 @@
+"""The door for viewers stands and opens where the simulation's does."""
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pybullet
+import pytest
+from door_impact_bringup import door_scene
+from door_impact_bringup.errors import SettingError
+from door_model.config import load_door
+from hrp2_sim_bridge.contact import ContactDesign
+from hrp2_sim_bridge.door_world import HINGE, DoorBody
+from pybullet_utils.bullet_client import BulletClient
+
+DISTANCE, HINGE_X = 0.753, -0.4056
+DOOR = load_door("paper")
+SURFACE = ContactDesign(1e5, 1e3, 0.5, 0.015, 47.0)  # of no influence on where the leaf is
+
+
+@pytest.fixture
+def clients() -> Iterator[tuple[Any, Any]]:
+    """Two empty worlds."""
+    pair = BulletClient(pybullet.DIRECT), BulletClient(pybullet.DIRECT)
+    yield pair
+    for client in pair:
+        client.disconnect()
+
+
+def hits(client: Any) -> np.ndarray:
+    """Where 60 horizontal and 60 vertical rays meet the leaf (120, 3) [m]."""
+    along = np.linspace(-0.6, 0.6, 60)
+    side = [([x, -0.2, 1.0], [x, -2.0, 1.0]) for x in along]
+    above = [([x, y, 3.0], [x, y, -1.0]) for x in along[::6] for y in np.linspace(-0.75, -1.4, 6)]
+    starts, ends = zip(*side, *above, strict=True)
+    return np.array([hit[3] if hit[0] >= 0 else [9.0] * 3
+                     for hit in client.rayTestBatch(starts, ends)])
+
+
+def place(client: Any, row: door_scene.Row) -> tuple[Any, Any]:
+    """A row as PyBullet's position and orientation."""
+    return client.multiplyTransforms(row[:3], row[3:], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 12.0, 25.0, 60.0])
+def test_the_shown_leaf_is_where_the_simulated_one_is(
+        clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
+    """Rays from in front and from above meet URDF with transforms as they meet the simulation."""
+    angle = math.radians(angle_deg)
+    simulated, shown = clients
+    body = DoorBody(simulated, DOOR, DISTANCE, HINGE_X, SURFACE).body
+    simulated.resetJointState(body, HINGE, angle)
+    path = tmp_path / "door.urdf"
+    path.write_text(door_scene.door_urdf(DOOR))
+    # As viewers do: the transforms put the leaf in its place, not the URDF's joint.
+    pose = shown.multiplyTransforms(*place(shown, door_scene.frame_pose(DISTANCE, HINGE_X)),
+                                    *place(shown, door_scene.leaf_pose(angle)))
+    shown.loadURDF(str(path), *pose, useFixedBase=True)
+    expected = hits(simulated)
+    assert (expected[:, 0] < 9.0).sum() > 20
+    np.testing.assert_allclose(hits(shown), expected, atol=1e-6)
+
+
+def test_the_closed_leafs_face_lies_where_it_was_surveyed(clients: tuple[Any, Any]) -> None:
+    """In the plane y = -door_distance, from the hinge to the free edge, 1 cm above the floor."""
+    client, _ = clients
+    DoorBody(client, DOOR, DISTANCE, HINGE_X, SURFACE)
+    edges = ((-0.01, 1.0), (0.01, 1.0), (0.89, 1.0), (0.90, 1.0), (0.4, 0.005), (0.4, 0.015),
+             (0.4, 2.005), (0.4, 2.015))
+    found = client.rayTestBatch([[HINGE_X + x, 0.0, z] for x, z in edges],
+                                [[HINGE_X + x, -2.0, z] for x, z in edges])
+    assert [hit[0] >= 0 for hit in found] == [False, True, True, False, False, True, True, False]
+    assert [hit[3][1] for hit in found if hit[0] >= 0] == pytest.approx([-DISTANCE] * 4, abs=1e-6)
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 40.0])
+def test_the_urdfs_joint_opens_as_the_transform_says(
+        clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
+    """A viewer that moves the joint door_hinge itself gets the leaf's pose of /tf."""
+    client, _ = clients
+    path = tmp_path / "door.urdf"
+    path.write_text(door_scene.door_urdf(DOOR))
+    door = client.loadURDF(str(path), useFixedBase=True)
+    assert client.getJointInfo(door, 0)[1].decode() == "door_hinge"
+    client.resetJointState(door, 0, math.radians(angle_deg))
+    position, turn = client.getLinkState(door, 0, computeForwardKinematics=True)[4:6]
+    row = door_scene.leaf_pose(math.radians(angle_deg))
+    np.testing.assert_allclose([*position, *turn], row, atol=1e-6)
+
+
+def test_the_frame_leaves_the_leaf_room() -> None:
+    """No post and no lintel reaches into the closed leaf, and each stands on the floor or above."""
+    robot = ET.fromstring(door_scene.door_urdf(DOOR))
+    boxes = [(np.array([*map(float, v.find("origin").attrib["xyz"].split())]),
+              np.array([*map(float, v.find("geometry/box").attrib["size"].split())]))
+             for v in robot.findall("link/visual")]
+    *frame, (leaf, leaf_size) = boxes
+    assert len(frame) == 3
+    for center, size in frame:
+        assert (np.abs(center - leaf) - 0.5 * (size + leaf_size)).max() > 0.0
+        assert center[2] - 0.5 * size[2] >= 0.0
+
+
+def test_an_unsurveyed_door_is_an_error() -> None:
+    """The error names the parameter that is missing."""
+    with pytest.raises(SettingError, match="hinge_x") as caught:
+        door_scene.frame_pose(DISTANCE, math.nan)
+    assert caught.value.setting == "hinge_x"

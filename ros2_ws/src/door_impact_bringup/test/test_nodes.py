@@ -1,0 +1,127 @@
+"""The nodes scene_publisher and recorder, in this process."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+
+from door_impact_bringup import recorder_node, scene_publisher_node  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
+    """scene_publisher, another node, and what spins both."""
+    rclpy.init(args=["--ros-args", "-p", "door_distance:=0.753", "-p", "hinge_x:=-0.4056"])
+    nodes = scene_publisher_node.ScenePublisher(), Node("viewer")
+    executor = SingleThreadedExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    yield *nodes, executor
+    for node in nodes:
+        node.destroy_node()
+    executor.shutdown()
+    rclpy.shutdown()
+
+
+def spin_until(executor: Any, heard: list[Any]) -> Any:
+    """The first message."""
+    for _ in range(2000):
+        if heard:
+            return heard[0]
+        executor.spin_once(timeout_sec=0.01)
+    raise AssertionError("nothing was heard")
+
+
+def test_a_late_viewer_gets_description_and_place_of_the_door(
+        pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
+    """Both are latched; the hinge stands at (hinge_x, -door_distance) in odom."""
+    _, viewer, executor = pair
+    descriptions: list[String] = []
+    places: list[TFMessage] = []
+    viewer.create_subscription(String, "/door_description", descriptions.append, LATCHED)
+    viewer.create_subscription(TFMessage, "/tf_static", places.append, LATCHED)
+    assert '<joint name="door_hinge"' in spin_until(executor, descriptions).data
+    (standing,) = spin_until(executor, places).transforms
+    assert (standing.header.frame_id, standing.child_frame_id) == ("odom", "door_frame")
+    place = standing.transform.translation
+    assert (place.x, place.y, place.z) == (-0.4056, -0.753, 0.0)
+
+
+def test_the_leaf_turns_with_the_doors_angle(
+        pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
+    """A door open by 30 deg gives a turn of -30 deg about z, at the angle's own stamp."""
+    _, viewer, executor = pair
+    moves: list[TFMessage] = []
+    viewer.create_subscription(TFMessage, "/tf", moves.append, 10)
+    publisher = viewer.create_publisher(JointState, "/door_angle", LATCHED)
+    angle = JointState(name=["door_hinge"], position=[math.radians(30.0)])
+    angle.header.stamp.sec = 7
+    while not moves:
+        publisher.publish(angle)
+        executor.spin_once(timeout_sec=0.01)
+    (leaf,) = moves[0].transforms
+    assert (leaf.header.frame_id, leaf.child_frame_id) == ("door_frame", "door_leaf")
+    assert leaf.header.stamp.sec == 7
+    turn = leaf.transform.rotation
+    assert 2.0 * math.atan2(turn.z, turn.w) == pytest.approx(math.radians(-30.0))
+
+
+@pytest.mark.parametrize(("parameters", "words"), [
+    ((), "door_distance"),
+    (("-p", "door_distance:=0.7", "-p", "hinge_x:=.nan"), "hinge_x"),
+    (("-p", "door:=castle"), "castle"),
+])  # fmt: skip
+def test_an_unknown_door_or_place_ends_the_scene_publisher(
+        parameters: tuple[str, ...], words: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """One line names what is missing, and the status is 1."""
+    assert scene_publisher_node.main(["--ros-args", *parameters]) == 1
+    error = capfd.readouterr().err
+    assert words in error
+    assert "Traceback" not in error
+
+
+def test_a_recorder_without_a_file_ends(capfd: pytest.CaptureFixture[str]) -> None:
+    """One line says how to give one."""
+    assert recorder_node.main([]) == 1
+    assert "file:=run.mcap" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("there", ["a file", "no folder"])
+def test_a_recorder_that_cannot_write_ends(
+        there: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """An old recording, or a path through a file: one line names it, and the status is 1."""
+    (tmp_path / "old.mcap").write_text("old")
+    path = tmp_path / "old.mcap" if there == "a file" else tmp_path / "old.mcap" / "run.mcap"
+    assert recorder_node.main(["--ros-args", "-p", f"file:={path}"]) == 1
+    error = capfd.readouterr().err
+    assert f"recorder: {path}: " in error
+    assert "Traceback" not in error
+    assert (tmp_path / "old.mcap").read_text() == "old"
+
+
+@pytest.mark.parametrize(("offers", "reliable", "latched"), [
+    ((LATCHED,), True, True),
+    ((QoSProfile(depth=10),), True, False),
+    ((LATCHED, QoSProfile(depth=10)), True, False),
+    ((BEST_EFFORT, QoSProfile(depth=10)), False, False),
+])  # fmt: skip
+def test_the_recorder_asks_for_what_every_publisher_offers(
+        offers: tuple[QoSProfile, ...], reliable: bool, latched: bool) -> None:
+    """The strongest request that each of them meets, with room for 5 s at 200 Hz."""
+    request = recorder_node.request_for(offers)
+    assert (request.reliability == ReliabilityPolicy.RELIABLE) is reliable
+    assert (request.durability == DurabilityPolicy.TRANSIENT_LOCAL) is latched
+    assert request.depth >= 1000

@@ -1,0 +1,71 @@
+"""What the packages say they need is what they import; the container brings no second opinion."""
+
+import ast
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).resolve().parents[1] / "ros2_ws" / "src"
+PACKAGES = sorted(path.parent for path in SOURCE.glob("*/package.xml"))
+KEYS = {  # rosdep's key of a module that is called otherwise
+    "PIL": "python3-pil", "hypothesis": "python3-hypothesis", "matplotlib": "python3-matplotlib",
+    "numpy": "python3-numpy", "pybullet": "python3-pybullet-pip", "pytest": "python3-pytest",
+    "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy", "yaml": "python3-yaml"}
+OPTIONAL = {"pybullet_utils"}  # comes with pybullet
+
+
+def imported(folder: Path) -> set[str]:
+    """rosdep keys of what the modules of a folder import, whole functions included."""
+    names: set[str] = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module.split(".")[0])
+    outside = names - sys.stdlib_module_names - OPTIONAL
+    return {KEYS.get(name, name) for name in outside}
+
+
+def declared(package: Path, *kinds: str) -> set[str]:
+    """The dependencies of some kinds in package.xml."""
+    root = ElementTree.parse(package / "package.xml").getroot()
+    return {element.text or "" for kind in ("depend", *kinds) for element in root.iter(kind)}
+
+
+def launched(package: Path) -> set[str]:
+    """The packages whose nodes its launch files start, and those that launch them."""
+    files = list(package.glob("launch/*.yaml"))
+    text = "".join(path.read_text(encoding="utf-8") for path in files)
+    packages = re.findall(r"pkg: (\w+)", text)
+    return {*packages, "launch", "launch_ros", "ros2launch"} if files else set()
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
+def test_every_import_is_a_declared_dependency(package: Path) -> None:
+    """So that rosdep brings all that a package needs, on a machine that has nothing yet."""
+    needed = imported(package / package.name) - {package.name}
+    assert needed <= declared(package, "exec_depend")
+    in_tests = imported(package / "test") - {package.name, "setuptools"}
+    assert in_tests <= declared(package, "exec_depend", "test_depend")
+
+
+PYTHON_PACKAGES = [package for package in PACKAGES if (package / "setup.py").exists()]
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES, ids=lambda package: package.name)
+def test_nothing_is_declared_that_no_module_imports(package: Path) -> None:
+    """Left over dependencies cost every user an installation."""
+    used = imported(package / package.name) | launched(package)
+    assert declared(package, "exec_depend") <= used
+
+
+def test_the_container_pins_the_pybullet_of_the_requirements() -> None:
+    """One physics on both ways of installing."""
+    top = SOURCE.parents[1]
+    requirements = (top / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    pinned = next(line.split()[0] for line in requirements if line.startswith("pybullet=="))
+    assert f"pip install {pinned} " in (top / "docker" / "Dockerfile").read_text(encoding="utf-8")

@@ -1,0 +1,131 @@
+"""The node recorder as a process of its own, and how it ends."""
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import KeyValue
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+from std_msgs.msg import String
+
+GUARD = 60.0  # [s] of wall time after which something hangs
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@pytest.fixture
+def talker() -> Iterator[Node]:
+    """A node that publishes."""
+    rclpy.init(args=[])
+    node = Node("talker")
+    yield node
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def recorder(start: Callable[..., Any], path: Path) -> Any:
+    """A recorder that records."""
+    started = start("run", "door_impact_bringup", "recorder", "--ros-args", "-p", f"file:={path}")
+    started.wait_for_text("recording to")
+    return started
+
+
+def publisher(node: Node, topic: str, qos: QoSProfile | int, kind: Any = String) -> Any:
+    """A publisher that the recorder has found."""
+    made = node.create_publisher(kind, topic, qos)
+    end = time.monotonic() + GUARD
+    while not made.get_subscription_count():
+        assert time.monotonic() < end, f"nobody records {topic}"
+        time.sleep(0.01)
+    return made
+
+
+def heard(path: Path, topic: str) -> list[str]:
+    """Texts of a topic in a file."""
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        chosen = [c for c in reader.connections if c.topic == topic]
+        assert len(chosen) == 1
+        return [reader.deserialize(data, c.msgtype).data
+                for c, _, data in reader.messages(chosen)]
+
+
+@pytest.mark.parametrize("qos", [QoSProfile(depth=2000), BEST_EFFORT], ids=["reliable", "sensor"])
+def test_topics_that_appear_later_are_recorded_without_loss(
+        start: Callable[..., Any], talker: Node, tmp_path: Path, qos: QoSProfile) -> None:
+    """400 messages at 200 Hz, whatever quality of service their publisher offers."""
+    started = recorder(start, tmp_path / "run.mcap")
+    texts = publisher(talker, "/late", qos)
+    for number in range(400):
+        texts.publish(String(data=str(number)))
+        time.sleep(0.005)
+    started.signal_group(signal.SIGINT)
+    assert started.wait() == 0, started.text()
+    assert heard(tmp_path / "run.mcap", "/late") == [str(number) for number in range(400)]
+
+
+def test_what_was_latched_before_is_recorded(
+        start: Callable[..., Any], talker: Node, tmp_path: Path) -> None:
+    talker.create_publisher(String, "/latched", LATCHED).publish(String(data="before"))
+    started = recorder(start, tmp_path / "run.mcap")
+    publisher(talker, "/other", 10)  # by now the recorder has looked around
+    time.sleep(0.5)
+    started.signal_group(signal.SIGINT)
+    assert started.wait() == 0, started.text()
+    assert heard(tmp_path / "run.mcap", "/latched") == ["before"]
+
+
+@pytest.mark.parametrize("how", ["SIGTERM", "Ctrl-C twice"])
+def test_the_file_is_complete_however_the_recorder_is_told_to_end(
+        start: Callable[..., Any], talker: Node, tmp_path: Path, how: str) -> None:
+    """While messages keep coming; what it had then is there and nothing else is left."""
+    path = tmp_path / "out" / "run.mcap"
+    started = recorder(start, path)
+    texts = publisher(talker, "/text", 1000)
+    for number in range(200):
+        texts.publish(String(data=str(number)))
+        time.sleep(0.002)
+    if how == "SIGTERM":
+        started.process.send_signal(signal.SIGTERM)
+    else:
+        started.signal_group(signal.SIGINT)
+        started.signal_group(signal.SIGINT)
+    assert started.wait() == 0, started.text()
+    assert "Traceback" not in started.text()
+    assert [found.name for found in path.parent.iterdir()] == ["run.mcap"]
+    got = heard(path, "/text")
+    assert got == [str(number) for number in range(len(got))]
+    assert len(got) > 100
+
+
+def test_a_topic_of_two_types_is_left_out_with_a_warning(
+        start: Callable[..., Any], talker: Node, tmp_path: Path) -> None:
+    """The rest is recorded all the same."""
+    talker.create_publisher(String, "/torn", 10)
+    talker.create_publisher(KeyValue, "/torn", 10)
+    started = recorder(start, tmp_path / "run.mcap")
+    publisher(talker, "/whole", 10).publish(String(data="one"))
+    started.wait_for_text("/torn is not recorded")
+    time.sleep(0.2)
+    started.signal_group(signal.SIGINT)
+    assert started.wait() == 0, started.text()
+    assert heard(tmp_path / "run.mcap", "/whole") == ["one"]
+
+
+def test_launched_with_a_file_the_graph_is_recorded(
+        start: Callable[..., Any], talker: Node, tmp_path: Path) -> None:
+    """bringup.launch.yaml's argument record; Ctrl-C ends every node and leaves the file."""
+    path = tmp_path / "with space" / "run.mcap"
+    started = start("launch", "door_impact_bringup", "bringup.launch.yaml", f"record:={path}")
+    publisher(talker, "/probe", 10)  # simulated time runs, and the recorder has looked around
+    started.process.send_signal(signal.SIGINT)
+    started.wait()
+    assert started.family() == []
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        assert "/joint_states" in {c.topic for c in reader.connections}
