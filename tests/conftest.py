@@ -45,6 +45,8 @@ def domain() -> Iterator[int]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(number))
         yield number
+        if "ROS_DISTRO" in os.environ:  # its commands leave a daemon behind in this domain
+            run_command(find_ros2(), "daemon", "stop")
 
 
 def find_ros2() -> str:

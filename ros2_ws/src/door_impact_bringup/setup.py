@@ -17,6 +17,7 @@ setup(
         (f"share/{PACKAGE}/foxglove", sorted(glob("foxglove/*"))),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "hypothesis"]},
     zip_safe=True,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",

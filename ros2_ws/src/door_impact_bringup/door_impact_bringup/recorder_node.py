@@ -1,6 +1,5 @@
 """Node ``recorder``: every topic of the graph in one MCAP file, as `ros2 bag record -a` does."""
 
-import signal
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -122,13 +121,7 @@ def _message_class(name: str) -> Any:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to end."""
-    # A KeyboardInterrupt could come in the middle of a record. Without it Ctrl-C still ends
-    # spinning, as rclpy's own handler sees to that.
-    previous = signal.signal(signal.SIGINT, lambda *_: None)
-    try:
-        return run_node(Recorder, errors=(BringupError,), args=args, spin=Recorder.run)
-    finally:
-        signal.signal(signal.SIGINT, previous)
+    return run_node(Recorder, errors=(BringupError,), args=args, spin=Recorder.run)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """How every node of this project starts and ends: the one module here that needs ROS."""
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -57,7 +58,7 @@ def run_node(
     args: Sequence[str] | None = None,
     spin: Callable[[Any], None] = rclpy.spin,
 ) -> int:
-    """Run a node until it is told to end.
+    """Run a node until it is told to end; in the main thread.
 
     Args:
         make: Makes the node.
@@ -70,13 +71,16 @@ def run_node(
     """
     node = None
     told: tuple[type[Exception], ...] = (*errors, TwinError, ParameterException)
+    # rclpy's own handler ends spinning. A KeyboardInterrupt beside it could come in the middle of
+    # anything, and twice: from the terminal and from the launcher.
+    previous = signal.signal(signal.SIGINT, lambda *_: None)
     try:
         rclpy.init(args=args)
         known = time.monotonic() + DISCOVERY_TIME
         node = make()
         refuse_twin(node, known)
         spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     except told as error:
         name = node.get_name() if node is not None else make.__name__
@@ -90,4 +94,5 @@ def run_node(
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        signal.signal(signal.SIGINT, previous)
     return 0
