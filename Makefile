@@ -2,7 +2,7 @@
 
 # In a shell where ROS 2 is sourced, colcon builds the packages and ROS 2 runs them; elsewhere the
 # embedded runtime does, from pinned dependencies in .venv.
-ifdef ROS_DISTRO
+ifneq ($(and $(ROS_DISTRO),$(AMENT_PREFIX_PATH)),)
 READY := ros2_ws/install/.ready
 ENV := . ros2_ws/install/local_setup.sh &&
 PYTHON := $(ENV) exec python3

@@ -85,6 +85,13 @@ class Started:
         """Ids of the process and of all it started, whatever their parents are by now."""
         return [pid for pid, environment in _environments() if environment.get(MARK) == self.mark]
 
+    def left_over(self) -> list[int]:
+        """Those of them that do not end: orphans get time to notice that their launcher is gone."""
+        end = time.monotonic() + 60.0
+        while (left := self.family()) and time.monotonic() < end:
+            time.sleep(0.1)
+        return left
+
     def signal_group(self, number: signal.Signals) -> None:
         """Signals the process group, as a terminal does."""
         os.killpg(self.process.pid, number)

@@ -48,7 +48,8 @@ def play(target_deg: float, path: Any) -> Run:
 
     execution = Execution(
         ExecutablePlan({phase.name: phase.knots for phase in plan.phases}, plan.contact_time,
-                       plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return),
+                       plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
+                       np.radians(target_deg)),
         PointB(robot).speed)
     send(execution.start(world.step().time))
     heard: list[tuple[float, float, float]] = []

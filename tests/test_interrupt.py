@@ -8,16 +8,6 @@ from typing import Any
 
 import pytest
 
-GUARD = 60.0  # [s] that orphans get to notice that their launcher is gone
-
-
-def gone(started: Any) -> list[int]:
-    """Processes that are left once all had the time to end."""
-    end = time.monotonic() + GUARD
-    while (left := started.family()) and time.monotonic() < end:
-        time.sleep(0.1)
-    return left
-
 
 def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
     """A demonstration amid its pushes: every node runs."""
@@ -41,6 +31,6 @@ def test_an_interrupted_demo_leaves_no_process_and_no_result(
         time.sleep(0.3)
         started.signal_group(signal.SIGINT)
     assert started.wait() != 0
-    assert gone(started) == []
+    assert started.left_over() == []
     assert not (out / "summary.json").exists()
     assert "Traceback" not in started.text()

@@ -92,11 +92,13 @@ def test_the_file_is_complete_however_the_recorder_is_told_to_end(
         texts.publish(String(data=str(number)))
         time.sleep(0.002)
     if how == "SIGTERM":
-        started.process.send_signal(signal.SIGTERM)
+        started.signal_group(signal.SIGTERM)
+        started.wait()  # ROS 2's `ros2 run` ends at once by the signal
     else:
         started.signal_group(signal.SIGINT)
         started.signal_group(signal.SIGINT)
-    assert started.wait() == 0, started.text()
+        assert started.wait() == 0, started.text()
+    assert started.left_over() == []
     assert "Traceback" not in started.text()
     assert [found.name for found in path.parent.iterdir()] == ["run.mcap"]
     got = heard(path, "/text")

@@ -71,28 +71,32 @@ def run_node(
     """
     node = None
     told: tuple[type[Exception], ...] = (*errors, TwinError, ParameterException)
+    ends: list[int] = []
     # rclpy's own handler ends spinning. A KeyboardInterrupt beside it could come in the middle of
     # anything, and twice: from the terminal and from the launcher.
-    previous = signal.signal(signal.SIGINT, lambda *_: None)
+    previous = signal.signal(signal.SIGINT, lambda number, _: ends.append(number))
     try:
         rclpy.init(args=args)
         known = time.monotonic() + DISCOVERY_TIME
         node = make()
         refuse_twin(node, known)
-        spin(node)
+        if not ends:  # it may have come before rclpy took notice
+            spin(node)
     except ExternalShutdownException:
         pass
     except told as error:
-        name = node.get_name() if node is not None else make.__name__
-        print(f"{name}: {error}", file=sys.stderr)
-        return 1
+        if not ends:
+            name = node.get_name() if node is not None else make.__name__
+            print(f"{name}: {error}", file=sys.stderr)
+            return 1
     except Exception:
         # A signal may end the context in the middle of a callback, whose publish then fails.
-        if rclpy.ok():
+        if rclpy.ok() and not ends:
             raise
     finally:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-        signal.signal(signal.SIGINT, previous)
+        if not ends:  # another one may come while Python ends
+            signal.signal(signal.SIGINT, previous)
     return 0

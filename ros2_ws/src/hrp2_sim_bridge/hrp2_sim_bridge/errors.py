@@ -17,6 +17,21 @@ class SimulatorMissingError(SimBridgeError):
         )
 
 
+class SecondDriverError(SimBridgeError):
+    """A driver of a robot is in the graph already.
+
+    Attributes:
+        value: the topic that it publishes.
+    """
+
+    def __init__(self, topic: str) -> None:
+        super().__init__(
+            f"someone publishes {topic} already: beside a robot's driver the simulation must not "
+            "run (driver:=none leaves it out)"
+        )
+        self.value = topic
+
+
 class ModelError(SimBridgeError):
     """The simulator did not take the model as it was given.
 

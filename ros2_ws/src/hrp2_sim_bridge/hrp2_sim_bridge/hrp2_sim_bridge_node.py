@@ -28,7 +28,12 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge import bridge_messages as convert
-from hrp2_sim_bridge.errors import SettingError, SimBridgeError, TrajectoryRefusedError
+from hrp2_sim_bridge.errors import (
+    SecondDriverError,
+    SettingError,
+    SimBridgeError,
+    TrajectoryRefusedError,
+)
 from hrp2_sim_bridge.pacer import Pacer
 from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.settings import SAMPLE, TICK, WorldSettings
@@ -161,7 +166,13 @@ class SimBridge(Node):
     # -- the loop -----------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Step the world until the end; then write the log, if one is wanted."""
+        """Step the world until the end; then write the log, if one is wanted.
+
+        Raises:
+            SecondDriverError: A robot is in the graph already.
+        """
+        if self.count_publishers("/joint_states") > 1:
+            raise SecondDriverError("/joint_states")
         executor = SingleThreadedExecutor()
         executor.add_node(self)
         try:

@@ -130,12 +130,25 @@ class Execution:
             return self._stopped(f"stopped in the phase {self.phase}, as asked")
         if self.phase == "hold":
             if now >= self._end:
-                self.measured.held_angle = float(np.mean(self._held))
-                self.outcome = Outcome.SUCCESS
+                self._judge_hold()
             return []
         if self.phase in ("cam", "post"):
             self._watch_b(now, self.speed_of_b(position, velocity))
         return self._watch_tracking(now, position)
+
+    def _judge_hold(self) -> None:
+        """Ends with success where the door stands still near the desired angle."""
+        held, spread = float(np.mean(self._held)), float(np.ptp(self._held))
+        self.measured.held_angle = held
+        off, within = abs(held - self.plan.desired_angle), self.settings.held_within
+        if max(off, spread) <= within:
+            self.outcome = Outcome.SUCCESS
+            return
+        self.outcome = Outcome.NOT_HELD
+        self.reason = (
+            f"the door is not held: it stands at {np.degrees(held):.1f} deg and moved by "
+            f"{np.degrees(spread):.1f} deg in the end, {np.degrees(self.plan.desired_angle):.1f} "
+            f"deg were desired, {np.degrees(within):.1f} deg off or moved are allowed")
 
     def _watch_tracking(self, now: float, position: Array) -> list[Command]:
         """Stops where the joints are not where they were sent, while a stop keeps balance."""

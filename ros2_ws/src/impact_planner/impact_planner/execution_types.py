@@ -24,6 +24,7 @@ class Outcome(enum.Enum):
     STOPPED = "stopped"
     FELL = "fell"
     NOT_FOLLOWED = "not followed"
+    NOT_HELD = "not held"
 
 
 def missing_phases(phases: Collection[str]) -> list[str]:
@@ -59,6 +60,7 @@ class ExecutionSettings:
         peak_drop: Angle below the largest one at which the door has stopped opening [rad].
         fall_tilt: Tilt of the trunk that counts as a fall [rad].
         tracking: A joint further than this from its reference does not follow [rad].
+        held_within: A door further than this from the desired angle is not held [rad].
     """
 
     lead: float = 0.2
@@ -71,6 +73,7 @@ class ExecutionSettings:
     peak_drop: float = 0.0009
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
+    held_within: float = float(np.radians(5.0))
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,7 @@ class ExecutablePlan:
         switch_time: From the start of the run-up to that of `post` [s].
         post_ratio: Speed along the path after the hit over that before it.
         point_of_no_return: Later than this before the contact a stop loses balance [s].
+        desired_angle: That the door is to be held at [rad].
     """
 
     phases: dict[str, Knots]
@@ -90,6 +94,7 @@ class ExecutablePlan:
     switch_time: float
     post_ratio: float
     point_of_no_return: float
+    desired_angle: float
 
 
 @dataclass

@@ -25,6 +25,7 @@ _ENDINGS = {  # error code, and what is said where the execution gives no reason
     Outcome.STOPPED: (Result.STOPPED, "stopped"),
     Outcome.FELL: (Result.FELL, "the robot fell"),
     Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow"),
+    Outcome.NOT_HELD: (Result.NOT_HELD, "the door is not held"),
 }
 _UNIT = 0.1  # a quaternion's length may be so far from 1
 
@@ -81,7 +82,7 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     except (ValueError, ZeroDivisionError) as error:
         raise GoalRefused("NO_PLAN", f"the plan makes no sense: {error}") from error
     return ExecutablePlan(phases, plan.contact_time, plan.switch_time, ratio,
-                          plan.point_of_no_return)
+                          plan.point_of_no_return, plan.desired_opening_angle)
 
 
 def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:

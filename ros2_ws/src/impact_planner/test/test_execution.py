@@ -9,6 +9,7 @@ from impact_planner.splice import concatenate, cut, duration, slowed, without_fi
 
 SPEED = 0.4  # of the only joint during the run-up [rad/s]
 CONTACT, SWITCH = 0.6, 0.598
+DESIRED = 0.36
 
 
 def straight(start: float, end: float, length: float) -> Knots:
@@ -33,7 +34,7 @@ def plan(**changes: Knots) -> ExecutablePlan:
     phases["cam"] = run_up()
     phases["post"] = straight(SPEED * (SWITCH - 0.1), SPEED * (SWITCH - 0.1), 1.4)
     phases["hold"] = straight(SPEED * (SWITCH - 0.1), 0.5, 2.0)
-    return ExecutablePlan({**phases, **changes}, CONTACT, SWITCH, 0.15, 0.1)
+    return ExecutablePlan({**phases, **changes}, CONTACT, SWITCH, 0.15, 0.1, DESIRED)
 
 
 def started(**options: float) -> tuple[Execution, float]:
@@ -86,7 +87,7 @@ def test_a_plan_without_hold_is_refused() -> None:
     whole = plan()
     phases = {name: knots for name, knots in whole.phases.items() if name != "hold"}
     with pytest.raises(InvalidRequest, match="hold"):
-        Execution(ExecutablePlan(phases, CONTACT, SWITCH, 0.15, 0.1), lambda *_: 0.0)
+        Execution(ExecutablePlan(phases, CONTACT, SWITCH, 0.15, 0.1, DESIRED), lambda *_: 0.0)
 
 
 def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
@@ -95,6 +96,22 @@ def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
     assert told == pytest.approx(1.2, abs=0.1)  # where 0.6 - 0.5 t is 0, and a little fall
     assert execution.phase == "hold"
     assert execution.measured.peak_angle == pytest.approx(0.36, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("angles", "outcome"),
+    [(np.full(40, DESIRED + 0.01), Outcome.SUCCESS),
+     (np.full(40, DESIRED + 0.1), Outcome.NOT_HELD),
+     (np.linspace(DESIRED - 0.1, DESIRED + 0.1, 30), Outcome.NOT_HELD)])
+def test_a_door_is_held_where_it_stands_still_near_the_desired_angle(
+        angles: np.ndarray, outcome: Outcome) -> None:
+    execution, cam = started()
+    end = opened(execution, cam + CONTACT) + 3.0
+    for angle in angles:
+        execution.on_door(end, angle, 0.0)
+    joints(execution, end)
+    assert execution.outcome is outcome
+    assert (outcome is Outcome.SUCCESS) == (execution.reason == "")
 
 
 def test_a_planned_contact_sends_nothing_more() -> None:

@@ -14,7 +14,8 @@ from impact_planner.preflight import GoalRefused, require_door, require_limits, 
 def good(plan) -> ExecutablePlan:
     """The nominal plan."""
     return ExecutablePlan({phase.name: phase.knots for phase in plan.phases}, plan.contact_time,
-                          plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return)
+                          plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
+                          plan.desired_opening_angle)
 
 
 def check(robot, plan: ExecutablePlan, speed_scale: float = 1.0) -> None:
