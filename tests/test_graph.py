@@ -202,7 +202,7 @@ def test_push_by_the_command_line(ros2: Callable[..., Any]) -> None:
     """A push that is none is refused in the answer."""
     done = ros2("service", "call", "/sim/push_door", "door_impact_msgs/srv/PushDoor",
                 "{impulse: .nan}")
-    assert done.out.startswith("requester: making request: door_impact_msgs.srv.PushDoor_Request(")
+    assert "requester: making request: door_impact_msgs.srv.PushDoor_Request(" in done.out
     assert "success=False" in done.out
 
 
