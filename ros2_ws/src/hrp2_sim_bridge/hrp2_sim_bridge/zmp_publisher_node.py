@@ -162,6 +162,8 @@ class ZmpPublisher(Node):
         if reading is not None and _heard(self._polygon_publisher):
             polygon = zmp_messages.polygon(stamp, self._world, reading.polygon)
             self._polygon_publisher.publish(polygon)
+        if not (_heard(self._com_publisher) or _heard(self._marker_publisher)):
+            return
         com = pose.base[:3, :3] @ self._kinematics.com() + pose.base[:3, 3]
         if _heard(self._com_publisher):
             self._com_publisher.publish(zmp_messages.point(stamp, self._world, com))
