@@ -1,18 +1,16 @@
-"""Errors of the planner: one class for each error code of the service PlanDoorImpact."""
+"""Errors: one class for each error code of the service PlanDoorImpact, and of the executor."""
 
 from __future__ import annotations
 
 
-class PlannerError(Exception):
-    """A plan cannot be made.
+class ImpactError(Exception):
+    """Base of this package's errors.
 
     Attributes:
         quantity: What is out of bounds, with its unit, e.g. ``"door_distance [m]"``.
         value: The offending value.
         limit: The limit that it breaks; None where there is none (an unknown word, no door).
     """
-
-    code_name = "INVALID_REQUEST"
 
     def __init__(
         self,
@@ -26,6 +24,16 @@ class PlannerError(Exception):
         self.quantity = quantity
         self.value = value
         self.limit = limit
+
+
+class PlannerError(ImpactError):
+    """A plan cannot be made.
+
+    Attributes:
+        code_name: Name of the service's error code.
+    """
+
+    code_name = "INVALID_REQUEST"
 
 
 class InvalidRequest(PlannerError):
@@ -87,3 +95,23 @@ class NotSupported(PlannerError):
     """An option that this version does not have yet."""
 
     code_name = "NOT_SUPPORTED"
+
+
+class GoalRefused(ImpactError):
+    """A goal cannot be executed.
+
+    Attributes:
+        code_name: Name of the action's error code.
+    """
+
+    def __init__(
+        self,
+        code_name: str,
+        message: str,
+        *,
+        quantity: str = "",
+        value: float | str | None = None,
+        limit: float | tuple[float, float] | str | None = None,
+    ) -> None:
+        super().__init__(message, quantity=quantity, value=value, limit=limit)
+        self.code_name = code_name

@@ -25,13 +25,13 @@ from .execution_types import (
     ExecutionSettings,
     Measured,
     Outcome,
-    missing_phases,
 )
 from .knots import Knots
 from .post import continue_from
 from .splice import concatenate, cut, duration, slowed, without_first
 
 Array = NDArray[np.float64]
+
 
 @dataclass
 class Execution:
@@ -52,7 +52,7 @@ class Execution:
         door_angle: The last one heard [rad].
 
     Raises:
-        InvalidRequest: A scale out of range, or a plan without one of the phases.
+        InvalidRequest: A scale out of range.
     """
 
     plan: ExecutablePlan
@@ -62,15 +62,11 @@ class Execution:
     joint_names: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        """Checks the scale and the phases."""
+        """Checks the scale."""
         if not 0.0 < self.speed_scale <= 1.0:
             raise InvalidRequest(
                 f"speed_scale {self.speed_scale} is not above 0 and at most 1",
                 quantity="speed_scale", value=self.speed_scale, limit=(0.0, 1.0))
-        missing = missing_phases(self.plan.phases)
-        if missing:
-            raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
-                                 quantity="phases", value=", ".join(missing))
         self.outcome = Outcome.RUNNING
         self.reason = ""
         self.phase = APPROACH[0]
@@ -127,7 +123,7 @@ class Execution:
                 if now >= start:
                     self.phase = name
         if self._stop_asked and not self.past_no_return(now):
-            return self._stopped(f"stopped in the phase {self.phase}, as asked")
+            return self._stop(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
         if self.phase == "hold":
             if now >= self._end:
                 self._judge_hold()
@@ -160,12 +156,11 @@ class Execution:
         if off[worst] <= self.settings.tracking:
             return []
         name = self.joint_names[worst] if self.joint_names else f"joint {worst}"
-        self.outcome = Outcome.NOT_FOLLOWED
-        self.reason = (
+        return self._stop(
+            Outcome.NOT_FOLLOWED,
             f"stopped in the phase {self.phase}: {name} is {off[worst]:.3f} rad from where it was "
             f"sent, more than {self.settings.tracking:g} rad; the driver refused the trajectory "
             "or cannot follow it")
-        return [Command(0.0, None)]
 
     def _watch_b(self, now: float, speed: float) -> None:
         """Speeds of B around the hit."""
@@ -224,7 +219,7 @@ class Execution:
         if measured.peak_angle - angle < self.settings.peak_drop:
             return []
         if self._stop_asked:
-            return self._stopped("stopped after the hit, as asked")
+            return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
         self.phase = "hold"
         hold = without_first(self.plan.phases["hold"])  # the driver starts from where it is
         self._starts["hold"] = now
@@ -258,7 +253,7 @@ class Execution:
             return []
         silence = f"{topic} has been silent for {seconds:.2f} s in the phase {self.phase}"
         if not self.past_no_return(now):
-            return self._stopped(f"stopped: {silence}")
+            return self._stop(Outcome.STOPPED, f"stopped: {silence}")
         self.give_up(f"given up, the driver finishes what it was sent: {silence}")
         return []
 
@@ -267,15 +262,15 @@ class Execution:
         if self.outcome is Outcome.RUNNING:
             self.outcome, self.reason = Outcome.STOPPED, reason
 
-    def _stopped(self, reason: str) -> list[Command]:
-        self.outcome, self.reason = Outcome.STOPPED, reason
+    def _stop(self, outcome: Outcome, reason: str = "") -> list[Command]:
+        """Ends, and tells the driver to stop."""
+        self.outcome, self.reason = outcome, reason
         return [Command(0.0, None)]
 
     def on_tilt(self, tilt: float) -> list[Command]:
         """Takes the trunk's tilt [rad] and stops where the robot falls."""
         if self.outcome is Outcome.RUNNING and tilt > self.settings.fall_tilt:
-            self.outcome = Outcome.FELL
-            return [Command(0.0, None)]
+            return self._stop(Outcome.FELL)
         return []
 
     # -- progress -----------------------------------------------------------------------------

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
+from .errors import InvalidRequest
 from .knots import Knots
 
 APPROACH = ("prepare", "shift", "step", "back", "cam")
@@ -25,11 +25,6 @@ class Outcome(enum.Enum):
     FELL = "fell"
     NOT_FOLLOWED = "not followed"
     NOT_HELD = "not held"
-
-
-def missing_phases(phases: Collection[str]) -> list[str]:
-    """Phases that an execution needs and a plan with the given ones lacks."""
-    return [name for name in (*SENT_AT_START, "hold") if name not in phases]
 
 
 @dataclass(frozen=True)
@@ -87,6 +82,9 @@ class ExecutablePlan:
         post_ratio: Speed along the path after the hit over that before it.
         point_of_no_return: Later than this before the contact a stop loses balance [s].
         desired_angle: That the door is to be held at [rad].
+
+    Raises:
+        InvalidRequest: One of the phases is missing.
     """
 
     phases: dict[str, Knots]
@@ -95,6 +93,13 @@ class ExecutablePlan:
     post_ratio: float
     point_of_no_return: float
     desired_angle: float
+
+    def __post_init__(self) -> None:
+        """Checks the phases."""
+        missing = [name for name in (*SENT_AT_START, "hold") if name not in self.phases]
+        if missing:
+            raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
+                                 quantity="phases", value=", ".join(missing))
 
 
 @dataclass

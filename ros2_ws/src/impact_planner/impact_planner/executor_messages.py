@@ -12,9 +12,9 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
 from numpy.typing import NDArray
 
-from .execution_types import ExecutablePlan, Measured, Outcome, missing_phases
+from .errors import GoalRefused, InvalidRequest
+from .execution_types import ExecutablePlan, Measured, Outcome
 from .messages import knots_from_message
-from .preflight import GoalRefused
 
 Array = NDArray[np.float64]
 Result = ExecuteDoorImpact.Result
@@ -72,17 +72,16 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     Raises:
         GoalRefused: A phase is missing or makes no sense.
     """
-    missing = missing_phases([phase.name for phase in plan.phases])
-    if missing:
-        raise GoalRefused("NO_PLAN", f"the plan lacks the phases {', '.join(missing)}",
-                          quantity="phases", value=", ".join(missing))
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names) for phase in plan.phases}
-        ratio = plan.v_com_post / plan.v_com
+        return ExecutablePlan(phases, plan.contact_time, plan.switch_time,
+                              plan.v_com_post / plan.v_com, plan.point_of_no_return,
+                              plan.desired_opening_angle)
+    except InvalidRequest as error:
+        raise GoalRefused("NO_PLAN", str(error), quantity=error.quantity,
+                          value=error.value) from error
     except (ValueError, ZeroDivisionError) as error:
         raise GoalRefused("NO_PLAN", f"the plan makes no sense: {error}") from error
-    return ExecutablePlan(phases, plan.contact_time, plan.switch_time, ratio,
-                          plan.point_of_no_return, plan.desired_opening_angle)
 
 
 def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:

@@ -27,14 +27,14 @@ from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from .errors import PlannerError
+from .errors import GoalRefused, PlannerError
 from .execution import Execution
 from .execution_types import Command, Outcome
 from .executor_messages import executable, joint_arrays, result_message, seconds, trunk_tilt
 from .freshness import Freshness
 from .messages import trajectory_message
 from .point_b import PointB
-from .preflight import GoalRefused, require_ready, require_speed_scale
+from .preflight import require_ready, require_speed_scale
 from .robot_model import RobotModel
 
 Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import GoalRefused
 from .execution_types import SENT_AT_START, ExecutablePlan
 from .knots import Knots
 from .robot_model import RobotModel
@@ -25,25 +26,6 @@ _ROUNDING = 1e-6
 _SAMPLES = 9  # of each segment between two knots
 
 
-class GoalRefused(Exception):
-    """A goal cannot be executed.
-
-    Attributes:
-        code_name: Name of the action's error code.
-        quantity: What is out of bounds, with its unit.
-        value: The offending value.
-        limit: The limit that it breaks; None where there is none.
-    """
-
-    def __init__(self, code_name: str, message: str, *, quantity: str = "",
-                 value: float | str | None = None, limit: float | None = None) -> None:
-        super().__init__(message)
-        self.code_name = code_name
-        self.quantity = quantity
-        self.value = value
-        self.limit = limit
-
-
 def require_speed_scale(scale: float) -> None:
     """Check a goal's speed_scale.
 
@@ -52,7 +34,7 @@ def require_speed_scale(scale: float) -> None:
     """
     if not SLOWEST <= scale <= 1.0:
         raise GoalRefused("INVALID_GOAL", f"speed_scale {scale:g} is not between {SLOWEST} and 1",
-                          quantity="speed_scale", value=scale, limit=SLOWEST)
+                          quantity="speed_scale", value=scale, limit=(SLOWEST, 1.0))
 
 
 def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position: Array,
@@ -158,7 +140,8 @@ def _require_range(robot: RobotModel, position: Array, velocity: Array, where: s
             "NO_PLAN",
             f"{where} {robot.joint_names[j]} would go to {position[i, j]:.3f} rad, its range is "
             f"{robot.lower[j]:.3f} to {robot.upper[j]:.3f} rad",
-            quantity=f"{robot.joint_names[j]} [rad]", value=float(position[i, j]))
+            quantity=f"{robot.joint_names[j]} [rad]", value=float(position[i, j]),
+            limit=(float(robot.lower[j]), float(robot.upper[j])))
     slow = np.abs(velocity) <= factor * robot.speed_limit
     if not slow.all():
         i, j = np.argwhere(~slow)[0]

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from impact_planner.errors import GoalRefused
 from impact_planner.execution import Execution
 from impact_planner.execution_types import ExecutablePlan
 from impact_planner.knots import Knots
-from impact_planner.preflight import GoalRefused, require_door, require_limits, require_start
+from impact_planner.preflight import require_door, require_limits, require_start
 
 
 @pytest.fixture
