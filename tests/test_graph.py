@@ -1,43 +1,32 @@
-"""The running graph as its users see it: by the `ros2` command and by a node of their own."""
+"""The running graph at work, by the `ros2` command and by a node of the user's own."""
 
 import math
-import os
 import re
-import signal
 import time
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio
 import pytest
-import yaml
-from ament_index_python.packages import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
-from geometry_msgs.msg import PointStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped
 from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
+from running_graph import seconds
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge", "/impact_executor",
-         "/impact_planner", "/scene_publisher", "/zmp_publisher"]
 PLAN = ("service", "call", "/plan_door_impact", "door_impact_msgs/srv/PlanDoorImpact")
 ABORTED = 6  # action_msgs/GoalStatus
 SUCCEEDED = 4
 STILL = 2e-3  # [rad], what a standing robot's joints sway
 DURATION = 0.15  # [s] of a push
 Codes = PlanDoorImpact.Response
-
-
-def seconds(stamp: Any) -> float:
-    return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
 
 
 def positions(graph: Any) -> np.ndarray:
@@ -100,89 +89,6 @@ def plan(graph: Any, identified: Any) -> ImpactPlan:
     assert answer.success, answer.message
     return graph.listen(ImpactPlan, "/door_impact_plan",
                         lambda heard: heard[-1].plan_id == answer.plan.plan_id, latched=True)[-1]
-
-
-# -- looking at it -------------------------------------------------------------------------------
-
-
-@pytest.mark.usefixtures("graph")
-def test_node_list_shows_every_node(ros2: Callable[..., Any]) -> None:
-    """Each time, however late one looks; ROS 2's daemon needs a moment at its start."""
-    if "ROS_DISTRO" in os.environ:
-        ros2("node", "list")
-        time.sleep(3.0)
-    for _ in range(3):
-        shown = ros2("node", "list").out.split()
-        assert [name for name in shown if name != "/tests_of_the_graph"] == NODES
-
-
-@pytest.mark.usefixtures("graph")
-def test_topic_echo_prints_the_zmp(ros2: Callable[..., Any]) -> None:
-    """ROS 2's form of a PointStamped in odom, between the feet on the floor.
-
-    ROS 2 on a loaded machine may print before it that an earlier message was lost.
-    """
-    done = ros2("topic", "echo", "--once", "/zmp")
-    assert done.status == 0, done.err
-    *_, text, rest = done.out.split("---\n")
-    assert rest == ""
-    message = yaml.safe_load(text)
-    assert list(message) == ["header", "point"]
-    assert message["header"]["frame_id"] == "odom"
-    assert list(message["point"]) == ["x", "y", "z"]
-    assert -0.10 < message["point"]["x"] < 0.13  # heel and toe
-    assert -0.04 < message["point"]["y"] < 0.04  # the inner edges
-    assert message["point"]["z"] == 0.0
-
-
-@pytest.mark.usefixtures("graph")
-def test_topic_hz_prints_a_rate(start: Callable[..., Any]) -> None:
-    started = start("topic", "hz", "/joint_states")
-    started.wait_for_text("average rate: ")
-    started.process.send_signal(signal.SIGINT)
-    started.wait()
-    assert float(re.findall(r"average rate: ([\d.]+)", started.text())[0]) > 0.0
-    assert re.search(r"\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+", started.text())
-
-
-@pytest.mark.parametrize(("kind", "topic"), [(JointState, "/joint_states"), (PointStamped, "/zmp")])
-def test_200_hz_of_simulated_time(graph: Any, kind: Any, topic: str) -> None:
-    """Stamps lie 5 ms apart; what a busy machine loses is lost whole."""
-    heard = graph.listen(kind, topic, lambda got: len(got) > 400)
-    ticks = np.diff([seconds(m.header.stamp) for m in heard]) / 0.005
-    assert ticks == pytest.approx(np.round(ticks), abs=1e-3)
-    assert (np.round(ticks) >= 1).all()
-    assert np.median(ticks) == pytest.approx(1.0, abs=1e-3)
-
-
-# -- standing ------------------------------------------------------------------------------------
-
-
-def test_the_soles_carry_the_weight(graph: Any) -> None:
-    """m g to 0.5 %, either foot its share."""
-    force = {}
-    for side in ("left", "right"):
-        heard = graph.listen(WrenchStamped, f"/{side}_foot/wrench", lambda got: len(got) > 100)
-        assert {m.header.frame_id for m in heard} == {f"{side[0]}_sole"}
-        force[side] = float(np.mean([m.wrench.force.z for m in heard]))
-    assert sum(force.values()) == pytest.approx(58.0 * 9.81, rel=0.005)
-    assert force["left"] == pytest.approx(force["right"], rel=0.1)
-
-
-def test_the_zmp_of_a_standing_robot_is_below_its_center_of_mass(graph: Any) -> None:
-    """By Pinocchio on the URDF, from /joint_states, midway between the soles: within 3 mm."""
-    urdf = Path(get_package_share_directory("hrp2_description")) / "urdf" / "hrp2.urdf"
-    model = pinocchio.buildModelFromUrdf(str(urdf), pinocchio.JointModelFreeFlyer())
-    data, q = model.createData(), pinocchio.neutral(model)
-    state = graph.last(JointState, "/joint_states")
-    for name, angle in zip(state.name, state.position, strict=True):
-        q[model.joints[model.getJointId(name)].idx_q] = angle
-    pinocchio.framesForwardKinematics(model, data, q)
-    soles = [data.oMf[model.getFrameId(name)].translation for name in ("l_sole", "r_sole")]
-    com = pinocchio.centerOfMass(model, data, q) - np.mean(soles, axis=0)
-    heard = graph.listen(PointStamped, "/zmp", lambda got: len(got) > 100)
-    zmp = np.mean([(m.point.x, m.point.y) for m in heard], axis=0)
-    assert zmp == pytest.approx(com[:2], abs=0.003)
 
 
 # -- the door ------------------------------------------------------------------------------------

@@ -7,11 +7,8 @@ Run from the embedded runtime's environment, with ROS 2 named by a file that a s
 import os
 import shlex
 import signal
-import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +17,11 @@ import rclpy
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
+from processes import Started
 from rcl_interfaces.srv import GetParameters
 from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
+from running_graph import Graph
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -32,8 +29,6 @@ from std_srvs.srv import SetBool
 ROOT = Path(__file__).parents[1]
 PEER = str(ROOT / "embedded/tests/peer_node.py")  # runs on both
 CYCLONE, FAST = "rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"
-GUARD = 60.0  # [s] of wall time after which something hangs; nothing is asserted on it
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DEFAULT = f"/opt/ros/jazzy/setup.bash:{ROOT}/ros2_ws/install/local_setup.bash"
 SETUP = os.environ.get("ROS2_SETUP", DEFAULT).split(":")
 
@@ -47,126 +42,61 @@ pytestmark = [
 both = pytest.mark.parametrize("rmw", [CYCLONE, FAST])
 
 
-class Process:
-    """A process with a session of its own; its output goes to a file."""
-
-    def __init__(self, command: list[str], environment: dict[str, str], output: Path) -> None:
-        self.output = output
-        with output.open("wb") as file:
-            self.process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT,
-                env={**environment, "PYTHONUNBUFFERED": "1"}, start_new_session=True)
-
-    def text(self) -> str:
-        return self.output.read_text(errors="replace")
-
-    def wait_for_text(self, wanted: str) -> "Process":
-        end = time.monotonic() + GUARD
-        while wanted not in self.text():
-            assert time.monotonic() < end, f"{wanted!r} never came:\n{self.text()}"
-            time.sleep(0.05)
-        return self
-
-    def wait(self) -> str:
-        """All that it wrote, when it has ended."""
-        self.process.wait(GUARD)
-        return self.text()
-
-    def end(self, number: signal.Signals) -> None:
-        with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, number)
-        self.process.wait(GUARD)
-
-
 @pytest.fixture
-def processes(tmp_path: Path) -> Iterator[Callable[..., Process]]:
-    """Starts processes, and ends them after the test."""
-    started: list[Process] = []
-
-    def start(command: list[str], environment: dict[str, str]) -> Process:
-        started.append(Process(command, environment, tmp_path / f"process_{len(started)}.txt"))
-        return started[-1]
-
-    yield start
-    for process in started:
-        process.end(signal.SIGKILL)
-
-
-@pytest.fixture
-def ros(processes: Callable[..., Process]) -> Callable[..., Process]:
+def ros(start_process: Callable[..., Started]) -> Callable[..., Started]:
     """Starts a command of ROS 2 with a middleware; nothing of this environment comes through."""
     wanted = ("HOME", "LANG", "ROS_DOMAIN_ID")
     clean = {name: os.environ[name] for name in wanted if name in os.environ}
     clean["PATH"] = "/usr/local/bin:/usr/bin:/bin"
     sources = " && ".join(f". {shlex.quote(name)}" for name in SETUP)
 
-    def start(rmw: str, *command: str, reach: str = "LOCALHOST") -> Process:
+    def start(rmw: str, *command: str, reach: str = "LOCALHOST") -> Started:
         line = f"{sources} && export ROS_AUTOMATIC_DISCOVERY_RANGE={reach} && exec \"$@\""
-        return processes(["bash", "-c", line, "bash", *command],
-                         {**clean, "RMW_IMPLEMENTATION": rmw})
+        return start_process(["bash", "-c", line, "bash", *command],
+                             {**clean, "RMW_IMPLEMENTATION": rmw})
 
     return start
 
 
 @pytest.fixture
-def embedded_peer(processes: Callable[..., Process]) -> Process:
+def embedded_peer(start_process: Callable[..., Started]) -> Started:
     """The peer on the embedded runtime."""
-    return processes([sys.executable, PEER], dict(os.environ)).wait_for_text("ready")
+    return start_process([sys.executable, PEER]).wait_for_text("ready")
 
 
-class Probe:
-    """A node of the embedded runtime."""
+def sees(probe: Graph, name: str) -> bool:
+    """Whether a node is in the graph."""
+    return name in probe.node.get_fully_qualified_node_names()
 
-    def __init__(self) -> None:
-        self.node = Node("probe")
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self.node)
 
-    def spin_until(self, condition: Callable[[], Any], what: str) -> None:
-        end = time.monotonic() + GUARD
-        while not condition():
-            assert time.monotonic() < end, f"{what} never came"
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def hear(self, kind: Any, topic: str, qos: Any = 10) -> Any:
-        """The first message of a topic."""
-        heard: list[Any] = []
-        self.node.create_subscription(kind, topic, heard.append, qos)
-        self.spin_until(lambda: heard, topic)
-        return heard[0]
-
-    def result(self, future: Any) -> Any:
-        self.spin_until(future.done, "an answer")
-        return future.result()
-
-    def call(self, kind: Any, name: str, **fields: Any) -> Any:
-        client = self.node.create_client(kind, name)
-        self.spin_until(client.service_is_ready, name)
-        return self.result(client.call_async(kind.Request(**fields)))
-
-    def sees(self, name: str) -> bool:
-        return name in self.node.get_fully_qualified_node_names()
+def output(process: Started) -> str:
+    """All that it wrote, when it has ended."""
+    process.wait()
+    return process.text()
 
 
 @pytest.fixture
-def probe() -> Iterator[Probe]:
+def probe() -> Iterator[Graph]:
     """A node of the embedded runtime, in this process."""
     rclpy.init(args=[])
     try:
-        yield Probe()
+        yield Graph()
     finally:
         rclpy.try_shutdown()
 
 
 @both
-def test_messages_cross_in_both_directions(ros: Callable[..., Process], probe: Probe,
+def test_messages_cross_in_both_directions(ros: Callable[..., Started], probe: Graph,
                                            rmw: str) -> None:
     """Reliable, best-effort and latched ones arrive unchanged, and ours come back."""
     ros(rmw, "python3", PEER).wait_for_text("ready")
-    joints = probe.hear(JointState, "/joints")
+    joints = probe.last(JointState, "/joints")
     assert (joints.name, list(joints.position)) == (["a", "b"], [1.0, 2.5])
-    assert probe.hear(Imu, "/imu", qos_profile_sensor_data) == Imu()
-    assert probe.hear(String, "/latched", LATCHED).data == "kept"
+    felt: list[Imu] = []
+    probe.node.create_subscription(Imu, "/imu", felt.append, qos_profile_sensor_data)
+    probe.spin_until(lambda: felt, "/imu")
+    assert felt[0] == Imu()
+    assert probe.last(String, "/latched", latched=True).data == "kept"
     heard: list[str] = []
     probe.node.create_subscription(String, "/heard", lambda m: heard.append(m.data), 10)
     say = probe.node.create_publisher(String, "/say", 10)
@@ -180,23 +110,24 @@ def test_messages_cross_in_both_directions(ros: Callable[..., Process], probe: P
 
 
 @both
-def test_the_graph_shows_nodes_of_ros(ros: Callable[..., Process], probe: Probe, rmw: str) -> None:
+def test_the_graph_shows_nodes_of_ros(ros: Callable[..., Started], probe: Graph, rmw: str) -> None:
     """Its name, its endpoints' types and their hashes; and it goes when its process ends."""
     from ros2_embedded.domain import parse_user_data
     from ros2_embedded.typehash import type_hash
 
     for _ in range(2):  # started again, it is found again
         peer = ros(rmw, "python3", PEER).wait_for_text("ready")
-        probe.spin_until(lambda: probe.sees("/peer"), "the node")
+        probe.spin_until(lambda: sees(probe, "/peer"), "the node")
         published = probe.node.get_publisher_names_and_types_by_node("peer", "/")
         assert ("/joints", ["sensor_msgs/msg/JointState"]) in published
         (joints,) = probe.node.get_publishers_info_by_topic("/joints")
         assert parse_user_data(joints.qos)["typehash"] == type_hash("sensor_msgs/msg/JointState")
-        peer.end(signal.SIGINT)
-        probe.spin_until(lambda: not probe.sees("/peer"), "the end of the node")
+        peer.signal_group(signal.SIGINT)
+        peer.wait()
+        probe.spin_until(lambda: not sees(probe, "/peer"), "the end of the node")
 
 
-def test_services_actions_and_parameters_of_ros(ros: Callable[..., Process], probe: Probe) -> None:
+def test_services_actions_and_parameters_of_ros(ros: Callable[..., Started], probe: Graph) -> None:
     """With rmw_cyclonedds_cpp a node here calls them, follows a goal and cancels one."""
     ros(CYCLONE, "python3", PEER).wait_for_text("ready")
     assert not probe.call(SetBool, "/peer/flip", data=True).success
@@ -220,13 +151,13 @@ def test_services_actions_and_parameters_of_ros(ros: Callable[..., Process], pro
     assert not send("refuse").accepted
 
 
-def test_the_planner_of_ros_answers(ros: Callable[..., Process], probe: Probe) -> None:
+def test_the_planner_of_ros_answers(ros: Callable[..., Started], probe: Graph) -> None:
     """Its plan comes as a reply, and with all its trajectories from the latched topic."""
     ros(CYCLONE, "ros2", "run", "impact_planner", "impact_planner", "--ros-args",
         "-p", "door:=paper")
     answer = probe.call(PlanDoorImpact, "/plan_door_impact", desired_opening_angle=0.4)
     assert answer.success, answer.message
-    plan = probe.hear(ImpactPlan, "/door_impact_plan", LATCHED)
+    plan = probe.last(ImpactPlan, "/door_impact_plan", latched=True)
     assert plan.plan_id == answer.plan.plan_id
     assert plan.phases
     for phase in plan.phases:
@@ -236,41 +167,42 @@ def test_the_planner_of_ros_answers(ros: Callable[..., Process], probe: Probe) -
 
 @both
 @pytest.mark.usefixtures("embedded_peer")
-def test_ros_hears_embedded_nodes(ros: Callable[..., Process], rmw: str) -> None:
+def test_ros_hears_embedded_nodes(ros: Callable[..., Started], rmw: str) -> None:
     """`ros2 topic` knows type, hash and node, and prints what comes."""
     echo = ("ros2", "topic", "echo", "--no-daemon", "--spin-time", "2", "--once")
-    assert "- 2.5" in ros(rmw, *echo, "/joints").wait()
-    assert "data: kept" in ros(rmw, *echo, "/latched").wait()
-    info = ros(rmw, "ros2", "topic", "info", "-v", "--no-daemon", "--spin-time", "4", "/joints")
-    assert "Node name: peer" in info.wait()
-    assert "Topic type hash: RIHS01_a13ee3a3" in info.text()
-    assert "Failed to parse type hash" not in info.text()
+    assert "- 2.5" in output(ros(rmw, *echo, "/joints"))
+    assert "data: kept" in output(ros(rmw, *echo, "/latched"))
+    info = output(ros(rmw, "ros2", "topic", "info", "-v", "--no-daemon", "--spin-time", "4",
+                      "/joints"))
+    assert "Node name: peer" in info
+    assert "Topic type hash: RIHS01_a13ee3a3" in info
+    assert "Failed to parse type hash" not in info
 
 
 @both
 @pytest.mark.usefixtures("embedded_peer")
-def test_ros_finds_embedded_nodes_without_settings(ros: Callable[..., Process], rmw: str) -> None:
+def test_ros_finds_embedded_nodes_without_settings(ros: Callable[..., Started], rmw: str) -> None:
     """ROS 2's own discovery range is the subnet: it finds this machine's nodes all the same."""
     listing = ("ros2", "node", "list", "--no-daemon", "--spin-time", "6")
-    assert "/peer" in ros(rmw, *listing, reach="SUBNET").wait()
+    assert "/peer" in output(ros(rmw, *listing, reach="SUBNET"))
 
 
 @pytest.mark.usefixtures("embedded_peer")
-def test_ros_calls_embedded_nodes(ros: Callable[..., Process]) -> None:
+def test_ros_calls_embedded_nodes(ros: Callable[..., Started]) -> None:
     """With rmw_cyclonedds_cpp: services, parameters and actions."""
     flip = ("ros2", "service", "call", "/peer/flip", "std_srvs/srv/SetBool", "{data: false}")
-    assert "success=True" in ros(CYCLONE, *flip).wait()
+    assert "success=True" in output(ros(CYCLONE, *flip))
     gain = ("--no-daemon", "--spin-time", "2", "/peer", "gain")
-    assert "successful" in ros(CYCLONE, "ros2", "param", "set", *gain, "2.5").wait()
-    assert "2.5" in ros(CYCLONE, "ros2", "param", "get", *gain).wait()
-    push = ros(CYCLONE, "ros2", "action", "send_goal", "--feedback", "/push",
-               "door_impact_msgs/action/ExecuteDoorImpact", "{plan_id: quick}").wait()
+    assert "successful" in output(ros(CYCLONE, "ros2", "param", "set", *gain, "2.5"))
+    assert "2.5" in output(ros(CYCLONE, "ros2", "param", "get", *gain))
+    push = output(ros(CYCLONE, "ros2", "action", "send_goal", "--feedback", "/push",
+                      "door_impact_msgs/action/ExecuteDoorImpact", "{plan_id: quick}"))
     assert "phase: '3'" in push
     assert "SUCCEEDED" in push
 
 
-def test_a_caller_with_fast_dds_is_warned_of_once(ros: Callable[..., Process], probe: Probe,
-                                                  embedded_peer: Process) -> None:
+def test_a_caller_with_fast_dds_is_warned_of_once(ros: Callable[..., Started], probe: Graph,
+                                                  embedded_peer: Started) -> None:
     """Two calls that get no answer, one warning, and the service still answers others."""
     for _ in range(2):
         ros(FAST, "ros2", "service", "call", "/peer/flip", "std_srvs/srv/SetBool",
@@ -282,7 +214,7 @@ def test_a_caller_with_fast_dds_is_warned_of_once(ros: Callable[..., Process], p
     assert embedded_peer.text().count("uses rmw_fastrtps_cpp") == 1
 
 
-def test_a_server_with_fast_dds_is_never_ready(ros: Callable[..., Process], probe: Probe,
+def test_a_server_with_fast_dds_is_never_ready(ros: Callable[..., Started], probe: Graph,
                                                capfd: pytest.CaptureFixture[str]) -> None:
     """The wait for it is explained by name, and no request goes out that it would misread."""
     ros(FAST, "python3", PEER).wait_for_text("ready")

@@ -12,6 +12,7 @@ import yaml
 from ament_index_python.packages import get_package_share_directory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from running_graph import seconds
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = {
@@ -59,11 +60,6 @@ class Recording:
     def stamps(self, topic: str) -> np.ndarray:
         """Header stamps of a topic [s]."""
         return np.array([seconds(message.header.stamp) for message in self.messages[topic]])
-
-
-def seconds(stamp: Any) -> float:
-    """A stamp in seconds."""
-    return stamp.sec + 1e-9 * stamp.nanosec
 
 
 @pytest.fixture(scope="module")

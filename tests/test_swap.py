@@ -18,6 +18,7 @@ from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from hrp2_description.robot import load_robot_config
 from rclpy.action import ActionClient
 from reference_door import ReferenceDoor
+from running_graph import launch
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -103,8 +104,7 @@ def run(graph: Any, meanwhile: Callable[[Motion], Any] = lambda motion: None, *,
 
 
 @pytest.fixture(scope="module")
-def swapped(launch_nodes: Callable[..., Any],
-            tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+def swapped(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """driver:=none and the kinematic driver.
 
     Its robot keeps to its reference through the hit, which takes no time: the planner is told by
@@ -118,8 +118,8 @@ def swapped(launch_nodes: Callable[..., Any],
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
     own = {**CLOSER, "effective_mass": EFFECTIVE_MASS, "restitution": RESTITUTION}
     options = [word for name, value in own.items() for word in ("-p", f"{name}:={value}")]
-    with launch_nodes(folder, "driver:=none", f"params:={folder / 'params.yaml'}",
-                      beside=[[sys.executable, str(DRIVER), "--ros-args", *options]]) as graph:
+    with launch(folder, "driver:=none", f"params:={folder / 'params.yaml'}",
+                beside=[[sys.executable, str(DRIVER), "--ros-args", *options]]) as graph:
         yield graph
 
 
@@ -179,7 +179,7 @@ def go_home(graph: Any) -> None:
 @pytest.fixture(scope="module")
 def hung(swapped: Any, dry: Motion) -> tuple[Motion, Motion]:
     """A motion whose driver hangs, and a goal while it does; then back to the start."""
-    driver = swapped.beside[0].process
+    driver = swapped.processes[1].process
 
     def hang(motion: Motion) -> bool:
         shifting = motion.phase == "shift"

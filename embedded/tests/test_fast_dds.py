@@ -35,6 +35,23 @@ def cyclone_taken_for_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast_dds, "_FAST_DDS", b"\x01\x10")
 
 
+def errors_with(
+    executor: SingleThreadedExecutor, capfd: pytest.CaptureFixture[str], words: str
+) -> str:
+    """All of stderr until half a second after certain words."""
+    text = ""
+
+    def said() -> bool:
+        nonlocal text
+        text += capfd.readouterr().err
+        return words in text
+
+    assert spin_until(executor, said)
+    spin_until(executor, lambda: False, 0.5)
+    said()
+    return text
+
+
 @given(st.binary(min_size=16, max_size=16))
 def test_the_vendor_is_the_first_two_bytes(guid: bytes) -> None:
     """01.0F is Fast DDS, whatever follows; nothing else is."""
@@ -83,16 +100,7 @@ def test_a_server_of_fast_dds_is_never_ready(
     second = node.create_client(SetBool, "/peer/flip")
     assert spin_until(executor, second._reader.get_matched_publications)
     assert not first.wait_for_service(0.0)
-    text = ""
-
-    def warned() -> bool:
-        nonlocal text
-        text += capfd.readouterr().err
-        return "cannot be called" in text
-
-    assert spin_until(executor, warned)
-    spin_until(executor, lambda: False, 0.5)
-    warned()
+    text = errors_with(executor, capfd, "cannot be called")
     assert len(re.findall("/peer uses rmw_fastrtps_cpp: /peer/flip cannot be called", text)) == 1
 
 
@@ -106,16 +114,7 @@ def test_a_client_of_fast_dds_is_warned_of(
     node = make(executor)
     node.create_service(SetBool, "/flip", lambda _, response: response)
     start("-c", CALLER)
-    text = ""
-
-    def warned() -> bool:
-        nonlocal text
-        text += capfd.readouterr().err
-        return "cannot be answered" in text
-
-    assert spin_until(executor, warned)
-    spin_until(executor, lambda: False, 0.5)
-    warned()
+    text = errors_with(executor, capfd, "cannot be answered")
     assert text.count("/caller uses rmw_fastrtps_cpp: its calls of /flip cannot") == 1
 
 

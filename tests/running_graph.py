@@ -1,0 +1,116 @@
+"""The nodes that run, and a node of the tests among them."""
+
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from geometry_msgs.msg import PointStamped
+from processes import GUARD, Started, find_ros2
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+
+def seconds(stamp: Any) -> float:
+    """A stamp in seconds."""
+    return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
+
+
+class Graph:
+    """The running nodes, and a node of the tests among them.
+
+    Args:
+        processes: What must not end meanwhile.
+    """
+
+    def __init__(self, *processes: Started) -> None:
+        self.processes = processes
+        self.node = Node("tests_of_the_graph")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+
+    def spin_until(self, condition: Callable[[], Any], what: str) -> None:
+        """Handles messages until a condition holds."""
+        end = time.monotonic() + GUARD
+        while not condition():
+            for process in self.processes:
+                assert process.process.poll() is None, process.text()
+            assert time.monotonic() < end, "\n".join(
+                [f"{what} never came:", *(process.text() for process in self.processes)])
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def listen(self, kind: Any, topic: str, until: Callable[[list[Any]], Any], *,
+               meanwhile: Callable[[], Any] = lambda: None, latched: bool = False) -> list[Any]:
+        """Messages of a topic from now on, until they are enough.
+
+        Args:
+            kind: Type.
+            topic: Name.
+            until: Told the messages, says whether they are enough.
+            meanwhile: Done after the first message.
+            latched: Whether the topic keeps its last message.
+        """
+        heard: list[Any] = []
+        qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL) if latched \
+            else QoSProfile(depth=2000)
+        subscription = self.node.create_subscription(kind, topic, heard.append, qos)
+        try:
+            self.spin_until(lambda: heard, topic)
+            meanwhile()
+            self.spin_until(lambda: until(heard), f"enough of {topic}")
+        finally:
+            self.node.destroy_subscription(subscription)
+        return heard
+
+    def last(self, kind: Any, topic: str, *, latched: bool = False) -> Any:
+        """One message of a topic."""
+        return self.listen(kind, topic, len, latched=latched)[-1]
+
+    def call(self, kind: Any, name: str, **fields: Any) -> Any:
+        """The answer of a service."""
+        client = self.node.create_client(kind, name)
+        try:
+            self.spin_until(client.service_is_ready, name)
+            future = client.call_async(kind.Request(**fields))
+            self.spin_until(future.done, f"the answer of {name}")
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+
+    def result(self, future: Any, what: str = "an answer") -> Any:
+        """Result of a future."""
+        self.spin_until(future.done, what)
+        return future.result()
+
+
+@contextmanager
+def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> Iterator[Graph]:
+    """The nodes of bringup.launch.yaml; Ctrl-C must end them all.
+
+    Args:
+        folder: For their output.
+        arguments: Of the launch file.
+        beside: Commands that run beside them, as a robot's driver does.
+    """
+    others = [Started(command, folder / f"beside_{i}.txt") for i, command in enumerate(beside)]
+    started = Started([find_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
+                       *arguments], folder / "nodes.txt")
+    rclpy.init(args=[])
+    try:
+        running = Graph(started, *others)
+        running.last(PointStamped, "/zmp")
+        yield running
+        for process in (started, *others):
+            process.process.send_signal(signal.SIGINT)
+            process.wait()
+            assert process.family() == [], f"processes survived Ctrl-C:\n{process.text()}"
+            assert "Traceback" not in process.text(), process.text()
+            assert "failed to terminate" not in process.text()
+    finally:
+        for process in (started, *others):
+            process.clean_up()
+        rclpy.try_shutdown()
