@@ -51,6 +51,8 @@ class RobotConfig:
         half_sitting: Initial posture [rad].
         gear_ratio: Motor turns per joint turn [-].
         rotor_inertia: Rotor inertia at the motor [kg m^2].
+        rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
+            without rotors puts the inertia of the joint's.
         lower: Lower joint limits [rad].
         upper: Upper joint limits [rad].
         velocity_limit: Largest joint speeds [rad/s].
@@ -72,6 +74,7 @@ class RobotConfig:
     half_sitting: Array
     gear_ratio: Array
     rotor_inertia: Array
+    rotor_link: Mapping[str, str]
     lower: Array
     upper: Array
     velocity_limit: Array
@@ -157,6 +160,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         half_sitting=_frozen(half_sitting),
         gear_ratio=_frozen(_per_joint(gear, names)),
         rotor_inertia=_frozen(_per_joint(rotor, names)),
+        rotor_link=MappingProxyType(_rotor_links(data["rotor_link"])),
         lower=_frozen(limits[:, 0]),
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
@@ -181,7 +185,7 @@ def _check(config: RobotConfig, robot: ET.Element) -> None:
     links = {element.attrib["name"] for element in robot.findall("link")}
     joints = {element.attrib["name"] for element in robot.findall("joint")}
     named_links = {config.imu_frame, config.contact_link, config.hand_link}
-    named_joints = {*config.braced_joints, *config.braced_posture}
+    named_joints = {*config.braced_joints, *config.braced_posture, *config.rotor_link}
     for foot in config.feet.values():
         named_links |= {foot.sole, foot.ankle}
         named_joints.add(foot.sensor_joint)
@@ -203,6 +207,14 @@ def _check(config: RobotConfig, robot: ET.Element) -> None:
                 value=float(posture[at]),
                 limit=(float(config.lower[at]), float(config.upper[at])),
             )
+
+
+def _rotor_links(chains: dict[str, list[str]]) -> dict[str, str]:
+    links = {f"{chain}_JOINT{i}": link for chain, row in chains.items() for i, link in enumerate(row)}
+    for joint, link in links.items():
+        if link not in ("child", "parent"):
+            raise RobotConfigError(f"rotor_link of {joint}", value=link, limit="child or parent")
+    return links
 
 
 def _read_limits(robot: ET.Element, names: tuple[str, ...]) -> Array:

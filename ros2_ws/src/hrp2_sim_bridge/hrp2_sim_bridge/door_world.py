@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from door_model.config import DoorConfig
@@ -23,8 +23,7 @@ _PUSH_DURATION = (0.001, 10.0)  # [s]
 HINGE = 0
 
 
-@dataclass(frozen=True)
-class DoorState:
+class DoorState(NamedTuple):
     """Angle [rad] and angular velocity [rad/s] of the leaf, positive when it opens."""
 
     angle: float
@@ -91,6 +90,9 @@ class DoorBody:
             contactStiffness=contact.stiffness, contactDamping=contact.damping,
         )
         client.setJointMotorControl2(self.body, HINGE, client.VELOCITY_CONTROL, force=0.0)
+        self._turn = partial(
+            client.setJointMotorControl2, self.body, HINGE, client.TORQUE_CONTROL
+        )
         self.widest = min(_WIDEST, config.linkage.opening_limit() - 0.05)
         self._closer = CloserTorque(config, self.widest + 0.04)
         self._stop_damping = 2.0 * _STOP_DAMPING_RATIO * math.sqrt(_STOP_STIFFNESS * config.i_a)
@@ -98,8 +100,7 @@ class DoorBody:
 
     def state(self) -> DoorState:
         """Angle and angular velocity."""
-        angle, velocity, _, _ = self._client.getJointState(self.body, HINGE)
-        return DoorState(angle, velocity)
+        return DoorState(*self._client.getJointState(self.body, HINGE)[:2])
 
     def push(self, impulse: float, duration: float, now: float) -> None:
         """Push as a hand does: a half sine of torque.
@@ -120,21 +121,21 @@ class DoorBody:
         self._pushes.append((now, duration, impulse))
 
     def apply_torque(self, now: float, step: float) -> None:
-        """Apply closer, stops and pushes for the physics step [s] from now [s] on."""
+        """Apply closer, stops and pushes for the step [s] from now [s] on."""
         state = self.state()
         torque = self._closer(state.angle, state.velocity) + self._hand(now + 0.5 * step)
         torque += self._stops(state, torque, step)
-        self._client.setJointMotorControl2(
-            self.body, HINGE, self._client.TORQUE_CONTROL, force=torque
-        )
+        self._turn(force=torque)
 
     def _hand(self, time: float) -> float:
+        if not self._pushes:
+            return 0.0
         torque = 0.0
         for begin, duration, impulse in self._pushes:
             share = (time - begin) / duration
             if 0.0 <= share <= 1.0:
                 torque += impulse * math.pi / (2.0 * duration) * math.sin(math.pi * share)
-        if self._pushes and time > self._pushes[0][0] + self._pushes[0][1]:
+        if time > self._pushes[0][0] + self._pushes[0][1]:
             self._pushes.pop(0)
         return torque
 

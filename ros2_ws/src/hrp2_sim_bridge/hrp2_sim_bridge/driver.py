@@ -70,6 +70,15 @@ class TrajectoryDriver:
                 return spline.sample(time)
         return splines[0].sample(time)
 
+    def positions(self, times: Array) -> Array:
+        """Reference positions (T, N) at rising times (T,) [s], as `sample` has them."""
+        out = self._splines[0].positions(times)
+        for spline in self._splines[1:]:
+            begun = times >= spline.start - _SAME_TIME
+            if begun.any():
+                out[begun] = spline.positions(times[begun])
+        return out
+
     def is_moving(self, time: float) -> bool:
         """True while a trajectory is under way or waits for its start."""
         return time < self._splines[-1].end

@@ -13,6 +13,12 @@ from hrp2_sim_bridge.errors import SimulatorMissingError
 
 GRAVITY = 9.80665  # standard gravity, ISO 80000-3 [m/s^2]
 
+_OFTEN = (
+    "stepSimulation", "getJointState", "getJointStates", "getLinkStates", "getContactPoints",
+    "getBasePositionAndOrientation", "getBaseVelocity", "multiplyTransforms",
+    "setJointMotorControl2", "setJointMotorControlArray",
+)
+
 
 def load_pybullet() -> Any:
     """The pybullet module.
@@ -55,6 +61,9 @@ def connect(gui: bool) -> Any:
 
     with _quiet():
         client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+    for name in _OFTEN:
+        # BulletClient looks a function up anew at each call, which takes longer than some of them.
+        setattr(client, name, getattr(client, name))
     if gui:
         client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
         client.resetDebugVisualizerCamera(2.6, 120.0, -18.0, [0.0, -0.2, 0.7])

@@ -212,7 +212,7 @@ class SimBridge(Node):
         if self._refusal:
             level, text = DiagnosticStatus.WARN, f"trajectory refused: {self._refusal}"
         if world.fell:
-            level, text = DiagnosticStatus.ERROR, f"fell: {world.fall_reason}"
+            level, text = DiagnosticStatus.ERROR, f"fell: {world.fall.reason}"
             if not self._fall_told:
                 self.get_logger().error(text)
             self._fall_told = True
@@ -220,7 +220,7 @@ class SimBridge(Node):
             "accepted": self._accepted,
             "refused": self._refused,
             "last_refusal": self._refusal,
-            "max_tilt_deg": f"{np.degrees(world.max_tilt):.2f}",
+            "max_tilt_deg": f"{np.degrees(world.fall.max_tilt):.2f}",
         }
         self._diagnostics.publish(
             convert.diagnostics(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _FIRST_CAPACITY = 4096
+_LEAST_ROWS = 16
 
 
 class Recorder:
@@ -21,7 +22,7 @@ class Recorder:
     """
 
     def __init__(self, columns: Mapping[str, tuple[tuple[int, ...], str]], most_rows: int) -> None:
-        self._most = max(2, most_rows)
+        self._most = max(_LEAST_ROWS, most_rows)
         capacity = min(_FIRST_CAPACITY, self._most)
         self._data: dict[str, NDArray] = {
             name: np.zeros((capacity, *shape), dtype=kind)
@@ -33,13 +34,13 @@ class Recorder:
     def __len__(self) -> int:
         return self._rows
 
-    def add(self, **row: ArrayLike) -> None:
-        """Append a row; every column must be given."""
-        if self._rows == self._capacity:
+    def add(self, count: int, **rows: ArrayLike) -> None:
+        """Append so many rows, fewer than fit; every column must be given."""
+        while self._rows + count > self._capacity:
             self._make_room()
         for name, data in self._data.items():
-            data[self._rows] = row[name]
-        self._rows += 1
+            data[self._rows : self._rows + count] = rows[name]
+        self._rows += count
 
     def arrays(self) -> dict[str, NDArray]:
         """Copies of the columns so far."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.errors import SettingError
-from hrp2_sim_bridge.robot_world import BodyState, rotation
+from hrp2_sim_bridge.frames import BodyState, rotation
 from hrp2_sim_bridge.spline import Array
 
 COUNTS_PER_TURN = 14400  # 3600 lines, quadrature

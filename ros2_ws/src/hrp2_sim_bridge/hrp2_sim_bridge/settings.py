@@ -21,6 +21,7 @@ class WorldSettings:
         time_step_coarse: physics step [s], divides a millisecond.
         time_step_fine: the same while the robot is near the leaf [s].
         brace: whether braced joints may carry more than their motors.
+        rotor_scale: multiple of the rotors' inertia, 0 for none.
         restitution: of the leaf for two free masses; None: the door's own.
         friction: between soles and floor.
         iterations: of the solver.
@@ -33,6 +34,7 @@ class WorldSettings:
     time_step_coarse: float = 0.0005
     time_step_fine: float = 0.00025
     brace: bool = True
+    rotor_scale: float = 1.0
     restitution: float | None = None
     friction: float = 0.8
     iterations: int = 50
@@ -55,6 +57,8 @@ class WorldSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
+        if not (math.isfinite(self.rotor_scale) and self.rotor_scale >= 0.0):
+            raise SettingError("rotor_scale", self.rotor_scale, "0 or more")
         if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:
             raise SettingError("restitution", self.restitution, "0 to 1")
         if self.iterations < 1:

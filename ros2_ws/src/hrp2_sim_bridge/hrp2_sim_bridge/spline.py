@@ -74,6 +74,17 @@ class Spline:
         state = _basis(time - self._starts[segment]) @ self.coefficients[segment]
         return JointState(state[0], state[1], state[2])
 
+    def positions(self, times: Array) -> Array:
+        """Positions (T, N) at times (T,) [s], as `sample` has them."""
+        segment = np.searchsorted(self.times, times, side="right") - 1
+        out = self.position[np.where(segment < 0, 0, -1)]
+        inside = (segment >= 0) & (segment < len(self.coefficients))
+        if inside.any():
+            segment = segment[inside]
+            powers = (times[inside] - self.times[segment])[:, None] ** _POWERS
+            out[inside] = (powers[:, None, :] @ self.coefficients[segment])[:, 0]
+        return out
+
     def end_state(self) -> JointState:
         """State at the last knot as the last segment arrives there."""
         if not len(self.coefficients):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from hrp2_description.robot import RobotConfig
 
+from hrp2_sim_bridge.frames import rotation
 from hrp2_sim_bridge.spline import Array
 
 
@@ -45,7 +46,7 @@ class CenterOfMass:
         Returns:
             positions (T, 3) [m] and velocities (T, 3) [m/s] in the world.
         """
-        turn = _rotations(quaternion)
+        turn = rotation(quaternion)
         full_q = np.zeros((len(q), self._model.nq))
         full_v = np.zeros((len(q), self._model.nv))
         full_q[:, :3], full_q[:, 3:7] = position, quaternion
@@ -60,14 +61,3 @@ class CenterOfMass:
             self._pin.centerOfMass(self._model, self._data, full_q[row], full_v[row])
             com[row], velocity[row] = self._data.com[0], self._data.vcom[0]
         return com, velocity
-
-
-def _rotations(quaternions: Array) -> Array:
-    """(T, 3, 3) rotation matrices of quaternions (T, 4) x, y, z, w."""
-    x, y, z, w = quaternions.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)

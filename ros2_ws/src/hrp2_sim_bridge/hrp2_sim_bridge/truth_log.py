@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.door_world import DoorState
+from hrp2_sim_bridge.frames import BodyState
+from hrp2_sim_bridge.hit_meter import Touch
 from hrp2_sim_bridge.recorder import Recorder
-from hrp2_sim_bridge.robot_world import BodyState, RobotBody
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK
 from hrp2_sim_bridge.spline import Array
 from hrp2_sim_bridge.truth import CenterOfMass
@@ -46,21 +47,6 @@ _TICK_COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
 }
 
 
-@dataclass(frozen=True)
-class Touch:
-    """Contact of robot and leaf.
-
-    Attributes:
-        force: sum of the normal forces [N].
-        link: index of the link that presses most, -1 for none.
-        point: (3,) where it does, in the world [m].
-    """
-
-    force: float
-    link: int
-    point: Array
-
-
 class TruthLog:
     """Rows a millisecond and rows a tick.
 
@@ -78,40 +64,41 @@ class TruthLog:
         self._samples.clear()
         self._ticks.clear()
 
-    def add_sample(
+    def add_samples(
         self,
-        time: float,
-        robot: RobotBody,
-        door: DoorState,
-        soles: dict[str, BodyState],
+        time: Array,
+        links: BodyState,
+        base: BodyState,
         joints: tuple[Array, Array],
         wrenches: Array,
-        touch: Touch,
+        touches: Sequence[Touch],
+        door: Sequence[DoorState],
     ) -> None:
-        """Add a millisecond that ends at a time [s].
+        """Add T milliseconds.
 
         Args:
-            time: [s].
-            robot: to ask for its base and point B.
-            door: state of the leaf.
-            soles: states of the soles by side.
-            joints: positions and velocities (30,).
-            wrenches: (2, 6) left and right, mean over the millisecond.
-            touch: contact, mean force over the millisecond.
+            time: (T,) their ends [s].
+            links: states (T, 3 or more) of left sole, right sole and contact link then.
+            base: states (T,) of base_link then.
+            joints: positions and velocities (T, 30) then.
+            wrenches: (T, 2, 6) left and right, mean over the millisecond.
+            touches: contact, mean force over the millisecond.
+            door: state of the leaf at the end.
         """
-        base, sphere = robot.base(), robot.contact_sphere()
+        left, right, sphere = (links.at((slice(None), index)) for index in range(3))
         self._samples.add(
-            time=time,
+            len(time), time=time,
             base_position=base.position, base_quaternion=base.quaternion,
             base_linear_velocity=base.linear, base_angular_velocity=base.angular,
             q=joints[0], dq=joints[1],
-            left_wrench=wrenches[0], right_wrench=wrenches[1],
-            left_sole_position=soles["left"].position,
-            right_sole_position=soles["right"].position,
-            left_sole_quaternion=soles["left"].quaternion,
-            right_sole_quaternion=soles["right"].quaternion,
-            door_angle=door.angle, door_velocity=door.velocity,
-            contact_force=touch.force, contact_link=touch.link, contact_point=touch.point,
+            left_wrench=wrenches[:, 0], right_wrench=wrenches[:, 1],
+            left_sole_position=left.position, right_sole_position=right.position,
+            left_sole_quaternion=left.quaternion, right_sole_quaternion=right.quaternion,
+            door_angle=[state.angle for state in door],
+            door_velocity=[state.velocity for state in door],
+            contact_force=[touch.force for touch in touches],
+            contact_link=[touch.link for touch in touches],
+            contact_point=[touch.point for touch in touches],
             b_position=sphere.position, b_velocity=sphere.linear,
         )
 
@@ -120,7 +107,7 @@ class TruthLog:
     ) -> None:
         """Add a tick that ends at a time [s]: reference (30,) then, largest torques within it."""
         self._ticks.add(
-            tick_time=time, tick_reference=reference, tick_peak_torque=peak_torque,
+            1, tick_time=time, tick_reference=reference, tick_peak_torque=peak_torque,
             tick_braced=braced, tick_fine=fine,
         )
 

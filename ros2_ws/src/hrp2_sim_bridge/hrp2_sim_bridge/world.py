@@ -15,21 +15,25 @@ from hrp2_sim_bridge.door_world import DoorBody, DoorState
 from hrp2_sim_bridge.driver import TrajectoryDriver
 from hrp2_sim_bridge.engine import connect, prepare
 from hrp2_sim_bridge.errors import SettingError
+from hrp2_sim_bridge.fall import FallWatch
+from hrp2_sim_bridge.foot_wrench import foot_wrenches
+from hrp2_sim_bridge.frames import BodyState
+from hrp2_sim_bridge.hit_meter import NO_TOUCH, HitMeter
 from hrp2_sim_bridge.recorder import save_npz
-from hrp2_sim_bridge.robot_world import SIDES, BodyState, RobotBody, rotation
-from hrp2_sim_bridge.sensors import EncoderCounter, ImuSample, TickSample, imu_sample
+from hrp2_sim_bridge.robot_world import SIDES, RobotBody
+from hrp2_sim_bridge.sensors import EncoderCounter, TickSample, imu_sample
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 from hrp2_sim_bridge.spline import Array
 from hrp2_sim_bridge.trajectory import JointLimits
-from hrp2_sim_bridge.truth_log import Touch, TruthLog
+from hrp2_sim_bridge.truth_log import TruthLog
 
-CONTACT_FORCE = 5.0  # above it robot and door touch [N]
 _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
+_FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
+_IMU = 3  # place of the IMU among the links whose states are read
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
 _CONTACT_DURATION = 0.015  # of the impact the leaf's surface is designed for [s]
 _CONTACT_MASS = 47.0  # free mass at point B it is designed for [kg]
-_FALLEN_TILT = math.radians(30.0)
-_NO_TOUCH = Touch(0.0, -1, np.zeros(3))
+_FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
 class World:
@@ -88,7 +92,7 @@ class World:
     @property
     def fell(self) -> bool:
         """True once the base tilted by more than 30 deg or a body but the feet met the floor."""
-        return bool(self.fall_reason)
+        return bool(self.fall.reason)
 
     def reset(self) -> None:
         """Back to the start: the same state, bit for bit."""
@@ -98,26 +102,27 @@ class World:
             # A new physics server: nothing of the last run can be left in it.
             self._client = connect(self.settings.gui)
         settings = self.settings
-        self._step_length = settings.time_step_coarse
+        self._time_step = settings.time_step_coarse
         self._floor = prepare(
-            self._client, self._step_length, settings.iterations, settings.friction
+            self._client, self._time_step, settings.iterations, settings.friction
         )
         self.robot = RobotBody(
-            self._client, self.robot_config, self._posture, brace=settings.brace
+            self._client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale
         )
         self.door = DoorBody(
             self._client, self.door_config, self._door_distance, self._hinge_x, self.contact
         )
-        self.fall_reason = ""
-        self.max_tilt = 0.0
-        self.brace_impulse = dict.fromkeys(self.robot_config.braced_joints, 0.0)
+        self.hit = HitMeter(self._client, self.robot, self.door, self.robot_config)
+        self.fall = FallWatch()
         self._ticks = -_SETTLING_TICKS
         self.driver.reset(self._posture, self.time)
-        self._remember_states()
+        self._joints = self.robot.read_joints()
+        self._frames = self.robot.read_frames()
+        self._far_until = self._ticks
         for _ in range(_SETTLING_TICKS):
             self.step()
         self._log.clear()
-        self.brace_impulse = dict.fromkeys(self.robot_config.braced_joints, 0.0)
+        self.hit.clear()
 
     def push_door(self, impulse: float, duration: float) -> None:
         """Push the door as a hand does, from now on.
@@ -133,23 +138,49 @@ class World:
 
     def step(self) -> TickSample:
         """Advance by one control tick; returns what the sensors say at its end."""
-        reference = self.driver.sample(self.time).position
-        braced = self.robot.update_brace(reference)
         fine = self._choose_step()
-        self._peak_torque = np.zeros(len(reference))
-        wrenches = np.zeros((2, 6))
-        counts = []
-        for index in range(SAMPLES_PER_TICK):
-            begin = self.time + index * SAMPLE
-            wrenches += self._millisecond(begin) / SAMPLES_PER_TICK
-            counts.append(self._encoder.count(self.door.state().angle))
+        step = self._time_step
+        per_sample = round(SAMPLE / step)
+        times = self.time + step * np.arange(SAMPLES_PER_TICK * per_sample + 1)
+        targets = self.driver.positions(times)
+        braced = self.robot.servos.limit_torques(
+            targets[0], brace=self.settings.brace and not self.fell,
+            share=_FALLEN_TORQUE if self.fell else 1.0,
+        )
+        joints, frames, reactions = [], [self._frames], []
+        touches, doors, counts = [], [], []
+        for first in range(0, len(times) - 1, per_sample):
+            window = self.robot.servos.within_reach(
+                targets[first : first + per_sample + 1], self._joints[0], step
+            )
+            reactions += self._steps(window, times[first], step)
+            self._joints = self.robot.read_joints()
+            joints.append(self._joints)
+            frames.append(self.robot.read_frames())
+            doors.append(self.door.state())
+            counts.append(self._encoder.count(doors[-1].angle))
+            touches.append(
+                self.hit.measure(self._joints[2], braced=braced) if fine else NO_TOUCH
+            )
         self._ticks += 1
-        ahead = self.driver.sample(self.time).position
-        self._log.add_tick(self.time, ahead, self._peak_torque, braced, fine)
-        self._watch_fall()
-        imu = self._read_imu()
-        q, dq, torque = self._joints
-        return TickSample(self.time, q, dq, torque, wrenches[0], wrenches[1], imu, tuple(counts))
+        self._frames = frames[-1]
+        q, dq, torque = np.array(joints).transpose(1, 0, 2)
+        links, base = self.robot.frame_states(frames)
+        soles = links.at((slice(None), slice(len(SIDES))))
+        felt = np.array(reactions).reshape(SAMPLES_PER_TICK, per_sample, len(SIDES), 6)
+        wrenches = foot_wrenches(
+            felt.mean(axis=1), soles, SAMPLE, self.robot.sole_mass, self.robot.sole_inertia
+        )
+        later = slice(1, None)
+        self._log.add_samples(
+            times[per_sample::per_sample], links.at(later), base.at(later), (q, dq), wrenches,
+            touches, doors,
+        )
+        self._log.add_tick(self.time, targets[-1], np.abs(torque).max(axis=0), braced, fine)
+        self.fall.update(self.robot, self._floor, base.quaternion[-1])
+        left, right = wrenches.mean(axis=0)
+        imu = imu_sample(links.at((0, _IMU)), links.at((-1, _IMU)), TICK)
+        return TickSample(self.time, q[-1], dq[-1], torque[-1], left, right, imu, tuple(counts))
 
     def log(self, *, with_com: bool = True) -> dict[str, Any]:
         """The truth so far.
@@ -164,7 +195,9 @@ class World:
         log = self._log.arrays(self.robot_config, with_com=with_com)
         return log | {
             "link_names": np.array(self.robot.link_names),
-            "brace_impulse": np.array(list(self.brace_impulse.values())),
+            "brace_impulse": self.hit.brace_impulse,
+            "carried_impulse": self.hit.carried_impulse,
+            "motor_impulse": self.hit.motor_impulse,
             "door": self.door_config.name,
             "door_distance": self._door_distance,
             "hinge_x": self._hinge_x,
@@ -172,8 +205,8 @@ class World:
             "restitution": self.contact.restitution,
             "contact_stiffness": self.contact.stiffness,
             "contact_damping": self.contact.damping,
-            "fall_reason": self.fall_reason,
-            "max_tilt": self.max_tilt,
+            "fall_reason": self.fall.reason,
+            "max_tilt": self.fall.max_tilt,
         }
 
     def save_log(self, path: str | Path) -> Path:
@@ -203,89 +236,29 @@ class World:
             self.settings.time_step_fine,
         )
 
-    def _remember_states(self) -> None:
-        self._soles = {side: self.robot.frame(self.robot.soles[side]) for side in SIDES}
-        self._imu_before = self.robot.imu()
-
     def _choose_step(self) -> bool:
         """Fine steps near the leaf: at 1 ms the solver fails robot and door together."""
-        near = self._client.getClosestPoints(self.robot.body, self.door.body, _NEAR)
-        fine = len(near) > 0
+        if self._ticks < self._far_until:
+            return False
+        points = self._client.getClosestPoints(self.robot.body, self.door.body, 2.0 * _NEAR)
+        distance = min((point[8] for point in points), default=2.0 * _NEAR)
+        fine = distance < _NEAR
+        # Nothing crosses the rest of the way any sooner.
+        self._far_until = self._ticks + int((distance - _NEAR) / (_FASTEST_APPROACH * TICK))
         settings = self.settings
         step = settings.time_step_fine if fine else settings.time_step_coarse
-        if step != self._step_length:
+        if step != self._time_step:
             self._client.setTimeStep(step)
-            self._step_length = step
+            self._time_step = step
         return fine
 
-    def _millisecond(self, begin: float) -> Array:
-        """One millisecond in substeps, logged; returns the mean foot wrenches (2, 6)."""
-        step = self._step_length
-        substeps = round(SAMPLE / step)
-        reactions = np.zeros((2, 6))
-        force, latest = 0.0, _NO_TOUCH
-        reference = self.driver.sample(begin).position
-        for index in range(substeps):
-            now = begin + index * step
-            ahead = self.driver.sample(now + step).position
-            self.robot.command(reference, (ahead - reference) / step)
-            reference = ahead
-            self.door.apply_torque(now, step)
+    def _steps(self, targets: Array, begin: float, step: float) -> list[tuple[Any, Any]]:
+        """Take physics steps between targets (K, 30); returns the sensors' reactions in each."""
+        speeds = ((targets[1:] - targets[:-1]) / step).tolist()
+        reactions = []
+        for index, (position, speed) in enumerate(zip(targets.tolist(), speeds, strict=False)):
+            self.robot.servos.command(position, speed)
+            self.door.apply_torque(begin + index * step, step)
             self._client.stepSimulation()
-            q, dq, torque, reaction = self.robot.read_joints()
-            self._joints = (q, dq, torque)
-            reactions += reaction / substeps
-            np.maximum(self._peak_torque, np.abs(torque), out=self._peak_torque)
-            touch = self._touch()
-            if touch.force > CONTACT_FORCE:
-                self._count_brace(torque, step)
-            if touch.force > 0.0:
-                force += touch.force / substeps
-                latest = touch
-        wrenches = self._wrenches(reactions)
-        self._log.add_sample(
-            begin + SAMPLE, self.robot, self.door.state(), self._soles, (q, dq), wrenches,
-            Touch(force, latest.link, latest.point),
-        )
-        return wrenches
-
-    def _touch(self) -> Touch:
-        total, most, link, place = 0.0, 0.0, -1, _NO_TOUCH.point
-        for contact in self._client.getContactPoints(self.robot.body, self.door.body):
-            total += contact[9]
-            if contact[9] > most:
-                most, link, place = contact[9], contact[3], np.array(contact[6])
-        return Touch(total, link, place)
-
-    def _count_brace(self, torque: Array, step: float) -> None:
-        limits = self.robot_config.effort_limit
-        for name, index in zip(self.brace_impulse, self.robot.braced_indices, strict=True):
-            self.brace_impulse[name] += max(
-                0.0, float(abs(torque[index]) - limits[index]) * step
-            )
-
-    def _wrenches(self, reactions: Array) -> Array:
-        wrenches = np.zeros((2, 6))
-        for row, side in enumerate(SIDES):
-            before = self._soles[side]
-            after = self.robot.frame(self.robot.soles[side])
-            wrenches[row] = self.robot.foot_wrench(side, reactions[row], before, after, SAMPLE)
-            self._soles[side] = after
-        return wrenches
-
-    def _watch_fall(self) -> None:
-        tilt = math.acos(float(np.clip(rotation(self.robot.base().quaternion)[2, 2], -1.0, 1.0)))
-        self.max_tilt = max(self.max_tilt, tilt)
-        if self.fall_reason:
-            return
-        if tilt > _FALLEN_TILT:
-            self.fall_reason = f"base tilted by {math.degrees(tilt):.0f} deg"
-        touchers = self.robot.floor_touchers(self._floor)
-        if touchers:
-            self.fall_reason = f"on the floor: {', '.join(sorted(touchers))}"
-
-    def _read_imu(self) -> ImuSample:
-        after: BodyState = self.robot.imu()
-        sample = imu_sample(self._imu_before, after, TICK)
-        self._imu_before = after
-        return sample
+            reactions.append(self.robot.read_reactions())
+        return reactions

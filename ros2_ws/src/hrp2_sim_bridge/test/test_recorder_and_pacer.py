@@ -5,12 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 
-@given(st.integers(2, 300), st.integers(0, 1000))
-def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, rows) -> None:
+@given(st.integers(16, 300), st.integers(0, 200), st.integers(1, 7))
+def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, ticks, each) -> None:
     """Recorder keeps the latest rows in order and within its bound."""
     recorder = Recorder({"n": ((), "f8"), "v": ((2,), "f4")}, most)
-    for row in range(rows):
-        recorder.add(n=row, v=[row, -row])
+    rows = ticks * each
+    for first in range(0, rows, each):
+        row = np.arange(first, first + each)
+        recorder.add(each, n=row, v=np.stack([row, -row], axis=1))
     data = recorder.arrays()
     assert len(recorder) == len(data["n"]) <= most
     assert len(data["n"]) >= min(rows, most // 2)
@@ -22,7 +24,7 @@ def test_recorder_grows_beyond_its_first_capacity() -> None:
     """Recorder grows beyond its first capacity."""
     recorder = Recorder({"n": ((), "i8")}, 100_000)
     for row in range(10_000):
-        recorder.add(n=row)
+        recorder.add(1, n=row)
     np.testing.assert_array_equal(recorder.arrays()["n"], np.arange(10_000))
 
 

@@ -31,7 +31,7 @@ def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
 def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
     """Robot is upright from the first millisecond on."""
     world, log, _ = stood
-    assert np.degrees(world.max_tilt) < 0.1
+    assert np.degrees(world.fall.max_tilt) < 0.1
     np.testing.assert_allclose(log["base_position"][0], [-0.00949, 0.0, 0.648702], atol=5e-4)
     assert not world.fell
 

@@ -1,0 +1,86 @@
+"""The joints' position servos: stiff, within the motors' torques and speeds."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from hrp2_description.robot import RobotConfig
+
+from hrp2_sim_bridge.spline import Array
+
+# Share of a position error that a servo takes back within a physics step: 0.5 chatters.
+_POSITION_GAIN = 0.2
+_BRACE_TOLERANCE = np.deg2rad(5.0)
+_BRACE_TORQUE = 3000.0  # what the arm leaning on the trunk may carry at a joint [N m]
+
+
+class JointServos:
+    """One servo a joint.
+
+    Args:
+        client: of PyBullet.
+        body: the robot there.
+        joints: PyBullet's indices of the 30 joints.
+        robot: configuration.
+    """
+
+    def __init__(self, client: Any, body: int, joints: list[int], robot: RobotConfig) -> None:
+        self._drive = partial(
+            client.setJointMotorControlArray, body, joints, client.POSITION_CONTROL,
+            positionGains=[_POSITION_GAIN] * len(joints),
+            velocityGains=[1.0] * len(joints),
+        )
+        self._speed_limit = robot.velocity_limit
+        self._torque_limit = robot.effort_limit
+        self.braced_indices = [robot.index(name) for name in robot.braced_joints]
+        self._braced_limit = np.array(robot.effort_limit)
+        self._braced_limit[self.braced_indices] = _BRACE_TORQUE
+        self._posture_indices = [robot.index(name) for name in robot.braced_posture]
+        self._braced_posture = np.array(list(robot.braced_posture.values()))
+        self.forces: list[float] = robot.effort_limit.tolist()
+
+    def limit_torques(self, reference: Array, *, brace: bool, share: float) -> bool:
+        """Choose the torque limits.
+
+        Args:
+            reference: (30,) commanded posture [rad].
+            brace: whether braced joints may carry more than their motors in the braced posture.
+            share: of the motors' limits that is allowed otherwise.
+
+        Returns:
+            True when braced.
+        """
+        error = np.abs(reference[self._posture_indices] - self._braced_posture)
+        braced = brace and bool(error.max() < _BRACE_TOLERANCE)
+        self.forces = (self._braced_limit if braced else share * self._torque_limit).tolist()
+        return braced
+
+    def within_reach(self, targets: Array, position: Array, step: float) -> Array:
+        """Bring targets so near that no servo asks its motor for more speed than it has.
+
+        Args:
+            targets: (K, 30) reference at the ends of physics steps [rad].
+            position: (30,) where the joints are [rad].
+            step: length of a step [s].
+
+        Returns:
+            Targets (K, 30), where need be moved towards the joints.
+        """
+        speed = np.abs(targets[-1] - targets[0]) / (step * (len(targets) - 1))
+        reach = np.maximum(self._speed_limit - speed, 0.0) * (step / _POSITION_GAIN)
+        behind = targets[0] - position
+        if not (np.abs(behind) > reach).any():
+            return targets
+        return np.asarray(targets - (behind - np.clip(behind, -reach, reach)))
+
+    def command(self, positions: list[float], velocities: list[float]) -> None:
+        """Targets of all servos for the coming physics step.
+
+        Args:
+            positions: 30 references at its start [rad].
+            velocities: 30 mean speeds of the reference over it [rad/s]; so a servo that is where
+                it should be arrives exactly on the reference at the end.
+        """
+        self._drive(targetPositions=positions, targetVelocities=velocities, forces=self.forces)
