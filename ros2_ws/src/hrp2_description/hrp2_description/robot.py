@@ -210,7 +210,11 @@ def _check(config: RobotConfig, robot: ET.Element) -> None:
 
 
 def _rotor_links(chains: dict[str, list[str]]) -> dict[str, str]:
-    links = {f"{chain}_JOINT{i}": link for chain, row in chains.items() for i, link in enumerate(row)}
+    links = {
+        f"{chain}_JOINT{number}": link
+        for chain, row in chains.items()
+        for number, link in enumerate(row)
+    }
     for joint, link in links.items():
         if link not in ("child", "parent"):
             raise RobotConfigError(f"rotor_link of {joint}", value=link, limit="child or parent")

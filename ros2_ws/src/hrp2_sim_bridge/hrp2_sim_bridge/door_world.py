@@ -120,11 +120,19 @@ class DoorBody:
             raise SettingError("impulse", impulse, f"at most {_PUSH_IMPULSE:g} N m s")
         self._pushes.append((now, duration, impulse))
 
-    def apply_torque(self, now: float, step: float) -> None:
-        """Apply closer, stops and pushes for the step [s] from now [s] on."""
-        state = self.state()
-        torque = self._closer(state.angle, state.velocity) + self._hand(now + 0.5 * step)
-        torque += self._stops(state, torque, step)
+    def torque(self, state: DoorState, now: float, duration: float) -> float:
+        """Torque of closer, stops and pushes on the leaf [N m].
+
+        Args:
+            state: of the leaf.
+            now: when the torque begins to act [s].
+            duration: for how long it does [s].
+        """
+        torque = self._closer(state.angle, state.velocity) + self._hand(now + 0.5 * duration)
+        return torque + self._stops(state, torque, duration)
+
+    def turn(self, torque: float) -> None:
+        """Apply a torque [N m] in the coming physics step."""
         self._turn(force=torque)
 
     def _hand(self, time: float) -> float:

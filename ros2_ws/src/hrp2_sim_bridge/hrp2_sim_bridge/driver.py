@@ -17,6 +17,7 @@ from hrp2_sim_bridge.trajectory import (
 _DEFAULT_VELOCITY_FACTOR = 1.1
 _DEFAULT_STOP_TIME = 0.15  # [s]
 _DEFAULT_TICK = 0.005  # [s], HRP-2's control period
+_LATEST_START = 60.0  # a trajectory that starts later is stamped by another clock [s]
 _SAME_TIME = 1e-9  # [s]
 
 
@@ -99,6 +100,11 @@ class TrajectoryDriver:
             return
         if not np.isfinite(stamp) or stamp < 0.0:
             raise TrajectoryRefusedError("stamp [s]", "", float(stamp), ">= 0 and finite")
+        if stamp > now + _LATEST_START:
+            raise TrajectoryRefusedError(
+                "stamp [s] too far ahead, is it by the driver's clock (use_sim_time)?", "",
+                float(stamp), now + _LATEST_START,
+            )
         checked = check_arrays(message, self.limits)
         origin = now if stamp == 0.0 else stamp
         if origin + checked.times[-1] < now - _SAME_TIME:

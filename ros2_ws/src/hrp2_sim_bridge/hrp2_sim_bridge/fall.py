@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from hrp2_sim_bridge.robot_world import RobotBody
-from hrp2_sim_bridge.spline import Array
 
 _FALLEN_TILT = math.radians(30.0)
 
@@ -22,15 +21,14 @@ class FallWatch:
         self.reason = ""
         self.max_tilt = 0.0
 
-    def update(self, robot: RobotBody, floor: int, quaternion: Array) -> None:
-        """Look at the robot, its base's quaternion (4,) x, y, z, w."""
-        x, y = float(quaternion[0]), float(quaternion[1])
-        tilt = math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
+    def update(self, robot: RobotBody, floor: int) -> bool:
+        """Look at the robot; True when it has just fallen."""
+        tilt = robot.tilt()
         self.max_tilt = max(self.max_tilt, tilt)
         if self.reason:
-            return
+            return False
         if tilt > _FALLEN_TILT:
             self.reason = f"base tilted by {math.degrees(tilt):.0f} deg"
-        touchers = robot.floor_touchers(floor)
-        if touchers:
+        if touchers := robot.floor_touchers(floor):
             self.reason = f"on the floor: {', '.join(sorted(touchers))}"
+        return bool(self.reason)

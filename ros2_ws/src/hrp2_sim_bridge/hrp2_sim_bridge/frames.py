@@ -65,3 +65,18 @@ def cross(a: Array, b: Array) -> Array:
 def into_frame(turn: Array, vector: Array) -> Array:
     """Components of world vectors (..., 3) in frames turned by (..., 3, 3)."""
     return np.asarray((vector[..., None, :] @ turn)[..., 0, :])
+
+
+def turned(quaternion: Array, by: Array) -> Array:
+    """Quaternions (..., 4) of frames that are turned by a quaternion (4,) in their own axes."""
+    x, y, z, w = np.moveaxis(quaternion, -1, 0)
+    a, b, c, d = by
+    return np.stack(
+        [
+            w * a + x * d + y * c - z * b,
+            w * b - x * c + y * d + z * a,
+            w * c + x * b - y * a + z * d,
+            w * d - x * a - y * b - z * c,
+        ],
+        axis=-1,
+    )

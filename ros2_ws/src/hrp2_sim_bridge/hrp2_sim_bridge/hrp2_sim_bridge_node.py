@@ -233,7 +233,7 @@ class SimBridge(Node):
     def _on_trajectory(self, message: JointTrajectory) -> None:
         stamp = convert.seconds(message.header.stamp)
         try:
-            self.world.driver.accept(convert.trajectory_arrays(message), stamp, self.world.time)
+            self.world.follow(convert.trajectory_arrays(message), stamp)
         except TrajectoryRefusedError as error:
             self._refused += 1
             self._refusal = str(error)
@@ -244,7 +244,7 @@ class SimBridge(Node):
             self._refusal = ""
 
     def _on_stop(self, _: Any, response: Any) -> Any:
-        self.world.driver.stop(self.world.time)
+        self.world.stop()
         response.success, response.message = True, "braking, then holding still"
         return response
 

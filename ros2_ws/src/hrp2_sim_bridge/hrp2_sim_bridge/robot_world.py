@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,12 +10,14 @@ import numpy as np
 from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
-from hrp2_sim_bridge.frames import BodyState, cross
+from hrp2_sim_bridge.frames import BodyState, cross, rotation, turned
 from hrp2_sim_bridge.rotors import load_robot
 from hrp2_sim_bridge.servos import JointServos
 from hrp2_sim_bridge.spline import Array
 
 SIDES = ("left", "right")
+_LINKS, _LINK_VALUES, _BASE_VALUES = 4, 16, 13
+FRAME_VALUES = _LINKS * _LINK_VALUES + _BASE_VALUES
 _FASTEST_JOINT = 1000.0  # PyBullet's own clamp, out of the way [rad/s]
 
 
@@ -40,20 +43,20 @@ class RobotBody:
         infos = [client.getJointInfo(self.body, i) for i in range(client.getNumJoints(self.body))]
         self.link_names = tuple(info[12].decode() for info in infos)
         self.link_index = {name: index for index, name in enumerate(self.link_names)}
-        joint_index = {info[1].decode(): index for index, info in enumerate(infos)}
-        self._joints = [joint_index[name] for name in robot.joint_names]
+        self.joint_index = {info[1].decode(): index for index, info in enumerate(infos)}
+        self._joints = [self.joint_index[name] for name in robot.joint_names]
         self.soles = {side: self.link_index[robot.feet[side].sole] for side in SIDES}
-        self._sensors = [joint_index[robot.feet[side].sensor_joint] for side in SIDES]
+        self._sensors = [self.joint_index[robot.feet[side].sensor_joint] for side in SIDES]
         self._imu = self.link_index[robot.imu_frame]
-        self._contact = self.link_index[robot.contact_link]
-        self._frames = [*self.soles.values(), self._contact, self._imu]
+        self.contact_link = self.link_index[robot.contact_link]
+        self._frames = [*self.soles.values(), self.contact_link, self._imu]
         self._quiet_defaults([info[2] for info in infos])
         self._anchor_soles()
         for sensor in self._sensors:
             client.enableJointForceTorqueSensor(self.body, sensor, 1)
         offset = client.getDynamicsInfo(self.body, -1)[3:5]
         self._base_offset = offset
-        self._base_offset_back = client.invertTransform(*offset)
+        self._offset_back = client.invertTransform(*offset)
         self.sole_mass, self.sole_inertia = self._sole_bodies()
         self.servos = JointServos(client, self.body, self._joints, robot)
         self._place(posture)
@@ -113,41 +116,55 @@ class RobotBody:
         q, dq, _, torque = zip(*self._client.getJointStates(self.body, self._joints), strict=True)
         return np.array([q, dq, torque])
 
-    def read_frames(self) -> tuple[Any, ...]:
-        """States of left sole, right sole, contact link, IMU and base, as PyBullet has them.
+    def read_frames(self) -> list[float]:
+        """States of left sole, right sole, contact link, IMU and base.
 
-        `frame_states` makes arrays of several readings at once.
+        `link_states` and `base_states` make something of them. For links: CoM, origin [m],
+        quaternion x, y, z, w, velocities [m/s] and [rad/s]; for the base without the origin.
         """
         client = self._client
-        return (
-            *client.getLinkStates(self.body, self._frames, 1),
-            (*client.getBasePositionAndOrientation(self.body), *client.getBaseVelocity(self.body)),
-        )
+        row: list[float] = []
+        for com, _, _, _, origin, turn, linear, angular in client.getLinkStates(
+            self.body, self._frames, 1
+        ):
+            row += (*com, *origin, *turn, *linear, *angular)
+        for part in client.getBasePositionAndOrientation(self.body):
+            row += part
+        for part in client.getBaseVelocity(self.body):
+            row += part
+        return row
 
-    def frame_states(self, readings: Sequence[tuple[Any, ...]]) -> tuple[BodyState, BodyState]:
-        """States of T readings: (T, 4) of left sole, right sole, contact link and IMU; (T,) of base.
-        """
-        links = _link_states([reading[:-1] for reading in readings])
-        return links, self._base_states([reading[-1] for reading in readings])
+    def link_states(self, rows: Array) -> BodyState:
+        """States (T, 4) of left sole, right sole, contact link and IMU from T readings."""
+        links = rows[:, :-_BASE_VALUES].reshape(len(rows), _LINKS, _LINK_VALUES)
+        com, origin, turn = links[..., :3], links[..., 3:6], links[..., 6:10]
+        linear, angular = links[..., 10:13], links[..., 13:]
+        # PyBullet's velocity is the CoM's.
+        return BodyState(origin, turn, linear + cross(angular, origin - com), angular)
 
-    def _base_states(self, rows: Sequence[Any]) -> BodyState:
-        """Free of PyBullet's inertial frame."""
+    def base_states(self, rows: Array) -> BodyState:
+        """States (T,) of base_link, free of PyBullet's inertial frame, from T readings."""
+        com, turn, linear, angular = np.split(rows[:, -_BASE_VALUES:], (3, 7, 10), axis=-1)
+        offset, own = (np.array(part) for part in self._offset_back)
+        arm = rotation(turn) @ offset
+        return BodyState(com + arm, turned(turn, own), linear + cross(angular, arm), angular)
+
+    def tilt(self) -> float:
+        """Angle between base_link's z axis and the vertical [rad]."""
         client = self._client
-        placed = [client.multiplyTransforms(*row[:2], *self._base_offset_back) for row in rows]
-        position = np.array([pose[0] for pose in placed])
-        quaternion = np.array([pose[1] for pose in placed])
-        angular = np.array([row[3] for row in rows])
-        arm = position - np.array([row[0] for row in rows])
-        linear = np.array([row[2] for row in rows]) + cross(angular, arm)
-        return BodyState(position, quaternion, linear, angular)
+        pose = client.getBasePositionAndOrientation(self.body)
+        x, y, _, _ = client.multiplyTransforms(*pose, *self._offset_back)[1]
+        return math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
 
     def frame(self, link: int) -> BodyState:
         """State of a link's own frame."""
-        return _link_states([[self._client.getLinkState(self.body, link, 1, 1)]]).at((0, 0))
+        state = self._client.getLinkState(self.body, link, 1, 1)
+        com, origin, turn, linear, angular = (np.array(state[i]) for i in (0, 4, 5, 6, 7))
+        return BodyState(origin, turn, linear + cross(angular, origin - com), angular)
 
     def contact_sphere(self) -> BodyState:
         """State of the middle of the body that hits the door, point B."""
-        return self.frame(self._contact)
+        return self.frame(self.contact_link)
 
     def floor_touchers(self, floor: int) -> set[str]:
         """Names of the links on the floor, soles left out."""
@@ -156,12 +173,3 @@ class RobotBody:
             if point[3] not in self.soles.values() and point[8] <= 0.0:
                 names.add(self.link_names[point[3]] if point[3] >= 0 else "base_link")
         return names
-
-
-def _link_states(readings: Sequence[Sequence[Any]]) -> BodyState:
-    """States (T, L) of links' own frames from what getLinkState says (its velocity is the CoM's)."""
-    com, position, quaternion, linear, angular = (
-        np.array([[link[entry] for link in links] for links in readings])
-        for entry in (0, 4, 5, 6, 7)
-    )
-    return BodyState(position, quaternion, linear + cross(angular, position - com), angular)

@@ -57,8 +57,8 @@ class JointServos:
         self.forces = (self._braced_limit if braced else share * self._torque_limit).tolist()
         return braced
 
-    def within_reach(self, targets: Array, position: Array, step: float) -> Array:
-        """Bring targets so near that no servo asks its motor for more speed than it has.
+    def within_speed(self, targets: Array, position: Array, step: float) -> Array:
+        """Let no servo ask its motor for more speed than it has.
 
         Args:
             targets: (K, 30) reference at the ends of physics steps [rad].
@@ -66,14 +66,15 @@ class JointServos:
             step: length of a step [s].
 
         Returns:
-            Targets (K, 30), where need be moved towards the joints.
+            Targets (K, 30); a joint too far behind for its servo's gain comes at its motor's speed.
         """
         speed = np.abs(targets[-1] - targets[0]) / (step * (len(targets) - 1))
-        reach = np.maximum(self._speed_limit - speed, 0.0) * (step / _POSITION_GAIN)
-        behind = targets[0] - position
-        if not (np.abs(behind) > reach).any():
+        reach = (self._speed_limit - speed) * (step / _POSITION_GAIN)
+        behind = np.abs(targets[0] - position) > np.maximum(reach, 0.0)
+        if not behind.any():
             return targets
-        return np.asarray(targets - (behind - np.clip(behind, -reach, reach)))
+        way = np.outer(step * np.arange(len(targets)), self._speed_limit)
+        return np.where(behind, np.clip(targets, position - way, position + way), targets)
 
     def command(self, positions: list[float], velocities: list[float]) -> None:
         """Targets of all servos for the coming physics step.

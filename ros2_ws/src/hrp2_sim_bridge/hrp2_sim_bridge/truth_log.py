@@ -2,41 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hrp2_description.robot import RobotConfig
 
-from hrp2_sim_bridge.door_world import DoorState
-from hrp2_sim_bridge.frames import BodyState
-from hrp2_sim_bridge.hit_meter import Touch
+from hrp2_sim_bridge.foot_wrench import foot_wrenches
+from hrp2_sim_bridge.readings import TickReadings
 from hrp2_sim_bridge.recorder import Recorder
+from hrp2_sim_bridge.robot_world import FRAME_VALUES, SIDES, RobotBody
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK
 from hrp2_sim_bridge.spline import Array
 from hrp2_sim_bridge.truth import CenterOfMass
 
 _COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
     "time": ((), "f8"),
-    "base_position": ((3,), "f8"),
-    "base_quaternion": ((4,), "f8"),
-    "base_linear_velocity": ((3,), "f8"),
-    "base_angular_velocity": ((3,), "f8"),
-    "q": ((30,), "f4"),
-    "dq": ((30,), "f4"),
-    "left_wrench": ((6,), "f8"),
-    "right_wrench": ((6,), "f8"),
-    "left_sole_position": ((3,), "f8"),
-    "right_sole_position": ((3,), "f8"),
-    "left_sole_quaternion": ((4,), "f4"),
-    "right_sole_quaternion": ((4,), "f4"),
-    "door_angle": ((), "f8"),
-    "door_velocity": ((), "f8"),
+    "joints": ((2, 30), "f4"),
+    "frames": ((FRAME_VALUES,), "f8"),
+    "reactions": ((len(SIDES), 6), "f8"),
+    "door": ((2,), "f8"),
     "contact_force": ((), "f8"),
     "contact_link": ((), "i2"),
     "contact_point": ((3,), "f4"),
-    "b_position": ((3,), "f8"),
-    "b_velocity": ((3,), "f8"),
 }
 _TICK_COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
     "tick_time": ((), "f8"),
@@ -48,7 +34,7 @@ _TICK_COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
 
 
 class TruthLog:
-    """Rows a millisecond and rows a tick.
+    """Rows a millisecond, kept as PyBullet gives them, and rows a tick.
 
     Args:
         length: of motion that is kept [s].
@@ -64,56 +50,63 @@ class TruthLog:
         self._samples.clear()
         self._ticks.clear()
 
-    def add_samples(
+    def add(
         self,
-        time: Array,
-        links: BodyState,
-        base: BodyState,
-        joints: tuple[Array, Array],
-        wrenches: Array,
-        touches: Sequence[Touch],
-        door: Sequence[DoorState],
+        readings: TickReadings,
+        time: float,
+        reference: Array,
+        *,
+        braced: bool,
+        fine: bool,
     ) -> None:
-        """Add T milliseconds.
-
-        Args:
-            time: (T,) their ends [s].
-            links: states (T, 3 or more) of left sole, right sole and contact link then.
-            base: states (T,) of base_link then.
-            joints: positions and velocities (T, 30) then.
-            wrenches: (T, 2, 6) left and right, mean over the millisecond.
-            touches: contact, mean force over the millisecond.
-            door: state of the leaf at the end.
-        """
-        left, right, sphere = (links.at((slice(None), index)) for index in range(3))
+        """Add the readings of a tick that ends at a time [s], with the reference (30,) then."""
+        count = len(readings.joints)
+        joints = np.array(readings.joints)
         self._samples.add(
-            len(time), time=time,
-            base_position=base.position, base_quaternion=base.quaternion,
-            base_linear_velocity=base.linear, base_angular_velocity=base.angular,
-            q=joints[0], dq=joints[1],
-            left_wrench=wrenches[:, 0], right_wrench=wrenches[:, 1],
-            left_sole_position=left.position, right_sole_position=right.position,
-            left_sole_quaternion=left.quaternion, right_sole_quaternion=right.quaternion,
-            door_angle=[state.angle for state in door],
-            door_velocity=[state.velocity for state in door],
-            contact_force=[touch.force for touch in touches],
-            contact_link=[touch.link for touch in touches],
-            contact_point=[touch.point for touch in touches],
-            b_position=sphere.position, b_velocity=sphere.linear,
+            count,
+            time=time - SAMPLE * np.arange(count - 1, -1, -1),
+            joints=joints[:, :2],
+            frames=readings.frames[1:],
+            reactions=readings.reactions,
+            door=readings.door,
+            contact_force=[touch.force for touch in readings.touches],
+            contact_link=[touch.link for touch in readings.touches],
+            contact_point=[touch.point for touch in readings.touches],
         )
-
-    def add_tick(
-        self, time: float, reference: Array, peak_torque: Array, braced: bool, fine: bool
-    ) -> None:
-        """Add a tick that ends at a time [s]: reference (30,) then, largest torques within it."""
         self._ticks.add(
-            1, tick_time=time, tick_reference=reference, tick_peak_torque=peak_torque,
-            tick_braced=braced, tick_fine=fine,
+            1, tick_time=time, tick_reference=reference,
+            tick_peak_torque=np.abs(joints[:, 2]).max(axis=0), tick_braced=braced, tick_fine=fine,
         )
 
-    def arrays(self, robot: RobotConfig, *, with_com: bool) -> dict[str, Any]:
-        """Copies of all columns, with the CoM's position and velocity if wanted."""
-        log: dict[str, Any] = {**self._samples.arrays(), **self._ticks.arrays()}
+    def arrays(self, body: RobotBody, *, with_com: bool) -> dict[str, Any]:
+        """All of it in the world's and the soles' frames, with the CoM if wanted."""
+        kept, robot = self._samples.arrays(), body.robot
+        # Nothing is known before the first row: it counts as without acceleration.
+        links = body.link_states(np.vstack([kept["frames"][:1], kept["frames"]]))
+        base = body.base_states(kept["frames"])
+        soles = links.at((slice(None), slice(len(SIDES))))
+        wrenches = foot_wrenches(
+            kept["reactions"], soles, SAMPLE, body.sole_mass, body.sole_inertia
+        )
+        log: dict[str, Any] = {
+            "time": kept["time"],
+            "base_position": base.position,
+            "base_quaternion": base.quaternion,
+            "base_linear_velocity": base.linear,
+            "base_angular_velocity": base.angular,
+            "q": kept["joints"][:, 0],
+            "dq": kept["joints"][:, 1],
+            "door_angle": kept["door"][:, 0],
+            "door_velocity": kept["door"][:, 1],
+            "b_position": links.position[1:, len(SIDES)],
+            "b_velocity": links.linear[1:, len(SIDES)],
+            **{name: kept[name] for name in ("contact_force", "contact_link", "contact_point")},
+            **self._ticks.arrays(),
+        }
+        for index, side in enumerate(SIDES):
+            log[f"{side}_wrench"] = wrenches[:, index]
+            log[f"{side}_sole_position"] = soles.position[1:, index]
+            log[f"{side}_sole_quaternion"] = soles.quaternion[1:, index]
         if with_com:
             log["com_position"], log["com_velocity"] = CenterOfMass(robot).series(
                 log["base_position"],
@@ -126,6 +119,6 @@ class TruthLog:
         log["joint_names"] = np.array(robot.joint_names)
         log["effort_limit"] = np.array(robot.effort_limit)
         log["braced_joints"] = np.array(robot.braced_joints)
-        log["sole_rectangles"] = np.array([robot.soles["left"], robot.soles["right"]])
+        log["sole_rectangles"] = np.array([robot.soles[side] for side in SIDES])
         log["mass"] = robot.mass
         return log

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,29 +12,29 @@ import numpy as np
 from door_model.config import DoorConfig
 from hrp2_description.robot import RobotConfig
 
+from hrp2_sim_bridge.command_log import CommandLog, trajectory_content
 from hrp2_sim_bridge.contact import ContactDesign, design_contact, reduced_mass
 from hrp2_sim_bridge.door_world import DoorBody, DoorState
 from hrp2_sim_bridge.driver import TrajectoryDriver
 from hrp2_sim_bridge.engine import connect, prepare
-from hrp2_sim_bridge.errors import SettingError
+from hrp2_sim_bridge.errors import SettingError, TrajectoryRefusedError
 from hrp2_sim_bridge.fall import FallWatch
-from hrp2_sim_bridge.foot_wrench import foot_wrenches
-from hrp2_sim_bridge.frames import BodyState
 from hrp2_sim_bridge.hit_meter import NO_TOUCH, HitMeter
+from hrp2_sim_bridge.readings import TickReadings
 from hrp2_sim_bridge.recorder import save_npz
-from hrp2_sim_bridge.robot_world import SIDES, RobotBody
+from hrp2_sim_bridge.robot_world import RobotBody
 from hrp2_sim_bridge.sensors import EncoderCounter, TickSample, imu_sample
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 from hrp2_sim_bridge.spline import Array
-from hrp2_sim_bridge.trajectory import JointLimits
+from hrp2_sim_bridge.trajectory import JointLimits, TrajectoryArrays
 from hrp2_sim_bridge.truth_log import TruthLog
 
 _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
 _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
-_IMU = 3  # place of the IMU among the links whose states are read
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
 _CONTACT_DURATION = 0.015  # of the impact the leaf's surface is designed for [s]
 _CONTACT_MASS = 47.0  # free mass at point B it is designed for [kg]
+_IMU = 3  # place of the IMU among the links whose states are read
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
@@ -74,6 +76,7 @@ class World:
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
         self._log = TruthLog(self.settings.log_seconds)
+        self._orders = CommandLog()
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._client: Any = None
@@ -85,9 +88,14 @@ class World:
         return self._ticks * TICK
 
     @property
+    def tick(self) -> int:
+        """Control ticks since the start."""
+        return self._ticks
+
+    @property
     def door_state(self) -> DoorState:
         """True angle and angular velocity of the leaf."""
-        return self.door.state()
+        return self._door_state
 
     @property
     def fell(self) -> bool:
@@ -118,11 +126,36 @@ class World:
         self.driver.reset(self._posture, self.time)
         self._joints = self.robot.read_joints()
         self._frames = self.robot.read_frames()
+        self._door_state = self.door.state()
         self._far_until = self._ticks
         for _ in range(_SETTLING_TICKS):
             self.step()
         self._log.clear()
+        self._orders.clear()
         self.hit.clear()
+
+    def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
+        """Take a trajectory over, or refuse it whole; one without points means stop.
+
+        Args:
+            trajectory: of all joints.
+            stamp: when its clock starts [s], 0 for now.
+
+        Raises:
+            TrajectoryRefusedError: what is wrong with it, or with the robot.
+        """
+        if self.fell and not trajectory.is_stop:
+            raise TrajectoryRefusedError(
+                "the robot has fallen and wants a reset", "", self.fall.reason, "a standing robot"
+            )
+        self.driver.accept(trajectory, stamp, self.time)
+        content = trajectory_content(trajectory)
+        self._orders.add(self.tick, "trajectory", trajectory=content, stamp=stamp)
+
+    def stop(self) -> None:
+        """Brake every joint and hold still."""
+        self.driver.stop(self.time)
+        self._orders.add(self.tick, "stop")
 
     def push_door(self, impulse: float, duration: float) -> None:
         """Push the door as a hand does, from now on.
@@ -135,52 +168,39 @@ class World:
             SettingError: a duration that is not positive, or no number.
         """
         self.door.push(impulse, duration, self.time)
+        self._orders.add(self.tick, "push", impulse=impulse, duration=duration)
 
     def step(self) -> TickSample:
         """Advance by one control tick; returns what the sensors say at its end."""
         fine = self._choose_step()
         step = self._time_step
         per_sample = round(SAMPLE / step)
-        times = self.time + step * np.arange(SAMPLES_PER_TICK * per_sample + 1)
-        targets = self.driver.positions(times)
+        steps = SAMPLES_PER_TICK * per_sample
+        times: Array = np.array([self.time + step * index for index in range(steps + 1)])
+        reference = self.driver.positions(times)
         braced = self.robot.servos.limit_torques(
-            targets[0], brace=self.settings.brace and not self.fell,
+            reference[0], brace=self.settings.brace and not self.fell,
             share=_FALLEN_TORQUE if self.fell else 1.0,
         )
-        joints, frames, reactions = [], [self._frames], []
-        touches, doors, counts = [], [], []
-        for first in range(0, len(times) - 1, per_sample):
-            window = self.robot.servos.within_reach(
-                targets[first : first + per_sample + 1], self._joints[0], step
-            )
-            reactions += self._steps(window, times[first], step)
-            self._joints = self.robot.read_joints()
-            joints.append(self._joints)
-            frames.append(self.robot.read_frames())
-            doors.append(self.door.state())
-            counts.append(self._encoder.count(doors[-1].angle))
-            touches.append(
-                self.hit.measure(self._joints[2], braced=braced) if fine else NO_TOUCH
-            )
+        targets = self.robot.servos.within_speed(reference, self._joints[0], step)
+        speeds = (targets[1:] - targets[:-1]) / step
+        readings = TickReadings([self._frames])
+        orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
+        for first in range(0, len(orders), per_sample):
+            self._steps(orders[first : first + per_sample], times[first], readings)
+            self._read(readings, fine, braced)
         self._ticks += 1
-        self._frames = frames[-1]
-        q, dq, torque = np.array(joints).transpose(1, 0, 2)
-        links, base = self.robot.frame_states(frames)
-        soles = links.at((slice(None), slice(len(SIDES))))
-        felt = np.array(reactions).reshape(SAMPLES_PER_TICK, per_sample, len(SIDES), 6)
-        wrenches = foot_wrenches(
-            felt.mean(axis=1), soles, SAMPLE, self.robot.sole_mass, self.robot.sole_inertia
+        self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
+        if self.fall.update(self.robot, self._floor):
+            self.driver.stop(self.time)
+        ends = readings.ends(self.robot)
+        left, right = readings.wrenches(self.robot, ends, TICK)
+        q, dq, torque = self._joints
+        return TickSample(
+            self.time, q, dq, torque, left, right,
+            imu_sample(ends.at((0, _IMU)), ends.at((1, _IMU)), TICK),
+            tuple(self._encoder.count(state.angle) for state in readings.door),
         )
-        later = slice(1, None)
-        self._log.add_samples(
-            times[per_sample::per_sample], links.at(later), base.at(later), (q, dq), wrenches,
-            touches, doors,
-        )
-        self._log.add_tick(self.time, targets[-1], np.abs(torque).max(axis=0), braced, fine)
-        self.fall.update(self.robot, self._floor, base.quaternion[-1])
-        left, right = wrenches.mean(axis=0)
-        imu = imu_sample(links.at((0, _IMU)), links.at((-1, _IMU)), TICK)
-        return TickSample(self.time, q[-1], dq[-1], torque[-1], left, right, imu, tuple(counts))
 
     def log(self, *, with_com: bool = True) -> dict[str, Any]:
         """The truth so far.
@@ -192,7 +212,7 @@ class World:
         Args:
             with_com: add CoM position and velocity, which takes about 10 us a row.
         """
-        log = self._log.arrays(self.robot_config, with_com=with_com)
+        log = self._log.arrays(self.robot, with_com=with_com)
         return log | {
             "link_names": np.array(self.robot.link_names),
             "brace_impulse": self.hit.brace_impulse,
@@ -207,6 +227,8 @@ class World:
             "contact_damping": self.contact.damping,
             "fall_reason": self.fall.reason,
             "max_tilt": self.fall.max_tilt,
+            "commands": self._orders.text(),
+            "settings": json.dumps(asdict(self.settings)),
         }
 
     def save_log(self, path: str | Path) -> Path:
@@ -252,13 +274,27 @@ class World:
             self._time_step = step
         return fine
 
-    def _steps(self, targets: Array, begin: float, step: float) -> list[tuple[Any, Any]]:
-        """Take physics steps between targets (K, 30); returns the sensors' reactions in each."""
-        speeds = ((targets[1:] - targets[:-1]) / step).tolist()
+    def _steps(
+        self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings
+    ) -> None:
+        """Take the physics steps of a millisecond, one for each order to the servos."""
+        torque = self.door.torque(self._door_state, now, SAMPLE)
         reactions = []
-        for index, (position, speed) in enumerate(zip(targets.tolist(), speeds, strict=False)):
+        for position, speed in orders:
             self.robot.servos.command(position, speed)
-            self.door.apply_torque(begin + index * step, step)
+            self.door.turn(torque)
             self._client.stepSimulation()
             reactions.append(self.robot.read_reactions())
-        return reactions
+        readings.reactions.append(np.array(reactions).mean(axis=0))
+
+    def _read(self, readings: TickReadings, near: bool, braced: bool) -> None:
+        """Take readings at the end of a millisecond."""
+        self._joints = self.robot.read_joints()
+        self._frames = self.robot.read_frames()
+        self._door_state = self.door.state()
+        readings.joints.append(self._joints)
+        readings.frames.append(self._frames)
+        readings.door.append(self._door_state)
+        readings.touches.append(
+            self.hit.measure(self._joints[2], braced=braced) if near else NO_TOUCH
+        )

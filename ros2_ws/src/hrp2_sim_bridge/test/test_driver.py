@@ -110,6 +110,29 @@ def test_impossible_stamp_is_refused(stamp) -> None:
         driver().accept(GOOD, stamp, 0.0)
 
 
+def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
+    """Wall time where the simulation's is meant would wait for decades."""
+    d = driver()
+    with pytest.raises(TrajectoryRefusedError, match="use_sim_time") as refused:
+        d.accept(GOOD, 1.8e9, 12.0)
+    assert refused.value.limit == pytest.approx(72.0)
+    assert not d.is_moving(12.0)
+    d.accept(GOOD, 70.0, 12.0)
+    assert d.is_moving(12.0)
+
+
+@given(st.lists(st.floats(-1.0, 3.0), min_size=1, max_size=30))
+def test_many_positions_at_once_are_those_one_by_one(times) -> None:
+    """Vectorised sampling is sampling, across replaced and waiting trajectories."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    d.accept(message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.7, 0.2)
+    rising = np.sort(times)
+    np.testing.assert_allclose(
+        d.positions(rising), [d.sample(time).position for time in rising], atol=1e-12
+    )
+
+
 def test_trajectory_that_is_over_before_it_comes_is_refused() -> None:
     """Trajectory that is over before it comes is refused."""
     with pytest.raises(TrajectoryRefusedError, match="ended"):

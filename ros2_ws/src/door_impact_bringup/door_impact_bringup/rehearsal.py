@@ -1,0 +1,101 @@
+"""The whole motion in the simulation without nodes: planner, execution, driver and physics."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_model.config import load_door
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.trajectory import TrajectoryArrays
+from hrp2_sim_bridge.world import World
+from impact_planner.execution import Command, ExecutablePlan, Execution, Outcome
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import ImpactPlan, KnownDoor, PlanRequest
+from impact_planner.point_b import PointB
+from impact_planner.robot_model import RobotModel
+from impact_planner.settings import configured_placement, make_settings
+
+from . import evaluation, simulation_log
+
+ENCODER_DELAY = 4  # ticks until an angle of the door is heard: batches of 20 ms
+LONGEST = 40.0  # [s] of simulated time
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """A whole motion and what became of it.
+
+    Attributes:
+        plan: What was planned.
+        execution: After its end.
+        log: Of the simulation.
+        impact: The hit; None where the robot never touched the door.
+    """
+
+    plan: ImpactPlan
+    execution: Execution
+    log: simulation_log.SimulationLog
+    impact: evaluation.Impact | None
+
+
+def rehearse(
+    target_deg: float, path: Path, *, door: str = "paper", known: KnownDoor | None = None,
+    **settings: Any,
+) -> Rehearsal:
+    """Plans a hit and executes it; the execution hears what a robot would tell it.
+
+    Args:
+        target_deg: Desired opening angle [deg].
+        path: Where the simulation's log is written.
+        door: Name or file of the simulated door.
+        known: What the planner takes the door for; the simulated one by default.
+        settings: Of the simulated world (`WorldSettings`).
+
+    Raises:
+        PlannerError: The angle cannot be reached.
+        SettingError: A setting of the world is out of its range.
+    """
+    config, simulated = load_robot_config(), load_door(door)
+    robot = RobotModel(config)
+    if known is None:
+        known = KnownDoor(simulated.name, simulated.door(), simulated.leaf.width)
+    placement = configured_placement()
+    plan = plan_impact(
+        PlanRequest(np.radians(target_deg)), known, robot, make_settings(placement))
+    world = World(
+        config, simulated, placement["door_distance"], placement["hinge_x"], **settings)
+    try:
+        execution = _run(world, plan, PointB(robot).speed)
+        log = simulation_log.load(world.save_log(path), 0.0)
+    finally:
+        world.close()
+    touched = bool((log.motion.contact_force > evaluation.CONTACT_FORCE).any())
+    impact = evaluation.impact(log.motion, plan.l_b) if touched else None
+    return Rehearsal(plan, execution, log, impact)
+
+
+def _run(world: World, plan: ImpactPlan, speed_of_b: Any) -> Execution:
+    def send(command: Command) -> None:
+        knots = command.knots
+        message = TrajectoryArrays((), (), ()) if knots is None else TrajectoryArrays(
+            world.robot_config.joint_names, knots.time.tolist(), knots.position.tolist(),
+            knots.velocity.tolist(), knots.acceleration.tolist())
+        world.follow(message, command.stamp)
+
+    execution = Execution(
+        ExecutablePlan({phase.name: phase.knots for phase in plan.phases}, plan.contact_time,
+                       plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
+                       plan.desired_opening_angle),
+        speed_of_b)
+    send(execution.start(world.step().time))
+    heard: list[tuple[float, float, float]] = []
+    while execution.outcome is Outcome.RUNNING and not world.fell and world.time < LONGEST:
+        sample = world.step()
+        for command in execution.on_joint_state(sample.time, sample.position, sample.velocity):
+            send(command)
+        heard.append((sample.time, world.door_state.angle, world.door_state.velocity))
+        if len(heard) > ENCODER_DELAY:
+            for command in execution.on_door(*heard.pop(0)):
+                send(command)
+    return execution
