@@ -1,5 +1,6 @@
 """The whole motion in the simulation without nodes: planner, execution, driver and physics."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 from door_model.config import load_door
 from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
 from impact_planner.execution import Command, ExecutablePlan, Execution, Outcome
@@ -18,6 +20,7 @@ from impact_planner.settings import configured_placement, make_settings
 
 from . import evaluation, simulation_log
 
+Watch = Callable[[World, TickSample], None]
 ENCODER_DELAY = 4  # ticks until an angle of the door is heard: batches of 20 ms
 LONGEST = 40.0  # [s] of simulated time
 
@@ -41,7 +44,7 @@ class Rehearsal:
 
 def rehearse(
     target_deg: float, path: Path, *, door: str = "paper", known: KnownDoor | None = None,
-    **settings: Any,
+    watch: Watch | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
@@ -50,6 +53,7 @@ def rehearse(
         path: Where the simulation's log is written.
         door: Name or file of the simulated door.
         known: What the planner takes the door for; the simulated one by default.
+        watch: Called after each tick with the world and what its sensors said.
         settings: Of the simulated world (`WorldSettings`).
 
     Raises:
@@ -66,7 +70,7 @@ def rehearse(
     world = World(
         config, simulated, placement["door_distance"], placement["hinge_x"], **settings)
     try:
-        execution = _run(world, plan, PointB(robot).speed)
+        execution = _run(world, plan, PointB(robot).speed, watch or _nobody)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -75,7 +79,11 @@ def rehearse(
     return Rehearsal(plan, execution, log, impact)
 
 
-def _run(world: World, plan: ImpactPlan, speed_of_b: Any) -> Execution:
+def _nobody(world: World, sample: TickSample) -> None:
+    """Watches nothing."""
+
+
+def _run(world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch) -> Execution:
     def send(command: Command) -> None:
         knots = command.knots
         message = TrajectoryArrays((), (), ()) if knots is None else TrajectoryArrays(
@@ -92,6 +100,7 @@ def _run(world: World, plan: ImpactPlan, speed_of_b: Any) -> Execution:
     heard: list[tuple[float, float, float]] = []
     while execution.outcome is Outcome.RUNNING and not world.fell and world.time < LONGEST:
         sample = world.step()
+        watch(world, sample)
         for command in execution.on_joint_state(sample.time, sample.position, sample.velocity):
             send(command)
         heard.append((sample.time, world.door_state.angle, world.door_state.velocity))

@@ -53,6 +53,7 @@ class RobotConfig:
         rotor_inertia: Rotor inertia at the motor [kg m^2].
         rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
             without rotors puts the inertia of the joint's.
+        motor_encoder_counts: Counts of a motor's encoder a motor turn.
         lower: Lower joint limits [rad].
         upper: Upper joint limits [rad].
         velocity_limit: Largest joint speeds [rad/s].
@@ -75,6 +76,7 @@ class RobotConfig:
     gear_ratio: Array
     rotor_inertia: Array
     rotor_link: Mapping[str, str]
+    motor_encoder_counts: int
     lower: Array
     upper: Array
     velocity_limit: Array
@@ -94,6 +96,12 @@ class RobotConfig:
         """Rotor inertia felt at the joint, gear^2 times rotor_inertia (30,) [kg m^2]."""
         reflected: Array = self.gear_ratio**2 * self.rotor_inertia
         return reflected
+
+    @property
+    def joint_resolution(self) -> Array:
+        """Joint angle of a count of the motor's encoder (30,) [rad]."""
+        resolution: Array = 2.0 * np.pi / (self.motor_encoder_counts * self.gear_ratio)
+        return resolution
 
     def index(self, joint: str) -> int:
         """Return the joint's place in the (30,) arrays.
@@ -161,6 +169,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         gear_ratio=_frozen(_per_joint(gear, names)),
         rotor_inertia=_frozen(_per_joint(rotor, names)),
         rotor_link=MappingProxyType(_rotor_links(data["rotor_link"])),
+        motor_encoder_counts=data["motor_encoder_counts"],
         lower=_frozen(limits[:, 0]),
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
@@ -194,6 +203,11 @@ def _check(config: RobotConfig, robot: ET.Element) -> None:
             raise RobotConfigError(
                 f"{what} that the URDF lacks", value=sorted(named - known), limit=f"{what} of it"
             )
+    counts = config.motor_encoder_counts
+    if type(counts) is not int or counts < 1:
+        raise RobotConfigError(
+            "motor_encoder_counts", value=counts, limit="a whole number, 1 or more"
+        )
     postures = {
         "half_sitting": config.half_sitting,
         "braced": config.posture(config.braced_posture),

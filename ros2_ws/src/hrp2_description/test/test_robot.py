@@ -73,6 +73,22 @@ def test_reflected_rotor_inertia():
         assert ROBOT.armature[ROBOT.index(name)] == pytest.approx(value, abs=0.01)
 
 
+def test_motor_encoders_resolve_the_joints_behind_the_gears():
+    """2000 counts a motor turn: 31 urad at the ankle's roll (gear 100), a quarter at hip yaw."""
+    assert ROBOT.motor_encoder_counts == 2000
+    assert ROBOT.joint_resolution.shape == (30,)
+    assert ROBOT.joint_resolution[ROBOT.index("LLEG_JOINT5")] == pytest.approx(31.416e-6, rel=1e-4)
+    assert ROBOT.joint_resolution[ROBOT.index("RLEG_JOINT0")] == pytest.approx(8.181e-6, rel=1e-4)
+
+
+@pytest.mark.parametrize("counts", [0, -2000, 2000.5, "many", True])
+def test_counts_of_no_encoder_are_refused(tmp_path, counts):
+    """The error carries the value."""
+    with pytest.raises(RobotConfigError, match="motor_encoder_counts") as caught:
+        _load_edited(tmp_path, motor_encoder_counts=counts)
+    assert caught.value.value == counts
+
+
 def test_soles_are_mirrored_and_as_large_as_the_collision_box():
     """Sole rectangles are 0.23 x 0.13 m, farther out than in."""
     assert ROBOT.soles["right"] == (-0.10, 0.13, -0.075, 0.055)
@@ -93,7 +109,9 @@ def test_unknown_joint_is_an_error():
     assert caught.value.value == "RLEG_JOINT9"
 
 
-@pytest.mark.parametrize("field", ["joint_names", "sole", "feet", "urdf", "actuators"])
+@pytest.mark.parametrize(
+    "field", ["joint_names", "sole", "feet", "urdf", "actuators", "motor_encoder_counts"]
+)
 def test_missing_field_is_named(tmp_path, field):
     """A configuration without a field says which."""
     with pytest.raises(RobotConfigError, match=field):

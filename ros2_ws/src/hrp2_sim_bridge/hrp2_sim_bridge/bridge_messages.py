@@ -12,7 +12,8 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, ImuSample, TickSample
+from hrp2_sim_bridge.imu import ImuSample, ImuVariances
+from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, TickSample
 from hrp2_sim_bridge.spline import Array
 from hrp2_sim_bridge.trajectory import TrajectoryArrays
 
@@ -63,8 +64,8 @@ def wrench(stamp: Time, frame: str, values: Array) -> WrenchStamped:
     return message
 
 
-def imu(stamp: Time, frame: str, sample: ImuSample) -> Imu:
-    """Orientation, angular velocity and specific force; the simulator's are exact."""
+def imu(stamp: Time, frame: str, sample: ImuSample, variances: ImuVariances) -> Imu:
+    """Orientation, angular velocity and specific force with the diagonals of their covariances."""
     message = Imu()
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -74,6 +75,9 @@ def imu(stamp: Time, frame: str, sample: ImuSample) -> Imu:
     turn.x, turn.y, turn.z, turn.w = sample.orientation.tolist()
     rate.x, rate.y, rate.z = sample.angular_velocity.tolist()
     force.x, force.y, force.z = sample.specific_force.tolist()
+    message.orientation_covariance[::4] = variances.orientation
+    message.angular_velocity_covariance[::4] = variances.angular_velocity
+    message.linear_acceleration_covariance[::4] = variances.specific_force
     return message
 
 

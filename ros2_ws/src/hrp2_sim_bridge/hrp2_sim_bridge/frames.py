@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,16 +68,13 @@ def into_frame(turn: Array, vector: Array) -> Array:
     return np.asarray((vector[..., None, :] @ turn)[..., 0, :])
 
 
-def turned(quaternion: Array, by: Array) -> Array:
-    """Quaternions (..., 4) of frames that are turned by a quaternion (4,) in their own axes."""
-    x, y, z, w = np.moveaxis(quaternion, -1, 0)
-    a, b, c, d = by
-    return np.stack(
-        [
-            w * a + x * d + y * c - z * b,
-            w * b - x * c + y * d + z * a,
-            w * c + x * b - y * a + z * d,
-            w * d - x * a - y * b - z * c,
-        ],
-        axis=-1,
+def quaternion_product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+    """Product of two quaternions x, y, z, w, each of four numbers or of four arrays."""
+    x, y, z, w = p
+    a, b, c, d = q
+    return (
+        w * a + x * d + y * c - z * b,
+        w * b + y * d + z * a - x * c,
+        w * c + z * d + x * b - y * a,
+        w * d - x * a - y * b - z * c,
     )

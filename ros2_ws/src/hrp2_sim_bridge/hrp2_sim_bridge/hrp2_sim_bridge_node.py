@@ -34,7 +34,9 @@ from hrp2_sim_bridge.errors import (
     SimBridgeError,
     TrajectoryRefusedError,
 )
+from hrp2_sim_bridge.imu import imu_variances
 from hrp2_sim_bridge.pacer import Pacer
+from hrp2_sim_bridge.sensor_settings import SensorSettings
 from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.settings import SAMPLE, TICK, WorldSettings
 from hrp2_sim_bridge.world import World
@@ -62,7 +64,11 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "time_step_fine": (WorldSettings.time_step_fine, "physics step near the leaf [s]"),
     "solver_iterations": (WorldSettings.iterations, "of PyBullet's solver, each step"),
     "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
-    "seed": (WorldSettings.seed, "chooses the encoder's arbitrary zero"),
+    "seed": (WorldSettings.seed, "chooses the encoder's arbitrary zero and the sensors' noise"),
+    "sensor_noise": (SensorSettings.sensor_noise, "false: joints, feet and IMU read exactly"),
+    "force_sensor_calibrated": (
+        SensorSettings.force_sensor_calibrated, "false: the foot sensors keep their offsets",
+    ),
     "log_seconds": (WorldSettings.log_seconds, "length of motion that the log keeps [s]"),
     "log_file": ("", "npz that the 1 kHz log is written to at the end and by ~/save_log"),
 }
@@ -84,6 +90,7 @@ class SimBridge(Node):
         if not self._push_duration > 0.0:
             raise SettingError("push_duration", self._push_duration, "positive")
         self.world = self._make_world()
+        self._imu_variances = imu_variances(self.world.settings.sensors)
         self._pacer = Pacer(self._speed())
         self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
         self._accepted, self._refused = 0, 0
@@ -114,6 +121,10 @@ class SimBridge(Node):
             encoder_bits=self._whole("encoder_bits"),
             seed=self._whole("seed"),
             log_seconds=self._number("log_seconds"),
+            sensors=SensorSettings(
+                sensor_noise=self._switch("sensor_noise"),
+                force_sensor_calibrated=self._switch("force_sensor_calibrated"),
+            ),
         )
 
     def _make_publishers(self) -> None:
@@ -197,7 +208,7 @@ class SimBridge(Node):
         left, right = robot.feet["left"].sole, robot.feet["right"].sole
         self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
         self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
-        self._imu.publish(convert.imu(stamp, robot.imu_frame, sample.imu))
+        self._imu.publish(convert.imu(stamp, robot.imu_frame, sample.imu, self._imu_variances))
         batch = self._encoder.add(sample.counts, now)
         if batch is not None:
             self._counts.publish(batch)

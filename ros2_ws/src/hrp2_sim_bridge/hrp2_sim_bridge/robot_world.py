@@ -10,7 +10,7 @@ import numpy as np
 from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
-from hrp2_sim_bridge.frames import BodyState, cross, rotation, turned
+from hrp2_sim_bridge.frames import BodyState, cross, quaternion_product, rotation
 from hrp2_sim_bridge.rotors import load_robot
 from hrp2_sim_bridge.servos import JointServos
 from hrp2_sim_bridge.spline import Array
@@ -147,7 +147,8 @@ class RobotBody:
         com, turn, linear, angular = np.split(rows[:, -_BASE_VALUES:], (3, 7, 10), axis=-1)
         offset, own = (np.array(part) for part in self._offset_back)
         arm = rotation(turn) @ offset
-        return BodyState(com + arm, turned(turn, own), linear + cross(angular, arm), angular)
+        placed = np.stack(quaternion_product([*turn.T], [*own]), axis=-1)
+        return BodyState(com + arm, placed, linear + cross(angular, arm), angular)
 
     def tilt(self) -> float:
         """Angle between base_link's z axis and the vertical [rad]."""
@@ -165,6 +166,10 @@ class RobotBody:
     def contact_sphere(self) -> BodyState:
         """State of the middle of the body that hits the door, point B."""
         return self.frame(self.contact_link)
+
+    def imu(self) -> BodyState:
+        """State of the IMU's frame."""
+        return self.frame(self._imu)
 
     def floor_touchers(self, floor: int) -> set[str]:
         """Names of the links on the floor, soles left out."""

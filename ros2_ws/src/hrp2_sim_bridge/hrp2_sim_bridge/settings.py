@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hrp2_sim_bridge.errors import SettingError
+from hrp2_sim_bridge.sensor_settings import SensorSettings
 
 TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # of the log and the encoder [s]
@@ -25,9 +26,10 @@ class WorldSettings:
         restitution: of the leaf for two free masses; None: the door's own.
         friction: between soles and floor.
         iterations: of the solver.
-        seed: chooses the encoder's arbitrary zero.
+        seed: chooses the encoder's arbitrary zero and the noise of the sensors.
         encoder_bits: width of the door's counter, 16 or 32.
         log_seconds: length of motion that the log keeps [s].
+        sensors: how well the robot's sensors measure.
     """
 
     gui: bool = False
@@ -41,6 +43,7 @@ class WorldSettings:
     seed: int = 0
     encoder_bits: int = 16
     log_seconds: float = 600.0
+    sensors: SensorSettings = field(default_factory=SensorSettings)
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated.

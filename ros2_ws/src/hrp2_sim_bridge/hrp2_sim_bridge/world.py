@@ -23,7 +23,7 @@ from hrp2_sim_bridge.hit_meter import NO_TOUCH, HitMeter
 from hrp2_sim_bridge.readings import TickReadings
 from hrp2_sim_bridge.recorder import save_npz
 from hrp2_sim_bridge.robot_world import RobotBody
-from hrp2_sim_bridge.sensors import EncoderCounter, TickSample, imu_sample
+from hrp2_sim_bridge.sensors import EncoderCounter, RobotSensors, TickSample
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 from hrp2_sim_bridge.spline import Array
 from hrp2_sim_bridge.trajectory import JointLimits, TrajectoryArrays
@@ -79,6 +79,7 @@ class World:
         self._orders = CommandLog()
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
+        self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
         self._client: Any = None
         self.reset()
 
@@ -128,6 +129,7 @@ class World:
         self._frames = self.robot.read_frames()
         self._door_state = self.door.state()
         self._far_until = self._ticks
+        self._sensors.power_on(self._posture, self.robot.imu())
         for _ in range(_SETTLING_TICKS):
             self.step()
         self._log.clear()
@@ -194,12 +196,9 @@ class World:
         if self.fall.update(self.robot, self._floor):
             self.driver.stop(self.time)
         ends = readings.ends(self.robot)
-        left, right = readings.wrenches(self.robot, ends, TICK)
-        q, dq, torque = self._joints
-        return TickSample(
-            self.time, q, dq, torque, left, right,
-            imu_sample(ends.at((0, _IMU)), ends.at((1, _IMU)), TICK),
-            tuple(self._encoder.count(state.angle) for state in readings.door),
+        return self._sensors.read(
+            self.time, self._joints, readings.wrenches(self.robot, ends, TICK),
+            ends.at((1, _IMU)), [self._encoder.count(state.angle) for state in readings.door],
         )
 
     def log(self, *, with_com: bool = True) -> dict[str, Any]:

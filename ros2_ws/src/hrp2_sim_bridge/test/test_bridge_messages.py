@@ -7,6 +7,8 @@ pytest.importorskip("door_impact_msgs.msg")
 pytest.importorskip("trajectory_msgs.msg")
 
 from hrp2_sim_bridge import bridge_messages as convert
+from hrp2_sim_bridge.imu import ImuSample, imu_variances
+from hrp2_sim_bridge.sensor_settings import SensorSettings
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 
@@ -56,3 +58,21 @@ def test_stamp_keeps_every_nanosecond(nanoseconds: int) -> None:
     """Seconds and nanoseconds add up again."""
     stamp = convert.stamp_of(nanoseconds)
     assert stamp.sec * 1_000_000_000 + stamp.nanosec == nanoseconds
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+def test_imu_message_carries_the_variances_on_its_diagonals(noisy: bool) -> None:
+    """Row-major 3 x 3 matrices, zero beside the diagonals, zero throughout where exact."""
+    settings = SensorSettings(sensor_noise=noisy)
+    sample = ImuSample(np.array([0.0, 0.0, 0.6, 0.8]), np.arange(3.0), np.arange(3.0, 6.0))
+    message = convert.imu(convert.stamp_of(0), "imu_link", sample, imu_variances(settings))
+    rate = settings.gyro_noise**2 if noisy else 0.0
+    force = settings.accelerometer_noise**2 + settings.accelerometer_bias**2 if noisy else 0.0
+    covariance = np.reshape(message.angular_velocity_covariance, (3, 3))
+    np.testing.assert_allclose(covariance, rate * np.eye(3), rtol=1e-3)
+    covariance = np.reshape(message.linear_acceleration_covariance, (3, 3))
+    np.testing.assert_allclose(covariance, force * np.eye(3))
+    covariance = np.reshape(message.orientation_covariance, (3, 3))
+    assert np.count_nonzero(covariance) == (3 if noisy else 0)
+    assert covariance[0, 0] == covariance[1, 1] <= covariance[2, 2]
+    assert message.linear_acceleration.z == 5.0

@@ -1,14 +1,15 @@
 import numpy as np
 import pytest
 from hrp2_sim_bridge.engine import GRAVITY
+from hrp2_sim_bridge.sensor_settings import SensorSettings
 
 
 @pytest.fixture(scope="module")
 def stood(robot, paper_door):
-    """World that stood for two seconds, and its log."""
+    """World that stood for two seconds, its log, and what exact sensors said."""
     from hrp2_sim_bridge.world import World
 
-    world = World(robot, paper_door, 0.9, -0.42)
+    world = World(robot, paper_door, 0.9, -0.42, sensors=SensorSettings(sensor_noise=False))
     samples = [world.step() for _ in range(400)]
     yield world, world.log(), samples
     world.close()
