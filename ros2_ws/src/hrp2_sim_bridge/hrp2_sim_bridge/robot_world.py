@@ -124,8 +124,9 @@ class RobotBody:
         """
         client = self._client
         row: list[float] = []
+        # Without forward kinematics (the last 1) they would be those of the step before.
         for com, _, _, _, origin, turn, linear, angular in client.getLinkStates(
-            self.body, self._frames, 1
+            self.body, self._frames, 1, 1
         ):
             row += (*com, *origin, *turn, *linear, *angular)
         for part in client.getBasePositionAndOrientation(self.body):

@@ -163,7 +163,7 @@ def test_exact_sensors_tell_the_truth(make_world, sway, moving):
         np.testing.assert_array_equal(sample.velocity, velocity)
         np.testing.assert_array_equal(sample.effort, effort)
         np.testing.assert_allclose(
-            sample.imu.orientation, world.robot.imu().quaternion, atol=1e-6
+            sample.imu.orientation, world.robot.imu().quaternion, atol=1e-7
         )
     log = world.log(with_com=False)
     np.testing.assert_allclose(sample.left_wrench, log["left_wrench"][-5:].mean(axis=0), atol=0.05)

@@ -179,6 +179,27 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     world.close()
 
 
+def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, moving) -> None:
+    """Point B of a swinging arm is where base and joint angles of the same row put it, to 20 um."""
+    import pinocchio as pin
+
+    world = make_world()
+    swung = robot.posture({"RARM_JOINT0": -1.2, "RARM_JOINT3": -1.2})
+    path = np.array([robot.half_sitting, swung])
+    world.follow(moving(np.array([0.05, 0.7]), path), 0.0)
+    log = run(world, 0.6)
+    model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
+    data = model.createData()
+    columns = [model.joints[model.getJointId(name)].idx_q for name in robot.joint_names]
+    assert np.linalg.norm(log["b_velocity"], axis=1).max() > 0.5
+    for row in range(0, 600, 50):
+        q = np.concatenate([log["base_position"][row], log["base_quaternion"][row], np.zeros(30)])
+        q[columns] = log["q"][row]
+        pin.framesForwardKinematics(model, data, q)
+        place = data.oMf[model.getFrameId(robot.contact_link)].translation
+        np.testing.assert_allclose(log["b_position"][row], place, atol=2e-5)
+
+
 def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, moving) -> None:
     """A joint that was held back 0.5 rad comes home no faster than its motor turns."""
     world = make_world()
