@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from door_impact_bringup import evaluation
 from door_impact_bringup.rehearsal import Rehearsal, rehearse
+from door_model.config import load_door
+from floor_forces import ZmpWatch
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.frames import rotation
 from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from impact_planner.execution import Outcome
+from impact_planner.settings import configured_placement
 
 
 class TiltWatch:
@@ -24,12 +27,21 @@ class TiltWatch:
         self.error = max(self.error, float(np.degrees(np.arccos(min(cosine, 1.0)))))
 
 
-tilt = TiltWatch()
+tilt, floor = TiltWatch(), []
+
+
+def watch(world: World, sample: TickSample) -> None:
+    """Both."""
+    if not floor:
+        floor.append(ZmpWatch(world))
+        return
+    tilt(world, sample)
+    floor[0](world, sample)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Rehearsal:
-    return rehearse(25.0, tmp_path_factory.mktemp("hit") / "run.npz", watch=tilt)
+    return rehearse(25.0, tmp_path_factory.mktemp("hit") / "run.npz", watch=watch)
 
 
 def test_the_door_opens_to_the_desired_angle(run: Rehearsal) -> None:
@@ -75,6 +87,21 @@ def test_the_zmp_stays_inside_the_support_polygon(run: Rehearsal) -> None:
     inside = (motion.t > 0.1) & (motion.t < motion.t[-1] - 0.05)
     support = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW)
     assert np.nanmin(support.margin[inside]) > 0.0
+
+
+def test_zmp_by_wrenches_and_joints_is_that_of_the_floors_forces_standing() -> None:
+    world = World(load_robot_config(), load_door("paper"), **configured_placement())
+    standing = ZmpWatch(world)
+    for _ in range(200):
+        standing(world, world.step())
+    world.close()
+    assert standing.rms(0.0, 1.0) < 0.002
+
+
+def test_zmp_by_wrenches_and_joints_is_that_of_the_floors_forces_in_motion(run: Rehearsal) -> None:
+    zmp = np.array(floor[0].truth)
+    assert np.nanmax(zmp[:, 1]) - np.nanmin(zmp[:, 1]) > 0.3
+    assert floor[0].rms(0.0, run.log.motion.t[-1]) < 0.005
 
 
 def test_the_imus_attitude_is_right_to_1_deg_throughout(run: Rehearsal) -> None:

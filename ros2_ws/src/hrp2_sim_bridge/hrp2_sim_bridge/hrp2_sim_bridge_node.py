@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from typing import Any
 
@@ -17,7 +16,6 @@ from door_model.node_main import run_node
 from geometry_msgs.msg import WrenchStamped
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -28,6 +26,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge import bridge_messages as convert
+from hrp2_sim_bridge.bridge_parameters import BridgeParameters
 from hrp2_sim_bridge.errors import (
     SecondDriverError,
     SettingError,
@@ -36,9 +35,8 @@ from hrp2_sim_bridge.errors import (
 )
 from hrp2_sim_bridge.imu import imu_variances
 from hrp2_sim_bridge.pacer import Pacer
-from hrp2_sim_bridge.sensor_settings import SensorSettings
 from hrp2_sim_bridge.sensors import TickSample
-from hrp2_sim_bridge.settings import SAMPLE, TICK, WorldSettings
+from hrp2_sim_bridge.settings import SAMPLE, TICK
 from hrp2_sim_bridge.world import World
 
 NAME = "hrp2_sim_bridge"
@@ -47,51 +45,26 @@ ENCODER_BATCH = 20  # samples: 50 Hz
 DIAGNOSTICS_TICKS = 40  # 5 Hz
 TICK_NS = round(TICK * 1e9)
 
-PARAMETERS: dict[str, tuple[Any, str]] = {
-    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
-    "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
-    # Where the door stands must be given: bringup's params.yaml says it once for every node.
-    "door_distance": (math.nan, "of the closed leaf's face from the origin of odom, to -y [m]"),
-    "hinge_x": (math.nan, "x of the hinge in odom [m]"),
-    "gui": (False, "open PyBullet's window"),
-    "paced": (True, "hold the simulation to real time"),
-    "max_real_time_factor": (0.0, "limit of an unpaced simulation, 0 for none"),
-    "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
-    "restitution": (-1.0, "of a hit on the leaf; negative: the door's own"),
-    "friction": (WorldSettings.friction, "between soles and floor"),
-    "push_duration": (0.25, "of a push by hand whose request leaves it open [s]"),
-    "time_step_coarse": (WorldSettings.time_step_coarse, "physics step [s]"),
-    "time_step_fine": (WorldSettings.time_step_fine, "physics step near the leaf [s]"),
-    "solver_iterations": (WorldSettings.iterations, "of PyBullet's solver, each step"),
-    "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
-    "seed": (WorldSettings.seed, "chooses the encoder's arbitrary zero and the sensors' noise"),
-    "sensor_noise": (SensorSettings.sensor_noise, "false: joints, feet and IMU read exactly"),
-    "force_sensor_calibrated": (
-        SensorSettings.force_sensor_calibrated, "false: the foot sensors keep their offsets",
-    ),
-    "log_seconds": (WorldSettings.log_seconds, "length of motion that the log keeps [s]"),
-    "log_file": ("", "npz that the 1 kHz log is written to at the end and by ~/save_log"),
-}
-
 
 class SimBridge(Node):
     """Steps the world and talks about it; everything else is in the library."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
-        for name, (default, text) in PARAMETERS.items():
-            # Numbers may come as integers and switches as 0 or 1: types are checked below.
-            self.declare_parameter(
-                name, default,
-                ParameterDescriptor(description=text, read_only=True, dynamic_typing=True),
-            )
-        self._log_file = self._text("log_file")
-        self._push_duration = self._number("push_duration")
+        self._options = BridgeParameters(self)
+        self._log_file = self._options.text("log_file")
+        self._push_duration = self._options.number("push_duration")
         if not self._push_duration > 0.0:
             raise SettingError("push_duration", self._push_duration, "positive")
-        self.world = self._make_world()
+        self.world = World(
+            load_robot_config(self._options.text("robot_config") or None),
+            load_door(self._options.text("door")),
+            self._options.number("door_distance"),
+            self._options.number("hinge_x"),
+            **self._options.world_settings(),
+        )
         self._imu_variances = imu_variances(self.world.settings.sensors)
-        self._pacer = Pacer(self._speed())
+        self._pacer = Pacer(self._options.speed())
         self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
         self._accepted, self._refused = 0, 0
         self._refusal = ""
@@ -103,29 +76,6 @@ class SimBridge(Node):
         self.create_service(PushDoor, "/sim/push_door", self._on_push)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_service(Trigger, "~/save_log", self._on_save_log)
-
-    def _make_world(self) -> World:
-        restitution = self._number("restitution")
-        return World(
-            load_robot_config(self._text("robot_config") or None),
-            load_door(self._text("door")),
-            self._number("door_distance"),
-            self._number("hinge_x"),
-            gui=self._switch("gui"),
-            brace=self._switch("brace"),
-            restitution=None if restitution < 0.0 else restitution,
-            friction=self._number("friction"),
-            time_step_coarse=self._number("time_step_coarse"),
-            time_step_fine=self._number("time_step_fine"),
-            iterations=self._whole("solver_iterations"),
-            encoder_bits=self._whole("encoder_bits"),
-            seed=self._whole("seed"),
-            log_seconds=self._number("log_seconds"),
-            sensors=SensorSettings(
-                sensor_noise=self._switch("sensor_noise"),
-                force_sensor_calibrated=self._switch("force_sensor_calibrated"),
-            ),
-        )
 
     def _make_publishers(self) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -141,40 +91,6 @@ class SimBridge(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
         self._description.publish(String(data=urdf))
-
-    # -- parameters ---------------------------------------------------------------------------
-
-    def _text(self, name: str) -> str:
-        value = self.get_parameter(name).value
-        return "" if value is None else str(value)
-
-    def _number(self, name: str) -> float:
-        value = self.get_parameter(name).value
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise SettingError(name, value, "a finite number")
-        return float(value)
-
-    def _whole(self, name: str) -> int:
-        value = self._number(name)
-        if value != round(value) or value < 0:
-            raise SettingError(name, value, "a whole number, 0 or more")
-        return int(value)
-
-    def _switch(self, name: str) -> bool:
-        value = self.get_parameter(name).value
-        if value not in (True, False, "true", "false", "0", "1"):
-            raise SettingError(name, value, "true or false")
-        return value in (True, "true", "1")
-
-    def _speed(self) -> float:
-        if self._switch("paced"):
-            return 1.0
-        most = self._number("max_real_time_factor")
-        if most < 0.0:
-            raise SettingError("max_real_time_factor", most, "0 or more")
-        return most
-
-    # -- the loop -----------------------------------------------------------------------------
 
     def run(self) -> None:
         """Step the world until the end; then write the log, if one is wanted.
@@ -238,8 +154,6 @@ class SimBridge(Node):
                 convert.stamp_of(self._now_ns()), world.robot_config.name, level, text, values
             )
         )
-
-    # -- what others ask ----------------------------------------------------------------------
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
         stamp = convert.seconds(message.header.stamp)

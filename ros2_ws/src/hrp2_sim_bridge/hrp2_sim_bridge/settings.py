@@ -24,6 +24,7 @@ class WorldSettings:
         brace: whether braced joints may carry more than their motors.
         rotor_scale: multiple of the rotors' inertia, 0 for none.
         restitution: of the leaf for two free masses; None: the door's own.
+        contact_duration: of the impact that the leaf's surface is designed for [s].
         friction: between soles and floor.
         iterations: of the solver.
         seed: chooses the encoder's arbitrary zero and the noise of the sensors.
@@ -38,6 +39,7 @@ class WorldSettings:
     brace: bool = True
     rotor_scale: float = 1.0
     restitution: float | None = None
+    contact_duration: float = 0.015
     friction: float = 0.8
     iterations: int = 50
     seed: int = 0
@@ -56,7 +58,7 @@ class WorldSettings:
             whole = math.isfinite(step) and 0.0 < step <= SAMPLE
             if not whole or abs(SAMPLE / step - round(SAMPLE / step)) > 1e-9:
                 raise SettingError(name, step, f"a whole fraction of {SAMPLE} s")
-        for name in ("friction", "log_seconds"):
+        for name in ("contact_duration", "friction", "log_seconds"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")

@@ -32,7 +32,6 @@ from hrp2_sim_bridge.truth_log import TruthLog
 _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
 _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
-_CONTACT_DURATION = 0.015  # of the impact the leaf's surface is designed for [s]
 _CONTACT_MASS = 47.0  # free mass at point B it is designed for [kg]
 _IMU = 3  # place of the IMU among the links whose states are read
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
@@ -253,7 +252,7 @@ class World:
         return design_contact(
             self.door_config.restitution if wanted is None else wanted,
             reduced_mass(_CONTACT_MASS, self.door_config.i_a / l_b**2),
-            _CONTACT_DURATION,
+            self.settings.contact_duration,
             self.settings.time_step_fine,
         )
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from door_model.config import load_door
 from hrp2_sim_bridge.contact import design_contact, reduced_mass, simulate_impact
-from hrp2_sim_bridge.door_world import DoorBody
-from hrp2_sim_bridge.engine import connect, prepare
+from hrp2_sim_bridge.drop_test import drop_test
 from hrp2_sim_bridge.errors import SettingError
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,40 +10,17 @@ from hypothesis import strategies as st
 BALL, L_B, STEP = 47.0, 0.42, 0.00025
 
 
-def ball_on_leaf(restitution: float, speed: float) -> tuple[float, float, float]:
-    """Restitution, relative change of the angular momentum, duration [s] of a free hit."""
-    door = load_door("paper")
-    design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
-    client = connect(False)
-    try:
-        prepare(client, STEP, 50, 0.8)
-        client.setGravity(0.0, 0.0, 0.0)
-        leaf = DoorBody(client, door, 0.4, -L_B, design)
-        sphere = client.createCollisionShape(client.GEOM_SPHERE, radius=0.05)
-        ball = client.createMultiBody(BALL, sphere, basePosition=[0.0, -0.34, 0.9])
-        client.changeDynamics(ball, -1, linearDamping=0.0, angularDamping=0.0)
-        client.resetBaseVelocity(ball, [0.0, -speed, 0.0])
-        touching = 0
-        for _ in range(int((0.02 / speed + 0.04) / STEP)):
-            client.stepSimulation()
-            touching += any(c[9] > 0.0 for c in client.getContactPoints(ball, leaf.body))
-        after = -client.getBaseVelocity(ball)[0][1]
-        omega = leaf.state().velocity
-    finally:
-        client.disconnect()
-    momentum = (BALL * after * L_B + door.i_a * omega) / (BALL * speed * L_B)
-    return (omega * L_B - after) / speed, momentum - 1.0, touching * STEP
-
-
 @pytest.mark.parametrize("speed", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7])
 def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, speed) -> None:
     """Free ball leaves the leaf with the restitution asked for."""
-    shown, momentum, duration = ball_on_leaf(restitution, speed)
-    assert shown == pytest.approx(restitution, abs=0.015)
-    assert momentum == pytest.approx(0.0, abs=0.005)
+    door = load_door("paper")
+    design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
+    shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP)
+    assert shown.restitution == pytest.approx(restitution, abs=0.015)
+    assert shown.momentum_ratio == pytest.approx(1.0, abs=0.005)
     if restitution:
-        assert 0.010 < duration < 0.020
+        assert 0.010 < shown.duration < 0.020
 
 
 @given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))
