@@ -29,6 +29,7 @@ help:
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 GUI=1"
 	@echo "make up      the same nodes, left running until Ctrl-C"
 	@echo "make test    every test          make lint    ruff and mypy"
+	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 
 setup: $(READY)
 
@@ -75,7 +76,10 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-bench sweep:
+bench: $(READY)
+	@$(ROS2) run door_impact_bringup bench --out out/bench
+
+sweep:
 	@echo "make $@ comes with a later version" >&2; exit 2
 
 clean:

@@ -29,20 +29,20 @@ class ZmpWatch:
         self._zmp = ZmpEstimator(weight, robot.soles)
         self._world = world
         self._sums = np.zeros(3)
-        step = world._client.stepSimulation
+        step = world.client.stepSimulation
 
         def counted_step() -> None:
             step()
             self._count()
 
-        world._client.stepSimulation = counted_step
+        world.client.stepSimulation = counted_step
         self.time: list[float] = []
         self.truth: list[Any] = []
         self.measured: list[Any] = []
 
     def _count(self) -> None:
         world = self._world
-        for contact in world._client.getContactPoints(world.robot.body, world._floor):
+        for contact in world.client.getContactPoints(world.robot.body, world.floor):
             force = contact[_FORCE] * contact[_NORMAL][2]
             self._sums += force * np.array([*contact[_POINT][:2], 1.0])
 

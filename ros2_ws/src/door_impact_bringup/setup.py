@@ -26,6 +26,7 @@ setup(
     entry_points={
         "console_scripts": [
             "demo = door_impact_bringup.demo:main",
+            "bench = door_impact_bringup.bench:main",
             "demo_runner = door_impact_bringup.demo_runner_node:main",
             "recorder = door_impact_bringup.recorder_node:main",
             "scene_publisher = door_impact_bringup.scene_publisher_node:main",

@@ -35,32 +35,39 @@ class BodyState:
         )
 
 
+def _rotation_form() -> Array:
+    """(16, 9): takes the products of a quaternion's entries to those of its matrix."""
+    form = np.zeros((4, 4, 3, 3))
+    w = 3
+    for i in range(3):
+        form[w, w, i, i] += 1.0
+        for j in range(3):
+            form[j, j, i, i] -= 1.0
+            form[i, j, i, j] += 2.0
+            for k in range(3):
+                # 2 w (v x .): the entry (i, j) is -epsilon_ijk v_k
+                form[w, k, i, j] -= 2.0 * _PERMUTATION[i, j, k]
+    return form.reshape(16, 9)
+
+
+_PERMUTATION = np.array(
+    [[[(i - j) * (j - k) * (k - i) / 2.0 for k in range(3)] for j in range(3)] for i in range(3)]
+)
+_CROSS_FORM = _PERMUTATION.transpose(1, 2, 0).reshape(9, 3)
+_ROTATION_FORM = _rotation_form()
+
+
 def rotation(quaternion: ArrayLike) -> Array:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4) x, y, z, w."""
-    given = np.asarray(quaternion, dtype=float)
-    x, y, z, w = given[..., 0], given[..., 1], given[..., 2], given[..., 3]
-    out = np.empty((*x.shape, 3, 3))
-    out[..., 0, 0] = 1 - 2 * (y * y + z * z)
-    out[..., 0, 1] = 2 * (x * y - z * w)
-    out[..., 0, 2] = 2 * (x * z + y * w)
-    out[..., 1, 0] = 2 * (x * y + z * w)
-    out[..., 1, 1] = 1 - 2 * (x * x + z * z)
-    out[..., 1, 2] = 2 * (y * z - x * w)
-    out[..., 2, 0] = 2 * (x * z - y * w)
-    out[..., 2, 1] = 2 * (y * z + x * w)
-    out[..., 2, 2] = 1 - 2 * (x * x + y * y)
-    return out
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4) x, y, z, w."""
+    q = np.asarray(quaternion, dtype=float)
+    products = (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], 16)
+    return np.asarray((products @ _ROTATION_FORM).reshape(*q.shape[:-1], 3, 3))
 
 
 def cross(a: Array, b: Array) -> Array:
     """Cross product of vectors (..., 3)."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    out = np.empty(a.shape)
-    out[..., 0] = ay * bz - az * by
-    out[..., 1] = az * bx - ax * bz
-    out[..., 2] = ax * by - ay * bx
-    return out
+    products = (a[..., :, None] * b[..., None, :]).reshape(*a.shape[:-1], 9)
+    return np.asarray(products @ _CROSS_FORM)
 
 
 def into_frame(turn: Array, vector: Array) -> Array:

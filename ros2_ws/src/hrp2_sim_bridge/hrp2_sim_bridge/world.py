@@ -79,7 +79,7 @@ class World:
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
-        self._client: Any = None
+        self.client: Any = None
         self.reset()
 
     @property
@@ -104,23 +104,23 @@ class World:
 
     def reset(self) -> None:
         """Back to the start: the same state, bit for bit."""
-        if self._client is not None and not self.settings.gui:
+        if self.client is not None and not self.settings.gui:
             self.close()
-        if self._client is None:
+        if self.client is None:
             # A new physics server: nothing of the last run can be left in it.
-            self._client = connect(self.settings.gui)
+            self.client = connect(self.settings.gui)
         settings = self.settings
-        self._time_step = settings.time_step_coarse
-        self._floor = prepare(
-            self._client, self._time_step, settings.iterations, settings.friction
+        self.time_step = settings.time_step_coarse
+        self.floor = prepare(
+            self.client, self.time_step, settings.iterations, settings.friction
         )
         self.robot = RobotBody(
-            self._client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale
+            self.client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale
         )
         self.door = DoorBody(
-            self._client, self.door_config, self._door_distance, self._hinge_x, self.contact
+            self.client, self.door_config, self._door_distance, self._hinge_x, self.contact
         )
-        self.hit = HitMeter(self._client, self.robot, self.door, self.robot_config)
+        self.hit = HitMeter(self.client, self.robot, self.door, self.robot_config)
         self.fall = FallWatch()
         self._ticks = -_SETTLING_TICKS
         self.driver.reset(self._posture, self.time)
@@ -174,7 +174,7 @@ class World:
     def step(self) -> TickSample:
         """Advance by one control tick; returns what the sensors say at its end."""
         fine = self._choose_step()
-        step = self._time_step
+        step = self.time_step
         per_sample = round(SAMPLE / step)
         steps = SAMPLES_PER_TICK * per_sample
         times: Array = np.array([self.time + step * index for index in range(steps + 1)])
@@ -192,7 +192,7 @@ class World:
             self._read(readings, fine, braced)
         self._ticks += 1
         self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
-        if self.fall.update(self.robot, self._floor):
+        if self.fall.update(self.robot, self.floor):
             self.driver.stop(self.time)
         ends = readings.ends(self.robot)
         return self._sensors.read(
@@ -235,9 +235,9 @@ class World:
 
     def close(self) -> None:
         """Leave PyBullet."""
-        if self._client is not None:
-            self._client.disconnect()
-            self._client = None
+        if self.client is not None:
+            self.client.disconnect()
+            self.client = None
 
     def _check_place(self, door_distance: float, hinge_x: float) -> None:
         if not (math.isfinite(door_distance) and door_distance > 0.0):
@@ -260,16 +260,16 @@ class World:
         """Fine steps near the leaf: at 1 ms the solver fails robot and door together."""
         if self._ticks < self._far_until:
             return False
-        points = self._client.getClosestPoints(self.robot.body, self.door.body, 2.0 * _NEAR)
+        points = self.client.getClosestPoints(self.robot.body, self.door.body, 2.0 * _NEAR)
         distance = min((point[8] for point in points), default=2.0 * _NEAR)
         fine = distance < _NEAR
         # Nothing crosses the rest of the way any sooner.
         self._far_until = self._ticks + int((distance - _NEAR) / (_FASTEST_APPROACH * TICK))
         settings = self.settings
         step = settings.time_step_fine if fine else settings.time_step_coarse
-        if step != self._time_step:
-            self._client.setTimeStep(step)
-            self._time_step = step
+        if step != self.time_step:
+            self.client.setTimeStep(step)
+            self.time_step = step
         return fine
 
     def _steps(
@@ -281,7 +281,7 @@ class World:
         for position, speed in orders:
             self.robot.servos.command(position, speed)
             self.door.turn(torque)
-            self._client.stepSimulation()
+            self.client.stepSimulation()
             reactions.append(self.robot.read_reactions())
         readings.reactions.append(np.array(reactions).mean(axis=0))
 

@@ -203,7 +203,7 @@ def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, 
 def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, moving) -> None:
     """A joint that was held back 0.5 rad comes home no faster than its motor turns."""
     world = make_world()
-    client, body = world._client, world.robot.body
+    client, body = world.client, world.robot.body
     joint = world.robot.joint_index["LARM_JOINT4"]
     limit = robot.velocity_limit[robot.index("LARM_JOINT4")]
     client.resetJointState(body, joint, 0.5, 0.0)

@@ -18,7 +18,7 @@ def stood(robot, paper_door):
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
     """No inertia was replaced and none is damped."""
     world = stood[0]
-    client, body = world._client, world.robot.body
+    client, body = world.client, world.robot.body
     mass = 0.0
     for link in range(-1, client.getNumJoints(body)):
         info = client.getDynamicsInfo(body, link)
@@ -67,7 +67,7 @@ def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
 def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
     """Center of mass from Pinocchio equals PyBullet's."""
     world, log, _ = stood
-    client, body = world._client, world.robot.body
+    client, body = world.client, world.robot.body
     total = client.getDynamicsInfo(body, -1)[0]
     moment = total * np.array(client.getBasePositionAndOrientation(body)[0])
     for link in range(client.getNumJoints(body)):

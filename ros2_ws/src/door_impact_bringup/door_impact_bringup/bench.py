@@ -1,0 +1,112 @@
+"""`make bench`: how fast it is, beside a peer measured in the same run."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from . import bench_bridge
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A figure and its peer's.
+
+    Attributes:
+        value: What was measured.
+        unit: Its unit.
+        higher_is_better: Whether more of it is better.
+        peer: What the peer is; None where there is none.
+        peer_value: The peer's figure in the same run.
+        reference: Published figures or targets, as a sentence.
+    """
+
+    value: float
+    unit: str
+    higher_is_better: bool
+    peer: str | None = None
+    peer_value: float | None = None
+    reference: str = ""
+
+    @property
+    def ratio(self) -> float | None:
+        """Above 1 where it is better than the peer."""
+        if self.peer_value is None:
+            return None
+        better = self.value / self.peer_value
+        return better if self.higher_is_better else 1.0 / better
+
+
+def _bridge_overhead(out: Path) -> Measurement:
+    bridge, bare = bench_bridge.overhead(out / "bridge.npz")
+    return Measurement(
+        bridge, "s of wall time for a simulated second", False,
+        "stepSimulation alone, same world and steps", bare,
+        "the bridge may take 15 % more than its peer: a ratio of 0.870")
+
+
+def _real_time_factor(out: Path) -> Measurement:
+    return Measurement(
+        bench_bridge.real_time_factor(out / "demo"), "simulated over wall time, all nodes", True,
+        reference="at least 1 on 2 cores")
+
+
+BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
+    "bridge_overhead": _bridge_overhead,
+    "real_time_factor": _real_time_factor,
+}
+
+
+def table(measured: dict[str, Measurement]) -> str:
+    """The measurements as a table for a terminal."""
+    lines = [f"{'':18}{'value':>10}{'peer':>10}{'ratio':>8}"]
+    for name, row in measured.items():
+        peer = "-" if row.peer_value is None else f"{row.peer_value:.4g}"
+        ratio = "-" if row.ratio is None else f"{row.ratio:.3f}"
+        lines.append(f"{name:18}{row.value:10.4g}{peer:>10}{ratio:>8}  {row.unit}")
+        lines += [f"{'':18}  {text}" for text in (
+            row.peer and f"peer: {row.peer}", row.reference) if text]
+    return "\n".join(lines)
+
+
+def run(names: list[str], out: Path) -> dict[str, Any]:
+    """Measures, prints the table and writes ``summary.json``; returns what was written."""
+    out.mkdir(parents=True, exist_ok=True)
+    measured = {}
+    for name in names:
+        print(f"{name} ...", flush=True)
+        measured[name] = BENCHMARKS[name](out)
+    print(table(measured))
+    summary = {name: asdict(row) | {"ratio": row.ratio} for name, row in measured.items()}
+    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    return summary
+
+
+def main(args: list[str] | None = None) -> int:
+    """Runs the benchmarks.
+
+    Args:
+        args: Command line, without the program's name; the process's own by default.
+    """
+    parser = argparse.ArgumentParser(
+        prog="bench", description="Measures speeds, each beside a peer in the same run.")
+    parser.add_argument("names", nargs="*", metavar="NAME",
+                        help=f"of {', '.join(BENCHMARKS)} (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    options = parser.parse_args(args)
+    unknown = [name for name in options.names if name not in BENCHMARKS]
+    if unknown:
+        parser.error(f"no benchmark {unknown[0]}: there are {', '.join(BENCHMARKS)}")
+    try:
+        run(options.names or list(BENCHMARKS), options.out)
+    except bench_bridge.BenchError as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
