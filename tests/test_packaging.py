@@ -13,7 +13,8 @@ PACKAGES = sorted(path.parent for path in SOURCE.glob("*/package.xml"))
 KEYS = {  # rosdep's key of a module that is called otherwise
     "PIL": "python3-pil", "hypothesis": "python3-hypothesis", "matplotlib": "python3-matplotlib",
     "numpy": "python3-numpy", "pybullet": "python3-pybullet-pip", "pytest": "python3-pytest",
-    "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy", "yaml": "python3-yaml"}
+    "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
+    "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
 OPTIONAL = {"pybullet_utils"}  # comes with pybullet
 
 

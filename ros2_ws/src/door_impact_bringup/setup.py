@@ -28,6 +28,7 @@ setup(
             "demo = door_impact_bringup.demo:main",
             "bench = door_impact_bringup.bench:main",
             "demo_runner = door_impact_bringup.demo_runner_node:main",
+            "physics_study = door_impact_bringup.physics_study:main",
             "recorder = door_impact_bringup.recorder_node:main",
             "scene_publisher = door_impact_bringup.scene_publisher_node:main",
         ],

@@ -173,6 +173,10 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
             "duration_ms": 1e3 * hit.duration,
             "restitution": hit.restitution,
             "brace_impulse_nms": log.brace_impulse,
+            "braced_joints": {
+                name: {"carried_nms": joint.carried, "motor_could_nms": joint.motor}
+                for name, joint in log.braced_joints.items()
+            },
         },
         "zmp": {
             "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},

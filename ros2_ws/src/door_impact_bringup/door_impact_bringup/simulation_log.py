@@ -10,6 +10,21 @@ from .record import Motion
 
 
 @dataclass(frozen=True)
+class BracedJoint:
+    """Angular impulses of a braced joint in the hit [N m s].
+
+    Attributes:
+        carried: By motor and brace together.
+        motor: The most that the motor could have given in that time.
+        brace: What was beyond the motor's limit at each instant.
+    """
+
+    carried: float
+    motor: float
+    brace: float
+
+
+@dataclass(frozen=True)
 class SimulationLog:
     """What the simulation wrote.
 
@@ -18,8 +33,7 @@ class SimulationLog:
         fell: Whether the robot fell, and why; empty where it stands.
         max_tracking_error: Of any joint [rad].
         max_torque_ratio: Largest torque over its limit, braced joints left out by name.
-        brace_impulse: Angular impulse that the brace carried beyond the motors [N m s].
-        brace_impulses: The same by joint.
+        braced_joints: What each braced joint carried while robot and door touched.
         door_distance: Of the closed leaf's face from the origin of odom [m].
         hinge_x: x of the hinge [m].
         i_a: Moment of inertia of the simulated leaf [kg m^2].
@@ -29,11 +43,15 @@ class SimulationLog:
     fell: str
     max_tracking_error: float
     max_torque_ratio: float
-    brace_impulse: float
-    brace_impulses: dict[str, float]
+    braced_joints: dict[str, BracedJoint]
     door_distance: float
     hinge_x: float
     i_a: float
+
+    @property
+    def brace_impulse(self) -> float:
+        """Angular impulse that the brace carried beyond the motors, all joints [N m s]."""
+        return sum(joint.brace for joint in self.braced_joints.values())
 
 
 def load(path: Path, start: float) -> SimulationLog:
@@ -67,14 +85,14 @@ def load(path: Path, start: float) -> SimulationLog:
     names = log["joint_names"].tolist()
     free = [i for i, name in enumerate(names) if name not in log["braced_joints"].tolist()]
     ratio = log["tick_peak_torque"][ticks] / log["effort_limit"]
-    impulses = dict(zip(log["braced_joints"].tolist(), log["brace_impulse"].tolist(), strict=True))
+    carried = zip(*(log[name].tolist() for name in (
+        "braced_joints", "carried_impulse", "motor_impulse", "brace_impulse")), strict=True)
     return SimulationLog(
         motion=motion,
         fell=str(log["fall_reason"]),
         max_tracking_error=float(tracking.max()),
         max_torque_ratio=float(ratio[:, free].max()),
-        brace_impulse=float(sum(impulses.values())),
-        brace_impulses=impulses,
+        braced_joints={name: BracedJoint(*impulses) for name, *impulses in carried},
         door_distance=float(log["door_distance"]),
         hinge_x=float(log["hinge_x"]),
         i_a=float(log["i_a"]),

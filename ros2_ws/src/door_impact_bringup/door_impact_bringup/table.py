@@ -31,6 +31,9 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     def value(key: str, digits: int) -> str:
         return f"{found[key]['value']:.{digits}f} ± {found[key]['std']:.{digits}f}"
 
+    joint, (carried, motor) = max(
+        ((name, (row["carried_nms"], row["motor_could_nms"]))
+         for name, row in hit["braced_joints"].items()), key=lambda entry: entry[1][0])
     target = f"{door['target_deg']:g}"
     nominal = door["target_deg"] == 25.0
     lines = [
@@ -49,6 +52,8 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("door after the hit w', measured", "-", f"{hit['omega_door_measured']:.3f}", "rad/s"),
         Row("B before the hit v_rB, planned", "-", f"{plan['v_rb']:.3f}", "m/s"),
         Row("B before the hit v_rB, measured", "-", f"{hit['v_rb_measured']:.3f}", "m/s"),
+        Row(f"{joint} carried in the hit", "-", f"{carried:.2f} (motor: at most {motor:.2f})",
+            "N m s"),
         Row("contacts before the peak", "1", f"{hit['contacts_before_peak']}", ""),
         Row("desired opening angle", "25" if nominal else "-", target, "deg"),
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",

@@ -139,7 +139,7 @@ class RobotModel:
         locked: Sequence[str],
         feet: Sequence[str] = SIDES,
         direction: ArrayLike = TOWARDS_DOOR,
-        rotors: bool = False,
+        rotors: float = 0.0,
     ) -> float:
         """Mass that point B shows to a blow, from the spatial dynamics of the whole robot.
 
@@ -153,15 +153,14 @@ class RobotModel:
             locked: Joints that the brace holds.
             feet: Sides whose foot stays put, of ``right`` and ``left``; may be empty.
             direction: Normal of the contact in odom, (3,).
-            rotors: Add the rotors' inertia, gear^2 J, to each joint.
+            rotors: Multiple of the rotors' inertia, gear^2 J, that is added to each joint.
 
         Returns:
             Effective mass [kg].
         """
         m = np.array(pin.crba(self.model, self.data, q))
         m = np.triu(m) + np.triu(m, 1).T
-        if rotors:
-            m[self.v_index, self.v_index] += self.config.armature
+        m[self.v_index, self.v_index] += rotors * self.config.armature
         free = np.setdiff1d(np.arange(self.model.nv), self.v_index[self.indices(locked)])
         minv = np.linalg.inv(m[np.ix_(free, free)])
         n = np.asarray(direction, dtype=float)
