@@ -2,14 +2,12 @@
 
 import math
 import re
-import time
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
@@ -19,7 +17,6 @@ from rosgraph_msgs.msg import Clock
 from running_graph import seconds
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 PLAN = ("service", "call", "/plan_door_impact", "door_impact_msgs/srv/PlanDoorImpact")
 ABORTED = 6  # action_msgs/GoalStatus
@@ -218,76 +215,6 @@ def test_goals_that_make_no_sense_are_aborted(graph: Any) -> None:
         ended = execute(graph, **goal)
         assert (ended.status, ended.result.success) == (ABORTED, False)
         assert word in ended.result.message
-
-
-def send(graph: Any, names: list[str], points: list[tuple[float, list[float]]]) -> None:
-    """Publishes a trajectory."""
-    publisher = graph.node.create_publisher(JointTrajectory, "/joint_trajectory", 10)
-    graph.spin_until(publisher.get_subscription_count, "the driver")
-    message = JointTrajectory(joint_names=names)
-    for at, position in points:
-        point = JointTrajectoryPoint(positions=position)
-        point.time_from_start.sec = int(at)
-        point.time_from_start.nanosec = round((at % 1.0) * 1e9)
-        message.points.append(point)
-    time.sleep(0.2)  # the driver may know of the publisher a little later
-    publisher.publish(message)
-    time.sleep(0.5)
-    graph.node.destroy_publisher(publisher)
-
-
-def driver(graph: Any, told: Callable[[dict[str, str]], bool],
-           meanwhile: Callable[[], Any] = lambda: None) -> dict[str, str]:
-    """The driver's diagnostics once they tell something."""
-    def states(heard: list[Any]) -> list[dict[str, str]]:
-        return [{**{v.key: v.value for v in s.values}, "message": s.message}
-                for m in heard for s in m.status if any(v.key == "refused" for v in s.values)]
-
-    heard = graph.listen(DiagnosticArray, "/diagnostics",
-                         lambda got: any(told(s) for s in states(got)), meanwhile=meanwhile)
-    return [s for s in states(heard) if told(s)][-1]
-
-
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    [("unknown joint", "NO_SUCH_JOINT: unknown joint"), ("NaN", "HEAD_JOINT0: position in point"),
-     ("jump", "HEAD_JOINT0: jump"), ("missing joint", "HEAD_JOINT0: joint missing"),
-     ("limit", "HEAD_JOINT0: position [rad] of a point above the limit")])  # fmt: skip
-def test_bad_trajectories_move_nothing_and_are_reported(
-        graph: Any, fault: str, words: str) -> None:
-    """The joints stay where they are, and /diagnostics counts the refusal and names the joint."""
-    state = graph.last(JointState, "/joint_states")
-    names, rest = list(state.name), list(state.position)
-    head, goal, at = names.index("HEAD_JOINT0"), list(rest), 1.0
-    goal[head] += 0.2
-    if fault == "unknown joint":
-        names[head] = "NO_SUCH_JOINT"
-    elif fault == "NaN":
-        goal[head] = math.nan
-    elif fault == "jump":
-        at = 0.0
-    elif fault == "missing joint":
-        del names[head], goal[head]
-    else:
-        goal[head] = 3.0
-    count = int(driver(graph, lambda s: True)["refused"])
-    told = driver(graph, lambda s: int(s["refused"]) > count and words in s["last_refusal"],
-                  lambda: send(graph, names, [(at, goal)]))
-    assert "refused" in told["message"]
-    heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 250)
-    assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
-
-
-def test_a_good_trajectory_moves_the_joint_it_names(graph: Any) -> None:
-    """The counterpart of the refusals: the head turns by 0.1 rad, and back."""
-    state = graph.last(JointState, "/joint_states")
-    names, rest = list(state.name), list(state.position)
-    head, goal = names.index("HEAD_JOINT0"), list(rest)
-    goal[head] += 0.1
-    for wanted in (goal, rest):
-        heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 300,
-                             meanwhile=lambda wanted=wanted: send(graph, names, [(0.5, wanted)]))
-        assert np.array(heard[-1].position) == pytest.approx(np.array(wanted), abs=STILL)
 
 
 # -- last, because it turns back time ------------------------------------------------------------
