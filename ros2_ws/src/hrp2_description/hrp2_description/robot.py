@@ -54,6 +54,7 @@ class RobotConfig:
         rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
             without rotors puts the inertia of the joint's.
         motor_encoder_counts: Counts of a motor's encoder a motor turn.
+        servo_time_constant: Of the decay of a servo's position error [s].
         lower: Lower joint limits [rad].
         upper: Upper joint limits [rad].
         velocity_limit: Largest joint speeds [rad/s].
@@ -77,6 +78,7 @@ class RobotConfig:
     rotor_inertia: Array
     rotor_link: Mapping[str, str]
     motor_encoder_counts: int
+    servo_time_constant: float
     lower: Array
     upper: Array
     velocity_limit: Array
@@ -170,6 +172,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         rotor_inertia=_frozen(_per_joint(rotor, names)),
         rotor_link=MappingProxyType(_rotor_links(data["rotor_link"])),
         motor_encoder_counts=data["motor_encoder_counts"],
+        servo_time_constant=_positive(data, "servo_time_constant"),
         lower=_frozen(limits[:, 0]),
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
@@ -221,6 +224,13 @@ def _check(config: RobotConfig, robot: ET.Element) -> None:
                 value=float(posture[at]),
                 limit=(float(config.lower[at]), float(config.upper[at])),
             )
+
+
+def _positive(data: dict[str, Any], name: str) -> float:
+    value = float(data[name])
+    if not (np.isfinite(value) and value > 0.0):
+        raise RobotConfigError(name, value=value, limit="a positive number")
+    return value
 
 
 def _rotor_links(chains: dict[str, list[str]]) -> dict[str, str]:

@@ -110,7 +110,9 @@ def test_unknown_joint_is_an_error():
 
 
 @pytest.mark.parametrize(
-    "field", ["joint_names", "sole", "feet", "urdf", "actuators", "motor_encoder_counts"]
+    "field",
+    ["joint_names", "sole", "feet", "urdf", "actuators", "motor_encoder_counts", "rotor_link",
+     "servo_time_constant"],
 )
 def test_missing_field_is_named(tmp_path, field):
     """A configuration without a field says which."""
@@ -128,6 +130,10 @@ def test_missing_field_is_named(tmp_path, field):
         ({"joint_names": [*ROBOT.joint_names, "RLEG_JOINT0"]}, "differ"),
         ({"urdf": "urdf/none.urdf"}, "none.urdf"),
         ({"sole": [1, 2, 3]}, "cannot be read"),
+        ({"rotor_link": {"RLEG": ["sibling"]}}, "rotor_link of RLEG_JOINT0"),
+        ({"rotor_link": {"RFOOT": ["child"]}}, "RFOOT_JOINT0"),
+        ({"servo_time_constant": 0.0}, "servo_time_constant"),
+        ({"servo_time_constant": float("inf")}, "servo_time_constant"),
         ({"braced_posture_deg": "akimbo"}, "cannot be read"),
         ({"actuators": {"RLEG": {"gear": [1], "rotor_inertia": [1]}}}, "LLEG|RLEG_JOINT1|RARM"),
     ],

@@ -64,15 +64,29 @@ class HitMeter:
         self.brace_impulse = np.zeros(len(self._indices))
         #: and the most that the motors could have given in that time.
         self.motor_impulse = np.zeros(len(self._indices))
+        self._force, self._latest = 0.0, NO_TOUCH
 
-    def measure(self, torque: Array, *, braced: bool) -> Touch:
-        """Measure at the end of a millisecond.
+    def add_step(self, share: float) -> None:
+        """Measure the contact after a physics step, so great a share of the millisecond."""
+        touch = self._touch()
+        if touch.force > 0.0:
+            self._force += share * touch.force
+            self._latest = touch
+
+    def take(self, torque: Array, *, braced: bool) -> Touch:
+        """End a millisecond.
 
         Args:
-            torque: (30,) of the motors [N m].
+            torque: (30,) of the motors then [N m].
             braced: whether the brace holds.
+
+        Returns:
+            Its mean force, and where robot and door touched last.
         """
-        touch = self._touch()
+        if self._latest is NO_TOUCH:
+            return NO_TOUCH
+        touch = Touch(self._force, self._latest.link, self._latest.point)
+        self._force, self._latest = 0.0, NO_TOUCH
         if braced and touch.force > CONTACT_FORCE:
             load = np.abs(torque[self._indices])
             self.carried_impulse += load * SAMPLE

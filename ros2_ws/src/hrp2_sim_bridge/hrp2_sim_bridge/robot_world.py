@@ -29,13 +29,20 @@ class RobotBody:
         robot: configuration.
         posture: (30,) [rad].
         rotor_scale: multiple of the rotors' inertia.
+        servo_time_constant: of the joints' servos [s]; the robot's own by default.
 
     Raises:
         ModelError: PyBullet changed a mass, an inertia or the order of things.
     """
 
     def __init__(
-        self, client: Any, robot: RobotConfig, posture: Array, *, rotor_scale: float
+        self,
+        client: Any,
+        robot: RobotConfig,
+        posture: Array,
+        *,
+        rotor_scale: float,
+        servo_time_constant: float | None = None,
     ) -> None:
         self._client = client
         self.robot = robot
@@ -58,7 +65,8 @@ class RobotBody:
         self._base_offset = offset
         self._offset_back = client.invertTransform(*offset)
         self.sole_mass, self.sole_inertia = self._sole_bodies()
-        self.servos = JointServos(client, self.body, self._joints, robot)
+        time_constant = servo_time_constant or robot.servo_time_constant
+        self.servos = JointServos(client, self.body, self._joints, robot, time_constant)
         self._place(posture)
 
     def _quiet_defaults(self, joint_types: list[int]) -> None:

@@ -1,4 +1,9 @@
-"""The joints' position servos: stiff, within the motors' torques and speeds."""
+"""The joints' position servos, within the motors' torques and speeds.
+
+A servo keeps to the speed of its reference as stiffly as its motor's torque allows, and takes a
+position error back with a time constant. A step-by-step stiffer servo makes the robot rock after a
+hit, which a real one, with its gains, does not.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,6 @@ from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.spline import Array
 
-# Share of a position error that a servo takes back within a physics step: 0.5 chatters.
-_POSITION_GAIN = 0.2
 _BRACE_TOLERANCE = np.deg2rad(5.0)
 _BRACE_TORQUE = 3000.0  # what the arm leaning on the trunk may carry at a joint [N m]
 
@@ -24,14 +27,18 @@ class JointServos:
         body: the robot there.
         joints: PyBullet's indices of the 30 joints.
         robot: configuration.
+        time_constant: with which a position error decays [s].
     """
 
-    def __init__(self, client: Any, body: int, joints: list[int], robot: RobotConfig) -> None:
+    def __init__(
+        self, client: Any, body: int, joints: list[int], robot: RobotConfig, time_constant: float
+    ) -> None:
         self._drive = partial(
             client.setJointMotorControlArray, body, joints, client.POSITION_CONTROL,
-            positionGains=[_POSITION_GAIN] * len(joints),
             velocityGains=[1.0] * len(joints),
         )
+        self._time_constant = time_constant
+        self._gains = [0.0] * len(joints)
         self._speed_limit = robot.velocity_limit
         self._torque_limit = robot.effort_limit
         self.braced_indices = [robot.index(name) for name in robot.braced_joints]
@@ -57,6 +64,11 @@ class JointServos:
         self.forces = (self._braced_limit if braced else share * self._torque_limit).tolist()
         return braced
 
+    def set_step(self, step: float) -> None:
+        """Keep to the time constant at another physics step [s]."""
+        # PyBullet's gain is the share of the error that is taken back in a step.
+        self._gains = [min(step / self._time_constant, 1.0)] * len(self._gains)
+
     def within_speed(self, targets: Array, position: Array, step: float) -> Array:
         """Let no servo ask its motor for more speed than it has.
 
@@ -69,7 +81,7 @@ class JointServos:
             Targets (K, 30); a joint too far behind for its servo's gain comes at its motor's speed.
         """
         speed = np.abs(targets[-1] - targets[0]) / (step * (len(targets) - 1))
-        reach = (self._speed_limit - speed) * (step / _POSITION_GAIN)
+        reach = (self._speed_limit - speed) * self._time_constant
         behind = np.abs(targets[0] - position) > np.maximum(reach, 0.0)
         if not behind.any():
             return targets
@@ -84,4 +96,7 @@ class JointServos:
             velocities: 30 mean speeds of the reference over it [rad/s]; so a servo that is where
                 it should be arrives exactly on the reference at the end.
         """
-        self._drive(targetPositions=positions, targetVelocities=velocities, forces=self.forces)
+        self._drive(
+            targetPositions=positions, targetVelocities=velocities, forces=self.forces,
+            positionGains=self._gains,
+        )

@@ -23,6 +23,7 @@ class WorldSettings:
         time_step_fine: the same while the robot is near the leaf [s].
         brace: whether braced joints may carry more than their motors.
         rotor_scale: multiple of the rotors' inertia, 0 for none.
+        servo_time_constant: of the joints' servos [s]; None: the robot's own.
         restitution: of the leaf for two free masses; None: the door's own.
         contact_duration: of the impact that the leaf's surface is designed for [s].
         friction: between soles and floor.
@@ -38,6 +39,7 @@ class WorldSettings:
     time_step_fine: float = 0.00025
     brace: bool = True
     rotor_scale: float = 1.0
+    servo_time_constant: float | None = None
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
@@ -64,6 +66,10 @@ class WorldSettings:
                 raise SettingError(name, value, "a positive number")
         if not (math.isfinite(self.rotor_scale) and self.rotor_scale >= 0.0):
             raise SettingError("rotor_scale", self.rotor_scale, "0 or more")
+        if self.servo_time_constant is not None and not (
+            math.isfinite(self.servo_time_constant) and self.servo_time_constant > 0.0
+        ):
+            raise SettingError("servo_time_constant", self.servo_time_constant, "positive")
         if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:
             raise SettingError("restitution", self.restitution, "0 to 1")
         if self.iterations < 1:

@@ -19,7 +19,7 @@ from hrp2_sim_bridge.driver import TrajectoryDriver
 from hrp2_sim_bridge.engine import connect, prepare
 from hrp2_sim_bridge.errors import SettingError, TrajectoryRefusedError
 from hrp2_sim_bridge.fall import FallWatch
-from hrp2_sim_bridge.hit_meter import NO_TOUCH, HitMeter
+from hrp2_sim_bridge.hit_meter import HitMeter
 from hrp2_sim_bridge.readings import TickReadings
 from hrp2_sim_bridge.recorder import save_npz
 from hrp2_sim_bridge.robot_world import RobotBody
@@ -115,8 +115,10 @@ class World:
             self.client, self.time_step, settings.iterations, settings.friction
         )
         self.robot = RobotBody(
-            self.client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale
+            self.client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale,
+            servo_time_constant=settings.servo_time_constant,
         )
+        self.robot.servos.set_step(self.time_step)
         self.door = DoorBody(
             self.client, self.door_config, self._door_distance, self._hinge_x, self.contact
         )
@@ -188,8 +190,8 @@ class World:
         readings = TickReadings([self._frames])
         orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
         for first in range(0, len(orders), per_sample):
-            self._steps(orders[first : first + per_sample], times[first], readings)
-            self._read(readings, fine, braced)
+            self._steps(orders[first : first + per_sample], times[first], readings, fine)
+            self._read(readings, braced)
         self._ticks += 1
         self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
         if self.fall.update(self.robot, self.floor):
@@ -269,11 +271,13 @@ class World:
         step = settings.time_step_fine if fine else settings.time_step_coarse
         if step != self.time_step:
             self.client.setTimeStep(step)
+            self.robot.servos.set_step(step)
             self.time_step = step
         return fine
 
     def _steps(
-        self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings
+        self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings,
+        near: bool,
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
@@ -283,9 +287,11 @@ class World:
             self.door.turn(torque)
             self.client.stepSimulation()
             reactions.append(self.robot.read_reactions())
+            if near:
+                self.hit.add_step(1.0 / len(orders))
         readings.reactions.append(np.array(reactions).mean(axis=0))
 
-    def _read(self, readings: TickReadings, near: bool, braced: bool) -> None:
+    def _read(self, readings: TickReadings, braced: bool) -> None:
         """Take readings at the end of a millisecond."""
         self._joints = self.robot.read_joints()
         self._frames = self.robot.read_frames()
@@ -293,6 +299,4 @@ class World:
         readings.joints.append(self._joints)
         readings.frames.append(self._frames)
         readings.door.append(self._door_state)
-        readings.touches.append(
-            self.hit.measure(self._joints[2], braced=braced) if near else NO_TOUCH
-        )
+        readings.touches.append(self.hit.take(self._joints[2], braced=braced))

@@ -179,6 +179,18 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     world.close()
 
 
+@pytest.mark.parametrize("step", [0.0005, 0.00025])
+def test_position_error_decays_with_the_servos_time_constant(make_world, step) -> None:
+    """A wrist 20 mrad off is 1/e of that off after the time constant, whatever the step."""
+    world = make_world(time_step_coarse=step, servo_time_constant=0.03)
+    joint = world.robot.joint_index["LARM_JOINT4"]
+    world.client.resetJointState(world.robot.body, joint, 0.02, 0.0)
+    for _ in range(6):
+        world.step()
+    left = world.client.getJointState(world.robot.body, joint)[0]
+    assert left == pytest.approx(0.02 * np.exp(-1.0), rel=0.03)
+
+
 def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, moving) -> None:
     """Point B of a swinging arm is where base and joint angles of the same row put it, to 20 um."""
     import pinocchio as pin
