@@ -30,7 +30,8 @@ def draw(summary: Mapping[str, Any], out: Path) -> None:
         _time_steps(summary, out / "time_step.png")
     if {"contact_duration", "restitution"} <= sweeps.keys():
         _contact(summary, out / "contact.png")
-    if {"rotor_scale", "friction"} <= sweeps.keys():
+    names = {"rotor_scale", "servo_time_constant", "friction", "door_offset"}
+    if names <= sweeps.keys():
         _unknowns(summary, out / "unknowns.png")
 
 
@@ -116,11 +117,20 @@ def _contact(summary: Mapping[str, Any], path: Path) -> None:
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    def fill(left: Axes, right: Axes) -> None:
-        for part, name, label in ((left, "rotor_scale", "rotor inertia, multiple of the model's"),
-                                  (right, "friction", "friction of the soles")):
-            rows = summary["sweeps"][name]
-            part.plot(_column(rows, name), _column(rows, "peak_deg"), "o-", color=BLUE)
-            part.set(title=label, xlabel=label, ylabel="largest opening angle [deg]")
-
-    _pair(path, fill)
+    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained", sharey=True)
+    for axes, (name, scale, label) in zip(grid.flat, (
+        ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
+        ("servo_time_constant", 1e3, "time constant of the servos [ms]"),
+        ("friction", 1.0, "friction of the soles"),
+        ("door_offset", 1e3, "door farther away than surveyed by [mm]"),
+    ), strict=True):
+        rows = summary["sweeps"][name]
+        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
+                  "o-", color=BLUE)
+        axes.axhline(summary["target_deg"], color=GREEN, ls="--")
+        axes.set(xlabel=label)
+        axes.grid(alpha=0.3)
+    for axes in grid[:, 0]:
+        axes.set(ylabel="largest opening angle [deg]")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

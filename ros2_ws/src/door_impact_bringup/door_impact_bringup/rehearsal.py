@@ -44,7 +44,7 @@ class Rehearsal:
 
 def rehearse(
     target_deg: float, path: Path, *, door: str = "paper", known: KnownDoor | None = None,
-    watch: Watch | None = None, **settings: Any,
+    door_offset: float = 0.0, watch: Watch | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
@@ -53,6 +53,7 @@ def rehearse(
         path: Where the simulation's log is written.
         door: Name or file of the simulated door.
         known: What the planner takes the door for; the simulated one by default.
+        door_offset: How much farther away the simulated door stands than surveyed [m].
         watch: Called after each tick with the world and what its sensors said.
         settings: Of the simulated world (`WorldSettings`).
 
@@ -68,7 +69,8 @@ def rehearse(
     plan = plan_impact(
         PlanRequest(np.radians(target_deg)), known, robot, make_settings(placement))
     world = World(
-        config, simulated, placement["door_distance"], placement["hinge_x"], **settings)
+        config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
+        **settings)
     try:
         execution = _run(world, plan, PointB(robot).speed, watch or _nobody)
         log = simulation_log.load(world.save_log(path), 0.0)

@@ -24,6 +24,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
     "restitution": (-1.0, "of a hit on the leaf; negative: the door's own"),
     "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia, 0 for none"),
+    "servo_time_constant": (-1.0, "of the joints' servos [s]; negative: the robot's own"),
     "contact_duration": (
         WorldSettings.contact_duration, "of the impact the leaf's surface is designed for [s]",
     ),
@@ -118,14 +119,14 @@ class BridgeParameters:
         Raises:
             SettingError: A parameter out of its range.
         """
-        restitution = self.number("restitution")
+        own = {name: self.number(name) for name in ("restitution", "servo_time_constant")}
         numbers = ("rotor_scale", "contact_duration", "friction", "time_step_coarse",
                    "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
             "gui": self.switch("gui"),
             "brace": self.switch("brace"),
-            "restitution": None if restitution < 0.0 else restitution,
+            **{name: None if value < 0.0 else value for name, value in own.items()},
             "iterations": self.whole("solver_iterations"),
             "encoder_bits": self.whole("encoder_bits"),
             "seed": self.whole("seed"),
