@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -40,6 +40,19 @@ class Foot:
     sensor_joint: str
 
 
+@dataclass(frozen=True)
+class SoleRubber:
+    """Rubber under one whole sole, along the vertical.
+
+    Attributes:
+        stiffness: [N/m].
+        damping: [N s/m].
+    """
+
+    stiffness: float
+    damping: float
+
+
 @dataclass(frozen=True, eq=False)
 class RobotConfig:
     """HRP-2 as the nodes need it. Arrays are (30,), in the order of ``joint_names``, read-only.
@@ -60,6 +73,7 @@ class RobotConfig:
         velocity_limit: Largest joint speeds [rad/s].
         effort_limit: Largest joint torques [N m].
         soles: ``left`` and ``right``: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
+        sole_rubber: Rubber between an ankle and the floor.
         feet: ``left`` and ``right``: link and joint names.
         imu_frame: Link in which the IMU sits.
         contact_link: Link whose origin is the middle of the body that hits the door.
@@ -84,6 +98,7 @@ class RobotConfig:
     velocity_limit: Array
     effort_limit: Array
     soles: Mapping[str, Rect]
+    sole_rubber: SoleRubber
     feet: Mapping[str, Foot]
     imu_frame: str
     contact_link: str
@@ -180,6 +195,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
+        sole_rubber=_sole_rubber(data["sole_rubber"]),
         feet=MappingProxyType(feet),
         imu_frame=data["imu_frame"],
         contact_link=data["contact_link"],
@@ -191,6 +207,14 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
     )
     _check(config, robot)
     return config
+
+
+def _sole_rubber(data: dict[str, Any]) -> SoleRubber:
+    rubber = SoleRubber(float(data["stiffness"]), float(data["damping"]))
+    for name, value in asdict(rubber).items():
+        if not (np.isfinite(value) and value > 0.0):
+            raise RobotConfigError(f"{name} of sole_rubber", value=value, limit="positive")
+    return rubber
 
 
 def _check(config: RobotConfig, robot: ET.Element) -> None:

@@ -95,6 +95,15 @@ def test_soles_are_mirrored_and_as_large_as_the_collision_box():
     assert ROBOT.soles["left"] == (-0.10, 0.13, -0.055, 0.075)
 
 
+def test_rubber_under_the_soles_is_as_stiff_as_published():
+    """Between LAAS's 4e4 N/m and JSK's 1e5 N/m; over the sole it turns as JSK's bush does."""
+    rubber = ROBOT.sole_rubber
+    assert 4e4 <= rubber.stiffness <= 1e5
+    assert 1e2 <= rubber.damping <= 6e2
+    half_width = np.ptp(ROBOT.soles["right"][2:]) / 2.0
+    assert 400.0 < rubber.stiffness * half_width**2 < 600.0
+
+
 def test_posture_changes_only_what_is_named():
     """posture() starts from half-sitting or the given base."""
     one = ROBOT.posture({"HEAD_JOINT0": 0.1})
@@ -111,8 +120,8 @@ def test_unknown_joint_is_an_error():
 
 @pytest.mark.parametrize(
     "field",
-    ["joint_names", "sole", "feet", "urdf", "actuators", "motor_encoder_counts", "rotor_link",
-     "servo_time_constant"],
+    ["joint_names", "sole", "sole_rubber", "feet", "urdf", "actuators", "motor_encoder_counts",
+     "rotor_link", "servo_time_constant"],
 )
 def test_missing_field_is_named(tmp_path, field):
     """A configuration without a field says which."""
@@ -134,6 +143,9 @@ def test_missing_field_is_named(tmp_path, field):
         ({"rotor_link": {"RFOOT": ["child"]}}, "RFOOT_JOINT0"),
         ({"servo_time_constant": 0.0}, "servo_time_constant"),
         ({"servo_time_constant": float("inf")}, "servo_time_constant"),
+        ({"sole_rubber": {"stiffness": -1.0, "damping": 600.0}}, "stiffness of sole_rubber"),
+        ({"sole_rubber": {"stiffness": 1e5, "damping": "soft"}}, "cannot be read"),
+        ({"sole_rubber": {"stiffness": 1e5}}, "damping"),
         ({"braced_posture_deg": "akimbo"}, "cannot be read"),
         ({"actuators": {"RLEG": {"gear": [1], "rotor_inertia": [1]}}}, "LLEG|RLEG_JOINT1|RARM"),
     ],

@@ -32,6 +32,8 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "push_duration": (0.25, "of a push by hand whose request leaves it open [s]"),
     "time_step_coarse": (WorldSettings.time_step_coarse, "physics step [s]"),
     "time_step_fine": (WorldSettings.time_step_fine, "physics step near the leaf [s]"),
+    "sole": (WorldSettings.sole, "rigid, or rubber as in robot.yaml"),
+    "stabilizer": (WorldSettings.stabilizer, "keep the robot up on rubber"),
     "solver_iterations": (WorldSettings.iterations, "of PyBullet's solver, each step"),
     "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
     "seed": (WorldSettings.seed, "chooses the encoder's arbitrary zero and the sensors' noise"),
@@ -125,6 +127,8 @@ class BridgeParameters:
         return {
             **{name: self.number(name) for name in numbers},
             "gui": self.switch("gui"),
+            "sole": self.text("sole"),
+            "stabilizer": self.switch("stabilizer"),
             "brace": self.switch("brace"),
             **{name: None if value < 0.0 else value for name, value in own.items()},
             "iterations": self.whole("solver_iterations"),

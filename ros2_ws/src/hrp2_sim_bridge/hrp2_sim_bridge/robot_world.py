@@ -12,6 +12,7 @@ from hrp2_description.robot import RobotConfig
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.frames import BodyState, cross, quaternion_product, rotation
 from hrp2_sim_bridge.rotors import load_robot
+from hrp2_sim_bridge.rubber import lay_rubber
 from hrp2_sim_bridge.servos import JointServos
 from hrp2_sim_bridge.spline import Array
 
@@ -30,6 +31,7 @@ class RobotBody:
         posture: (30,) [rad].
         rotor_scale: multiple of the rotors' inertia.
         servo_time_constant: of the joints' servos [s]; the robot's own by default.
+        rubber: whether the soles are of rubber.
 
     Raises:
         ModelError: PyBullet changed a mass, an inertia or the order of things.
@@ -43,6 +45,7 @@ class RobotBody:
         *,
         rotor_scale: float,
         servo_time_constant: float | None = None,
+        rubber: bool = False,
     ) -> None:
         self._client = client
         self.robot = robot
@@ -59,6 +62,8 @@ class RobotBody:
         self._frames = [*self.soles.values(), self.contact_link, self._imu]
         self._quiet_defaults([info[2] for info in infos])
         self._anchor_soles()
+        if rubber:
+            lay_rubber(client, self.body, self.soles.values(), robot.sole_rubber)
         for sensor in self._sensors:
             client.enableJointForceTorqueSensor(self.body, sensor, 1)
         offset = client.getDynamicsInfo(self.body, -1)[3:5]

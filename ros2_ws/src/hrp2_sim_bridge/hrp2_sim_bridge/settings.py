@@ -11,6 +11,7 @@ from hrp2_sim_bridge.sensor_settings import SensorSettings
 TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # of the log and the encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
+SOLES = ("rigid", "rubber")
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class WorldSettings:
         encoder_bits: width of the door's counter, 16 or 32.
         log_seconds: length of motion that the log keeps [s].
         sensors: how well the robot's sensors measure.
+        sole: "rigid", or "rubber" as `RobotConfig.sole_rubber` says.
+        stabilizer: whether it runs on rubber; rigid soles need none.
     """
 
     gui: bool = False
@@ -48,6 +51,18 @@ class WorldSettings:
     encoder_bits: int = 16
     log_seconds: float = 600.0
     sensors: SensorSettings = field(default_factory=SensorSettings)
+    sole: str = "rigid"
+    stabilizer: bool = True
+
+    @property
+    def rubber(self) -> bool:
+        """Whether the soles are of rubber."""
+        return self.sole == "rubber"
+
+    @property
+    def stabilized(self) -> bool:
+        """Whether the stabilizer runs."""
+        return self.stabilizer and self.rubber
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated.
@@ -74,3 +89,5 @@ class WorldSettings:
             raise SettingError("restitution", self.restitution, "0 to 1")
         if self.iterations < 1:
             raise SettingError("iterations", self.iterations, "1 or more")
+        if self.sole not in SOLES:
+            raise SettingError("sole", self.sole, " or ".join(SOLES))

@@ -26,12 +26,14 @@ from hrp2_sim_bridge.robot_world import RobotBody
 from hrp2_sim_bridge.sensors import EncoderCounter, RobotSensors, TickSample
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 from hrp2_sim_bridge.spline import Array
+from hrp2_sim_bridge.stabilizer import Stabilizer
 from hrp2_sim_bridge.trajectory import JointLimits, TrajectoryArrays
 from hrp2_sim_bridge.truth_log import TruthLog
 
 _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
 _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
+_RUBBER_SETTLING_TICKS = 100  # rubber swings for a while
 _CONTACT_MASS = 47.0  # free mass at point B it is designed for [kg]
 _IMU = 3  # place of the IMU among the links whose states are read
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
@@ -79,6 +81,7 @@ class World:
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
+        self._stabilizer = Stabilizer(robot) if self.settings.stabilized else None
         self.client: Any = None
         self.reset()
 
@@ -116,7 +119,7 @@ class World:
         )
         self.robot = RobotBody(
             self.client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale,
-            servo_time_constant=settings.servo_time_constant,
+            servo_time_constant=settings.servo_time_constant, rubber=settings.rubber,
         )
         self.robot.servos.set_step(self.time_step)
         self.door = DoorBody(
@@ -124,14 +127,18 @@ class World:
         )
         self.hit = HitMeter(self.client, self.robot, self.door, self.robot_config)
         self.fall = FallWatch()
-        self._ticks = -_SETTLING_TICKS
+        settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
+        self._ticks = -settling
+        self._felt: TickSample | None = None
+        if self._stabilizer is not None:
+            self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
         self._joints = self.robot.read_joints()
         self._frames = self.robot.read_frames()
         self._door_state = self.door.state()
         self._far_until = self._ticks
         self._sensors.power_on(self._posture, self.robot.imu())
-        for _ in range(_SETTLING_TICKS):
+        for _ in range(settling):
             self.step()
         self._log.clear()
         self._orders.clear()
@@ -181,6 +188,9 @@ class World:
         steps = SAMPLES_PER_TICK * per_sample
         times: Array = np.array([self.time + step * index for index in range(steps + 1)])
         reference = self.driver.positions(times)
+        if self._stabilizer is not None and self._felt is not None:
+            self._stabilizer.update(self._felt, self.driver.sample)
+            reference += self._stabilizer.offsets(times)
         braced = self.robot.servos.limit_torques(
             reference[0], brace=self.settings.brace and not self.fell,
             share=_FALLEN_TORQUE if self.fell else 1.0,
@@ -197,10 +207,11 @@ class World:
         if self.fall.update(self.robot, self.floor):
             self.driver.stop(self.time)
         ends = readings.ends(self.robot)
-        return self._sensors.read(
+        self._felt = self._sensors.read(
             self.time, self._joints, readings.wrenches(self.robot, ends, TICK),
             ends.at((1, _IMU)), [self._encoder.count(state.angle) for state in readings.door],
         )
+        return self._felt
 
     def log(self, *, with_com: bool = True) -> dict[str, Any]:
         """The truth so far.

@@ -122,7 +122,7 @@ def test_attitude_in_a_simulated_sway_is_right_to_1_deg(make_world, robot, sway,
     """Of the swaying robot itself, with more than 2 m/s^2."""
     world = make_world()
     postures = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
-    world.driver.accept(moving(np.array([0.1, 0.5, 0.9, 1.3]), postures), 0.0, world.time)
+    world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), postures), 0.0)
     most, force = 0.0, 0.0
     for _ in range(300):
         imu = world.step().imu

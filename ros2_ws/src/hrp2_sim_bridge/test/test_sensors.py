@@ -155,7 +155,7 @@ def test_exact_sensors_tell_the_truth(make_world, sway, moving):
     """In a motion: joints, wrenches and attitude are those of the simulator."""
     world = make_world(sensors=EXACT)
     postures = np.array([sway(0.0), sway(0.03)])
-    world.driver.accept(moving(np.array([0.05, 0.4]), postures), 0.0, world.time)
+    world.follow(moving(np.array([0.05, 0.4]), postures), 0.0)
     for _ in range(40):
         sample = world.step()
         position, velocity, effort = world.robot.read_joints()

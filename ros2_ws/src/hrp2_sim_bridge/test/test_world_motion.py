@@ -19,7 +19,7 @@ def run(world, seconds):
 def swaying(world, sway, moving, slower=1.0):
     """Start the sway."""
     postures = np.array([sway(y) for y in SWAY])
-    world.driver.accept(moving(SWAY_TIMES * slower, postures), 0.0, world.time)
+    world.follow(moving(SWAY_TIMES * slower, postures), 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, mov
     up = robot.posture({"LARM_JOINT0": -1.45, "LARM_JOINT3": -1.2})
     times = np.array([0.05, 0.75, 1.4])
     path = np.array([robot.half_sitting, up, robot.half_sitting])
-    world.driver.accept(moving(times, path), 0.0, world.time)
+    world.follow(moving(times, path), 0.0)
     log = run(world, 1.5)
     error = np.abs(log["q"][4::5] - log["tick_reference"])
     assert np.abs(log["dq"]).max() > 3.0
@@ -99,7 +99,7 @@ def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway
                 bad = robot.half_sitting + (9.0, float("nan"), 0.5)[tick % 3]
                 message = TrajectoryArrays(robot.joint_names, [0.01], [bad.tolist()])
                 with pytest.raises(TrajectoryRefusedError):
-                    world.driver.accept(message, 0.0, world.time)
+                    world.follow(message, 0.0)
             world.step()
         logs.append(world.log(with_com=False))
     for name, column in logs[0].items():
@@ -149,7 +149,7 @@ def leaning_hit(robot, paper_door, sway, moving, **settings):
     world = World(robot, paper_door, elbow + 0.02, -0.42, posture=braced, **settings)
     times = np.array([0.1, 0.6, 0.95, 1.15])
     path = np.array([sway(y, braced) for y in (0.0, 0.03, -0.03, -0.04)])
-    world.driver.accept(moving(times, path), 0.0, world.time)
+    world.follow(moving(times, path), 0.0)
     return world, run(world, 1.0)
 
 

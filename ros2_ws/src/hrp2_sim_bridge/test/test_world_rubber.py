@@ -1,0 +1,173 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hrp2_sim_bridge.engine import GRAVITY
+from hrp2_sim_bridge.frames import rotation
+from hrp2_sim_bridge.sensor_settings import SensorSettings
+from hrp2_sim_bridge.world import World
+
+SIDES = ("left", "right")
+HALF_SOLE = {"roll": 0.065, "pitch": 0.115}  # [m]
+EXACT = SensorSettings(sensor_noise=False)
+
+
+def run(world, seconds):
+    """Step for so many seconds or until it fell; returns the log."""
+    for _ in range(round(seconds / 0.005)):
+        world.step()
+        if world.fell:
+            break
+    return world.log()
+
+
+def push(world, impulse):
+    """A blow (2,) [N s] along x and y that gives the whole body one speed."""
+    client, body = world.client, world.robot.body
+    linear, angular = client.getBaseVelocity(body)
+    speed = np.array(linear)
+    speed[:2] += np.array(impulse) / world.robot_config.mass
+    client.resetBaseVelocity(body, speed.tolist(), angular)
+
+
+def depth_and_tilt(log, side):
+    """How deep a sole's middle is [m], its roll and pitch [rad], at the end."""
+    turn = rotation(log[f"{side}_sole_quaternion"][-1].astype(float))
+    middle = np.array([0.015, 0.01 if side == "left" else -0.01, 0.0])
+    depth = -(log[f"{side}_sole_position"][-1] + turn @ middle)[2]
+    return depth, turn[2, 1], -turn[2, 0]
+
+
+def about_middle(log, side):
+    """Normal force [N] on a sole and its moments about x and y through the middle [N m]."""
+    wrench = log[f"{side}_wrench"][-100:].mean(axis=0)
+    y = 0.01 if side == "left" else -0.01
+    return wrench[2], wrench[3] - y * wrench[2], wrench[4] + 0.015 * wrench[2]
+
+
+@pytest.fixture(scope="module")
+def stood(robot, paper_door):
+    """World on rubber that stood for a second, and its log."""
+    world = World(robot, paper_door, 0.9, -0.42, sole="rubber", sensors=EXACT)
+    yield world, run(world, 1.0)
+    world.close()
+
+
+def test_soles_sag_by_weight_over_stiffness(stood, robot) -> None:
+    """Both together by m g / 2 k, each by its own load over k; all four corners bear."""
+    world, log = stood
+    stiffness = robot.sole_rubber.stiffness
+    depths = []
+    for side in SIDES:
+        depths.append(depth_and_tilt(log, side)[0])
+        assert depths[-1] == pytest.approx(about_middle(log, side)[0] / stiffness, rel=0.02)
+    assert np.mean(depths) == pytest.approx(robot.mass * GRAVITY / 2.0 / stiffness, rel=0.02)
+    corners = world.client.getContactPoints(world.robot.body, world.floor)
+    assert len(corners) == 8
+    assert min(corner[9] for corner in corners) > 10.0
+
+
+@pytest.mark.parametrize("axis", ["roll", "pitch"])
+def test_soles_tilt_by_moment_over_stiffness(make_world, robot, sway, axis) -> None:
+    """Four springs at the corners: k_turn is k times half the sole's width or length squared."""
+    posture = sway(0.03) if axis == "roll" else robot.posture({"CHEST_JOINT1": 0.1})
+    world = make_world(posture=posture, sole="rubber", sensors=EXACT)
+    log = run(world, 1.0)
+    stiffness = robot.sole_rubber.stiffness * HALF_SOLE[axis] ** 2
+    place = ("roll", "pitch").index(axis)
+    for side in SIDES:
+        moment = about_middle(log, side)[1 + place]
+        assert abs(moment) > 1.0
+        assert -moment / depth_and_tilt(log, side)[1 + place] == pytest.approx(stiffness, rel=0.03)
+
+
+def test_half_sitting_on_rubber_is_upright_with_the_zmp_under_the_com(stood) -> None:
+    """The stabilizer stands the robot as on rigid soles, without a tremor."""
+    _, log = stood
+    force, moment = np.zeros(3), np.zeros(3)
+    for side in SIDES:
+        wrench = log[f"{side}_wrench"][-200:].mean(axis=0)
+        force += wrench[:3]
+        moment += wrench[3:] + np.cross(log[f"{side}_sole_position"][-1], wrench[:3])
+    zmp = np.array([-moment[1], moment[0]]) / force[2]
+    np.testing.assert_allclose(zmp, log["com_position"][-1, :2], atol=1e-3)
+    assert np.ptp(log["com_position"][-400:], axis=0).max() < 5e-4
+    for quaternion in log["base_quaternion"]:
+        assert rotation(quaternion)[2, 2] > np.cos(np.radians(0.05))
+
+
+@pytest.mark.parametrize("impulse", [(17.0, 0.0), (-16.0, 0.0), (0.0, 22.0), (0.0, -22.0)])
+def test_a_push_topples_the_robot_only_without_the_stabilizer(make_world, impulse) -> None:
+    """16 to 22 N s, forward, backward and sideways."""
+    fell = {}
+    for stabilizer in (True, False):
+        world = make_world(door_distance=2.0, sole="rubber", stabilizer=stabilizer)
+        run(world, 0.1)
+        push(world, impulse)
+        log = run(world, 3.0)
+        fell[stabilizer] = world.fell
+        if stabilizer:
+            assert rotation(log["base_quaternion"][-1])[2, 2] > np.cos(np.radians(0.5))
+    assert fell == {True: False, False: True}
+
+
+def sway_over_one_foot(world, sway, moving):
+    """Two seconds from the middle until the CoM is over the left sole, and back; the log."""
+    path = np.array([sway(y) for y in (0.0, 0.085, 0.085, 0.0)])
+    world.follow(moving(np.array([0.1, 1.1, 1.6, 2.6]), path), 0.0)
+    return run(world, 3.0)
+
+
+def test_a_sway_onto_one_foot_keeps_the_body_upright(make_world, sway, moving) -> None:
+    """The CoM goes over one foot and back: tilt 0.3 deg at most, several degrees without."""
+    tilt = {}
+    for stabilizer in (True, False):
+        world = make_world(sole="rubber", stabilizer=stabilizer, sensors=EXACT)
+        sway_over_one_foot(world, sway, moving)
+        tilt[stabilizer] = np.degrees(world.fall.max_tilt)
+    assert tilt[True] < 0.3
+    assert tilt[False] > 2.0
+
+
+def test_noise_of_the_sensors_does_not_shake_the_robot(make_world, sway, moving) -> None:
+    """The attitude's error and every sensor's noise: 0.4 deg of tilt, 3 mm of the CoM at rest."""
+    for seed in (1, 2):
+        world = make_world(sole="rubber", seed=seed)
+        rest = run(world, 1.0)
+        assert np.ptp(rest["com_position"], axis=0).max() < 3e-3
+        sway_over_one_foot(world, sway, moving)
+        assert np.degrees(world.fall.max_tilt) < 0.4
+        assert not world.fell
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_rubber_may_be_a_third_softer_or_stiffer_than_thought(
+    make_world, robot, sway, moving, factor
+) -> None:
+    """A push and a sway onto one foot on rubber that the stabilizer knows badly."""
+    known = robot.sole_rubber
+    world = make_world(door_distance=2.0, sole="rubber", sensors=EXACT)
+    world.robot_config = replace(
+        robot, sole_rubber=replace(known, stiffness=factor * known.stiffness)
+    )
+    world.reset()
+    assert depth_and_tilt(run(world, 0.3), "left")[0] == pytest.approx(
+        robot.mass * GRAVITY / 2.0 / factor / known.stiffness, rel=0.06)
+    push(world, (12.0, 0.0))
+    run(world, 2.0)
+    sway_over_one_foot(world, sway, moving)
+    assert not world.fell
+
+
+def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
+    """Rubber, stabilizer and all."""
+    world = make_world(door_distance=0.47, sole="rubber")
+    logs = []
+    for _ in range(2):
+        world.reset()
+        world.push_door(6.0, 0.2)
+        path = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
+        world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), path), 0.0)
+        logs.append(run(world, 0.85))
+    for name, column in logs[0].items():
+        np.testing.assert_array_equal(column, logs[1][name], err_msg=name)
