@@ -13,12 +13,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from door_model.config import DoorConfig
 from scipy.optimize import brentq
 
 from hrp2_sim_bridge.errors import SettingError
+from hrp2_sim_bridge.settings import WorldSettings
 
 _PHASES = 16  # first contact falls anywhere within a step: the mean over so many places
 _SOFTEST, _STIFFEST = 0.0, 8.0  # range of the damping ratio
+_ROBOT_MASS = 47.0  # free mass at point B that a leaf is designed for [kg]
+_LEAST_LEVER = 0.1  # of a hit [m]
 _ROUNDS = 4  # of matching the duration
 _SETTLED = 200.0  # longest contact followed, in units of 1 / natural frequency
 
@@ -107,6 +111,27 @@ def design_contact(
         restitution=shown,
         duration=took,
         reduced_mass=mass,
+    )
+
+
+def leaf_contact(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> ContactDesign:
+    """Surface of a leaf for a free mass that hits it abreast of the origin, where the robot stands.
+
+    Args:
+        door: its inertia, and its restitution if the settings leave it open.
+        hinge_x: place of the hinge [m].
+        settings: restitution, duration of contact, physics step near the leaf.
+
+    Raises:
+        SettingError: A restitution that a step of this length cannot show.
+    """
+    wanted = settings.restitution
+    lever = max(abs(hinge_x), _LEAST_LEVER)
+    return design_contact(
+        door.restitution if wanted is None else wanted,
+        reduced_mass(_ROBOT_MASS, door.i_a / lever**2),
+        settings.contact_duration,
+        settings.time_step_fine,
     )
 
 

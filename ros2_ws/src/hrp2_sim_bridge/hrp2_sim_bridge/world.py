@@ -13,7 +13,7 @@ from door_model.config import DoorConfig
 from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.command_log import CommandLog, trajectory_content
-from hrp2_sim_bridge.contact import ContactDesign, design_contact, reduced_mass
+from hrp2_sim_bridge.contact import leaf_contact
 from hrp2_sim_bridge.door_world import DoorBody, DoorState
 from hrp2_sim_bridge.driver import TrajectoryDriver
 from hrp2_sim_bridge.engine import connect, prepare
@@ -34,7 +34,6 @@ _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
 _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
 _RUBBER_SETTLING_TICKS = 100  # rubber swings for a while
-_CONTACT_MASS = 47.0  # free mass at point B it is designed for [kg]
 _IMU = 3  # place of the IMU among the links whose states are read
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
@@ -73,7 +72,7 @@ class World:
         self._door_distance = door_distance
         self._hinge_x = hinge_x
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
-        self.contact = self._design_contact()
+        self.contact = leaf_contact(door, hinge_x, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
         self._log = TruthLog(self.settings.log_seconds)
@@ -257,17 +256,6 @@ class World:
             raise SettingError("door_distance", door_distance, "a positive number")
         if not math.isfinite(hinge_x):
             raise SettingError("hinge_x", hinge_x, "a finite number")
-
-    def _design_contact(self) -> ContactDesign:
-        """For a free mass that hits the leaf abreast of the origin, where the robot stands."""
-        wanted = self.settings.restitution
-        l_b = max(abs(self._hinge_x), 0.1)
-        return design_contact(
-            self.door_config.restitution if wanted is None else wanted,
-            reduced_mass(_CONTACT_MASS, self.door_config.i_a / l_b**2),
-            self.settings.contact_duration,
-            self.settings.time_step_fine,
-        )
 
     def _choose_step(self) -> bool:
         """Fine steps near the leaf: at 1 ms the solver fails robot and door together."""
