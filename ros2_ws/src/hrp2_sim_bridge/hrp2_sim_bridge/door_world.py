@@ -128,7 +128,9 @@ class DoorBody:
             now: when the torque begins to act [s].
             duration: for how long it does [s].
         """
-        torque = self._closer(state.angle, state.velocity) + self._hand(now + 0.5 * duration)
+        # In the middle of the time: a torque that lags takes damping away from the closer.
+        angle = state.angle + 0.5 * duration * state.velocity
+        torque = self._closer(angle, state.velocity) + self._hand(now + 0.5 * duration)
         return torque + self._stops(state, torque, duration)
 
     def turn(self, torque: float) -> None:
