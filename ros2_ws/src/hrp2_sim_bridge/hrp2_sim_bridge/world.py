@@ -187,7 +187,7 @@ class World:
         steps = SAMPLES_PER_TICK * per_sample
         times: Array = np.array([self.time + step * index for index in range(steps + 1)])
         reference = self.driver.positions(times)
-        if self._stabilizer is not None and self._felt is not None:
+        if self._stabilizer is not None and self._felt is not None and not self.fell:
             self._stabilizer.update(self._felt, self.driver.sample)
             reference += self._stabilizer.offsets(times)
         braced = self.robot.servos.limit_torques(
