@@ -23,6 +23,7 @@ from . import evaluation, simulation_log
 Watch = Callable[[World, TickSample], None]
 ENCODER_DELAY = 4  # ticks until an angle of the door is heard: batches of 20 ms
 LONGEST = 40.0  # [s] of simulated time
+AFTERWARDS = 2.0  # [s] watched after the end of the execution: a fall takes its time
 
 
 @dataclass(frozen=True)
@@ -99,10 +100,14 @@ def _run(world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch) -> Execu
                        plan.desired_opening_angle),
         speed_of_b)
     send(execution.start(world.step().time))
+    end = LONGEST
     heard: list[tuple[float, float, float]] = []
-    while execution.outcome is Outcome.RUNNING and not world.fell and world.time < LONGEST:
+    while not world.fell and world.time < end:
         sample = world.step()
         watch(world, sample)
+        if execution.outcome is not Outcome.RUNNING:
+            end = min(end, world.time + AFTERWARDS)
+            continue
         for command in execution.on_joint_state(sample.time, sample.position, sample.velocity):
             send(command)
         heard.append((sample.time, world.door_state.angle, world.door_state.velocity))
