@@ -106,7 +106,7 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
         "v_rb": hit.v_rb,
         "v_rb_post": hit.v_rb_post,
         "omega_door": hit.omega_door,
-        "restitution": hit.restitution,
+        "restitution_shown": hit.restitution,
         "duration_ms": 1e3 * hit.duration,
         "peak_force": hit.peak_force,
         "effective_mass": run.log.i_a * hit.omega_door / (plan.l_b * lost),
