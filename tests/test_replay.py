@@ -4,29 +4,28 @@ import json
 from typing import Any
 
 import numpy as np
-from door_model.config import load_door
-from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.command_log import replay
-from hrp2_sim_bridge.sensor_settings import SensorSettings
-from hrp2_sim_bridge.world import World
 
 
-def test_the_demonstration_is_had_again_from_its_command_log_bit_for_bit(demo: Any) -> None:
+def test_the_demonstration_is_had_again_from_its_command_log_bit_for_bit(
+        demo: Any, ros2: Any) -> None:
     """Pushes, motion, hit and hold, without a node."""
     assert demo.status == 0, demo.text
-    with np.load(demo.out / "simulation.npz") as data:
-        log = dict(data)
-    settings = json.loads(str(log["settings"]))
-    settings["sensors"] = SensorSettings(**settings["sensors"])
-    world = World(load_robot_config(), load_door(str(log["door"])), float(log["door_distance"]),
-                  float(log["hinge_x"]), **settings)
-    try:
-        replay(world, str(log["commands"]), len(log["tick_time"]))
-        again = world.log(with_com=False)
-    finally:
-        world.close()
-    kinds = {order["kind"] for order in json.loads(str(log["commands"]))["orders"]}
+    path = demo.out / "simulation.npz"
+    with np.load(path) as log:
+        kinds = {order["kind"] for order in json.loads(str(log["commands"]))["orders"]}
+        assert np.degrees(log["door_angle"].max()) > 20.0
     assert {"push", "trajectory"} <= kinds
-    assert np.degrees(again["door_angle"].max()) > 20.0
-    for name, column in again.items():
-        np.testing.assert_array_equal(log[name], column, err_msg=name)
+    done = ros2("run", "hrp2_sim_bridge", "replay", str(path))
+    assert done.status == 0, done.out + done.err
+    assert "bit for bit" in done.out
+
+
+def test_a_log_that_is_none_is_an_error_of_one_line(tmp_path: Any, ros2: Any) -> None:
+    """A missing file, and one without orders."""
+    other = tmp_path / "other.npz"
+    np.savez(other, time=np.zeros(3))
+    for path in (tmp_path / "none.npz", other):
+        done = ros2("run", "hrp2_sim_bridge", "replay", str(path))
+        assert done.status == 1
+        assert "Traceback" not in done.err
+        assert path.name in done.err

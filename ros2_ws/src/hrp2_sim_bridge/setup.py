@@ -20,6 +20,7 @@ setup(
     entry_points={
         "console_scripts": [
             "hrp2_sim_bridge = hrp2_sim_bridge.hrp2_sim_bridge_node:main",
+            "replay = hrp2_sim_bridge.replay:main",
             "zmp_publisher = hrp2_sim_bridge.zmp_publisher_node:main",
         ],
     },

@@ -260,16 +260,21 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         real_time_factor = (node.now() - clock[0]) / wall
         node.save_log()
         say("drawing the figures and the animation")
-        results.write(results.Heard(
-            door=door, target_deg=target_deg, parameters=parameters, plan=plan, outcome=outcome,
-            planning_ms=planning_ms, real_time_factor=real_time_factor,
-            wall_s=time.monotonic() - _started, door_angle=np.array(node.door),
-            zmp=np.array(node.zmp), samples=samples,
-            phases=node.phases, end=node.now()), out)
+        try:
+            results.write(results.Heard(
+                door=door, target_deg=target_deg, parameters=parameters, plan=plan,
+                outcome=outcome, planning_ms=planning_ms, real_time_factor=real_time_factor,
+                wall_s=time.monotonic() - _started, door_angle=np.array(node.door),
+                zmp=np.array(node.zmp), samples=samples,
+                phases=node.phases, end=node.now()), out)
+        except DemoError as error:
+            if outcome.success:
+                raise
+            raise DemoError(f"{error}: {outcome.message}") from error
     finally:
         rclpy.try_shutdown()
     if not outcome.success:
-        raise DemoError(f"the motion failed: {outcome.message}")
+        raise DemoError(f"the motion failed: {outcome.message}; see nodes.log")
 
 
 def main(args: list[str] | None = None) -> int:

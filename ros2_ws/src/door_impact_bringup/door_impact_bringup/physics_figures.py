@@ -76,9 +76,10 @@ def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
             left.plot(wanted, shown, "o-", color=color, label=f"{speed:g} m/s")
             off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
             right.plot(wanted, off, "o-", color=color, label=f"{speed:g} m/s")
-        left.set(title="drop test", xlabel="restitution asked for", ylabel="shown")
+        left.set(title="free ball on the leaf", xlabel="restitution asked for", ylabel="shown")
         right.axhspan(-15, 15, color=GREEN, alpha=0.1)
-        right.set(title="difference", xlabel="restitution asked for", ylabel="10⁻³")
+        right.set(title="difference (band: ±0.015)", xlabel="restitution asked for",
+                  ylabel="shown less asked for, 10⁻³")
         left.legend(fontsize=8)
 
     _pair(path, fill)
@@ -117,7 +118,7 @@ def _contact(summary: Mapping[str, Any], path: Path) -> None:
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained", sharey=True)
+    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained")
     for axes, (name, scale, label) in zip(grid.flat, (
         ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
         ("servo_time_constant", 1e3, "time constant of the servos [ms]"),

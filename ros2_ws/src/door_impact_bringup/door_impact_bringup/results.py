@@ -94,18 +94,21 @@ def write(heard: Heard, out: Path) -> None:
     caught_deg = float(np.degrees(log.motion.door_angle[hit.peak:].min()))
     lines = table.rows(summary, caught_deg)
     notes = [*heard.plan.warnings, *heard.parameters.warnings, *([log.fell] if log.fell else [])]
-    report.write(lines, _heading(summary), notes, out / "report.html")
+    report.write(lines, _heading(summary, heard.outcome), notes, out / "report.html")
     print(table.text(lines), flush=True)
-    print(_heading(summary))
+    print(_heading(summary, heard.outcome))
     print(f"See {out / 'report.html'} for the figures and the animation.", flush=True)
 
 
-def _heading(summary: dict[str, Any]) -> str:
+def _heading(summary: dict[str, Any], outcome: Any) -> str:
     door, robot = summary["door"], summary["robot"]
-    return (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
-            f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and "
-            + ("fell." if robot["fell"] else
-               f"stands, holding it at {door['held_deg']:.1f} deg."))
+    opened = (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
+              f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
+    if robot["fell"]:
+        return opened + "fell."
+    if not outcome.success:
+        return opened + f"stands, but {outcome.message}."
+    return opened + f"stands, holding it at {door['held_deg']:.1f} deg."
 
 
 def _phases(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Impact,

@@ -62,7 +62,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("fell back, until the hand stopped it, to", "-", f"{caught_deg:.1f}", "deg"),
         Row("pushed back and held at", "25" if nominal else "-", f"{door['held_deg']:.2f}", "deg"),
         Row("ZMP (mean of 20 ms) in the support polygon", "inside",
-            "inside" if margin > 0 else "outside", ""),
+            "inside" if margin > 1.0 else "on the edge" if margin > -1.0 else "outside", ""),
         Row(f"smallest margin of it, in {phase}", "-", f"{margin:.1f}", "mm"),
         Row("foot slip", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),
         Row("robot", "stands", "fell" if robot["fell"] else "stands", ""),

@@ -237,6 +237,7 @@ class World:
             "contact_damping": self.contact.damping,
             "fall_reason": self.fall.reason,
             "max_tilt": self.fall.max_tilt,
+            "ticks": self._ticks,
             "commands": self._orders.text(),
             "settings": json.dumps(asdict(self.settings)),
         }

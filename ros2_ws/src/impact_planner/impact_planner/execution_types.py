@@ -45,7 +45,7 @@ class ExecutionSettings:
     """Thresholds of the execution.
 
     Attributes:
-        lead: From sending a trajectory to its start [s].
+        lead: From sending a trajectory to its start; a loaded machine takes its time [s].
         splice: The same for an early contact [s].
         early: A door that moves so long before the switch is an early contact [s].
         door_moves: Angular velocity of the door that tells of a contact [rad/s].
@@ -58,7 +58,7 @@ class ExecutionSettings:
         held_within: A door further than this from the desired angle is not held [rad].
     """
 
-    lead: float = 0.2
+    lead: float = 0.5
     splice: float = 0.005
     early: float = 0.01
     door_moves: float = 0.15

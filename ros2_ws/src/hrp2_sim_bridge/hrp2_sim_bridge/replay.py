@@ -1,0 +1,83 @@
+"""``ros2 run hrp2_sim_bridge replay``: a run had again from its log, without a node."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_model.config import load_door
+from door_model.errors import DoorModelError
+from hrp2_description.errors import DescriptionError
+from hrp2_description.robot import load_robot_config
+
+from hrp2_sim_bridge.command_log import replay
+from hrp2_sim_bridge.errors import SimBridgeError
+from hrp2_sim_bridge.sensor_settings import SensorSettings
+from hrp2_sim_bridge.world import World
+
+
+def replay_log(log: dict[str, Any]) -> dict[str, Any]:
+    """Give a new world the orders of a log; returns its own log.
+
+    Args:
+        log: as `World.log` has it; of the robot and the doors that are configured now.
+
+    Raises:
+        SettingError: The log has lost orders.
+        DoorModelError: There is no such door.
+    """
+    settings = json.loads(str(log["settings"])) | {"gui": False}
+    settings["sensors"] = SensorSettings(**settings["sensors"])
+    place = float(log["door_distance"]), float(log["hinge_x"])
+    world = World(load_robot_config(), load_door(str(log["door"])), *place, **settings)
+    try:
+        replay(world, str(log["commands"]), int(log["ticks"]))
+        return world.log(with_com="com_position" in log)
+    finally:
+        world.close()
+
+
+def differences(log: dict[str, Any], again: dict[str, Any]) -> list[str]:
+    """Names of the columns that are not the same bit for bit; settings aside."""
+    names = (log.keys() | again.keys()) - {"settings"}
+    return sorted(
+        name for name in names
+        if name not in log or name not in again or not np.array_equal(
+            log[name], again[name], equal_nan=np.asarray(log[name]).dtype.kind == "f"
+        )
+    )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Replay a log and tell whether it is the same run.
+
+    Returns:
+        0 where it is, 1 where it is not or cannot be replayed.
+    """
+    parser = argparse.ArgumentParser(prog="replay", description=main.__doc__)
+    parser.add_argument("log", type=Path, help="simulation.npz of a demonstration, or ~/save_log's")
+    path: Path = parser.parse_args(args).log
+    try:
+        with np.load(path) as data:
+            log = dict(data)
+        different = differences(log, replay_log(log))
+    except KeyError as error:
+        print(f"replay: {path} is no log of the simulation: no {error.args[0]}", file=sys.stderr)
+        return 1
+    except (SimBridgeError, DoorModelError, DescriptionError, OSError) as error:
+        print(f"replay: {path}: {error}", file=sys.stderr)
+        return 1
+    seconds = float(log["time"][-1])
+    if different:
+        print(f"{seconds:.1f} s replayed; not the same in {', '.join(different)}")
+        return 1
+    print(f"{seconds:.1f} s replayed: the same run, bit for bit in {len(log)} columns")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
