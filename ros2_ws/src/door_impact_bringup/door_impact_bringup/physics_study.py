@@ -172,7 +172,8 @@ def main(args: list[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="physics_study",
-        description="Measures what the simulated hit depends on (docs/physics.md); all of it takes some fifteen minutes.")
+        description="Measures what the simulated hit depends on (docs/physics.md); all of it takes "
+                    "some fifteen minutes.")
     parser.add_argument("sweeps", nargs="*", metavar="SWEEP",
                         help=f"of {', '.join(SWEEPS)} (default: all)")
     parser.add_argument("--out", type=Path, default=Path("out/physics"))
