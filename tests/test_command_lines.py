@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
+from processes import find_ros2
 
 PLAN_KEYS = {"omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
              "b_r", "i_rob", "l_b", "planning_ms"}
@@ -158,6 +160,30 @@ def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., 
     assert done.status == 1
     assert "pip install pybullet" in done.err
     assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("parameter", "word"),
+    [("log_file:=/", "log_file"), ("log_file:=/dev/null/run.npz", "log_file"),
+     ("contact_duration:=10.0", "contact_duration"), ("hinge_x:=1.0e300", "hinge_x"),
+     ("solver_iterations:=2147483648", "iterations"), ("sole:=soft", "sole is soft")])
+def test_a_setting_that_cannot_be_is_refused_before_anything_runs(
+        ros2: Callable[..., Any], parameter: str, word: str) -> None:
+    done = ros2("run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
+                parameters(), "-p", parameter)
+    assert done.status == 1
+    assert word in done.err
+    assert "Traceback" not in done.err
+
+
+def test_a_window_without_a_display_is_refused(
+        start_process: Callable[..., Any]) -> None:
+    environment = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
+    started = start_process(
+        [find_ros2(), "run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
+         parameters(), "-p", "gui:=true"], environment)
+    assert started.wait() == 1
+    assert "DISPLAY" in started.text()
 
 
 def test_a_second_driver_is_refused_and_the_first_goes_on(

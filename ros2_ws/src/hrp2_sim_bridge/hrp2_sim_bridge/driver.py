@@ -18,6 +18,7 @@ _DEFAULT_VELOCITY_FACTOR = 1.1
 _DEFAULT_STOP_TIME = 0.15  # [s]
 _DEFAULT_TICK = 0.005  # [s], HRP-2's control period
 _LATEST_START = 60.0  # a trajectory that starts later is stamped by another clock [s]
+_BRAKES = (1.0, 0.5, 0.25, 0.1)  # shares of the stop time that are tried
 _SAME_TIME = 1e-9  # [s]
 
 
@@ -68,7 +69,7 @@ class TrajectoryDriver:
         splines = self._splines
         for spline in reversed(splines):
             if time >= spline.start - _SAME_TIME:
-                return spline.sample(time)
+                return spline.sample(max(time, spline.start))
         return splines[0].sample(time)
 
     def positions(self, times: Array) -> Array:
@@ -77,7 +78,7 @@ class TrajectoryDriver:
         for spline in self._splines[1:]:
             begun = times >= spline.start - _SAME_TIME
             if begun.any():
-                out[begun] = spline.positions(times[begun])
+                out[begun] = spline.positions(np.maximum(times[begun], spline.start))
         return out
 
     def is_moving(self, time: float) -> bool:
@@ -112,11 +113,14 @@ class TrajectoryDriver:
                 "the trajectory ended before it came, at [s]", "",
                 float(origin + checked.times[-1]), float(now),
             )
-        spline = self._spline_from(checked, origin, now)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            spline = self._spline_from(checked, origin, now)
         check_spline(spline, self.limits, self._velocity_factor)
         # Straight lines have corners anyway and end on their last point.
-        moving_end = checked.velocity is not None
-        self._append(self._with_brake(spline) if moving_end else [spline], now)
+        splines = self._with_brake(spline) if checked.velocity is not None else [spline]
+        for brake in splines[1:]:
+            check_spline(brake, self.limits, self._velocity_factor)
+        self._append(splines, now)
 
     def stop(self, now: float) -> None:
         """Brake every joint smoothly within the stop time and hold; drops what waited."""
@@ -169,7 +173,17 @@ class TrajectoryDriver:
         return [spline, *self._brake(end, spline.end)]
 
     def _brake(self, state: JointState, now: float) -> list[Spline]:
-        duration = self._stop_time
+        """As softly as the stop time allows, but harder where that would break a limit."""
+        for share in _BRAKES:
+            brake = self._brake_within(state, now, share * self._stop_time)
+            try:
+                check_spline(brake, self.limits, self._velocity_factor)
+            except TrajectoryRefusedError:
+                continue
+            break
+        return [brake]
+
+    def _brake_within(self, state: JointState, now: float, duration: float) -> Spline:
         # With no position asked, velocity falls as a cubic: this is where that ends.
         end = state.position + state.velocity * duration / 2 + state.acceleration * duration**2 / 12
         end = np.clip(
@@ -178,14 +192,12 @@ class TrajectoryDriver:
             np.maximum(self.limits.upper, state.position),
         )
         zero = np.zeros_like(end)
-        return [
-            Spline(
-                np.array([now, now + duration]),
-                np.vstack([state.position, end]),
-                np.vstack([state.velocity, zero]),
-                np.vstack([state.acceleration, zero]),
-            )
-        ]
+        return Spline(
+            np.array([now, now + duration]),
+            np.vstack([state.position, end]),
+            np.vstack([state.velocity, zero]),
+            np.vstack([state.acceleration, zero]),
+        )
 
     def _append(self, splines: list[Spline], now: float) -> None:
         start = max(splines[0].start, now)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from hrp2_sim_bridge.errors import SimulatorMissingError
+from hrp2_sim_bridge.errors import SettingError, SimulatorMissingError
 
 GRAVITY = 9.80665  # standard gravity, ISO 80000-3 [m/s^2]
 
@@ -54,7 +54,15 @@ def _quiet() -> Iterator[None]:
 
 
 def connect(gui: bool) -> Any:
-    """A client of a new physics server, in this process or in a window."""
+    """A client of a new physics server, in this process or in a window.
+
+    Raises:
+        SimulatorMissingError: PyBullet is not installed.
+        SettingError: There is no display for a window.
+    """
+    if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        # PyBullet would end the process without a word.
+        raise SettingError("gui", gui, "false where DISPLAY names no display")
     pybullet = load_pybullet()
     # Comes with pybullet.
     from pybullet_utils.bullet_client import BulletClient

@@ -35,6 +35,7 @@ from hrp2_sim_bridge.errors import (
 )
 from hrp2_sim_bridge.imu import imu_variances
 from hrp2_sim_bridge.pacer import Pacer
+from hrp2_sim_bridge.recorder import check_writable
 from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 from hrp2_sim_bridge.world import World
@@ -53,6 +54,8 @@ class SimBridge(Node):
         super().__init__(NAME)
         self._options = BridgeParameters(self)
         self._log_file = self._options.text("log_file")
+        if self._log_file:
+            check_writable(self._log_file)
         self._push_duration = self._options.number("push_duration")
         if not self._push_duration > 0.0:
             raise SettingError("push_duration", self._push_duration, "positive")
@@ -198,7 +201,7 @@ class SimBridge(Node):
         try:
             response.message = str(self.world.save_log(self._log_file))
             response.success = True
-        except OSError as error:
+        except (OSError, ValueError) as error:
             response.success, response.message = False, str(error)
         return response
 

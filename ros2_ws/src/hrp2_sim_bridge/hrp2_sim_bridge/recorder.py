@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hrp2_sim_bridge.errors import SettingError
+
 _FIRST_CAPACITY = 4096
 _LEAST_ROWS = 16
 
@@ -62,6 +64,22 @@ class Recorder:
             grown = np.zeros((self._capacity, *data.shape[1:]), dtype=data.dtype)
             grown[: self._rows] = data[: self._rows]
             self._data[name] = grown
+
+
+def check_writable(path: str | Path) -> None:
+    """Make sure that `save_npz` will be able to write, before a run whose log would be lost.
+
+    Raises:
+        SettingError: There is no file of that name, or it cannot be written.
+    """
+    target = Path(path)
+    try:
+        partial = target.with_name(target.name + ".part")
+        partial.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_bytes(b"")
+        partial.unlink()
+    except (OSError, ValueError) as error:
+        raise SettingError("log_file", path, f"a file that can be written ({error})") from error
 
 
 def save_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> Path:

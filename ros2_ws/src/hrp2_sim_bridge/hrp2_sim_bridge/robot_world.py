@@ -75,7 +75,7 @@ class RobotBody:
         self._place(posture)
 
     def _quiet_defaults(self, joint_types: list[int]) -> None:
-        """No damping, no default motors, no limit constraints (servos against them pump force)."""
+        """No damping, no default motors."""
         client = self._client
         for index in range(-1, len(joint_types)):
             client.changeDynamics(
@@ -83,8 +83,6 @@ class RobotBody:
                 lateralFriction=1.0, restitution=0.0, maxJointVelocity=_FASTEST_JOINT,
             )
             if index >= 0 and joint_types[index] != client.JOINT_FIXED:
-                # Lower above upper means free: the driver keeps the limits.
-                client.changeDynamics(self.body, index, jointLowerLimit=1.0, jointUpperLimit=-1.0)
                 client.setJointMotorControl2(self.body, index, client.VELOCITY_CONTROL, force=0.0)
 
     def _anchor_soles(self) -> None:

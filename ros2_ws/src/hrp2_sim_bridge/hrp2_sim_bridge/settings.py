@@ -12,6 +12,9 @@ TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # of the log and the encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
 SOLES = ("rigid", "rubber")
+SHORTEST_STEP = 1e-5  # [s]
+CONTACT_DURATIONS = (0.002, 0.1)  # [s]
+MOST_ITERATIONS = 10_000
 
 
 @dataclass(frozen=True)
@@ -72,10 +75,15 @@ class WorldSettings:
         """
         for name in ("time_step_coarse", "time_step_fine"):
             step = getattr(self, name)
-            whole = math.isfinite(step) and 0.0 < step <= SAMPLE
+            whole = math.isfinite(step) and SHORTEST_STEP <= step <= SAMPLE
             if not whole or abs(SAMPLE / step - round(SAMPLE / step)) > 1e-9:
                 raise SettingError(name, step, f"a whole fraction of {SAMPLE} s")
-        for name in ("contact_duration", "friction", "log_seconds"):
+        shortest, longest = CONTACT_DURATIONS
+        if not shortest <= self.contact_duration <= longest:
+            raise SettingError(
+                "contact_duration", self.contact_duration, f"from {shortest:g} to {longest:g} s"
+            )
+        for name in ("friction", "log_seconds"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
@@ -87,7 +95,7 @@ class WorldSettings:
             raise SettingError("servo_time_constant", self.servo_time_constant, "positive")
         if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:
             raise SettingError("restitution", self.restitution, "0 to 1")
-        if self.iterations < 1:
-            raise SettingError("iterations", self.iterations, "1 or more")
+        if not 1 <= self.iterations <= MOST_ITERATIONS:
+            raise SettingError("iterations", self.iterations, f"1 to {MOST_ITERATIONS}")
         if self.sole not in SOLES:
             raise SettingError("sole", self.sole, " or ".join(SOLES))

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.spline import Array, Spline
 
-_SAMPLES_PER_SEGMENT = 9
+_SAMPLES = 20_000  # of a whole motion between its points
+_SAMPLES_PER_SEGMENT = (9, 129)  # at least and at most
+_MOST_POINTS = 5_000
 _POSITION_SLACK = 1e-6  # rounding of a point planned on the limit [rad]
 _POSITION_OVERSHOOT = 0.005  # of the spline between two points inside the limits [rad]
 
@@ -83,6 +85,8 @@ def check_arrays(message: TrajectoryArrays, limits: JointLimits) -> CheckedTraje
     Raises:
         TrajectoryRefusedError: with the joint, the value and the limit.
     """
+    if len(message.times) > _MOST_POINTS:
+        raise TrajectoryRefusedError("points", "", len(message.times), _MOST_POINTS)
     order = _joint_order(message.joint_names, limits.names)
     times = _checked_times(message.times)
     given = tuple(message.joint_names)
@@ -117,7 +121,9 @@ def check_spline(spline: Spline, limits: JointLimits, velocity_factor: float) ->
     """
     if not len(spline.coefficients):
         return
-    _, position, velocity = spline.inner_states(_SAMPLES_PER_SEGMENT)
+    with np.errstate(over="ignore", invalid="ignore"):
+        each = int(np.clip(_SAMPLES // len(spline.coefficients), *_SAMPLES_PER_SEGMENT))
+        _, position, velocity = spline.inner_states(each)
     _check_range("speed [rad/s] between points", np.abs(velocity),
                  limits.velocity * velocity_factor, limits)
     # A motion may start outside (the robot was there), so only new ground counts.
@@ -131,7 +137,7 @@ def check_spline(spline: Spline, limits: JointLimits, velocity_factor: float) ->
 def _check_range(
     what: str, values: Array, bound: Array, limits: JointLimits, sign: float = 1.0
 ) -> None:
-    bad = values > bound
+    bad = ~(values <= bound)  # so that what overflowed to NaN is bad too
     if not bad.any():
         return
     row, column = np.argwhere(bad)[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,7 @@ _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
 _SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
 _RUBBER_SETTLING_TICKS = 100  # rubber swings for a while
 _IMU = 3  # place of the IMU among the links whose states are read
+_FARTHEST = 10.0  # place of the door [m]
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
@@ -158,8 +158,11 @@ class World:
                 "the robot has fallen and wants a reset", "", self.fall.reason, "a standing robot"
             )
         self.driver.accept(trajectory, stamp, self.time)
+        numbers = 3 * len(trajectory.times) * len(trajectory.joint_names)
         content = trajectory_content(trajectory)
-        self._orders.add(self.tick, "trajectory", trajectory=content, stamp=stamp)
+        self._orders.add(
+            self.tick, "trajectory", numbers=numbers, trajectory=content, stamp=float(stamp)
+        )
 
     def stop(self) -> None:
         """Brake every joint and hold still."""
@@ -177,7 +180,7 @@ class World:
             SettingError: a duration that is not positive, or no number.
         """
         self.door.push(impulse, duration, self.time)
-        self._orders.add(self.tick, "push", impulse=impulse, duration=duration)
+        self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
 
     def step(self) -> TickSample:
         """Advance by one control tick; returns what the sensors say at its end."""
@@ -191,7 +194,7 @@ class World:
             self._stabilizer.update(self._felt, self.driver.sample)
             reference += self._stabilizer.offsets(times)
         braced = self.robot.servos.limit_torques(
-            reference[0], brace=self.settings.brace and not self.fell,
+            reference[0], brace=self.settings.brace and fine and not self.fell,
             share=_FALLEN_TORQUE if self.fell else 1.0,
         )
         targets = self.robot.servos.within_speed(reference, self._joints[0], step)
@@ -253,10 +256,10 @@ class World:
             self.client = None
 
     def _check_place(self, door_distance: float, hinge_x: float) -> None:
-        if not (math.isfinite(door_distance) and door_distance > 0.0):
-            raise SettingError("door_distance", door_distance, "a positive number")
-        if not math.isfinite(hinge_x):
-            raise SettingError("hinge_x", hinge_x, "a finite number")
+        if not 0.0 < door_distance <= _FARTHEST:
+            raise SettingError("door_distance", door_distance, f"above 0, up to {_FARTHEST:g} m")
+        if not abs(hinge_x) <= _FARTHEST:
+            raise SettingError("hinge_x", hinge_x, f"within {_FARTHEST:g} m of the origin")
 
     def _choose_step(self) -> bool:
         """Fine steps near the leaf: at 1 ms the solver fails robot and door together."""

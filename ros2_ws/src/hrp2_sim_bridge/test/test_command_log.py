@@ -39,6 +39,13 @@ def test_the_same_orders_give_the_same_run_bit_for_bit(make_world, sway, moving)
         np.testing.assert_array_equal(column, other[name], err_msg=name)
 
 
+def test_orders_of_numpys_numbers_can_be_kept(make_world) -> None:
+    """JSON knows none of them."""
+    world = make_world()
+    world.push_door(np.float32(5.0), np.float64(0.2))
+    assert json.loads(world.log(with_com=False)["commands"])["orders"][0]["impulse"] == 5.0
+
+
 def test_reset_begins_a_new_log(make_world) -> None:
     """Orders from before a reset belong to another run."""
     world = make_world()
@@ -54,10 +61,11 @@ def test_a_log_with_lost_orders_is_refused(make_world, monkeypatch) -> None:
     log = CommandLog()
     for tick in range(3):
         log.add(tick, "stop")
+    log.add(3, "push", numbers=10, impulse=1.0, duration=0.2)
     world = make_world()
     with pytest.raises(SettingError, match="lost") as error:
         replay(world, log.text(), 5)
-    assert error.value.value == 2
+    assert error.value.value == 3
     assert world.tick == 0
 
 

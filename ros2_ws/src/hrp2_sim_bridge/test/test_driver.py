@@ -86,6 +86,16 @@ def test_names_may_come_in_any_order() -> None:
         (message([0.1], [[0.3, 0.0, 0.0]]), "a", "jump"),
         (message([0.0, 1.0], [[0.1, 0.4, 0.0], [0.0] * 3]), "b", "jump"),
         (message([0.5, 0.6], [[0.0] * 3, [0.3, 0.0, 0.0]]), "a", "between points"),
+        (replace(GOOD, accelerations=[[1e308, 0.0, 0.0], [0.0] * 3]), "a", "between points"),
+        (message([1e-300, 2e-300], [[0.0] * 3] * 2, [[0.0] * 3] * 2, [[0.0] * 3] * 2), "b", ""),
+        # What comes to rest from a last point that moves, or bends, is part of the whole.
+        (message([3.0], [[1.0, 0.0, 0.0]], [[1.9, 0.0, 0.0]]), "a", "above"),
+        (message([1.0, 1.001], [[0.0] * 3] * 2, [[0.0] * 3, [0.01, 0.0, 0.0]],
+                 [[0.0] * 3, [1e4, 0.0, 0.0]]), "a", ""),
+        (message(np.arange(1.0, 6002.0).tolist(), [[0.0] * 3] * 6001), "", "points"),
+        # Outside only for a short while of a long segment.
+        (message([0.6, 5.58], [[0.0, 0.0, 0.0], [-0.67, 0.0, 0.0]], [[0.0] * 3, [1.9, 0.0, 0.0]],
+                 [[0.0] * 3, [13.0, 0.0, 0.0]]), "a", ""),
         # Inside the limits at both points, outside between them.
         (message([1.0, 2.0], [[0.9, 0.0, 0.0]] * 2, [[1.9, 0, 0], [-1.9, 0, 0]]), "a", "above"),
     ],
@@ -204,6 +214,30 @@ def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
     np.testing.assert_array_equal(rest.position, d.sample(when + 50.0).position)
     path = np.array([d.sample(when + t).velocity for t in np.linspace(0.0, 0.2, 60)])
     assert (np.abs(path) <= LIMITS.velocity * 1.1).all()
+
+
+@given(st.floats(0.0, 0.1))
+def test_stop_on_the_way_to_a_limit_stays_within_it(when) -> None:
+    """A quick move that ends on the limit may be stopped anywhere."""
+    d = driver()
+    d.reset(np.array([0.9, 0.0, 0.0]))
+    d.accept(message([0.1], [[1.0, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.0, 0.0)
+    d.stop(when)
+    path = d.positions(np.linspace(when, when + 0.3, 400))
+    assert path[:, 0].max() < 1.0 + 0.006
+
+
+@pytest.mark.parametrize("tick", [1, 3, 6, 12, 84, 1000, 1663])
+def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(tick) -> None:
+    """Its stamp, in seconds and nanoseconds, may be a rounding error later than the tick."""
+    d = driver()
+    stamp = round(tick * 5_000_000 // 10**9) + (tick * 5_000_000 % 10**9) * 1e-9
+    d.accept(message([stamp + 1.0], [[0.2, 0.0, 0.0]], [[0.4, 0.0, 0.0]]), 0.0, 0.0)
+    before = d.sample(tick * 0.005).velocity[0]
+    d.accept(message([1.5], [[0.1, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), stamp, 0.0)
+    assert d.sample(tick * 0.005).velocity[0] == pytest.approx(before, abs=1e-6)
+    times = np.array([tick * 0.005])
+    np.testing.assert_allclose(d.positions(times)[0], d.sample(times[0]).position, atol=1e-12)
 
 
 def test_stop_drops_what_waits() -> None:

@@ -101,7 +101,9 @@ def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
     [
         ("time_step_coarse", 0.0007), ("time_step_fine", 0.0), ("friction", -0.1),
         ("friction", float("nan")), ("restitution", 1.5), ("restitution", float("nan")),
-        ("iterations", 0), ("log_seconds", 0.0), ("time_step_coarse", 0.002),
+        ("iterations", 0), ("iterations", 2**31), ("contact_duration", 10.0),
+        ("contact_duration", 1e-9), ("time_step_fine", 1e-9),
+        ("log_seconds", 0.0), ("time_step_coarse", 0.002),
     ],
 )
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
