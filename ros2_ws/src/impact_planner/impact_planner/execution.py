@@ -223,7 +223,7 @@ class Execution:
         self.phase = "hold"
         hold = without_first(self.plan.phases["hold"])  # the driver starts from where it is
         self._starts["hold"] = now
-        self._end = now + self.settings.lead + float(hold.time[-1])
+        self._end = now + self.settings.judged_after + float(hold.time[-1])
         return [Command(now, hold)]
 
     # -- stop ---------------------------------------------------------------------------------
