@@ -224,7 +224,7 @@ class Execution:
         hold = without_first(self.plan.phases["hold"])  # the driver starts from where it is
         self._starts["hold"] = now
         self._end = now + self.settings.judged_after + float(hold.time[-1])
-        return [Command(now, hold)]
+        return [Command(0.0, hold)]  # from its arrival on: late is better than refused
 
     # -- stop ---------------------------------------------------------------------------------
 
