@@ -44,8 +44,8 @@ class Rehearsal:
 
 
 def rehearse(
-    target_deg: float, path: Path, *, door: str = "paper", known: KnownDoor | None = None,
-    door_offset: float = 0.0, watch: Watch | None = None, **settings: Any,
+    target_deg: float, path: Path, *, door: str = "paper", door_offset: float = 0.0,
+    watch: Watch | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
@@ -53,7 +53,6 @@ def rehearse(
         target_deg: Desired opening angle [deg].
         path: Where the simulation's log is written.
         door: Name or file of the simulated door.
-        known: What the planner takes the door for; the simulated one by default.
         door_offset: How much farther away the simulated door stands than surveyed [m].
         watch: Called after each tick with the world and what its sensors said.
         settings: Of the simulated world (`WorldSettings`).
@@ -64,8 +63,7 @@ def rehearse(
     """
     config, simulated = load_robot_config(), load_door(door)
     robot = RobotModel(config)
-    if known is None:
-        known = KnownDoor(simulated.name, simulated.door(), simulated.leaf.width)
+    known = KnownDoor(simulated.name, simulated.door(), simulated.leaf.width)
     placement = configured_placement()
     plan = plan_impact(
         PlanRequest(np.radians(target_deg)), known, robot, make_settings(placement))

@@ -125,7 +125,7 @@ class TrajectoryDriver:
     def stop(self, now: float) -> None:
         """Brake every joint smoothly within the stop time and hold; drops what waited."""
         state = self.sample(now)
-        self._append(self._brake(state, now), now)
+        self._append([self._brake(state, now)], now)
 
     def _spline_from(self, checked: CheckedTrajectory, origin: float, now: float) -> Spline:
         """Absolute times; starts from the reference unless the first point is due at the start."""
@@ -170,9 +170,9 @@ class TrajectoryDriver:
         end = spline.end_state()
         if np.abs(end.velocity).max() < 1e-6:
             return [spline]
-        return [spline, *self._brake(end, spline.end)]
+        return [spline, self._brake(end, spline.end)]
 
-    def _brake(self, state: JointState, now: float) -> list[Spline]:
+    def _brake(self, state: JointState, now: float) -> Spline:
         """As softly as the stop time allows, but harder where that would break a limit."""
         for share in _BRAKES:
             brake = self._brake_within(state, now, share * self._stop_time)
@@ -181,7 +181,7 @@ class TrajectoryDriver:
             except TrajectoryRefusedError:
                 continue
             break
-        return [brake]
+        return brake
 
     def _brake_within(self, state: JointState, now: float, duration: float) -> Spline:
         # With no position asked, velocity falls as a cubic: this is where that ends.

@@ -262,7 +262,7 @@ class World:
             raise SettingError("hinge_x", hinge_x, f"within {_FARTHEST:g} m of the origin")
 
     def _choose_step(self) -> bool:
-        """Fine steps near the leaf: at 1 ms the solver fails robot and door together."""
+        """Fine steps near the leaf, where robot and door become one problem for the solver."""
         if self._ticks < self._far_until:
             return False
         points = self.client.getClosestPoints(self.robot.body, self.door.body, 2.0 * _NEAR)
