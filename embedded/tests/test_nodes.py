@@ -166,6 +166,21 @@ def test_depth_bounds_what_waits(executor: SingleThreadedExecutor) -> None:
     assert got[-3:] == ["17", "18", "19"]
 
 
+def test_spin_once_finds_what_has_come(executor: SingleThreadedExecutor) -> None:
+    """A message that is there is handled at once, even if the reader thread is not let run."""
+    node = make(executor)
+    got: list[str] = []
+    node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
+    publisher = node.create_publisher(String, "x", 3)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
+    with node.context.reader_thread._lock:
+        publisher.publish(String(data="now"))
+        publisher.wait_for_all_acked()
+        for _ in range(10):  # what woke the executor before takes a turn
+            executor.spin_once(timeout_sec=0.0)
+        assert got == ["now"]
+
+
 def test_callback_errors_come_out_of_spin(executor: SingleThreadedExecutor) -> None:
     """What a callback or a coroutine raises, spin raises; the future keeps its own."""
     node = make(executor)

@@ -87,6 +87,12 @@ class Context:
             self._client_count += 1
             return self._client_count
 
+    def poll(self) -> None:
+        """Hands over what has come from the domain, without waiting for the reader thread."""
+        thread = self.reader_thread
+        if thread is not None:
+            thread.poll()
+
     def interrupt(self) -> None:
         """Ends it from a signal handler: nothing runs on, the domain is left later."""
         self._ok = False

@@ -112,13 +112,15 @@ class Executor:
     def _next(self, deadline: float | None) -> Any:
         """Waits for an entity, a timer or a task; None if none came, or something changed."""
         timer, wait = self._next_timer()
+        if deadline is not None:
+            wait = min(wait, deadline - time.monotonic())
+        if wait <= 0:
+            self._context.poll()
         # They take turns: a timer that is always late must not keep all else waiting.
         if timer is not None and (not self._timer_was_last or self._queue.empty()):
             self._timer_was_last = True
             return timer
         self._timer_was_last = False
-        if deadline is not None:
-            wait = min(wait, deadline - time.monotonic())
         try:
             if wait <= 0:
                 return self._queue.get_nowait()

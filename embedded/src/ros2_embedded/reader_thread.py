@@ -80,6 +80,20 @@ class ReaderThread:
                 self._due[function] = time.monotonic() + delay
                 self._guard.set(True)
 
+    def poll(self) -> None:
+        """Hands over, in the caller's thread, what has come.
+
+        For callers that will not block: each of their short calls of C releases the interpreter's
+        lock and takes it again before this thread wakes up, which can keep it waiting for seconds.
+        """
+        try:
+            if not self._stopping and self._waitset.wait(0):
+                with self._lock:
+                    self._hand_over_all()
+        except DDSException:
+            if not self._stopping:  # see `_run`
+                raise
+
     def stop(self) -> None:
         """Makes what is due, ends the thread and forgets the readers."""
         self._stopping = True
@@ -112,9 +126,12 @@ class ReaderThread:
                 for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
                     del self._due[function]
                     function()
-                for condition, sink in list(self._sinks.items()):
-                    if condition.triggered:
-                        self._hand_over(condition, sink)
+                self._hand_over_all()
+
+    def _hand_over_all(self) -> None:
+        for condition, sink in list(self._sinks.items()):
+            if condition.triggered:
+                self._hand_over(condition, sink)
 
     def _hand_over(self, condition: ReadCondition, sink: Sink) -> None:
         samples = condition.reader.take(_BATCH, condition=condition)
