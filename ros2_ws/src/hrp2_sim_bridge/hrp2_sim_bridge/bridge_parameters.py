@@ -20,8 +20,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "hinge_x": (math.nan, "x of the hinge in odom [m]"),
     "gui": (False, "open PyBullet's window"),
     "paced": (True, "hold the simulation to real time"),
-    # Faster, and the other nodes of two busy cores fall seconds behind the robot.
-    "max_real_time_factor": (0.8, "limit of an unpaced simulation, 0 for none"),
+    "max_real_time_factor": (0.0, "limit of an unpaced simulation, 0 for none"),
     "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
     "restitution": (-1.0, "of a hit on the leaf; negative: the door's own"),
     "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia, 0 for none"),

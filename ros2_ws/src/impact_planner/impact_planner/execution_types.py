@@ -45,10 +45,9 @@ class ExecutionSettings:
     """Thresholds of the execution.
 
     Attributes:
-        lead: From sending the whole motion to its start: over a hundred fragments of a message,
-            of which a loaded machine loses some and sends them again [s].
-        judged_after: From the last point of the hold to its judgement [s].
+        lead: From sending the whole motion to its start; a loaded machine takes its time [s].
         splice: The same for an early contact [s].
+        judged_after: From the last point of the hold to its judgement [s].
         early: A door that moves so long before the switch is an early contact [s].
         door_moves: Angular velocity of the door that tells of a contact [rad/s].
         late: A door that has not moved so long after the planned contact is missed [s].
@@ -60,9 +59,9 @@ class ExecutionSettings:
         held_within: A door further than this from the desired angle is not held [rad].
     """
 
-    lead: float = 2.0
-    judged_after: float = 0.2
+    lead: float = 0.5
     splice: float = 0.005
+    judged_after: float = 0.2
     early: float = 0.01
     door_moves: float = 0.15
     late: float = 0.3
