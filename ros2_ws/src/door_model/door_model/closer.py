@@ -2,7 +2,8 @@ r"""Linkage of the door closer: eqs. (7) to (9) of the paper.
 
 The fixed pivots are a distance :math:`l` apart. Link 1 lies on the leaf, link 2 on the closer's
 joint, link 3 returns to the frame. :math:`D` is the distance between the two pivots that links 2
-and 3 join; the linkage closes while the triangle :math:`(D, l_2, l_3)` does.
+and 3 join; the linkage closes while the triangle :math:`(D, l_2, l_3)` does. It does so in two
+ways, its assembly modes, mirrored about the line of :math:`D`; eq. (8) is one of them.
 
 The paper's appendix prints ``theta_0 = 0.34 rad`` for what eq. (7) calls ``theta_i0``.
 """
@@ -13,12 +14,71 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 from door_model.checks import require_finite, require_positive
 from door_model.errors import DoorParameterError, LinkageError
 
+_STEPS = 400  # of a search for dead centres
 
-@dataclass(frozen=True, kw_only=False)
+
+def four_bar(
+    theta: Any, l: Any, l1: Any, l2: Any, l3: Any, theta_i0: Any, assembly: Any  # noqa: E741
+) -> tuple[Any, Any, Any]:
+    """Eqs. (7) to (9) and the slope of eta, with no check: NaN where the linkage does not close.
+
+    Args:
+        theta: Opening angles [rad].
+        l, l1, l2, l3: Lengths of `FourBarCloser` [m].
+        theta_i0: Angle of `FourBarCloser` [rad].
+        assembly: Mode of `FourBarCloser`.
+            All of them numbers or arrays that broadcast.
+
+    Returns:
+        f [rad], eta = df/d theta [-] and d eta/d theta [1/rad].
+    """
+    phi = theta + theta_i0  # eq. (7)
+    cosine = np.cos(phi)
+    along, across = l * cosine, l * np.sin(phi)
+    reach = l1 - along
+    d2 = reach * reach + across * across
+    d = np.sqrt(d2)
+    # First arccos of eq. (8), written with arctan2: same value for 0 <= phi <= pi, and smooth
+    # where the arccos would fold.
+    alpha_slope = (l1 * along - l * l) / d2
+    d2_slope = 2.0 * l1 * across
+    alpha_bend = -(0.5 + alpha_slope) * d2_slope / d2
+    # Second arccos: cos(beta) = D (1 + share) / (2 l2) and its derivatives by D^2.
+    share = (l2 * l2 - l3 * l3) / d2
+    twice = 0.5 / (l2 * d)
+    c = twice * d2 * (1.0 + share)
+    by_d2 = 0.5 * twice * (1.0 - share)
+    sin2 = 1.0 - c * c
+    c_slope = by_d2 * d2_slope
+    c_bend = by_d2 * (2.0 * l1) * along - twice * (0.25 - 0.75 * share) / d2 * d2_slope * d2_slope
+    signed = assembly / np.sqrt(sin2)
+    return (
+        np.pi - np.arctan2(across, reach) - assembly * np.arccos(c),
+        signed * c_slope - alpha_slope,
+        signed * (c_bend + c * c_slope * c_slope / sin2) - alpha_bend,
+    )
+
+
+def angle_limits(l: Any, l1: Any, l2: Any, l3: Any, theta_i0: Any) -> tuple[Any, Any]:  # noqa: E741
+    """Smallest and largest angle between which a linkage closes [rad], see `FourBarCloser`.
+
+    They enclose the closed door only if it closes there. Numbers or arrays that broadcast.
+    """
+
+    def angle_where(distance: Any) -> Any:
+        """Angle at which D, which grows with phi in 0 .. pi, reaches a distance."""
+        cosine = (l * l + l1 * l1 - distance * distance) / (2.0 * l * l1)
+        return np.arccos(np.clip(cosine, -1.0, 1.0)) - theta_i0
+
+    return angle_where(abs(l2 - l3)), angle_where(l2 + l3)
+
+
+@dataclass(frozen=True)
 class FourBarCloser:
     """Four-bar linkage between a leaf and its closer.
 
@@ -28,9 +88,11 @@ class FourBarCloser:
         l2: Link 2 [m].
         l3: Link 3 [m].
         theta_i0: Angle between the fixed part and link 1 at the closed door [rad], 0 to pi.
+        assembly: Mode in which links 2 and 3 are put together: 1 as in eq. (8), -1 mirrored.
 
     Raises:
-        DoorParameterError: A length is not positive or the angle is not between 0 and pi.
+        DoorParameterError: A length is not positive, the angle is not between 0 and pi, or there
+            is no such mode.
     """
 
     l: float  # noqa: E741, the paper's letter
@@ -38,14 +100,17 @@ class FourBarCloser:
     l2: float
     l3: float
     theta_i0: float
+    assembly: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check lengths and angle."""
+        """Check lengths, angle and mode."""
         for name in ("l", "l1", "l2", "l3"):
             require_positive(name, getattr(self, name))
         require_finite("theta_i0", self.theta_i0)
         if not 0.0 < self.theta_i0 < math.pi:
             raise DoorParameterError("theta_i0", self.theta_i0, "between 0 and pi")
+        if self.assembly not in (1.0, -1.0):
+            raise DoorParameterError("assembly", self.assembly, "1 or -1")
 
     def f(self, theta: ArrayLike) -> Any:
         """Angle of the closer's joint theta_c, eq. (8).
@@ -75,28 +140,27 @@ class FourBarCloser:
         """
         return self.f_and_eta(theta)[1]
 
+    def slope_of_eta(self, theta: ArrayLike) -> Any:
+        """d eta / d theta [1/rad], by differentiating eq. (8) twice; as `eta` otherwise."""
+        return self.f_eta_slope(theta)[2]
+
     def f_and_eta(self, theta: ArrayLike) -> tuple[Any, Any]:
         """Both f and eta, which share most of their work; see there."""
-        phi = np.asarray(theta, dtype=float) + self.theta_i0  # eq. (7)
-        cos_phi = np.cos(phi)
-        sin_phi = np.sin(phi)
-        d2 = self.l**2 + self.l1**2 - 2.0 * self.l1 * self.l * cos_phi
-        d = np.sqrt(d2)
-        difference = self.l2**2 - self.l3**2
+        return self.f_eta_slope(theta)[:2]
+
+    def f_eta_slope(self, theta: ArrayLike) -> tuple[Any, Any, Any]:
+        """f, eta and the slope of eta, which share most of their work; see there."""
+        theta = np.asarray(theta, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore"):
-            cos_beta = (d2 + difference) / (2.0 * self.l2 * d)
-            inside = np.abs(cos_beta) < 1.0
+            answer = four_bar(theta, *self.numbers())
+        inside = np.isfinite(answer[1])
         if not inside.all():
-            self._raise_open(phi, d, inside)
-        # First arccos of eq. (8), written with arctan2: same value for 0 <= phi <= pi, and smooth
-        # where the arccos would fold.
-        alpha = np.arctan2(self.l * sin_phi, self.l1 - self.l * cos_phi)
-        alpha_slope = self.l * (self.l1 * cos_phi - self.l) / d2
-        cos_beta_slope = (
-            (1.0 - difference / d2) * (self.l * self.l1 * sin_phi / d) / (2.0 * self.l2)
-        )
-        beta_slope = -cos_beta_slope / np.sqrt(1.0 - cos_beta**2)
-        return np.pi - alpha - np.arccos(cos_beta), -alpha_slope - beta_slope
+            self._raise_open(theta, inside)
+        return answer
+
+    def numbers(self) -> tuple[float, ...]:
+        """Lengths, angle and mode in the order of `four_bar`."""
+        return self.l, self.l1, self.l2, self.l3, self.theta_i0, self.assembly
 
     def opening_limit(self) -> float:
         """Largest opening angle up to which the linkage closes, from the closed door on [rad].
@@ -108,7 +172,7 @@ class FourBarCloser:
             LinkageError: The linkage does not even close at the closed door.
         """
         self.f(0.0)
-        return self._angle_where(self.l2 + self.l3) - self.theta_i0
+        return float(angle_limits(*self.numbers()[:5])[1])
 
     def closing_limit(self) -> float:
         """Smallest angle (negative) down to which the linkage closes [rad].
@@ -117,25 +181,41 @@ class FourBarCloser:
             LinkageError: The linkage does not even close at the closed door.
         """
         self.f(0.0)
-        return self._angle_where(abs(self.l2 - self.l3)) - self.theta_i0
+        return float(angle_limits(*self.numbers()[:5])[0])
 
-    def _angle_where(self, distance: float) -> float:
-        """Angle phi in 0 .. pi at which D reaches a distance; D grows with phi."""
-        cos_phi = (self.l**2 + self.l1**2 - distance**2) / (2.0 * self.l * self.l1)
-        return math.acos(min(1.0, max(-1.0, cos_phi)))
+    def dead_centre(self) -> float | None:
+        """First angle from the closed door on at which the closer turns round [rad].
 
-    def _raise_open(self, phi: NDArray[Any], d: NDArray[Any], inside: NDArray[Any]) -> None:
+        There eta is 0: the closer has no leverage, and beyond it its spring opens the door
+        (or, in a mode in which it opened it, shuts it).
+
+        Returns:
+            The angle up to the opening limit, None where there is none.
+
+        Raises:
+            LinkageError: The linkage does not even close at the closed door.
+        """
+        end = self.opening_limit()
+        angles = np.linspace(0.0, end, _STEPS, endpoint=False)
+        signs = np.sign(self.eta(angles))
+        turns = np.flatnonzero(signs[1:] * signs[0] <= 0.0)
+        if not turns.size:
+            return None
+        low, high = angles[turns[0]], angles[turns[0] + 1]
+        return float(brentq(lambda angle: float(self.eta(angle)), low, high))
+
+    def _raise_open(self, theta: NDArray[Any], inside: NDArray[Any]) -> None:
         """Name the link and the angle of the first point at which the linkage does not close."""
-        first = int(np.argmin(np.ravel(inside)))
-        theta = float(np.ravel(phi)[first]) - self.theta_i0
-        distance = float(np.ravel(d)[first])
-        if not math.isfinite(theta):
-            raise DoorParameterError("theta", theta, "a finite number")
+        first = float(np.ravel(theta)[int(np.argmin(np.ravel(inside)))])
+        if not math.isfinite(first):
+            raise DoorParameterError("theta", first, "a finite number")
+        phi = first + self.theta_i0
+        distance = math.hypot(self.l1 - self.l * math.cos(phi), self.l * math.sin(phi))
         longest = self.l2 + self.l3
         if distance >= longest:
             raise LinkageError(
                 "l2 + l3",
-                theta,
+                first,
                 f"l2 + l3 = {longest:.4f} m does not bridge the {distance:.4f} m "
                 "between the pivots",
                 value=distance,
@@ -145,7 +225,7 @@ class FourBarCloser:
         longer = "l2" if self.l2 > self.l3 else "l3"
         raise LinkageError(
             longer,
-            theta,
+            first,
             f"{longer} is too long to fold: |l2 - l3| = {shortest:.4f} m, but the pivots "
             f"are {distance:.4f} m apart",
             value=distance,

@@ -1,6 +1,7 @@
 """Linkage of the closer, eqs. (7) to (9)."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,26 +38,20 @@ def test_eq8_as_printed() -> None:
 
 
 lengths = st.floats(0.1, 0.4)
-
-
-@given(
-    l=lengths,
-    l1=lengths,
-    l2=lengths,
-    l3=lengths,
+linkages = st.builds(
+    FourBarCloser,
+    lengths,
+    lengths,
+    lengths,
+    lengths,
     theta_i0=st.floats(0.1, 1.5),
-    share=st.floats(0, 0.98),
+    assembly=st.sampled_from([1, -1]),
 )
-def test_eta_is_the_slope_of_f(
-    l: float,  # noqa: E741
-    l1: float,
-    l2: float,
-    l3: float,
-    theta_i0: float,
-    share: float,
-) -> None:
-    """Any linkage: eta equals the central difference of f wherever it closes."""
-    closer = FourBarCloser(l, l1, l2, l3, theta_i0)
+
+
+@given(closer=linkages, share=st.floats(0, 0.98))
+def test_eta_is_the_slope_of_f(closer: FourBarCloser, share: float) -> None:
+    """Any linkage in either mode: eta equals the central difference of f wherever it closes."""
     try:
         theta = share * closer.opening_limit()
         slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
@@ -64,6 +59,45 @@ def test_eta_is_the_slope_of_f(
     except LinkageError:
         return
     assert slope == pytest.approx(eta, rel=1e-3, abs=1e-3)
+
+
+@given(closer=linkages, share=st.floats(0.02, 0.98))
+def test_slope_of_eta(closer: FourBarCloser, share: float) -> None:
+    """Any linkage in either mode: the second derivative of f too, away from its ends."""
+    try:
+        theta = share * closer.opening_limit()
+        difference = (closer.eta(theta + 1e-6) - closer.eta(theta - 1e-6)) / 2e-6
+        slope = closer.slope_of_eta(theta)
+    except LinkageError:
+        return
+    assert difference == pytest.approx(slope, rel=1e-3, abs=1e-3)
+
+
+@given(closer=linkages, share=st.floats(0, 0.98))
+def test_both_modes_put_the_same_links_together(closer: FourBarCloser, share: float) -> None:
+    """In either mode links 2 and 3 have their lengths: f is the angle of a link that fits."""
+    try:
+        theta = share * closer.opening_limit()
+        f = closer.f(theta)
+    except LinkageError:
+        return
+    # Link 1 turns about the origin, link 2 from its end by the closer's angle, link 3 comes back.
+    phi = theta + closer.theta_i0
+    end1 = closer.l1 * np.array([math.cos(phi), math.sin(phi)])
+    end2 = end1 + closer.l2 * np.array([math.cos(phi - f), math.sin(phi - f)])
+    back = math.hypot(*(end2 - np.array([closer.l, 0.0])))
+    assert back == pytest.approx(closer.l3, abs=1e-9)
+
+
+def test_dead_centre_is_where_the_closer_turns_round() -> None:
+    """The mirrored mode of the paper's links has one, at which f is extreme; eq. (8)'s has none."""
+    assert PAPER.dead_centre() is None
+    mirrored = replace(PAPER, assembly=-1)
+    angle = mirrored.dead_centre()
+    assert angle is not None
+    around = mirrored.f(angle + np.array([-0.01, 0.0, 0.01]))
+    assert around[1] < min(around[0], around[2])
+    assert abs(mirrored.eta(angle)) < 1e-9
 
 
 @given(l2=st.floats(0.05, 0.3), l3=st.floats(0.05, 0.3))
@@ -104,6 +138,13 @@ def test_refuses_lengths_that_are_none(bad: float) -> None:
     """Lengths must be positive and finite."""
     with pytest.raises(DoorParameterError, match="l2"):
         FourBarCloser(0.195, 0.204, bad, 0.265, 0.34)
+
+
+@pytest.mark.parametrize("bad", [0, 2, math.nan])
+def test_refuses_modes_that_are_none(bad: float) -> None:
+    """There are two ways to put a linkage together."""
+    with pytest.raises(DoorParameterError, match="assembly must be 1 or -1"):
+        replace(PAPER, assembly=bad)
 
 
 def test_refuses_nan_angles() -> None:
