@@ -9,7 +9,7 @@ mpl.use("Agg")  # no display is assumed
 import matplotlib.pyplot as plt
 import numpy as np
 from door_model.closer import FourBarCloser
-from door_model.dynamics import Door
+from door_model.door import Door
 from impact_planner.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -15,7 +15,8 @@ import pinocchio
 import rclpy
 from door_model.closer import FourBarCloser
 from door_model.config import load_door
-from door_model.dynamics import Door, simulate
+from door_model.door import Door
+from door_model.dynamics import simulate
 from door_model.recordings import Recording
 from door_model.swings import FreeSwing, find_swings
 from hrp2_description.robot import RobotConfig, load_robot_config

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,15 @@ import yaml
 
 from door_model.closer import FourBarCloser
 from door_model.data import data_path
-from door_model.dynamics import Door
+from door_model.door import Door, Zone
 from door_model.errors import ConfigError, DoorModelError
 from door_model.geometry import DoorGeometry, Leaf
 
 _CLOSER_KEYS = ("c_c", "k_c", "tau_c0_prime")
+_ZONES = ("backcheck", "latch")
 _REQUIRED = ("name", "leaf", "linkage", "closer", "restitution")
-_OPTIONAL = ("i_a",)
+_OPTIONAL = ("i_a", "friction")
+_LINKAGE_KEYS = ("l", "l1", "l2", "l3", "theta_i0")
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,10 @@ class DoorConfig:
         tau_c0_prime: Closer torque of eq. (12) [N m].
         i_a: Moment of inertia about the hinge [kg m^2].
         restitution: Coefficient of restitution of a hit on the leaf, 0 to 1.
+        c_c_closing: Viscosity while it closes [N m s/rad]; None: as while it opens.
+        backcheck: Where opening is damped otherwise; None: nowhere.
+        latch: Where closing is damped otherwise; None: nowhere.
+        friction: Coulomb friction at the hinge [N m].
     """
 
     name: str
@@ -42,10 +48,16 @@ class DoorConfig:
     tau_c0_prime: float
     i_a: float
     restitution: float
+    c_c_closing: float | None = None
+    backcheck: Zone | None = None
+    latch: Zone | None = None
+    friction: float = 0.0
 
     def door(self) -> Door:
         """The door for eq. (1)."""
-        return Door(self.i_a, self.c_c, self.k_c, self.tau_c0_prime, self.linkage)
+        return Door(
+            self.i_a, self.c_c, self.k_c, self.tau_c0_prime, self.linkage, self.c_c_closing,
+            self.backcheck, self.latch, self.friction)
 
     def geometry(self) -> DoorGeometry:
         """Leaf and linkage alone."""
@@ -53,14 +65,17 @@ class DoorConfig:
 
     def to_yaml(self) -> str:
         """Text that `load_door` reads back to the same numbers."""
-        linkage = {field.name: getattr(self.linkage, field.name) for field in fields(FourBarCloser)}
-        leaf = {field.name: getattr(self.leaf, field.name) for field in fields(Leaf)}
+        closer: dict[str, Any] = {key: getattr(self, key) for key in _CLOSER_KEYS}
+        if self.c_c_closing is not None:
+            closer["c_c_closing"] = self.c_c_closing
+        closer |= {name: asdict(zone) for name in _ZONES if (zone := getattr(self, name))}
         document = {
             "name": self.name,
-            "leaf": leaf,
-            "linkage": linkage,
-            "closer": {key: getattr(self, key) for key in _CLOSER_KEYS},
+            "leaf": asdict(self.leaf),
+            "linkage": asdict(self.linkage),
+            "closer": closer,
             "i_a": self.i_a,
+            "friction": self.friction,
             "restitution": self.restitution,
         }
         return yaml.safe_dump(document, sort_keys=False, allow_unicode=True)
@@ -74,19 +89,29 @@ def door_names() -> list[str]:
 def load_door(name_or_path: str | Path) -> DoorConfig:
     """Read a door.
 
+    A file has what `doors/paper.yaml` has. It may leave out ``i_a``, which is then the leaf's, and
+    may say what a real closer does beyond the paper (see `door_model.door`)::
+
+        linkage: {..., assembly: -1}           # the mirrored mode
+        closer:
+          c_c_closing: 0.5                     # [N m s/rad] while the door closes
+          backcheck: {angle: 1.22, c_c: 3.0}   # while it opens beyond 1.22 rad
+          latch: {angle: 0.2, c_c: 0.1}        # while it closes below 0.2 rad
+        friction: 0.3                          # [N m] at the hinge
+
     Args:
         name_or_path: Name of a door of this package, such as "paper", or a YAML file.
 
     Raises:
-        ConfigError: No such door, unknown or missing keys, numbers out of range, or a closer
-            that does not assemble.
+        ConfigError: No such door, unknown or missing keys, numbers out of range, a closer that
+            does not assemble or does not pull the door shut.
     """
     path = _find(name_or_path)
     document = _read(path)
     source = str(path)
     _check_keys(source, "", document, _REQUIRED, _OPTIONAL)
     geometry = _geometry(source, document)
-    closer = _numbers(source, document, "closer", _CLOSER_KEYS)
+    closer = _closer(source, document["closer"])
     restitution = _number(source, "restitution", document["restitution"])
     if not 0.0 <= restitution <= 1.0:
         raise _out_of_range(source, "restitution", restitution, "0 to 1")
@@ -94,19 +119,53 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
         i_a = _number(source, "i_a", document["i_a"])
     else:
         i_a = geometry.leaf.moment_of_inertia()
-    for key in ("c_c", "k_c", "tau_c0_prime"):
+    for key in ("c_c", "k_c"):
         if not closer[key] > 0.0:
             raise _out_of_range(source, f"closer.{key}", closer[key], "a positive number")
     if not i_a > 0.0:
         raise _out_of_range(source, "i_a", i_a, "a positive number")
-    return DoorConfig(
+    config = DoorConfig(
         name=geometry.name,
         leaf=geometry.leaf,
         linkage=geometry.linkage,
         i_a=i_a,
         restitution=restitution,
+        friction=_number(source, "friction", document.get("friction", 0.0)),
         **closer,
     )
+    try:
+        pull = float(config.door().restoring_torque(0.0))
+    except DoorModelError as error:
+        raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error
+    if not pull > 0.0:
+        raise ConfigError(
+            source,
+            f"the closer does not pull the door shut: restoring torque {pull:.3g} N m at the "
+            f"closed door, with closer.tau_c0_prime {config.tau_c0_prime:g}",
+            value=pull,
+            limit="a positive torque",
+        )
+    return config
+
+
+def _closer(source: str, section: Any) -> dict[str, Any]:
+    """The closer's parameters, its zones among them."""
+    if not isinstance(section, Mapping):
+        raise ConfigError(source, "section 'closer' is not a mapping of keys", value=section)
+    _check_keys(source, "closer", section, _CLOSER_KEYS, ("c_c_closing", *_ZONES))
+    closer: dict[str, Any] = {
+        key: _number(source, f"closer.{key}", section[key])
+        for key in (*_CLOSER_KEYS, "c_c_closing")
+        if key in section
+    }
+    for name in _ZONES:
+        if name in section:
+            numbers = _numbers(source, section, name, ("angle", "c_c"))
+            try:
+                closer[name] = Zone(**numbers)
+            except DoorModelError as error:
+                raise ConfigError(source, f"{name}: {error}", value=error.value) from error
+    return closer
 
 
 def load_geometry(name_or_path: str | Path) -> DoorGeometry:
@@ -182,14 +241,22 @@ def _check_keys(
 
 
 def _numbers(
-    source: str, document: Mapping[str, Any], section: str, keys: tuple[str, ...]
+    source: str,
+    document: Mapping[str, Any],
+    section: str,
+    keys: tuple[str, ...],
+    optional: tuple[str, ...] = (),
 ) -> dict[str, float]:
     """A section that consists of numbers."""
     content = document[section]
     if not isinstance(content, Mapping):
         raise ConfigError(source, f"section {section!r} is not a mapping of keys", value=content)
-    _check_keys(source, section, content, keys)
-    return {key: _number(source, f"{section}.{key}", content[key]) for key in keys}
+    _check_keys(source, section, content, keys, optional)
+    return {
+        key: _number(source, f"{section}.{key}", content[key])
+        for key in (*keys, *optional)
+        if key in content
+    }
 
 
 def _number(source: str, key: str, value: Any) -> float:
@@ -210,10 +277,10 @@ def _geometry(source: str, document: Mapping[str, Any]) -> DoorGeometry:
     if not isinstance(name, str) or not name:
         raise ConfigError(source, f"name must be a text, not {name!r}", value=name)
     leaf_keys = tuple(field.name for field in fields(Leaf))
-    linkage_keys = tuple(field.name for field in fields(FourBarCloser))
     try:
         leaf = Leaf(**_numbers(source, document, "leaf", leaf_keys))
-        linkage = FourBarCloser(**_numbers(source, document, "linkage", linkage_keys))
+        linkage = FourBarCloser(
+            **_numbers(source, document, "linkage", _LINKAGE_KEYS, ("assembly",)))
         linkage.f(0.0)
     except ConfigError:
         raise

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from door_model.closer import FourBarCloser
-from door_model.dynamics import Door
+from door_model.door import Door
 from door_model.errors import NoFitError, NoScaleError, NoSwingError
 from door_model.recordings import Recording
 from door_model.scale import Scale

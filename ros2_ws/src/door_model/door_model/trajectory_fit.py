@@ -13,16 +13,16 @@ from scipy.optimize import least_squares
 
 from door_model.closer import FourBarCloser
 from door_model.errors import NoFitError
-from door_model.swing_batch import Ratios, integrate
+from door_model.free_motion import UNKNOWNS, FreeMotion, Ratios, follow
 from door_model.swings import FreeSwing, smooth
 
 Array = NDArray[np.float64]
 
 RATIO_NAMES = ("opening", "closing", "spring", "preload")
-_RELATIVE_STEP = 1e-4
 _SMALLEST = np.array([1e-3, 1e-3, 1e-2])  # of a first guess: c_c, k_c, tau'_c0 over I_A
 _LAGS = 200  # samples over which residuals may hang together
 _PIECE = 64  # rows
+_MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class _Problem:
         self.with_closing = with_closing
         self.times = [swing.t - swing.t[0] for swing in swings]
         self.measured = [swing.theta for swing in swings]
-        self.duration = max(float(t[-1]) for t in self.times)
+        self.durations = np.array([t[-1] for t in self.times])
         self.shared = 4 if with_closing else 3
         self._at: Array | None = None
         self._rows = np.empty((0, 0))
@@ -92,9 +92,15 @@ class _Problem:
 
     def fitted(self, x: Array) -> list[Array]:
         """Angles of every swing at its samples."""
-        ratios, starts = self.expand(x)
-        batch = integrate(self.closer, Ratios(*ratios), starts[:, 0], starts[:, 1], self.duration)
-        return [batch.at(t, slice(i, i + 1))[0][:, 0] for i, t in enumerate(self.times)]
+        motion = self._follow(x)
+        return [motion.derivatives(i, t)[0] for i, t in enumerate(self.times)]
+
+    def _follow(self, x: Array) -> FreeMotion:
+        """The swings as a vector of unknowns has them."""
+        (opening, closing, spring, preload), starts = self.expand(x)
+        ratios = Ratios(opening, closing, opening, closing, spring, preload)
+        return follow(
+            self.closer.numbers(), ratios, *starts.T, until=self.durations + _MARGIN, exact=True)
 
     def residuals(self, x: Array) -> Array:
         """Simulated minus measured angles, rotated."""
@@ -105,35 +111,23 @@ class _Problem:
         return self.rows(x)[:, :-2]
 
     def rows(self, x: Array) -> Array:
-        """Rotated rows of [Jacobian, residual, 1]; derivatives by central differences."""
+        """Rotated rows of [Jacobian, residual, 1]."""
         if self._at is not None and np.array_equal(x, self._at):
             return self._rows
-        unknowns = self.shared + 2
-        local = np.empty((len(self.times), unknowns))
-        local[:, : self.shared] = x[: self.shared]
-        local[:, self.shared :] = x[self.shared :].reshape(-1, 2)
-        steps = _RELATIVE_STEP * np.maximum(np.abs(local), 1e-2)
-        trials = np.repeat(local[:, None, :], 2 * unknowns + 1, axis=1)  # the last: unchanged
-        for k in range(unknowns):
-            trials[:, k, k] += steps[:, k]
-            trials[:, unknowns + k, k] -= steps[:, k]
-        columns = trials.reshape(-1, unknowns)
-        ratios = columns[:, : self.shared].T
-        if not self.with_closing:
-            ratios = ratios[[0, 0, 1, 2]]
-        starts = columns[:, self.shared :]
-        batch = integrate(self.closer, Ratios(*ratios), starts[:, 0], starts[:, 1], self.duration)
+        motion = self._follow(x)
         blocks = []
         for i, (t, measured) in enumerate(zip(self.times, self.measured, strict=True)):
-            width = 2 * unknowns + 1
-            theta, _ = batch.at(t, slice(width * i, width * (i + 1)))
-            slopes = (theta[:, :unknowns] - theta[:, unknowns:-1]) / (2.0 * steps[i])
-            small = _triangle(np.column_stack([slopes, theta[:, -1] - measured, np.ones(len(t))]))
+            theta, slopes = motion.derivatives(i, t)
+            columns = [slopes[:, UNKNOWNS.index(name)] for name in RATIO_NAMES]
+            if not self.with_closing:
+                columns[:2] = [columns[0] + columns[1]]
+            tall = np.column_stack([*columns, slopes[:, -2:], theta - measured, np.ones(len(t))])
+            small = _triangle(tall)
             block = np.zeros((len(small), len(x) + 2))
             block[:, : self.shared] = small[:, : self.shared]
             own = self.shared + 2 * i
-            block[:, own : own + 2] = small[:, self.shared : unknowns]
-            block[:, -2:] = small[:, unknowns:]
+            block[:, own : own + 2] = small[:, self.shared : self.shared + 2]
+            block[:, -2:] = small[:, self.shared + 2 :]
             blocks.append(block)
         self._at, self._rows = np.array(x), np.vstack(blocks)
         return self._rows

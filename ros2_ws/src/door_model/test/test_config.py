@@ -1,10 +1,12 @@
 """Doors as YAML files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 from door_model.config import door_names, load_door, load_geometry
+from door_model.door import Zone
 from door_model.errors import ConfigError
 from door_model.geometry import plate_moment_of_inertia
 
@@ -24,7 +26,9 @@ def edited(tmp_path: Path, section: str | None, key: str, value: object) -> Path
 
 def test_doors_that_come_with_the_package() -> None:
     """All of them load, and assemble to 90 deg."""
-    assert door_names() == ["paper", "size2", "size3", "size4"]
+    assert door_names() == [
+        "paper", "size2", "size2_leaf", "size3", "size3_leaf", "size4", "size4_leaf"
+    ]
     for name in door_names():
         door = load_door(name).door()
         assert door.restoring_torque(1.57) > 0.0
@@ -33,7 +37,19 @@ def test_doors_that_come_with_the_package() -> None:
 @pytest.mark.parametrize(("name", "torque"), [("size2", 13.0), ("size3", 18.0), ("size4", 26.0)])
 def test_sizes_have_their_closing_moment(name: str, torque: float) -> None:
     """EN 1154's least moment at the closed door."""
-    assert load_door(name).door().restoring_torque(0.0) == pytest.approx(torque, abs=1e-5)
+    for door in (load_door(name), load_door(f"{name}_leaf")):
+        assert door.door().restoring_torque(0.0) == pytest.approx(torque, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "mass", "width"),
+    [("size2_leaf", 40.0, 0.85), ("size3_leaf", 60.0, 0.95), ("size4_leaf", 80.0, 1.1)],
+)
+def test_leaves_of_the_standard(name: str, mass: float, width: float) -> None:
+    """EN 1154's leaf of each power size, and its moment of inertia."""
+    config = load_door(name)
+    assert (config.leaf.mass, config.leaf.width) == (mass, width)
+    assert config.i_a == plate_moment_of_inertia(mass, width)
 
 
 def test_leaf_agrees_with_the_moment_of_inertia() -> None:
@@ -54,6 +70,44 @@ def test_yaml_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "copy.yaml"
     path.write_text(load_door("size3").to_yaml())
     assert load_door(path) == load_door("size3")
+
+
+def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
+    """What goes beyond the paper is written and read as well."""
+    path = tmp_path / "real.yaml"
+    real = replace(
+        load_door("paper"), c_c_closing=0.5, backcheck=Zone(1.2, 3.0), latch=Zone(0.2, 0.1),
+        friction=0.3, linkage=replace(load_door("paper").linkage, l3=0.26),
+    )
+    path.write_text(real.to_yaml())
+    assert load_door(path) == real
+    assert load_door(path).door().friction == 0.3
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("backcheck", 1.2, "section 'backcheck' is not a mapping"),
+        ("backcheck", {"angle": 1.2}, "'backcheck': missing c_c"),
+        ("latch", {"angle": 0.1, "c_c": -1.0}, "latch: c_c of a zone must be"),
+        ("latch", {"angle": 0.1, "c_c": 1.0, "c": 1}, "'latch': unknown c"),
+        ("c_c_closing", -0.5, "c_c_closing must be a finite number of 0 or above"),
+        ("c_c_closing", "much", "closer.c_c_closing must be a finite number"),
+        ("back_check", 1.0, "unknown back_check"),
+    ],
+)
+def test_wrong_zones_are_named(tmp_path: Path, key: str, value: object, match: str) -> None:
+    """Zones and the closing's viscosity are checked like everything else."""
+    with pytest.raises(ConfigError, match=match):
+        load_door(edited(tmp_path, "closer", key, value))
+
+
+def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
+    """Its closer turns the other way, so the paper's spring would push the door open: refused."""
+    with pytest.raises(ConfigError, match="does not pull the door shut"):
+        load_door(edited(tmp_path, "linkage", "assembly", -1))
+    with pytest.raises(ConfigError, match="assembly must be 1 or -1"):
+        load_door(edited(tmp_path, "linkage", "assembly", 3))
 
 
 def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
@@ -78,7 +132,7 @@ def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
         ("linkage", "l2", 0.0, "l2 must be a positive"),
         ("linkage", "l3", 0.6, "does not close at 0.00 deg: l3 is too long"),
         ("closer", "k_c", 0, "closer.k_c must be a positive"),
-        ("closer", "tau_c0_prime", -3.0, "closer.tau_c0_prime must be a positive"),
+        ("closer", "tau_c0_prime", -3.0, "does not pull the door shut.*closer.tau_c0_prime -3"),
         (None, "i_a", 0.0, "i_a must be a positive"),
         (None, "restitution", 1.5, "restitution must be 0 to 1"),
         (None, "leaf", 3, "section 'leaf' is not a mapping"),

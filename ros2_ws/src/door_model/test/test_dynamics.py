@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from door_model.closer import FourBarCloser
 from door_model.config import load_door
-from door_model.dynamics import Door, initial_velocity, peak, simulate
+from door_model.door import Door
+from door_model.dynamics import initial_velocity, peak, simulate
 from door_model.errors import DoorParameterError, LinkageError, UnreachableAngleError
 from hypothesis import given, settings
 from hypothesis import strategies as st

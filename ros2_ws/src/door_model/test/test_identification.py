@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from door_model.closer import FourBarCloser
 from door_model.config import load_door
-from door_model.dynamics import Door, simulate
+from door_model.door import Door
+from door_model.dynamics import follow_free
 from door_model.errors import NoFitError, NoScaleError, NoSwingError
 from door_model.identification import PAPER_START_ANGLE, Window, identify
 from door_model.recordings import Recording, from_counts
 from door_model.scale import Scale, scale_from_leaf
-from door_model.swing_batch import Ratios, integrate
 from door_model.swings import find_swings
 from door_model.synthetic import (
     Push,
@@ -107,15 +107,12 @@ def test_differentiating_is_biased_and_the_fit_is_not(recording: Recording) -> N
 
 def test_one_sided_damper_is_told_apart() -> None:
     """Closing that is damped five times as much does not spoil the opening's viscosity."""
-    ratios = Ratios(*(np.array([0.06, 0.3, 1.13, 3.2]) / PAPER.i_a))
-    speeds = np.array([0.35, 0.45, 0.55, 0.65, 0.7])
-    batch = integrate(PAPER.closer, ratios, np.zeros(5), speeds, 4.0)
-    t = np.arange(0.0, 4.0, 1e-3)
-    theta, _ = batch.at(t, slice(None))
-    pieces = []
+    door = replace(PAPER, c_c_closing=0.3)
+    motion = follow_free(door, 0.0, np.array([0.35, 0.45, 0.55, 0.65, 0.7]))
+    theta, _ = motion.at(np.arange(0.0, 5.0, 1e-3))
+    pieces = [np.zeros(300)]
     for column in theta.T:
-        shut = int(np.argmax(column[1:] < 0.0)) + 1
-        pieces += [np.zeros(300), column[:shut], np.zeros(300)]
+        pieces += [column, np.zeros(300)]
     counts = np.rint(np.concatenate(pieces) / (2 * math.pi / 14400)).astype(int)
     result = identify(from_counts(np.arange(len(counts)) * 1e-3, counts), PAPER.closer, EXACT)
     assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
@@ -210,17 +207,6 @@ def test_wrong_sign_is_no_door() -> None:
     theta = np.where(t < 1.0, 0.3 * t**3, 0.3 - 3.0 * np.clip(t - 1.0, 0.0, 0.1))
     with pytest.raises((NoFitError, NoSwingError)):
         identify(Recording(t, theta), PAPER.closer, EXACT, window="opening")
-
-
-def test_batch_integration_agrees_with_the_exact_one() -> None:
-    """The fast integrator is a hundredth of a count from the tight one."""
-    ratios = Ratios(*(np.array([0.06, 0.06, 1.13, 3.2]) / PAPER.i_a))
-    batch = integrate(PAPER.closer, ratios, np.zeros(2), np.array([0.4, 0.7]), 1.8)
-    for column, omega in enumerate((0.4, 0.7)):
-        swing = simulate(PAPER, 0.0, omega, 1.7)
-        theta, speed = batch.at(swing.t, slice(column, column + 1))
-        assert np.abs(theta[:, 0] - swing.theta).max() < 4e-6
-        assert np.abs(speed[:, 0] - swing.omega).max() < 5e-5
 
 
 def test_simulated_pushes_fall_shut_and_stay_above_the_frame() -> None:

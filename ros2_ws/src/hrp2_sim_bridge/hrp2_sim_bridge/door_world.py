@@ -31,7 +31,7 @@ class DoorState(NamedTuple):
 
 
 class CloserTorque:
-    """The closer's torque about the hinge, eq. (1) without the inertia, from a fine table.
+    """The closer's torque about the hinge, eqs. (12) and (13), from fine tables.
 
     Args:
         config: the door.
@@ -45,7 +45,10 @@ class CloserTorque:
         self._lowest = lowest
         self._last = len(angles) - 2
         self._spring = (eta * (config.k_c * f + config.tau_c0_prime)).tolist()
-        self._damping = (config.c_c * eta**2).tolist()
+        door = config.door()
+        self._opening, self._closing = (
+            (door.viscosity(angles, sign) * eta**2).tolist() for sign in (1.0, -1.0)
+        )
 
     def __call__(self, angle: float, velocity: float) -> float:
         """Torque on the leaf [N m], negative when it closes the door."""
@@ -53,7 +56,8 @@ class CloserTorque:
         index = min(max(int(place), 0), self._last)
         share = min(max(place - index, 0.0), 1.0)
         spring = self._spring[index] * (1.0 - share) + self._spring[index + 1] * share
-        damping = self._damping[index] * (1.0 - share) + self._damping[index + 1] * share
+        table = self._opening if velocity > 0.0 else self._closing
+        damping = table[index] * (1.0 - share) + table[index + 1] * share
         return -spring - damping * velocity
 
 
@@ -121,7 +125,7 @@ class DoorBody:
         self._pushes.append((now, duration, impulse))
 
     def torque(self, state: DoorState, now: float, duration: float) -> float:
-        """Torque of closer, stops and pushes on the leaf [N m].
+        """Torque of closer, friction, stops and pushes on the leaf [N m].
 
         Args:
             state: of the leaf.
@@ -131,6 +135,10 @@ class DoorBody:
         # In the middle of the time: a torque that lags takes damping away from the closer.
         angle = state.angle + 0.5 * duration * state.velocity
         torque = self._closer(angle, state.velocity) + self._hand(now + 0.5 * duration)
+        if self.config.friction:
+            # At most what brings the leaf to rest.
+            stopping = torque + self.config.i_a * state.velocity / duration
+            torque -= min(max(stopping, -self.config.friction), self.config.friction)
         return torque + self._stops(state, torque, duration)
 
     def turn(self, torque: float) -> None:

@@ -1,9 +1,11 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from door_model.config import load_door
-from door_model.dynamics import simulate
+from door_model.door import Zone
+from door_model.dynamics import follow_free, simulate
 from hrp2_sim_bridge.door_world import CloserTorque
 from hrp2_sim_bridge.errors import SettingError
 from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, EncoderCounter
@@ -13,12 +15,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 DURATION = 0.2
+# A closer as one finds them: it damps closing more, has a backcheck and a latch zone.
+REAL = replace(
+    load_door("paper"), c_c_closing=0.5, backcheck=Zone(0.2, 0.3), latch=Zone(0.15, 0.2),
+    friction=0.5,
+)
 
 
-@pytest.mark.parametrize(("name", "impulse"), [("paper", 9.0), ("paper", 5.0), ("size3", 11.0)])
-def test_pushed_door_swings_as_eq_1_says(robot, name, impulse) -> None:
+@pytest.mark.parametrize(
+    ("config", "impulse"),
+    [
+        (load_door("paper"), 9.0), (load_door("paper"), 5.0), (load_door("size3"), 11.0),
+        (REAL, 9.0),
+    ],
+)
+def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     """Pushed door swings as eq. (1) says."""
-    config = load_door(name)
 
     def torque(time: float) -> float:
         push = impulse * math.pi / (2 * DURATION) * math.sin(math.pi * time / DURATION)
@@ -45,6 +57,24 @@ def test_pushed_door_swings_as_eq_1_says(robot, name, impulse) -> None:
     shift = round(begin / 0.001)
     np.testing.assert_allclose(
         np.degrees(angle[shift : shift + top]), np.degrees(model.theta[1 : top + 1]), atol=0.1
+    )
+
+
+def test_real_closer_shuts_as_the_model_says(robot) -> None:
+    """From the peak on: its own viscosity, latch zone and friction, to the closed door."""
+    world = World(robot, REAL, 0.9, -0.42)
+    world.push_door(9.0, DURATION)
+    for _ in range(1100):
+        world.step()
+    angle = world.log(with_com=False)["door_angle"]
+    world.close()
+    top = int(np.argmax(angle))
+    model = follow_free(REAL.door(), float(angle[top]), 0.0)
+    assert 0.5 < float(model.end_time[0]) < 4.0
+    times = np.arange(0.0, float(model.end_time[0]), 1e-3)
+    theta = model.at(times)[0][:, 0]
+    np.testing.assert_allclose(
+        np.degrees(angle[top : top + len(times)]), np.degrees(theta), atol=0.1
     )
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from door_model.dynamics import Door, initial_velocity, peak
+from door_model.door import Door
+from door_model.dynamics import initial_velocity, peak
 from door_model.errors import DoorModelError, DoorParameterError
 
 from .errors import AngleUnreachable, InvalidRequest

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from door_model.dynamics import Door, simulate
+from door_model.door import Door
+from door_model.dynamics import simulate
 from numpy.typing import NDArray
 
 from .approach import StandingPhase, sample_times

@@ -11,7 +11,7 @@ from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.closer import FourBarCloser
-from door_model.dynamics import Door
+from door_model.door import Door
 from door_model.errors import DoorModelError
 from geometry_msgs.msg import Point, Pose, Quaternion
 from numpy.typing import NDArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from door_model.dynamics import Door
+from door_model.door import Door
 from numpy.typing import NDArray
 
 from .approach import ApproachTiming
