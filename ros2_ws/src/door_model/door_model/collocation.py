@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-POINTS = 8
+POINTS = 7
 
 
 def radau_points(count: int) -> Array:
@@ -44,6 +44,9 @@ NODES = radau_points(POINTS)
 
 MATRIX = _matrix(NODES)
 """Runge-Kutta matrix, (N, N)."""
+
+ROUGHNESS = np.linalg.inv(legendre.legvander(2.0 * NODES - 1.0, POINTS - 1))[-1]
+"""Weights (N,) that give the highest Legendre coefficient of a polynomial through the points."""
 
 _KNOTS = np.concatenate([[0.0], NODES])
 _WEIGHTS = 1.0 / np.prod(_KNOTS[:, None] - _KNOTS + np.eye(POINTS + 1), axis=1)
