@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from door_encoder.decoder import Decoded
+from door_encoder.batch import Decoded
 from door_encoder.errors import EncoderSettingError
 from door_encoder.velocity import SlopeEstimator
 

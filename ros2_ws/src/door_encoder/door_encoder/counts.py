@@ -24,6 +24,12 @@ def wrap(counts: Counts, modulus: int) -> Counts:
     return np.asarray(counts, dtype=np.int64) % modulus if modulus else np.array(counts)
 
 
+def difference(value: int, reference: int, modulus: int) -> int:
+    """The smallest step from a reference to a value on a counter that wraps (0: never)."""
+    step = value - reference
+    return (step + modulus // 2) % modulus - modulus // 2 if modulus else step
+
+
 def unwrap(values: Counts, modulus: int, last: tuple[int, int] | None = None) -> Counts:
     """Counts of a counter that wraps, as if it did not.
 

@@ -2,125 +2,20 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from door_encoder.counts import Counts, check_modulus, stationary_zero, unwrap
-from door_encoder.errors import BadBatchError, EncoderSettingError
+from door_encoder.batch import Batch, Decoded, Health
+from door_encoder.counts import Counts, stationary_zero, unwrap
+from door_encoder.errors import BadBatchError
+from door_encoder.index import IndexCheck
+from door_encoder.jumps import JumpFilter
+from door_encoder.settings import Settings
 
 _RESTART_NS = 1_000_000_000  # a batch that is late by more than this comes from a new start
 _STAMP_SLACK_NS = 2_000_000  # jitter of stamps; beyond it and half a period it is a gap
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How counts become angles.
-
-    Attributes:
-        counts_per_turn: Counts a turn of the hinge, quadrature included.
-        modulus: Counts after which the counter wraps; 0 if it never does.
-        direction: 1 if the count grows as the door opens, -1 if it falls.
-        zero: Counter value at the closed door; None: the mean of the first stationary samples.
-        zero_samples: How many stationary samples give the zero.
-        max_speed: Fastest plausible door [rad/s]; faster jumps are flagged.
-
-    Raises:
-        EncoderSettingError: One is out of its range.
-    """
-
-    counts_per_turn: int = 14400
-    modulus: int = 2**32
-    direction: int = 1
-    zero: int | None = None
-    zero_samples: int = 20
-    max_speed: float = 20.0
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        check_modulus(self.modulus)
-        if self.direction not in (1, -1):
-            raise EncoderSettingError(
-                f"direction must be 1 or -1, not {self.direction}",
-                value=self.direction,
-                limit=(1, -1),
-            )
-        for name in ("counts_per_turn", "zero_samples", "max_speed"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise EncoderSettingError(
-                    f"{name} must be a positive number, not {value}", value=value, limit=0
-                )
-
-    @property
-    def radians_per_count(self) -> float:
-        """Angle of one count [rad]."""
-        return 2.0 * math.pi / self.counts_per_turn
-
-
-@dataclass(frozen=True)
-class Batch:
-    """A batch of raw samples.
-
-    Attributes:
-        stamp_ns: Time of the first sample [ns].
-        period: Time between two samples [s].
-        first_index: Running number of the first sample.
-        counts_per_turn: Counts a turn that the sender states.
-        values: Counter values (N,).
-        gap_before: The sender says that samples are missing before this batch.
-    """
-
-    stamp_ns: int
-    period: float
-    first_index: int
-    counts_per_turn: int
-    values: Sequence[int]
-    gap_before: bool = False
-
-
-@dataclass(frozen=True)
-class Decoded:
-    """A batch after decoding.
-
-    Attributes:
-        stamp_ns: Time of the first sample [ns].
-        period: Time between two samples [s].
-        first_index: Running number of the first sample.
-        counts: Counts (N,), positive when the door opens, zero at the closed door.
-        gap_before: Samples are missing between the batch before and this one.
-    """
-
-    stamp_ns: int
-    period: float
-    first_index: int
-    counts: Counts
-    gap_before: bool
-
-
-@dataclass
-class Health:
-    """What has gone wrong so far, as running totals.
-
-    Attributes:
-        batches: Batches decoded.
-        samples: Samples decoded.
-        lost: Samples missing by their running numbers.
-        gaps: Gaps, by numbers, stamps or the sender's word.
-        late: Batches dropped because they came late or twice.
-        refused: Batches refused because they made no sense.
-        jumps: Steps faster than a door can move.
-        restarts: Times the sender began anew.
-    """
-
-    batches: int = 0
-    samples: int = 0
-    lost: int = 0
-    gaps: int = 0
-    late: int = 0
-    refused: int = 0
-    jumps: int = 0
-    restarts: int = 0
+_HUGE = 2**61  # no counter gets there; differences stay within 64 bits
 
 
 class EncoderDecoder:
@@ -130,87 +25,127 @@ class EncoderDecoder:
         settings: How counts become angles.
         health: Running totals.
         zero: Unwrapped count of the closed door; None until it is known.
+        zero_in_doubt: The counter has gained or lost counts, and no index has told how many.
+        index: Where the index was seen.
     """
 
     def __init__(self, settings: Settings | None = None) -> None:
         self.settings = Settings() if settings is None else settings
         self.health = Health()
-        self.zero: float | None = None
-        self._last: tuple[int, int] | None = None  # counter value and what it was unwrapped to
+        self.index = IndexCheck(self.settings.counts_per_turn)
+        self._filter = JumpFilter(
+            modulus=self.settings.modulus,
+            max_rate=self.settings.max_speed / self.settings.radians_per_count,
+            half_turn=self.settings.counts_per_turn // 2,
+        )
+        self._heard = False
         self._next_index = 0
         self._next_stamp_ns = 0
-        self._still: list[int] = []
+        self._begin_anew()
 
-    def decode(self, batch: Batch) -> Decoded | None:
+    @property
+    def offset(self) -> int:
+        """Counts taken out of the counter's value, since it cannot have been the door's."""
+        return self._filter.offset
+
+    def decode(self, batch: Batch) -> list[Decoded]:
         """Decode a batch.
 
-        Samples that overlap with the batch before are cut off. Until the zero is known (the door
-        has not stood still for long enough yet) nothing comes out.
+        Samples that overlap with the batch before are cut off, samples after a step that no
+        door can make are dropped (see `JumpFilter`). Until the zero is known (the door has not
+        stood still for long enough yet) nothing comes out.
 
         Args:
             batch: The batch.
 
         Returns:
-            The decoded batch; None if it came late or twice, or while the zero is not known.
+            What can be believed of it: mostly one piece; none if the batch came late or twice,
+            while the zero is not known, or while the count makes no sense.
 
         Raises:
             BadBatchError: The batch makes no sense; the decoder goes on as if it never came.
         """
-        values = self._checked(batch)
-        first, stamp_ns, gap = batch.first_index, batch.stamp_ns, batch.gap_before
-        period_ns = batch.period * 1e9
-        if self._last is not None:
-            if self._restarted(batch):
-                self._forget()
-                gap = True
-            elif first < self._next_index:
-                overlap = self._next_index - first
-                if overlap >= len(values):
-                    self.health.late += 1
-                    return None
-                values, first = values[overlap:], self._next_index
-                stamp_ns += round(overlap * period_ns)
-            elif first > self._next_index:
-                self.health.lost += first - self._next_index
-                gap = True
-            drift = abs(stamp_ns - self._next_stamp_ns)
-            if self._last is not None and not gap and drift > _STAMP_SLACK_NS + 0.5 * period_ns:
-                gap = True
-        unwrapped = unwrap(values, self.settings.modulus, self._last)
-        self._flag_jumps(unwrapped, batch.period, gap)
-        self.health.gaps += int(gap)
+        try:
+            batch.check(self.settings.counts_per_turn)
+        except BadBatchError:
+            self.health.refused += 1
+            raise
+        placed = self._placed(batch)
+        if placed is None:
+            return []
+        batch, elapsed = placed
+        values = self._bounded(batch)
+        offset = self.offset
+        pieces = self._filter.take(values, batch.period, elapsed)
+        if self.offset != offset:
+            self.zero_in_doubt = self.offset != 0
+        self.health.gaps += int(batch.gap_before)
         self.health.batches += 1
         self.health.samples += len(values)
-        self._last = (int(values[-1]), int(unwrapped[-1]))
+        self.health.jumps = self._filter.jumps
+        self.health.dropped = self._filter.dropped
+        self._gap = self._gap or batch.gap_before
+        decoded = []
+        for piece in pieces:
+            gap = self._gap or piece.after_jump
+            self._gap = gap  # until something comes out
+            if piece.new_level:
+                self._forget_zero()
+            zero = self._find_zero(values[piece.start :], piece.counts)
+            if zero is None:
+                continue
+            start_ns = batch.stamp_ns + round(piece.start * batch.period * 1e9)
+            counts = self.settings.direction * (piece.counts - round(zero))
+            first = batch.first_index + piece.start
+            decoded.append(Decoded(start_ns, batch.period, first, counts, gap))
+            self._gap = False
+        if len(pieces) == 1 and len(pieces[0].counts) == len(values):
+            self._check_index(batch.index_values, pieces[0].counts, batch.period)
+        return decoded
+
+    def _placed(self, batch: Batch) -> tuple[Batch, float] | None:
+        """A batch in the stream.
+
+        Returns:
+            The batch without what was heard before, its gap marked, and the time from the last
+            sample before to its first [s], inf if not known; None if all of it was heard before.
+        """
+        values, first, gap = batch.values, batch.first_index, batch.gap_before
+        stamp_ns, period_ns = batch.stamp_ns, batch.period * 1e9
+        elapsed = math.inf if gap else batch.period
+        if self._heard and self._restarted(batch):
+            self.health.restarts += 1
+            self._begin_anew()
+            gap = True
+        elif self._heard:
+            missing = first - self._next_index
+            if missing < 0:
+                if -missing >= len(values):
+                    self.health.late += 1
+                    return None
+                values, first = values[-missing:], self._next_index
+                stamp_ns -= round(missing * period_ns)
+                missing = 0
+            self.health.lost += missing
+            gap = gap or missing > 0
+            elapsed += missing * batch.period
+            drift_ns = stamp_ns - self._next_stamp_ns - missing * period_ns
+            if abs(drift_ns) > _STAMP_SLACK_NS + 0.5 * period_ns:
+                gap, elapsed = True, math.inf
+        self._heard = True
         self._next_index = first + len(values)
         self._next_stamp_ns = stamp_ns + round(len(values) * period_ns)
-        zero = self._find_zero(values, unwrapped)
-        if zero is None:
-            return None
-        counts = self.settings.direction * (unwrapped - round(zero))
-        return Decoded(stamp_ns, batch.period, first, counts, gap)
+        placed = replace(
+            batch, first_index=first, stamp_ns=stamp_ns, values=values, gap_before=gap
+        )
+        return placed, elapsed
 
-    def _checked(self, batch: Batch) -> Counts:
-        """The values of a batch that makes sense."""
-        problem: tuple[str, object, object] | None = None
-        if not len(batch.values):
-            problem = ("is empty", 0, 1)
-        elif not (math.isfinite(batch.period) and batch.period > 0.0):
-            problem = (f"has a period of {batch.period} s", batch.period, "a positive number")
-        elif batch.counts_per_turn != self.settings.counts_per_turn:
-            expected = self.settings.counts_per_turn
-            problem = (
-                f"has {batch.counts_per_turn} counts a turn, not {expected}",
-                batch.counts_per_turn,
-                expected,
-            )
-        if problem is not None:
-            self.health.refused += 1
-            text, value, limit = problem
-            raise BadBatchError(
-                f"batch at sample {batch.first_index} {text}", value=value, limit=limit
-            )
-        return np.asarray(batch.values, dtype=np.int64)
+    def _bounded(self, batch: Batch) -> Counts:
+        """The values, so small that differences do not overflow."""
+        values = np.asarray(batch.values, dtype=np.int64)
+        if self.settings.modulus:
+            return np.asarray(values % self.settings.modulus)
+        return np.clip(values, -_HUGE, _HUGE)
 
     def _restarted(self, batch: Batch) -> bool:
         """The sender began anew: its numbers go back while its time does not, or both far."""
@@ -219,20 +154,42 @@ class EncoderDecoder:
         ahead = batch.stamp_ns - self._next_stamp_ns
         return ahead >= 0 or ahead < -_RESTART_NS
 
-    def _forget(self) -> None:
+    def _begin_anew(self) -> None:
         """Begin anew: a counter that was switched off has lost its zero."""
-        self.health.restarts += 1
-        self.zero = None
-        self._last = None
-        self._still = []
+        self._filter.reset()
+        self._gap = False
+        self._forget_zero()
 
-    def _flag_jumps(self, unwrapped: Counts, period: float, gap: bool) -> None:
-        """Count the steps that no door can make."""
-        limit = self.settings.max_speed * period / self.settings.radians_per_count + 1.0
-        steps = np.abs(np.diff(unwrapped))
-        if self._last is not None and not gap:
-            steps = np.append(steps, abs(int(unwrapped[0]) - self._last[1]))
-        self.health.jumps += int(np.count_nonzero(steps > limit))
+    def _forget_zero(self) -> None:
+        """Nothing is known of the counter's level."""
+        self.zero: float | None = None
+        self.zero_in_doubt = False
+        self.index.reset()
+        self._still: list[int] = []
+
+    def _check_index(self, latched: Sequence[int], counts: Counts, period: float) -> None:
+        """Compare where the index came with where it came before."""
+        low, high = int(counts.min()), int(counts.max())
+        near = self._filter.reach(period)
+        for value in latched:
+            count = self._filter.place(int(value))
+            if not low - near <= count <= high + near:
+                self.health.index_errors += 1  # noise: the door was not there
+            elif self.index.reference is None:
+                if not self.zero_in_doubt:  # else it would confirm what is in doubt
+                    self.index.learn(count)
+            else:
+                self._compare_index(count)
+
+    def _compare_index(self, count: int) -> None:
+        """A passage tells how many counts were gained unseen."""
+        passage = self.index.judge(count)
+        self.health.index_errors += int(passage.error != 0)
+        if passage.sure:
+            self.zero_in_doubt = False
+            if passage.error:
+                self._filter.shift(passage.error)
+                self._gap = True
 
     def _find_zero(self, values: Counts, unwrapped: Counts) -> float | None:
         """The zero, as soon as it is known."""

@@ -14,9 +14,11 @@ from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from door_encoder.angle import AngleSampler
-from door_encoder.decoder import Batch, Decoded, EncoderDecoder, Settings
+from door_encoder.batch import Batch, Decoded
+from door_encoder.decoder import EncoderDecoder
 from door_encoder.errors import BadBatchError, DoorEncoderError
 from door_encoder.report import assess
+from door_encoder.settings import Settings
 
 JOINT = "door_hinge"
 _QUEUE = 200  # batches
@@ -80,14 +82,18 @@ class DoorEncoderNode(Node):
             counts_per_turn=message.counts_per_turn,
             values=message.counts,
             gap_before=message.gap_before,
+            index_values=message.index_counts,
         )
         try:
-            decoded = self._decoder.decode(batch)
+            pieces = self._decoder.decode(batch)
         except BadBatchError as error:
             self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
             return
-        if decoded is None:
-            return
+        for decoded in pieces:
+            self._publish(decoded)
+
+    def _publish(self, decoded: Decoded) -> None:
+        """Samples and angles."""
         self._samples.publish(self._to_samples(decoded))
         for point in self._sampler.take(decoded):
             state = JointState()

@@ -13,6 +13,8 @@ _TROUBLES = {
     "late": "batches late or twice",
     "refused": "batches refused",
     "jumps": "implausible jumps",
+    "dropped": "implausible samples dropped",
+    "index_errors": "index elsewhere than before",
     "restarts": "restarts of the counter",
 }
 
@@ -51,13 +53,20 @@ def assess(decoder: EncoderDecoder, age: float, before: Mapping[str, int]) -> Ve
         before: `totals` of the report before; empty at first.
     """
     totals = asdict(decoder.health)
+    index = "unknown" if decoder.index.reference is None else str(decoder.index.reference)
     zero = "unknown" if decoder.zero is None else f"{decoder.zero:.1f}"
-    values = {**{key: str(value) for key, value in totals.items()}, "zero": zero}
+    values = {key: str(value) for key, value in totals.items()}
+    values |= {"zero": zero, "offset": str(decoder.offset), "index": index}
     new = {key: totals[key] - before.get(key, 0) for key in _TROUBLES}
     troubles = [f"{_TROUBLES[key]}: {new[key]}" for key in _TROUBLES if new[key]]
     if age > _SILENCE:
         heard = "no samples yet" if not totals["batches"] else f"no samples for {age:.1f} s"
         return Verdict(Level.STALE, ", ".join([heard, *troubles]), values, totals)
+    if decoder.zero_in_doubt:
+        troubles.append(
+            f"zero in doubt: the count jumped by {decoder.offset}, which is taken out until the "
+            "index tells or the counter begins anew"
+        )
     if troubles:
         return Verdict(Level.WARN, ", ".join(troubles), values, totals)
     if decoder.zero is None:

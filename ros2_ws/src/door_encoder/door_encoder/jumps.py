@@ -1,0 +1,190 @@
+"""Steps of the count that no door can make."""
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from door_encoder.counts import Counts, difference, unwrap
+
+SETTLE = 0.1  # [s] a count must go on plausibly after a jump before it is believed
+_SLOPE = 20  # samples that tell how fast the door moves behind a jump
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Neighbouring samples of a batch that can be believed.
+
+    Attributes:
+        start: Place of the first one in the batch.
+        counts: Unwrapped counts (N,), offsets taken out.
+        after_jump: Samples before it were dropped.
+        new_level: The counter's level was taken as it is: the first samples of all, and again
+            where a jump came before the first level had lasted for `SETTLE`.
+    """
+
+    start: int
+    counts: Counts
+    after_jump: bool = False
+    new_level: bool = False
+
+
+class JumpFilter:
+    """Unwraps a stream of counter values and keeps back what cannot be the door.
+
+    A step faster than the door's greatest speed begins a run of doubtful samples. A further such
+    step that leads back to where the door can be ends it: the run was noise. A run that goes on
+    plausibly for `SETTLE` is the door again, on a counter that has gained or lost counts: since a
+    door cannot jump, the offset is taken out, up to what the door's motion meanwhile leaves open.
+    Behind a gap of unknown length the door may be anywhere within half a turn.
+
+    Attributes:
+        offset: Counts taken out of the counter's value so far.
+        jumps: Steps that no door can make.
+        dropped: Samples kept back.
+        believed: Whether the last sample was.
+    """
+
+    def __init__(self, *, modulus: int, max_rate: float, half_turn: int) -> None:
+        """Set what counter and door can do.
+
+        Args:
+            modulus: Counts after which the counter wraps; 0 if it never does.
+            max_rate: Greatest speed of the door [counts/s].
+            half_turn: Counts of half a turn.
+        """
+        self._modulus = modulus
+        self._max_rate = max_rate
+        self._half_turn = half_turn
+        self.jumps = self.dropped = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the counter's level, as when it was switched off."""
+        self.offset = 0
+        self._count: int | None = None  # the last believed one
+        self._lasted = 0.0  # how long the level has been believed [s]
+        self._doubtful: list[int] = []  # values of the present run
+        self._away = 0.0  # from the last believed sample to the last sample [s]
+        self._away_at_start = 0.0  # and to the first of the run
+
+    @property
+    def believed(self) -> bool:
+        """Whether the last sample was believed."""
+        return not self._doubtful
+
+    def reach(self, time: float) -> float:
+        """Counts that the door can move in a time [s], and one for its flicker."""
+        return min(self._max_rate * time, self._half_turn) + 1.0
+
+    def place(self, value: int) -> int:
+        """Count of a counter value near the last believed sample, which there must be."""
+        assert self._count is not None
+        return self._count + difference(value - self.offset, self._count, self._modulus)
+
+    def shift(self, counts: int) -> None:
+        """Take out counts that were gained unseen (negative: lost)."""
+        assert self._count is not None
+        self.offset += counts
+        self._count -= counts
+
+    def take(self, values: Counts, period: float, elapsed: float) -> list[Piece]:
+        """Take up neighbouring samples; cutting a stream elsewhere makes no difference.
+
+        Args:
+            values: Counter values (N,).
+            period: Time between two of them [s].
+            elapsed: From the last sample before to the first of them [s]; inf if not known.
+
+        Returns:
+            What can be believed, in order.
+        """
+        steps = np.diff(unwrap(values, self._modulus))
+        breaks = np.flatnonzero(np.abs(steps) > self.reach(period)) + 1
+        pieces: list[Piece] = []
+        for start, stop in pairwise([0, *breaks.tolist(), len(values)]):
+            time = period if start else elapsed
+            piece = self._run(values[start:stop], period, time, follows=not start)
+            if piece is None:
+                self.dropped += stop - start
+                continue
+            self.dropped += piece.start
+            pieces.append(replace(piece, start=start + piece.start))
+        return pieces
+
+    def _run(self, run: Counts, period: float, time: float, *, follows: bool) -> Piece | None:
+        """What can be believed of values without a jump among them.
+
+        Args:
+            run: The values.
+            period: Time between two of them [s].
+            time: From the sample before to the first of them [s].
+            follows: Whether they may go on from the sample before.
+        """
+        first = int(run[0])
+        if self._count is None:
+            self._count = first
+            return replace(self._believe(run, period), new_level=True)
+        self._away += time
+        if follows and self._goes_on(first, time):
+            if self.believed:
+                return self._believe(run, period)
+        else:
+            self.jumps += 1
+            self._doubtful = []
+            for offset in {self.offset: None, 0: None}:
+                off = difference(first - offset, self._count, self._modulus)
+                if abs(off) <= self.reach(self._away):
+                    self.offset = offset
+                    return replace(self._believe(run, period), after_jump=True)
+            self._away_at_start = self._away
+        return self._doubt(run, period)
+
+    def _goes_on(self, value: int, time: float) -> bool:
+        """Whether a value can follow the last one."""
+        if self._doubtful:
+            off = difference(value, self._doubtful[-1], self._modulus)
+        else:
+            assert self._count is not None
+            off = difference(value - self.offset, self._count, self._modulus)
+        return abs(off) <= self.reach(time)
+
+    def _believe(self, run: Counts, period: float) -> Piece:
+        """The run is the door."""
+        assert self._count is not None
+        last = (self._count, self._count)
+        counts = unwrap(run - self.offset, self._modulus, last)
+        self._count = int(counts[-1])
+        self._doubtful = []
+        self._away = 0.0
+        self._lasted += len(run) * period
+        return Piece(0, counts)
+
+    def _doubt(self, run: Counts, period: float) -> Piece | None:
+        """The run may be noise, until it has lasted."""
+        assert self._count is not None
+        before = len(self._doubtful)
+        self._doubtful += run.tolist()
+        self._away += (len(run) - 1) * period
+        skip = max(2, math.ceil(SETTLE / period - 1e-6)) - 1 - before
+        if skip >= len(run):
+            return None
+        believable = run[skip:]
+        if new_level := self._lasted < SETTLE:
+            self.reset()
+            self._count = int(believable[0])
+        else:
+            self._take_out_offset(before + skip + 1, period)
+        piece = self._believe(believable, period)
+        return replace(piece, start=skip, after_jump=True, new_level=new_level)
+
+    def _take_out_offset(self, size: int, period: float) -> None:
+        """The first samples of the run are where the door is by now."""
+        assert self._count is not None
+        run = unwrap(np.array(self._doubtful[:size], dtype=np.int64), self._modulus)
+        head = run[:_SLOPE]
+        slope = int(head[-1] - head[0]) / (len(head) - 1) / period
+        start = self._count + round(slope * min(self._away_at_start, SETTLE))
+        self.offset = difference(int(run[0]), start, self._modulus)
+        self._count = start + int(run[-1] - run[0])
