@@ -4,11 +4,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from door_encoder.batch import Decoded
 from door_encoder.errors import EncoderSettingError
-from door_encoder.velocity import SlopeEstimator
+from door_encoder.velocity import VelocityEstimator
 
 
 @dataclass(frozen=True)
@@ -18,12 +16,14 @@ class AnglePoint:
     Attributes:
         stamp_ns: Time of the sample [ns].
         theta: Opening angle [rad].
-        omega: Angular velocity [rad/s], of half a window ago (see `SlopeEstimator`).
+        omega: Angular velocity [rad/s].
+        delay: It is that of so long before the sample [s] (see `VelocityEstimator`).
     """
 
     stamp_ns: int
     theta: float
     omega: float
+    delay: float
 
 
 class AngleSampler:
@@ -32,7 +32,7 @@ class AngleSampler:
     def __init__(
         self, *, radians_per_count: float, rate: float = 100.0, window: float = 0.05
     ) -> None:
-        """Set rate [Hz] and window of the velocity [s].
+        """Set angle of a count [rad], rate [Hz] and shortest window of the velocity [s].
 
         Raises:
             EncoderSettingError: One is not a positive number.
@@ -45,25 +45,30 @@ class AngleSampler:
         self._radians_per_count = radians_per_count
         self._rate = rate
         self._window = window
-        self._slope: SlopeEstimator | None = None
+        self._estimator: VelocityEstimator | None = None
         self._period = 0.0
 
     def take(self, batch: Decoded) -> Iterator[AnglePoint]:
         """Points of a batch: every n-th sample by its running number."""
-        if self._slope is None or batch.period != self._period:
+        if self._estimator is None or batch.period != self._period:
             self._period = batch.period
-            self._slope = SlopeEstimator(max(2, round(self._window / batch.period)))
+            self._estimator = VelocityEstimator(
+                period=batch.period,
+                window=max(2, round(self._window / batch.period)),
+                radians_per_count=self._radians_per_count,
+            )
         elif batch.gap_before:
-            self._slope.reset()
+            self._estimator.reset()
         every = max(1, round(1.0 / (self._rate * batch.period)))
-        theta = np.asarray(batch.counts * self._radians_per_count, dtype=np.float64)
         done = 0
-        for at in range(-batch.first_index % every, len(theta), every):
-            omega = self._slope.update(theta[done : at + 1], batch.period)
+        for at in range(-batch.first_index % every, len(batch.counts), every):
+            self._estimator.take(batch.counts[done : at + 1])
             done = at + 1
+            velocity = self._estimator.velocity()
             yield AnglePoint(
                 stamp_ns=batch.stamp_ns + round(at * batch.period * 1e9),
-                theta=float(theta[at]),
-                omega=0.0 if np.isnan(omega) else omega,
+                theta=float(batch.counts[at] * self._radians_per_count),
+                omega=velocity.omega,
+                delay=velocity.delay,
             )
-        self._slope.update(theta[done:], batch.period)
+        self._estimator.take(batch.counts[done:])

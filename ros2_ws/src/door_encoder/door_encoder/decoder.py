@@ -39,6 +39,7 @@ class EncoderDecoder:
             half_turn=self.settings.counts_per_turn // 2,
         )
         self._heard = False
+        self._gap = False  # before what comes out next
         self._next_index = 0
         self._next_stamp_ns = 0
         self._begin_anew()
@@ -157,7 +158,6 @@ class EncoderDecoder:
     def _begin_anew(self) -> None:
         """Begin anew: a counter that was switched off has lost its zero."""
         self._filter.reset()
-        self._gap = False
         self._forget_zero()
 
     def _forget_zero(self) -> None:

@@ -1,12 +1,9 @@
-"""Counter values to counts, and the velocity of a slow door."""
-
-import math
+"""Counter values to counts."""
 
 import numpy as np
 import pytest
 from door_encoder.counts import stationary_zero, unwrap, wrap
 from door_encoder.errors import EncoderSettingError
-from door_encoder.velocity import SlopeEstimator
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -64,36 +61,3 @@ def test_zero_needs_a_door_that_stands_still() -> None:
     assert stationary_zero(np.arange(40), 20) is None
     assert stationary_zero(np.array([5] * 10), 20) is None
     assert stationary_zero(np.array([5, 6] * 10), 20) == 5.5
-
-
-@given(omega=st.floats(-3.0, 3.0), window=st.integers(2, 80))
-def test_slope_of_a_steady_door(omega: float, window: int) -> None:
-    """Exact angles at a steady speed give that speed from two samples on."""
-    estimator = SlopeEstimator(window)
-    assert math.isnan(estimator.update(np.zeros(1), 1e-3))
-    found = estimator.update(omega * 1e-3 * np.arange(1, 100), 1e-3)
-    assert found == pytest.approx(omega, abs=1e-9)
-    assert estimator.delay(1e-3) == pytest.approx((window - 1) / 2 * 1e-3)
-
-
-def test_slope_is_honest_about_a_slow_door() -> None:
-    """At 0.02 rad/s the quantised angle gives the speed to 0.005 rad/s, at every phase."""
-    count = 2 * math.pi / 14400
-    for phase in np.linspace(0.0, 1.0, 30):
-        estimator = SlopeEstimator(50)
-        theta = np.floor(0.02 * np.arange(400) * 1e-3 / count + phase) * count
-        assert estimator.update(theta, 1e-3) == pytest.approx(0.02, abs=0.005)
-
-
-def test_slope_of_an_accelerating_door_lags_by_the_stated_delay() -> None:
-    """A parabola's slope is that of the middle of the window."""
-    estimator = SlopeEstimator(50)
-    t = np.arange(200) * 1e-3
-    found = estimator.update(0.5 * 2.0 * t**2, 1e-3)
-    assert found == pytest.approx(2.0 * (t[-1] - estimator.delay(1e-3)), abs=1e-9)
-
-
-def test_slope_window_must_hold_two() -> None:
-    """One sample has no slope."""
-    with pytest.raises(EncoderSettingError):
-        SlopeEstimator(1)

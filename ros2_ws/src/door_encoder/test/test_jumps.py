@@ -196,7 +196,7 @@ def test_behind_a_gap_of_unknown_length_the_door_may_be_elsewhere() -> None:
     assert decoder.health.jumps == 0
 
 
-# -- the index --------------------------------------------------------------------------------------
+# -- the index -------------------------------------------------------------------------------------
 
 
 def passages(truth: np.ndarray, place: int) -> list[int]:
