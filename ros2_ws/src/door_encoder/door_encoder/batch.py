@@ -1,11 +1,13 @@
 """Batches of samples, before and after decoding."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from door_encoder.counts import Counts
 from door_encoder.errors import BadBatchError
+
+_SLOWEST = 1.0  # [s] between two samples
+_LAST_NUMBER = 2**63  # of a sample; those that follow still fit into a message
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,11 @@ class Batch:
         problem: tuple[str, object, object] | None = None
         if not len(self.values):
             problem = ("is empty", 0, 1)
-        elif not (math.isfinite(self.period) and self.period > 0.0):
-            problem = (f"has a period of {self.period} s", self.period, "a positive number")
+        elif not 0.0 < self.period <= _SLOWEST:
+            text = f"has a period of {self.period} s, not above 0 and up to {_SLOWEST:g} s"
+            problem = (text, self.period, _SLOWEST)
+        elif self.first_index > _LAST_NUMBER:
+            problem = ("has a number that no sender gets to", self.first_index, _LAST_NUMBER)
         elif self.counts_per_turn != counts_per_turn:
             problem = (
                 f"has {self.counts_per_turn} counts a turn, not {counts_per_turn}",

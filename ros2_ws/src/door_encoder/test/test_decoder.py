@@ -131,6 +131,8 @@ def test_overlap_is_cut_off() -> None:
         {"period": 0.0},
         {"period": -1e-3},
         {"period": math.nan},
+        {"period": 1e300},
+        {"first_index": 2**64 - 1},
         {"counts_per_turn": 3600},
         {"values": []},
     ],

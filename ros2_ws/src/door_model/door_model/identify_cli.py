@@ -11,6 +11,7 @@ from door_model.errors import DoorModelError
 from door_model.geometry import DoorGeometry
 from door_model.identification import Identification, Window, identify
 from door_model.recordings import COUNTS_PER_TURN, read_csv, write_whole
+from door_model.recordings_mcap import read_mcap
 from door_model.report import as_config, as_table, identified
 from door_model.scale import scale_from_leaf
 
@@ -22,8 +23,9 @@ ruler, fix the scale."""
 
 _EXAMPLE = """\
 recording: a CSV with the header time_s,count or time_s,angle_deg, zero at the closed door, the
-angle growing as the door opens. Push the shut door five times by hand, to 10 .. 30 deg, let go at
-once and let it fall shut each time.
+angle growing as the door opens; or an MCAP file with /door_encoder/samples, or else raw counts on
+/door_encoder/counts, of `record:=FILE` or `ros2 bag record -s mcap`. Push
+the shut door five times by hand, to 10 .. 30 deg, let go at once and let it fall shut each time.
 
 example, with the recording that comes with this package (made by our simulator, `python -m
 door_model.synthetic`, not measured on a door):
@@ -43,7 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
-    source.add_argument("--mcap", metavar="FILE", help="rosbag (comes with a later version)")
+    source.add_argument("--mcap", metavar="FILE", help="recording of the graph's topics")
     parser.add_argument("--mass", type=float, metavar="KG", help="mass of the leaf [kg]")
     parser.add_argument("--width", type=float, metavar="M", help="hinge to free edge [m]")
     parser.add_argument(
@@ -57,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
         type=int,
         default=COUNTS_PER_TURN,
         metavar="N",
-        help="default %(default)s",
+        help="of a CSV with counts (default %(default)s); an MCAP file says it itself",
     )
     parser.add_argument(
         "--window",
@@ -92,25 +94,26 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     assert width is not None
     name = geometry.name if arguments.door else "identified"
     geometry = replace(geometry, name=name, leaf=replace(geometry.leaf, mass=mass, width=width))
-    recording = read_csv(arguments.csv, arguments.counts_per_turn)
+    if arguments.mcap:
+        recording = read_mcap(arguments.mcap)
+    else:
+        recording = read_csv(arguments.csv, arguments.counts_per_turn)
     return identify(recording, geometry.linkage, scale, window=arguments.window), geometry
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; the exit code is 1 for errors, 2 for what cannot be done yet."""
+    """Run the command; the exit code is 1 for errors."""
     parser = _parser()
     arguments = parser.parse_args(argv)
-    if arguments.mcap is not None:
-        print("identify: --mcap comes with a later version; use --csv", file=sys.stderr)
-        return 2
     if not 0.0 <= arguments.restitution <= 1.0:
         parser.error(f"--restitution must be 0 to 1, not {arguments.restitution}")
     try:
         result, geometry = _run(arguments)
         if arguments.yaml:
             config = as_config(result, geometry, restitution=arguments.restitution)
+            source = arguments.mcap or arguments.csv
             head = (
-                f"# Identified from {arguments.csv}: {len(result.swings)} swings.\n"
+                f"# Identified from {source}: {len(result.swings)} swings.\n"
                 "# restitution is not identified; without --door, height and thickness are the "
                 "paper door's.\n"
             )

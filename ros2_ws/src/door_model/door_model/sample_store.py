@@ -12,6 +12,7 @@ from door_model.checks import require_positive
 from door_model.errors import DoorParameterError
 from door_model.recordings import Recording
 
+_SLOWEST = 1.0  # [s] between two samples
 _JITTER_NS = 100_000_000  # more overlap than this is a clock that was set back
 
 
@@ -41,7 +42,11 @@ class SampleStore:
         self._resolution = 0.0
 
     def add(
-        self, stamp_ns: int, period: float, counts_per_turn: int, counts: Sequence[int]
+        self,
+        stamp_ns: int,
+        period: float,
+        counts_per_turn: int,
+        counts: Sequence[int] | NDArray[np.int64],
     ) -> None:
         """Take up a batch; batches from well before the newest sample start it anew.
 
@@ -52,10 +57,10 @@ class SampleStore:
             counts: Unwrapped counts, zero at the closed door.
 
         Raises:
-            DoorParameterError: Period or counts_per_turn is not a positive number.
+            DoorParameterError: Period or counts_per_turn is out of its range.
         """
-        if not (math.isfinite(period) and period > 0.0):
-            raise DoorParameterError("period", period, "a positive finite number")
+        if not 0.0 < period <= _SLOWEST:
+            raise DoorParameterError("period", period, f"above 0, up to {_SLOWEST:g} s")
         if counts_per_turn <= 0:
             raise DoorParameterError("counts_per_turn", counts_per_turn, "a positive number")
         if not len(counts):

@@ -44,6 +44,8 @@ def test_table_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None
     [
         (["--csv", "nowhere.csv", *LEAF], "nowhere.csv"),
         (["--csv", SAMPLE], "weigh the leaf"),
+        (["--mcap", "nowhere.mcap", *LEAF], "nowhere.mcap: cannot be read"),
+        (["--mcap", SAMPLE, *LEAF], "no complete MCAP file"),
         (["--csv", SAMPLE, "--mass", "-3", "--width", "0.9"], "mass is -3"),
         (["--csv", SAMPLE, *LEAF, "--door", "garage"], "no such door"),
         (["--csv", SAMPLE, *LEAF, "--counts-per-turn", "0"], "counts_per_turn"),
@@ -66,12 +68,6 @@ def test_unwritable_output_is_an_error(capsys: pytest.CaptureFixture[str]) -> No
     """A folder that does not exist is said."""
     assert main(["--csv", SAMPLE, *LEAF, "--yaml", "/nowhere/at/all.yaml"]) == 1
     assert "cannot be written" in capsys.readouterr().err
-
-
-def test_mcap_says_that_it_comes_later(capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 2 and a sentence."""
-    assert main(["--mcap", "bag.mcap"]) == 2
-    assert "later version" in capsys.readouterr().err
 
 
 def test_sample_recording_is_what_the_simulator_makes(tmp_path: Path) -> None:

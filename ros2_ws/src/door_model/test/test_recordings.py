@@ -114,6 +114,6 @@ def test_empty_store_gives_an_empty_recording() -> None:
     store = SampleStore()
     store.add(0, 1e-3, 14400, [])
     assert store.recording().t.shape == (0,)
-    for period, turn in ((0.0, 14400), (math.nan, 14400), (1e-3, 0)):
+    for period, turn in ((0.0, 14400), (math.nan, 14400), (1e300, 14400), (1e-3, 0)):
         with pytest.raises(DoorParameterError):
             store.add(0, period, turn, [1])
