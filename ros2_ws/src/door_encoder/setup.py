@@ -20,6 +20,8 @@ setup(
     entry_points={
         "console_scripts": [
             "door_encoder = door_encoder.door_encoder_node:main",
+            "play = door_encoder.play_node:main",
+            "counter_board = door_encoder.counter_board_node:main",
         ],
     },
 )

@@ -8,6 +8,8 @@ from door_encoder.batch import Decoded
 from door_encoder.errors import EncoderSettingError
 from door_encoder.velocity import VelocityEstimator
 
+_BRIDGED = 0.01  # [s] of missing samples that leave the velocity as it is
+
 
 @dataclass(frozen=True)
 class AnglePoint:
@@ -47,6 +49,7 @@ class AngleSampler:
         self._window = window
         self._estimator: VelocityEstimator | None = None
         self._period = 0.0
+        self._next = 0
 
     def take(self, batch: Decoded) -> Iterator[AnglePoint]:
         """Points of a batch: every n-th sample by its running number."""
@@ -58,7 +61,12 @@ class AngleSampler:
                 radians_per_count=self._radians_per_count,
             )
         elif batch.gap_before:
-            self._estimator.reset()
+            missing = batch.first_index - self._next
+            if 0 < missing <= _BRIDGED / batch.period:
+                self._estimator.bridge(missing, int(batch.counts[0]))
+            else:
+                self._estimator.reset()
+        self._next = batch.first_index + len(batch.counts)
         every = max(1, round(1.0 / (self._rate * batch.period)))
         done = 0
         for at in range(-batch.first_index % every, len(batch.counts), every):

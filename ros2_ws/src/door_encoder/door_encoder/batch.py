@@ -28,9 +28,9 @@ class Batch:
     period: float
     first_index: int
     counts_per_turn: int
-    values: Sequence[int]
+    values: Sequence[int] | Counts
     gap_before: bool = False
-    index_values: Sequence[int] = ()
+    index_values: Sequence[int] | Counts = ()
 
     def check(self, counts_per_turn: int) -> None:
         """Raise BadBatchError unless this makes sense for an encoder with such a resolution."""

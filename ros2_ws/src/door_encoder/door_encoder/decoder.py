@@ -167,7 +167,7 @@ class EncoderDecoder:
         self.index.reset()
         self._still: list[int] = []
 
-    def _check_index(self, latched: Sequence[int], counts: Counts, period: float) -> None:
+    def _check_index(self, latched: Sequence[int] | Counts, counts: Counts, period: float) -> None:
         """Compare where the index came with where it came before."""
         low, high = int(counts.min()), int(counts.max())
         near = self._filter.reach(period)

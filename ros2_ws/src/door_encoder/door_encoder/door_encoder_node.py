@@ -17,10 +17,10 @@ from door_encoder.angle import AngleSampler
 from door_encoder.batch import Batch, Decoded
 from door_encoder.decoder import EncoderDecoder
 from door_encoder.errors import BadBatchError, DoorEncoderError
+from door_encoder.messages import JOINT, to_batch, to_message
 from door_encoder.report import assess
 from door_encoder.settings import Settings
 
-JOINT = "door_hinge"
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
 _FIXED = ParameterDescriptor(read_only=True)  # read once
@@ -75,17 +75,8 @@ class DoorEncoderNode(Node):
     def _on_counts(self, message: EncoderSamples) -> None:
         """Decode a batch and pass it on."""
         self._heard_at = self.get_clock().now()
-        batch = Batch(
-            stamp_ns=Time.from_msg(message.header.stamp).nanoseconds,
-            period=message.period,
-            first_index=message.first_index,
-            counts_per_turn=message.counts_per_turn,
-            values=message.counts,
-            gap_before=message.gap_before,
-            index_values=message.index_counts,
-        )
         try:
-            pieces = self._decoder.decode(batch)
+            pieces = self._decoder.decode(to_batch(message))
         except BadBatchError as error:
             self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
             return
@@ -94,7 +85,15 @@ class DoorEncoderNode(Node):
 
     def _publish(self, decoded: Decoded) -> None:
         """Samples and angles."""
-        self._samples.publish(self._to_samples(decoded))
+        samples = Batch(
+            decoded.stamp_ns,
+            decoded.period,
+            decoded.first_index,
+            self._decoder.settings.counts_per_turn,
+            decoded.counts,
+            decoded.gap_before,
+        )
+        self._samples.publish(to_message(samples))
         for point in self._sampler.take(decoded):
             state = JointState()
             state.header.stamp = Time(nanoseconds=point.stamp_ns).to_msg()
@@ -102,18 +101,6 @@ class DoorEncoderNode(Node):
             state.position = [point.theta]
             state.velocity = [point.omega]
             self._angle.publish(state)
-
-    def _to_samples(self, decoded: Decoded) -> EncoderSamples:
-        """Message of a decoded batch."""
-        message = EncoderSamples()
-        message.header.stamp = Time(nanoseconds=decoded.stamp_ns).to_msg()
-        message.header.frame_id = JOINT
-        message.period = decoded.period
-        message.first_index = decoded.first_index
-        message.counts_per_turn = self._decoder.settings.counts_per_turn
-        message.counts = decoded.counts.tolist()
-        message.gap_before = decoded.gap_before
-        return message
 
     def _on_timer(self) -> None:
         """Report health."""

@@ -21,3 +21,11 @@ class EncoderSettingError(DoorEncoderError):
 
 class BadBatchError(DoorEncoderError):
     """A batch of samples cannot be used."""
+
+
+class BoardError(DoorEncoderError):
+    """A counter board cannot be used, or does not answer."""
+
+
+class PlaybackError(DoorEncoderError):
+    """A recording cannot be played as a board would send it."""

@@ -77,6 +77,11 @@ class VelocityEstimator:
         """Take up counts (N,), in order of time."""
         self._counts = np.concatenate([self._counts, counts])[-self._longest :]
 
+    def bridge(self, missing: int, count: int) -> None:
+        """Take up missing samples as if the door had gone on evenly to the count after them."""
+        between = np.linspace(self._counts[-1], count, missing + 2)[1:-1]
+        self.take(np.rint(between).astype(np.int64))
+
     def velocity(self) -> Velocity:
         """Velocity by the samples so far."""
         back = self._counts[::-1]

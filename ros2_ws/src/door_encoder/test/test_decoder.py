@@ -223,6 +223,17 @@ def test_velocity_does_not_reach_across_a_gap() -> None:
     assert [point.omega for point in after] == pytest.approx([0.0] * 5)
 
 
+@given(missing=st.integers(1, 10), speed=st.sampled_from([0, 1, 5]))
+def test_velocity_goes_on_across_a_few_lost_samples(missing: int, speed: int) -> None:
+    """A missed poll, or a single garbage sample, leaves a steady door's velocity as it was."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    counts = speed * np.arange(300)
+    first = 100 + missing
+    points = list(sampler.take(Decoded(0, PERIOD, 0, counts[:100], False)))
+    points += sampler.take(Decoded(first * 10**6, PERIOD, first, counts[first:], True))
+    assert all(point.omega == pytest.approx(speed) for point in points[1:])
+
+
 @pytest.mark.parametrize("changes", [{"rate": 0.0}, {"window": -1.0}, {"rate": math.nan}])
 def test_rates_that_make_no_sense(changes: dict[str, float]) -> None:
     """Refused when they are set."""

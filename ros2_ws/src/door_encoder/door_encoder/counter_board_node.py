@@ -1,0 +1,106 @@
+"""Node counter_board: polls a counter board and publishes its counts."""
+
+import sys
+import threading
+import time
+from dataclasses import replace
+from functools import partial
+
+import rclpy
+from door_impact_msgs.msg import EncoderSamples
+from door_model.node_main import run_node
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from door_encoder.batch import Batch
+from door_encoder.board import CounterBoard, make_board
+from door_encoder.errors import BoardError, DoorEncoderError
+from door_encoder.messages import to_message
+from door_encoder.poll import PollBatcher
+
+_PERIOD_NS = 1_000_000
+_BATCH = 20  # samples: 50 Hz
+_QUEUE = 200  # batches
+_FIXED = ParameterDescriptor(read_only=True)  # read once
+
+
+class CounterBoardNode(Node):
+    """Thin shell around `PollBatcher`; polls in a thread that nothing else holds up."""
+
+    def __init__(self, board: CounterBoard | None = None) -> None:
+        """Take a board, or make the one that the parameter `board` names."""
+        super().__init__("counter_board")
+        try:
+            name = str(self.declare_parameter("board", "", _FIXED).value)
+            self._board = make_board(name) if board is None else board
+        except DoorEncoderError:
+            self.destroy_node()
+            raise
+        self._batcher = PollBatcher(
+            period_ns=_PERIOD_NS, size=_BATCH, counts_per_turn=self._board.counts_per_turn
+        )
+        self._ended = threading.Event()
+        self._error = ""
+        self._told = 0
+        self._counts = self.create_publisher(
+            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=_QUEUE)
+        )
+        self._timer = self.create_timer(1.0, self._on_timer)
+
+    def run(self) -> None:
+        """Poll until the node is told to end."""
+        poller = threading.Thread(target=self._poll, name="poll")
+        poller.start()
+        try:
+            rclpy.spin(self)
+        finally:
+            self._ended.set()
+            poller.join()
+            self._board.close()
+
+    def _poll(self) -> None:
+        """Read the board once in each period."""
+        while not self._ended.is_set():
+            before = time.monotonic_ns()
+            try:
+                reading = self._board.read()
+            except (OSError, BoardError) as error:
+                self._error = str(error)
+                time.sleep(_PERIOD_NS * 1e-9)
+                continue
+            at = (before + time.monotonic_ns()) // 2
+            for batch in self._batcher.take(at, reading):
+                self._publish(batch)
+            time.sleep(self._batcher.after(time.monotonic_ns()) * 1e-9)
+
+    def _publish(self, batch: Batch) -> None:
+        """Publish a batch, its stamp moved from the steady clock to the graph's."""
+        shift = self.get_clock().now().nanoseconds - time.monotonic_ns()
+        self._counts.publish(to_message(replace(batch, stamp_ns=batch.stamp_ns + shift)))
+
+    def _on_timer(self) -> None:
+        """Tell of polls that were missed."""
+        missed = self._batcher.missed - self._told
+        self._told += missed
+        if missed or self._error:
+            reason = f", the board says: {self._error}" if self._error else ""
+            self.get_logger().warning(f"polls missed: {missed}{reason}", throttle_duration_sec=5.0)
+            self._error = ""
+
+
+def run_board(board: CounterBoard, args: list[str] | None = None) -> int:
+    """Run the node with a board, for a program of one's own."""
+    make = partial(CounterBoardNode, board)
+    return run_node(make, errors=(DoorEncoderError,), args=args, spin=CounterBoardNode.run)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to end."""
+    return run_node(
+        CounterBoardNode, errors=(DoorEncoderError,), args=args, spin=CounterBoardNode.run
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,36 @@
+"""A counter board without hardware: an example, and a stand-in for tests."""
+
+import math
+import time
+from collections.abc import Callable
+
+from door_encoder.board import CounterBoard, Reading
+
+_REST = 1.0  # [s] shut at first, so that the zero is found
+_PERIOD = 4.0  # [s] of a swing
+_PEAK = 800  # [counts] 20 deg
+_INDEX = 300  # [counts] where the index is
+_START = 64000  # value of the 16-bit counter at the shut door: it wraps in each swing
+
+
+class SimulatedBoard(CounterBoard):
+    """A 16-bit counter on a door that rests for a second and then swings by 20 deg."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Set the clock [s]."""
+        self._clock = clock
+        self._begin = clock()
+        self._last = 0
+
+    def count(self) -> int:
+        """Where the door is now [counts]."""
+        t = max(0.0, self._clock() - self._begin - _REST)
+        return round(0.5 * _PEAK * (1.0 - math.cos(2.0 * math.pi * t / _PERIOD)))
+
+    def read(self) -> Reading:
+        """Read the counter, and the index if the door has passed it."""
+        count = self.count()
+        passed = (self._last < _INDEX) != (count < _INDEX)
+        self._last = count
+        index = (_START + _INDEX) % 2**16 if passed else None
+        return Reading((_START + count) % 2**16, index)

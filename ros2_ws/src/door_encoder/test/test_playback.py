@@ -1,0 +1,90 @@
+"""Recordings as batches."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from door_encoder.decoder import EncoderDecoder
+from door_encoder.errors import PlaybackError
+from door_encoder.play_node import main
+from door_encoder.playback import batches, batches_from_csv
+from door_encoder.settings import Settings
+from door_model.recordings import Recording, from_counts
+from hypothesis import given
+from hypothesis import strategies as st
+
+
+@given(
+    gaps=st.lists(st.integers(1, 300), min_size=1, max_size=400),
+    jitter=st.floats(0.0, 0.2),
+    period=st.sampled_from([0.0005, 0.001, 0.004]),
+)
+def test_every_sample_comes_out_of_the_decoder(
+    gaps: list[int], jitter: float, period: float
+) -> None:
+    """Holes of whole periods, jitter of less than a half: numbers, times, counts and gaps fit."""
+    numbers = np.cumsum([0] * 1 + [1] * 400 + gaps)
+    t = 3.0 + period * (numbers + jitter * (numbers % 2))
+    counts = np.rint(300 * np.sin(t)).astype(int)
+    counts -= counts[0]
+    decoder = EncoderDecoder(Settings(zero=0))
+    heard: dict[int, int] = {}
+    for batch in batches(from_counts(t, counts)):
+        assert len(batch.values) <= round(0.02 / period)
+        assert abs(batch.stamp_ns * 1e-9 - t[numbers == batch.first_index][0]) < 1e-8
+        for piece in decoder.decode(batch):
+            heard |= {piece.first_index + n: int(c) for n, c in enumerate(piece.counts)}
+    assert heard == dict(zip(numbers.tolist(), counts.tolist(), strict=True))
+    assert decoder.health.gaps == sum(gap > 1 for gap in gaps)
+
+
+def test_angles_become_counts() -> None:
+    """A recording in degrees is played with the paper's resolution."""
+    recording = Recording(np.arange(40) * 1e-3, np.radians(np.arange(40) * 0.025))
+    found = batches(recording)
+    assert [batch.counts_per_turn for batch in found] == [14400, 14400]
+    assert np.concatenate([batch.values for batch in found]).tolist() == list(range(40))
+
+
+@pytest.mark.parametrize(
+    ("times", "match"),
+    [([1.0], "1 samples"), ([0.0, 0.001, 0.002, 0.0021, 0.003, 0.004], "not evenly spaced")],
+)
+def test_what_has_no_period_is_refused(times: list[float], match: str) -> None:
+    """One sample, or two within half a period."""
+    with pytest.raises(PlaybackError, match=match):
+        batches(from_counts(np.array(times), np.zeros(len(times), int)))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        (["--csv", "nowhere.csv"], "nowhere.csv: cannot be read"),
+        (["--mcap", "nowhere.mcap"], "nowhere.mcap: cannot be read"),
+        (["--csv", "one.csv"], "has no period"),
+    ],
+)
+def test_bad_recordings_are_a_sentence(
+    arguments: list[str],
+    match: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Exit code 1, before any node is made."""
+    monkeypatch.chdir(tmp_path)
+    Path("one.csv").write_text("time_s,count\n0,0\n")
+    assert main(arguments) == 1
+    assert match in capsys.readouterr().err
+    for rate in ("0", "-1", "nan", "fast"):
+        with pytest.raises(SystemExit):
+            main(["--csv", "one.csv", "--rate", rate])
+
+
+def test_a_csv_keeps_its_counts(tmp_path: Path) -> None:
+    """Counts a turn as they are said to be."""
+    path = tmp_path / "a.csv"
+    path.write_text("time_s,count\n" + "".join(f"{n / 1000},{n % 7}\n" for n in range(50)))
+    found = batches_from_csv(path, 1440)
+    assert {batch.counts_per_turn for batch in found} == {1440}
+    assert np.concatenate([b.values for b in found]).tolist() == [n % 7 for n in range(50)]
