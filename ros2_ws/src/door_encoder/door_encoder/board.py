@@ -14,18 +14,27 @@ class Reading:
     Attributes:
         count: The counter's value, whatever its zero and however it wraps.
         index: Its value latched at the last index pulse, where one came since the reading before.
+
+    Raises:
+        BoardError: A value does not fit into 64 bits.
     """
 
     count: int
     index: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for value in (self.count, self.index or 0):
+            if not -(2**63) <= value < 2**63:
+                raise BoardError(f"a count of {value} has more than 64 bits", value=value, limit=64)
 
 
 class CounterBoard(ABC):
     """Base class of counter boards.
 
     A board is made without arguments, read some 1000 times a second from one thread, and closed.
-    What cannot be opened or read raises OSError or `BoardError`; a reading that fails is a missing
-    sample, and the next one is tried.
+    What cannot be opened raises OSError or `BoardError`, and the node ends. Whatever `read` raises
+    is told, and makes a missing sample; the next one is tried.
 
     Attributes:
         counts_per_turn: Counts a turn of the hinge, quadrature included.

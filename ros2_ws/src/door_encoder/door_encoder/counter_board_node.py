@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile
 
 from door_encoder.batch import Batch
 from door_encoder.board import CounterBoard, make_board
-from door_encoder.errors import BoardError, DoorEncoderError
+from door_encoder.errors import DoorEncoderError
 from door_encoder.messages import to_message
 from door_encoder.poll import PollBatcher
 
@@ -65,8 +65,8 @@ class CounterBoardNode(Node):
             before = time.monotonic_ns()
             try:
                 reading = self._board.read()
-            except (OSError, BoardError) as error:
-                self._error = str(error)
+            except Exception as error:  # of whoever wrote the board
+                self._error = str(error) or type(error).__name__
                 time.sleep(_PERIOD_NS * 1e-9)
                 continue
             at = (before + time.monotonic_ns()) // 2
@@ -77,7 +77,11 @@ class CounterBoardNode(Node):
     def _publish(self, batch: Batch) -> None:
         """Publish a batch, its stamp moved from the steady clock to the graph's."""
         shift = self.get_clock().now().nanoseconds - time.monotonic_ns()
-        self._counts.publish(to_message(replace(batch, stamp_ns=batch.stamp_ns + shift)))
+        try:
+            self._counts.publish(to_message(replace(batch, stamp_ns=batch.stamp_ns + shift)))
+        except Exception:  # a signal may end the context meanwhile
+            if rclpy.ok():
+                raise
 
     def _on_timer(self) -> None:
         """Tell of polls that were missed."""

@@ -59,14 +59,14 @@ def assess(decoder: EncoderDecoder, age: float, before: Mapping[str, int]) -> Ve
     values |= {"zero": zero, "offset": str(decoder.offset), "index": index}
     new = {key: totals[key] - before.get(key, 0) for key in _TROUBLES}
     troubles = [f"{_TROUBLES[key]}: {new[key]}" for key in _TROUBLES if new[key]]
-    if age > _SILENCE:
-        heard = "no samples yet" if not totals["batches"] else f"no samples for {age:.1f} s"
-        return Verdict(Level.STALE, ", ".join([heard, *troubles]), values, totals)
     if decoder.zero_in_doubt:
         troubles.append(
             f"zero in doubt: the count jumped by {decoder.offset}, which is taken out until the "
             "index tells or the counter begins anew"
         )
+    if age > _SILENCE:
+        heard = "no samples yet" if not totals["batches"] else f"no samples for {age:.1f} s"
+        return Verdict(Level.STALE, ", ".join([heard, *troubles]), values, totals)
     if troubles:
         return Verdict(Level.WARN, ", ".join(troubles), values, totals)
     if decoder.zero is None:

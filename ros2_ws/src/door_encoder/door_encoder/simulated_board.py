@@ -14,22 +14,21 @@ _START = 64000  # value of the 16-bit counter at the shut door: it wraps in each
 
 
 class SimulatedBoard(CounterBoard):
-    """A 16-bit counter on a door that rests for a second and then swings by 20 deg."""
+    """A 16-bit counter on a door that rests for a second at first, then swings by 20 deg."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Set the clock [s]."""
         self._clock = clock
-        self._begin = clock()
+        self._begin: float | None = None
         self._last = 0
-
-    def count(self) -> int:
-        """Where the door is now [counts]."""
-        t = max(0.0, self._clock() - self._begin - _REST)
-        return round(0.5 * _PEAK * (1.0 - math.cos(2.0 * math.pi * t / _PERIOD)))
 
     def read(self) -> Reading:
         """Read the counter, and the index if the door has passed it."""
-        count = self.count()
+        now = self._clock()
+        if self._begin is None:
+            self._begin = now
+        t = max(0.0, now - self._begin - _REST)
+        count = round(0.5 * _PEAK * (1.0 - math.cos(2.0 * math.pi * t / _PERIOD)))
         passed = (self._last < _INDEX) != (count < _INDEX)
         self._last = count
         index = (_START + _INDEX) % 2**16 if passed else None

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -47,7 +47,9 @@ class Rig:
             assert time.monotonic() < limit, "nothing happened"
             self.executor.spin_once(timeout_sec=0.05)
 
-    def send(self, first: int, counts: list[int], period: float = 1e-3) -> None:
+    def send(
+        self, first: int, counts: list[int], period: float = 1e-3, index: Sequence[int] = ()
+    ) -> None:
         """Send a batch."""
         message = EncoderSamples()
         message.header.stamp = Time(nanoseconds=10**9 + first * 10**6).to_msg()
@@ -55,6 +57,7 @@ class Rig:
         message.first_index = first
         message.counts_per_turn = 14400
         message.counts = counts
+        message.index_counts = list(index)
         self.counts.publish(message)
 
 
@@ -89,6 +92,27 @@ def test_samples_angles_and_diagnostics(rig: Rig) -> None:
     reports = rig.diagnostics
     rig.until(lambda: any("batches refused: 1" in report.status[0].message for report in reports))
     assert all(report.status[0].level != DiagnosticStatus.OK for report in reports)
+
+
+def test_garbage_and_lost_counts_do_not_reach_the_angle(rig: Rig) -> None:
+    """A batch of noise is a gap; an offset is taken out and said, until the index confirms it."""
+    rig.send(0, [500] * 200)
+    rig.send(200, [9000] * 20)
+    rig.send(220, [510] * 20)
+    rig.until(lambda: len(rig.samples) == 2)
+    assert [message.gap_before for message in rig.samples] == [False, True]
+    assert rig.samples[1].first_index == 220
+    assert list(rig.samples[1].counts) == [10] * 20
+    rig.send(240, [510] * 20, index=[510])
+    rig.send(260, [4510] * 300)
+    reports = rig.diagnostics
+    rig.until(lambda: any("zero in doubt" in report.status[0].message for report in reports))
+    assert list(rig.samples[-1].counts) == [10] * 201
+    assert {angle.position[0] for angle in rig.angles} == {0.0, 10 * 6.283185307179586 / 14400}
+    rig.send(560, [4510] * 20, index=[4511])
+    heard = len(reports)
+    rig.until(lambda: len(reports) > heard + 1)
+    assert "zero in doubt" not in reports[-1].status[0].message
 
 
 def test_bad_parameters_end_with_a_sentence(capfd: pytest.CaptureFixture[str]) -> None:
