@@ -8,7 +8,8 @@ import numpy as np
 
 from door_encoder.counts import Counts, difference, unwrap
 
-SETTLE = 0.1  # [s] a count must go on plausibly after a jump before it is believed
+CONFIRM = 0.005  # [s] a count must go on plausibly where the door can be, to be believed
+SETTLE = 0.1  # [s] and where it cannot be
 _SLOPE = 20  # samples that tell how fast the door moves behind a jump
 
 
@@ -33,11 +34,13 @@ class Piece:
 class JumpFilter:
     """Unwraps a stream of counter values and keeps back what cannot be the door.
 
-    A step faster than the door's greatest speed begins a run of doubtful samples. A further such
-    step that leads back to where the door can be ends it: the run was noise. A run that goes on
-    plausibly for `SETTLE` is the door again, on a counter that has gained or lost counts: since a
-    door cannot jump, the offset is taken out, up to what the door's motion meanwhile leaves open.
-    Behind a gap of unknown length the door may be anywhere within half a turn.
+    A step faster than the door's greatest speed begins a run of doubtful samples, and so does a
+    gap after which the count is elsewhere. A run that begins where the door can be by then is
+    believed when it has gone on plausibly for `CONFIRM`: before it there was noise. A run that
+    begins elsewhere and goes on for `SETTLE` is the door as well, on a counter that has gained or
+    lost counts: since a door cannot jump, the offset is taken out, up to what the door's motion
+    meanwhile leaves open. Behind a gap of unknown length the door may be anywhere within half a
+    turn.
 
     Attributes:
         offset: Counts taken out of the counter's value so far.
@@ -66,6 +69,7 @@ class JumpFilter:
         self._count: int | None = None  # the last believed one
         self._lasted = 0.0  # how long the level has been believed [s]
         self._doubtful: list[int] = []  # values of the present run
+        self._candidate: int | None = None  # offset with which it is where the door can be
         self._away = 0.0  # from the last believed sample to the last sample [s]
         self._away_at_start = 0.0  # and to the first of the run
 
@@ -81,7 +85,7 @@ class JumpFilter:
     def place(self, value: int) -> int:
         """Count of a counter value near the last believed sample, which there must be."""
         assert self._count is not None
-        return self._count + difference(value - self.offset, self._count, self._modulus)
+        return self._count + self._off(value, self.offset)
 
     def shift(self, counts: int) -> None:
         """Take out counts that were gained unseen (negative: lost)."""
@@ -127,28 +131,34 @@ class JumpFilter:
             self._count = first
             return replace(self._believe(run, period), new_level=True)
         self._away += time
-        if follows and self._goes_on(first, time):
-            if self.believed:
-                return self._believe(run, period)
-        else:
-            self.jumps += 1
-            self._doubtful = []
-            for offset in {self.offset: None, 0: None}:
-                off = difference(first - offset, self._count, self._modulus)
-                if abs(off) <= self.reach(self._away):
-                    self.offset = offset
-                    return replace(self._believe(run, period), after_jump=True)
-            self._away_at_start = self._away
+        after_gap = follows and time > 1.5 * period
+        if follows and self._near(first, period) and not (after_gap and self._doubtful):
+            return self._doubt(run, period) if self._doubtful else self._believe(run, period)
+        self._doubtful = []
+        self._away_at_start = self._away
+        self._candidate = self._return(first)
+        self.jumps += not (after_gap and self._candidate is not None)
         return self._doubt(run, period)
 
-    def _goes_on(self, value: int, time: float) -> bool:
-        """Whether a value can follow the last one."""
+    def _near(self, value: int, period: float) -> bool:
+        """Whether a value can follow the last one after a period."""
         if self._doubtful:
             off = difference(value, self._doubtful[-1], self._modulus)
         else:
-            assert self._count is not None
-            off = difference(value - self.offset, self._count, self._modulus)
-        return abs(off) <= self.reach(time)
+            off = self._off(value, self.offset)
+        return abs(off) <= self.reach(period)
+
+    def _return(self, value: int) -> int | None:
+        """The offset with which a value is where the door can be by now: the present one or 0."""
+        for offset in (self.offset, 0):
+            if abs(self._off(value, offset)) <= self.reach(self._away):
+                return offset
+        return None
+
+    def _off(self, value: int, offset: int) -> int:
+        """Counts between a value with an offset and the last believed sample."""
+        assert self._count is not None
+        return difference(value - offset, self._count, self._modulus)
 
     def _believe(self, run: Counts, period: float) -> Piece:
         """The run is the door."""
@@ -167,15 +177,19 @@ class JumpFilter:
         before = len(self._doubtful)
         self._doubtful += run.tolist()
         self._away += (len(run) - 1) * period
-        skip = max(2, math.ceil(SETTLE / period - 1e-6)) - 1 - before
+        lasting = SETTLE if self._candidate is None else CONFIRM
+        skip = max(2, math.ceil(lasting / period - 1e-6)) - 1 - before
         if skip >= len(run):
             return None
         believable = run[skip:]
-        if new_level := self._lasted < SETTLE:
+        new_level = self._candidate is None and self._lasted < SETTLE
+        if new_level:
             self.reset()
             self._count = int(believable[0])
-        else:
+        elif self._candidate is None:
             self._take_out_offset(before + skip + 1, period)
+        else:
+            self.offset = self._candidate
         piece = self._believe(believable, period)
         return replace(piece, start=skip, after_jump=True, new_level=new_level)
 

@@ -25,7 +25,7 @@ def test_every_sample_comes_out_of_the_decoder(
     """Holes of whole periods, jitter of less than a half: numbers, times, counts and gaps fit."""
     numbers = np.cumsum([0] * 1 + [1] * 400 + gaps)
     t = 3.0 + period * (numbers + jitter * (numbers % 2))
-    counts = np.rint(300 * np.sin(t)).astype(int)
+    counts = np.rint(12 * np.sin(t)).astype(int)
     counts -= counts[0]
     decoder = EncoderDecoder(Settings(zero=0))
     heard: dict[int, int] = {}
