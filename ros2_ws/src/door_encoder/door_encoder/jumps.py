@@ -10,6 +10,7 @@ from door_encoder.counts import Counts, difference, unwrap
 
 CONFIRM = 0.005  # [s] a count must go on plausibly where the door can be, to be believed
 SETTLE = 0.1  # [s] and where it cannot be
+_UNSEEN = 3.0  # [rad/s] that a door may gain and lose again while it is not seen
 _SLOPE = 20  # samples that tell how fast the door moves behind a jump
 
 
@@ -35,12 +36,12 @@ class JumpFilter:
     """Unwraps a stream of counter values and keeps back what cannot be the door.
 
     A step faster than the door's greatest speed begins a run of doubtful samples, and so does a
-    gap after which the count is elsewhere. A run that begins where the door can be by then is
-    believed when it has gone on plausibly for `CONFIRM`: before it there was noise. A run that
-    begins elsewhere and goes on for `SETTLE` is the door as well, on a counter that has gained or
-    lost counts: since a door cannot jump, the offset is taken out, up to what the door's motion
-    meanwhile leaves open. Behind a gap of unknown length the door may be anywhere within half a
-    turn.
+    gap after which the count is elsewhere. A run that begins where the door can be by then, at
+    about the speed that it has there, is believed when it has gone on plausibly for `CONFIRM`:
+    before it there was noise. A run that begins elsewhere and goes on for `SETTLE` is the door as
+    well, on a counter that has gained or lost counts: since a door cannot jump, the offset is taken
+    out, up to what the door's motion meanwhile leaves open. Behind a gap of unknown length the door
+    may be anywhere within half a turn.
 
     Attributes:
         offset: Counts taken out of the counter's value so far.
@@ -60,6 +61,7 @@ class JumpFilter:
         self._modulus = modulus
         self._max_rate = max_rate
         self._half_turn = half_turn
+        self._unseen_rate = _UNSEEN * half_turn / math.pi
         self.jumps = self.dropped = 0
         self.reset()
 
@@ -131,22 +133,18 @@ class JumpFilter:
             self._count = first
             return replace(self._believe(run, period), new_level=True)
         self._away += time
+        if follows and self._doubtful:
+            step = difference(first, self._doubtful[-1], self._modulus)
+            if math.isfinite(time) and abs(step) <= self.reach(time):
+                return self._doubt(run, period)
+        elif follows and abs(self._off(first, self.offset)) <= self.reach(period):
+            return self._believe(run, period)
         after_gap = follows and time > 1.5 * period
-        if follows and self._near(first, period) and not (after_gap and self._doubtful):
-            return self._doubt(run, period) if self._doubtful else self._believe(run, period)
         self._doubtful = []
         self._away_at_start = self._away
         self._candidate = self._return(first)
         self.jumps += not (after_gap and self._candidate is not None)
         return self._doubt(run, period)
-
-    def _near(self, value: int, period: float) -> bool:
-        """Whether a value can follow the last one after a period."""
-        if self._doubtful:
-            off = difference(value, self._doubtful[-1], self._modulus)
-        else:
-            off = self._off(value, self.offset)
-        return abs(off) <= self.reach(period)
 
     def _return(self, value: int) -> int | None:
         """The offset with which a value is where the door can be by now: the present one or 0."""
@@ -177,8 +175,15 @@ class JumpFilter:
         before = len(self._doubtful)
         self._doubtful += run.tolist()
         self._away += (len(run) - 1) * period
-        lasting = SETTLE if self._candidate is None else CONFIRM
-        skip = max(2, math.ceil(lasting / period - 1e-6)) - 1 - before
+        size = _samples(SETTLE, period)
+        if self._candidate is not None:
+            size = _samples(CONFIRM, period)
+            if len(self._doubtful) < size:
+                return None
+            if not self._explained(size, period):
+                self._candidate = None
+                size = _samples(SETTLE, period)
+        skip = size - 1 - before
         if skip >= len(run):
             return None
         believable = run[skip:]
@@ -187,18 +192,37 @@ class JumpFilter:
             self.reset()
             self._count = int(believable[0])
         elif self._candidate is None:
-            self._take_out_offset(before + skip + 1, period)
+            self._take_out_offset(size, period)
         else:
             self.offset = self._candidate
         piece = self._believe(believable, period)
         return replace(piece, start=skip, after_jump=True, new_level=new_level)
 
+    def _slope(self, size: int, period: float) -> float:
+        """How fast the door moves at the start of the run [counts/s]."""
+        head = unwrap(np.array(self._doubtful[: min(size, _SLOPE)]), self._modulus)
+        return int(head[-1] - head[0]) / (len(head) - 1) / period
+
+    def _explained(self, size: int, period: float) -> bool:
+        """Whether the door's speed now explains where it has got to while it was not seen."""
+        time = self._away_at_start
+        if not math.isfinite(time):
+            return True
+        assert self._candidate is not None
+        moved = self._off(self._doubtful[0], self._candidate)
+        change = self._unseen_rate * time + self.reach(period)
+        return abs(moved - self._slope(size, period) * time) <= change
+
     def _take_out_offset(self, size: int, period: float) -> None:
         """The first samples of the run are where the door is by now."""
         assert self._count is not None
         run = unwrap(np.array(self._doubtful[:size], dtype=np.int64), self._modulus)
-        head = run[:_SLOPE]
-        slope = int(head[-1] - head[0]) / (len(head) - 1) / period
-        start = self._count + round(slope * min(self._away_at_start, SETTLE))
+        moved = self._slope(size, period) * min(self._away_at_start, SETTLE)
+        start = self._count + round(moved)
         self.offset = difference(int(run[0]), start, self._modulus)
         self._count = start + int(run[-1] - run[0])
+
+
+def _samples(time: float, period: float) -> int:
+    """Samples, two or more, that last for a time."""
+    return max(2, math.ceil(time / period - 1e-6))

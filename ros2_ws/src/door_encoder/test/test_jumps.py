@@ -137,6 +137,33 @@ def test_an_offset_that_stays_is_taken_out(at: int, by: int, size: int, modulus:
     assert "zero in doubt" in assess(decoder, 0.0, verdict.totals).message
 
 
+@settings(max_examples=30)
+@given(at=st.integers(300, 900), length=st.integers(10, 60), by=st.integers(600, 7000))
+def test_noise_that_costs_counts_leaves_the_zero_in_doubt(at: int, length: int, by: int) -> None:
+    """A burst that leaves an offset behind: no door gets so far meanwhile and then moves slowly."""
+    truth = swing(1400)
+    values = truth.copy()
+    values[at:] -= by
+    values[at : at + length] = np.random.default_rng(at).integers(-(2**31), 2**31, length)
+    decoder = EncoderDecoder()
+    found = by_number(stream(decoder, values))
+    assert decoder.zero_in_doubt
+    late = {number: count for number, count in found.items() if number >= at}
+    assert all(abs(count - truth[number]) <= 3 + length for number, count in late.items())
+
+
+def test_missed_polls_do_not_make_an_offset_motion() -> None:
+    """Gaps while a new level settles: it is still an offset."""
+    values = swing(1000)
+    values[300:] += 500
+    decoder = EncoderDecoder()
+    for first in range(0, 1000, 10):
+        if first % 40:
+            stream(decoder, values[first : first + 10], first=first)
+    assert decoder.offset == pytest.approx(500, abs=20)
+    assert decoder.zero_in_doubt
+
+
 def test_an_offset_that_goes_again_leaves_no_doubt() -> None:
     """300 ms of a wrong level, then the right one: the counter's own value is believed again."""
     values = swing(1500)
