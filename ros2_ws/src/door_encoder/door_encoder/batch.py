@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from door_encoder.counts import Counts
 from door_encoder.errors import BadBatchError
 
-_SLOWEST = 1.0  # [s] between two samples
+_PERIODS = (1e-5, 1.0)  # [s] between two samples
 _LAST_NUMBER = 2**63  # of a sample; those that follow still fit into a message
 
 
@@ -37,9 +37,9 @@ class Batch:
         problem: tuple[str, object, object] | None = None
         if not len(self.values):
             problem = ("is empty", 0, 1)
-        elif not 0.0 < self.period <= _SLOWEST:
-            text = f"has a period of {self.period} s, not above 0 and up to {_SLOWEST:g} s"
-            problem = (text, self.period, _SLOWEST)
+        elif not _PERIODS[0] <= self.period <= _PERIODS[1]:
+            text = f"has a period of {self.period} s, not {_PERIODS[0]:g} to {_PERIODS[1]:g} s"
+            problem = (text, self.period, _PERIODS)
         elif self.first_index > _LAST_NUMBER:
             problem = ("has a number that no sender gets to", self.first_index, _LAST_NUMBER)
         elif self.counts_per_turn != counts_per_turn:

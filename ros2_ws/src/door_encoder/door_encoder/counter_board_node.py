@@ -85,12 +85,14 @@ class CounterBoardNode(Node):
 
     def _on_timer(self) -> None:
         """Tell of polls that were missed."""
-        missed = self._batcher.missed - self._told
-        self._told += missed
-        if missed or self._error:
-            reason = f", the board says: {self._error}" if self._error else ""
-            self.get_logger().warning(f"polls missed: {missed}{reason}", throttle_duration_sec=5.0)
-            self._error = ""
+        missed = self._batcher.missed
+        if missed == self._told and not self._error:
+            return
+        reason = f"; the board said: {self._error}" if self._error else ""
+        self.get_logger().warning(
+            f"polls missed so far: {missed}{reason}", throttle_duration_sec=5.0
+        )
+        self._told, self._error = missed, ""
 
 
 def run_board(board: CounterBoard, args: list[str] | None = None) -> int:

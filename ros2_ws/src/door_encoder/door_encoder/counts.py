@@ -7,6 +7,8 @@ from door_encoder.errors import EncoderSettingError
 
 Counts = NDArray[np.int64]
 
+LARGEST_COUNT = 2**61  # no counter gets there; differences stay within 64 bits
+
 
 def check_modulus(modulus: int) -> None:
     """Raise EncoderSettingError unless a counter may wrap at this many counts (0: never)."""

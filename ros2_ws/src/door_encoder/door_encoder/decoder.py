@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from door_encoder.batch import Batch, Decoded, Health
-from door_encoder.counts import Counts, stationary_zero, unwrap
+from door_encoder.counts import LARGEST_COUNT, Counts, stationary_zero, unwrap
 from door_encoder.errors import BadBatchError
 from door_encoder.index import IndexCheck
 from door_encoder.jumps import JumpFilter
@@ -15,7 +15,6 @@ from door_encoder.settings import Settings
 
 _RESTART_NS = 1_000_000_000  # a batch that is late by more than this comes from a new start
 _STAMP_SLACK_NS = 2_000_000  # jitter of stamps; beyond it and half a period it is a gap
-_HUGE = 2**61  # no counter gets there; differences stay within 64 bits
 
 
 class EncoderDecoder:
@@ -146,7 +145,7 @@ class EncoderDecoder:
         values = np.asarray(batch.values, dtype=np.int64)
         if self.settings.modulus:
             return np.asarray(values % self.settings.modulus)
-        return np.clip(values, -_HUGE, _HUGE)
+        return np.clip(values, -LARGEST_COUNT, LARGEST_COUNT)
 
     def _restarted(self, batch: Batch) -> bool:
         """The sender began anew: its numbers go back while its time does not, or both far."""

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from door_encoder.counts import check_modulus
+from door_encoder.counts import LARGEST_COUNT, check_modulus
 from door_encoder.errors import EncoderSettingError
 
 
@@ -38,6 +38,12 @@ class Settings:
                 f"direction must be 1 or -1, not {self.direction}",
                 value=self.direction,
                 limit=(1, -1),
+            )
+        if self.zero is not None and abs(self.zero) > LARGEST_COUNT:
+            raise EncoderSettingError(
+                f"zero must be within {LARGEST_COUNT} counts, not {self.zero}",
+                value=self.zero,
+                limit=LARGEST_COUNT,
             )
         for name in ("counts_per_turn", "zero_samples", "max_speed"):
             value = getattr(self, name)

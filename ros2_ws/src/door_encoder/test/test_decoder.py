@@ -132,6 +132,7 @@ def test_overlap_is_cut_off() -> None:
         {"period": -1e-3},
         {"period": math.nan},
         {"period": 1e300},
+        {"period": 1e-300},
         {"first_index": 2**64 - 1},
         {"counts_per_turn": 3600},
         {"values": []},
@@ -180,6 +181,47 @@ def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
     assert (decoder.health.restarts, decoder.health.jumps) == (1, 0)
 
 
+INT64 = st.integers(-(2**63), 2**63 - 1)
+
+
+@given(
+    batches=st.lists(
+        st.builds(
+            Batch,
+            stamp_ns=st.integers(0, 3 * 10**9) | st.integers(-(2**61), 2**61),
+            period=st.sampled_from([1e-3, 1e-4, 1.0]) | st.floats(),
+            first_index=st.integers(0, 100) | st.integers(0, 2**64 - 1),
+            counts_per_turn=st.sampled_from([14400, 14400, 0]),
+            values=st.lists(INT64 | st.integers(-5, 5), max_size=30),
+            gap_before=st.booleans(),
+            index_values=st.lists(INT64 | st.integers(-5, 5), max_size=2),
+        ),
+        max_size=12,
+    ),
+    modulus=st.sampled_from([0, 2, 2**16, 2**32, 2**62]),
+    zero=st.none() | st.integers(-(2**61), 2**61),
+)
+def test_no_message_can_end_the_decoder(
+    batches: list[Batch], modulus: int, zero: int | None
+) -> None:
+    """Whatever its fields: refused, dropped, or decoded to what fits into a message."""
+    decoder = EncoderDecoder(Settings(modulus=modulus, zero=zero))
+    sampler = AngleSampler(radians_per_count=1e-3)
+    for made in batches:
+        try:
+            pieces = decoder.decode(made)
+        except BadBatchError:
+            continue
+        for piece in pieces:
+            assert len(piece.counts)
+            assert piece.counts.dtype == np.int64
+            assert 0 <= piece.first_index < 2**64 - len(piece.counts)
+            for point in sampler.take(piece):
+                assert math.isfinite(point.theta)
+                assert math.isfinite(point.omega)
+        assess(decoder, 0.0, {})
+
+
 @pytest.mark.parametrize(
     "changes",
     [
@@ -188,6 +230,7 @@ def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
         {"zero_samples": 0},
         {"max_speed": math.nan},
         {"modulus": 1},
+        {"zero": 2**62},
     ],
 )
 def test_settings_that_make_no_sense(changes: dict[str, object]) -> None:
