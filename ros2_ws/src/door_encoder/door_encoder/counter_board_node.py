@@ -4,7 +4,6 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from functools import partial
 
 import rclpy
 from door_impact_msgs.msg import EncoderSamples
@@ -14,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from door_encoder.batch import Batch
-from door_encoder.board import CounterBoard, make_board
+from door_encoder.board import make_board
 from door_encoder.errors import DoorEncoderError
 from door_encoder.messages import to_message
 from door_encoder.poll import PollBatcher
@@ -28,12 +27,10 @@ _FIXED = ParameterDescriptor(read_only=True)  # read once
 class CounterBoardNode(Node):
     """Thin shell around `PollBatcher`; polls in a thread that nothing else holds up."""
 
-    def __init__(self, board: CounterBoard | None = None) -> None:
-        """Take a board, or make the one that the parameter `board` names."""
+    def __init__(self) -> None:
         super().__init__("counter_board")
         try:
-            name = str(self.declare_parameter("board", "", _FIXED).value)
-            self._board = make_board(name) if board is None else board
+            self._board = make_board(str(self.declare_parameter("board", "", _FIXED).value))
         except DoorEncoderError:
             self.destroy_node()
             raise
@@ -93,12 +90,6 @@ class CounterBoardNode(Node):
             f"polls missed so far: {missed}{reason}", throttle_duration_sec=5.0
         )
         self._told, self._error = missed, ""
-
-
-def run_board(board: CounterBoard, args: list[str] | None = None) -> int:
-    """Run the node with a board, for a program of one's own."""
-    make = partial(CounterBoardNode, board)
-    return run_node(make, errors=(DoorEncoderError,), args=args, spin=CounterBoardNode.run)
 
 
 def main(args: list[str] | None = None) -> int:

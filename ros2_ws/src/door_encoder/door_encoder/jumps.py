@@ -72,6 +72,7 @@ class JumpFilter:
         self._lasted = 0.0  # how long the level has been believed [s]
         self._doubtful: list[int] = []  # values of the present run
         self._candidate: int | None = None  # offset with which it is where the door can be
+        self._only_gap = False  # it began behind a gap, and without a jump
         self._away = 0.0  # from the last believed sample to the last sample [s]
         self._away_at_start = 0.0  # and to the first of the run
 
@@ -143,7 +144,8 @@ class JumpFilter:
         self._doubtful = []
         self._away_at_start = self._away
         self._candidate = self._return(first)
-        self.jumps += not (after_gap and self._candidate is not None)
+        self._only_gap = after_gap and self._candidate is not None
+        self.jumps += not self._only_gap
         return self._doubt(run, period)
 
     def _return(self, value: int) -> int | None:
@@ -186,6 +188,8 @@ class JumpFilter:
         skip = size - 1 - before
         if skip >= len(run):
             return None
+        if self._only_gap and self._candidate is not None and not before:
+            skip = 0  # no jump was seen: what the batch has of it need not be dropped
         believable = run[skip:]
         new_level = self._candidate is None and self._lasted < SETTLE
         if new_level:

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import rclpy
 from door_impact_msgs.msg import EncoderSamples
@@ -115,8 +114,11 @@ def main(args: list[str] | None = None) -> int:
     except (DoorModelError, DoorEncoderError) as error:
         print(f"play: {error}", file=sys.stderr)
         return 1
-    make = partial(PlayNode, batches, options.rate)
-    return run_node(make, errors=(DoorEncoderError,), args=args, spin=PlayNode.run)
+
+    def play() -> PlayNode:
+        return PlayNode(batches, options.rate)
+
+    return run_node(play, errors=(DoorEncoderError,), args=args, spin=PlayNode.run)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from door_encoder.board import CounterBoard, Reading
 
-_REST = 1.0  # [s] shut at first, so that the zero is found
+_REST = 3.0  # [s] shut at first, so that a door_encoder that starts beside it finds the zero
 _PERIOD = 4.0  # [s] of a swing
 _PEAK = 800  # [counts] 20 deg
 _INDEX = 300  # [counts] where the index is
@@ -14,7 +14,7 @@ _START = 64000  # value of the 16-bit counter at the shut door: it wraps in each
 
 
 class SimulatedBoard(CounterBoard):
-    """A 16-bit counter on a door that rests for a second at first, then swings by 20 deg."""
+    """A 16-bit counter on a door that rests for three seconds, then swings by 20 deg."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Set the clock [s]."""

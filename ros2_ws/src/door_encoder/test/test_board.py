@@ -78,7 +78,7 @@ def test_the_simulated_board_is_a_door() -> None:
         for batch in made.take(poll * MS, board.read()):
             counts += [int(c) for piece in decoder.decode(batch) for c in piece.counts]
     assert (min(counts), max(counts)) == (0, 800)
-    assert counts[:1000] == [0] * 1000
+    assert counts[:3000] == [0] * 3000
     assert decoder.index.reference is not None
     assert decoder.health.index_errors == decoder.health.gaps == decoder.health.jumps == 0
 
