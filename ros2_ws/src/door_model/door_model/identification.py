@@ -21,7 +21,7 @@ from door_model.closer import FourBarCloser
 from door_model.door import Door
 from door_model.errors import NoFitError, NoScaleError, NoSwingError
 from door_model.recordings import Recording
-from door_model.scale import Scale
+from door_model.scale import Fitted, Reference
 from door_model.swings import MIN_PEAK, FreeSwing, find_swings
 from door_model.trajectory_fit import RatioFit, fit_ratios
 
@@ -106,7 +106,7 @@ class Identification:
 def identify(
     recording: Recording,
     linkage: FourBarCloser,
-    scale: Scale | None,
+    scale: Reference | None,
     *,
     window: Window | str = Window.AUTO,
     start_angle: float | None = None,
@@ -116,13 +116,14 @@ def identify(
     Args:
         recording: Angle over time, zero at the closed door; swings need not be separated.
         linkage: The closer's linkage.
-        scale: What fixes the scale; `scale.scale_from_leaf` makes one.
+        scale: What fixes the scale: of `scale`, `scale_from_leaf` or `scale_from_inertia`,
+            `ForceGauge` or `KnownImpulse`.
         window: Which part of the swings to fit.
         start_angle: Fit from this angle on [rad] (paper: `PAPER_START_ANGLE`) rather than from
             where the data say that the hand has left.
 
     Raises:
-        NoScaleError: There is no scale.
+        NoScaleError: There is no scale, or it does not fit to what the recording shows.
         NoSwingError: Nothing in the recording looks like a free swing.
         NoFitError: The fit does not converge, or what it finds is no door.
     """
@@ -130,9 +131,9 @@ def identify(
     if scale is None:
         raise NoScaleError(
             "free swings fix only the ratios of I_A, c_c, k_c and tau'_c0: weigh the leaf and "
-            "measure its width",
+            "measure its width, or read the force that holds the door open",
             value=None,
-            limit="a leaf's mass and width",
+            limit="a leaf's mass and width, I_A, a force reading or a known impulse",
         )
     swings = _inside(find_swings(recording, start_angle), linkage)
     if not swings:
@@ -152,7 +153,7 @@ def identify(
     if opening.rmse > recording.resolution and 4 <= len(swings) <= _MOST_TRIED:
         swings, opening = _without_touched(linkage, swings, opening, zero_std, warnings)
     fit, used = _add_closing(linkage, swings, window, opening, zero_std, warnings)
-    return _result(fit, used, swings, linkage, scale, warnings)
+    return _result(fit, used, swings, linkage, scale, recording, warnings)
 
 
 def _inside(swings: Sequence[FreeSwing], linkage: FourBarCloser) -> list[FreeSwing]:
@@ -218,16 +219,19 @@ def _result(
     used: Window,
     swings: Sequence[FreeSwing],
     linkage: FourBarCloser,
-    scale: Scale,
+    reference: Reference,
+    recording: Recording,
     warnings: list[str],
 ) -> Identification:
     """Put ratios and scale together."""
     own = [0, 2, 3]  # opening viscosity, spring, preload
     ratios = fit.ratios[own]
-    covariance = np.empty((4, 4))
+    scale = reference.resolve(Fitted(linkage, ratios, recording, swings))
     factors = np.concatenate([[1.0], ratios])
-    covariance[:] = np.outer(factors, factors) * scale.std**2
-    covariance[1:, 1:] += scale.i_a**2 * fit.covariance[np.ix_(own, own)]
+    by_ratios = np.outer(factors, scale.by_ratios)
+    by_ratios[1:] += scale.i_a * np.eye(len(own))
+    covariance = by_ratios @ fit.covariance[np.ix_(own, own)] @ by_ratios.T
+    covariance += np.outer(factors, factors) * scale.std**2
     std = np.sqrt(np.diag(covariance))
     values = scale.i_a * ratios
     for name, value, spread in zip(PARAMETERS[1:], values, std[1:], strict=True):

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,13 +14,23 @@ from door_model.identification import Identification, Window, identify
 from door_model.recordings import COUNTS_PER_TURN, read_csv, write_whole
 from door_model.recordings_mcap import read_mcap
 from door_model.report import as_config, as_table, identified
-from door_model.scale import scale_from_leaf
+from door_model.scale import (
+    FORCE_STD,
+    LEVER_STD,
+    ForceGauge,
+    ForceReading,
+    KnownImpulse,
+    Reference,
+    scale_from_inertia,
+    scale_from_leaf,
+)
 
 _DESCRIPTION = """\
 Identify a swing door with a closer from a recording of pushes by hand, section IV.A of the paper.
 
-Free swings fix only the ratios of the parameters; the leaf's mass and width, from a balance and a
-ruler, fix the scale."""
+Free swings fix only the ratios of the parameters. One of these fixes the scale: the leaf's mass and
+width (--mass, --width, or --door's), its moment of inertia, readings of a force gauge, or a push
+whose impulse is known."""
 
 _EXAMPLE = """\
 recording: a CSV with the header time_s,count or time_s,angle_deg, zero at the closed door, the
@@ -48,6 +59,32 @@ def _parser() -> argparse.ArgumentParser:
     source.add_argument("--mcap", metavar="FILE", help="recording of the graph's topics")
     parser.add_argument("--mass", type=float, metavar="KG", help="mass of the leaf [kg]")
     parser.add_argument("--width", type=float, metavar="M", help="hinge to free edge [m]")
+    scale = parser.add_mutually_exclusive_group()
+    scale.add_argument(
+        "--inertia",
+        type=float,
+        nargs=2,
+        metavar=("KG_M2", "STD"),
+        help="moment of inertia about the hinge and its standard deviation [kg m^2]",
+    )
+    scale.add_argument(
+        "--force",
+        type=float,
+        nargs=3,
+        action="append",
+        metavar=("DEG", "N", "M"),
+        help="a force gauge holds the door still: opening angle [deg], force [N] at a right angle "
+        f"to the leaf, its distance from the hinge [m]; taken as {FORCE_STD:g} N and "
+        f"{LEVER_STD * 1e3:g} mm good; may be repeated",
+    )
+    scale.add_argument(
+        "--impulse",
+        type=float,
+        nargs=3,
+        metavar=("NMS", "STD", "SWING"),
+        help="angular impulse about the hinge of the push that led to a swing, while the leaf "
+        "moved, its standard deviation [N m s], and which swing (the first is 1)",
+    )
     parser.add_argument(
         "--door",
         metavar="YAML",
@@ -81,6 +118,24 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _reference(
+    arguments: argparse.Namespace, mass: float | None, width: float | None
+) -> Reference:
+    """What fixes the scale."""
+    if arguments.inertia:
+        return scale_from_inertia(*arguments.inertia)
+    if arguments.force:
+        readings = [
+            ForceReading(math.radians(angle), force, lever)
+            for angle, force, lever in arguments.force
+        ]
+        return ForceGauge(readings)
+    if arguments.impulse:
+        impulse, std, swing = arguments.impulse
+        return KnownImpulse(impulse, std, round(swing))
+    return scale_from_leaf(mass, width)
+
+
 def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     """Identify."""
     geometry = load_geometry(arguments.door or "paper")
@@ -89,11 +144,11 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     if arguments.door:
         mass = geometry.leaf.mass if mass is None else mass
         width = geometry.leaf.width if width is None else width
-    scale = scale_from_leaf(mass, width)
-    assert mass is not None
-    assert width is not None
+    scale = _reference(arguments, mass, width)
+    leaf = geometry.leaf
+    leaf = replace(leaf, mass=mass or leaf.mass, width=width or leaf.width)
     name = geometry.name if arguments.door else "identified"
-    geometry = replace(geometry, name=name, leaf=replace(geometry.leaf, mass=mass, width=width))
+    geometry = replace(geometry, name=name, leaf=leaf)
     if arguments.mcap:
         recording = read_mcap(arguments.mcap)
     else:
@@ -114,8 +169,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             source = arguments.mcap or arguments.csv
             head = (
                 f"# Identified from {source}: {len(result.swings)} swings.\n"
-                "# restitution is not identified; without --door, height and thickness are the "
-                "paper door's.\n"
+                "# restitution is not identified; without --door, what was not given of the leaf "
+                "is the paper door's.\n"
             )
             write_whole(arguments.yaml, head + config.to_yaml())
     except DoorModelError as error:
