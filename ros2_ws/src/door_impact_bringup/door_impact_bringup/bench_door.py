@@ -131,17 +131,21 @@ def _fit_by_differences(closer: FourBarCloser, swings: list[FreeSwing]) -> Array
 
     def residuals(x: Array) -> Array:
         parts = []
-        for swing, start in zip(swings, x[4:].reshape(-1, 2), strict=True):
+        for swing, start in zip(swings, x[5:].reshape(-1, 2), strict=True):
             t = swing.t - swing.t[0]
             solution = solve_ivp(
                 _law(link, x[:4]), (0.0, t[-1]), start, rtol=_RTOL, atol=_RTOL, t_eval=t)
-            parts.append(solution.y[0] - swing.theta)
+            theta = solution.y[0]
+            top = int(np.argmax(theta))
+            shown = theta - x[4]  # the encoder's play, as ours has it
+            shown[top:] = np.minimum(theta[top:], theta[top] - x[4])
+            parts.append(shown - swing.theta)
         return np.concatenate(parts)
 
     door = load_door("paper").door().ratios()
     nominal = np.array([door.opening, door.closing, door.spring, door.preload], dtype=float)
     starts = [(swing.theta[0], swing.start_speed) for swing in swings]
-    guess = np.concatenate([_GUESS_OFF * nominal, np.ravel(starts)])
-    lower = np.concatenate([np.zeros(4), np.full(2 * len(swings), -np.inf)])
+    guess = np.concatenate([_GUESS_OFF * nominal, [0.0], np.ravel(starts)])
+    lower = np.concatenate([np.zeros(4), np.full(1 + 2 * len(swings), -np.inf)])
     return np.asarray(least_squares(
         residuals, guess, bounds=(lower, np.inf), x_scale="jac").x[:4])

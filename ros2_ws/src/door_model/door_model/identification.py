@@ -77,6 +77,7 @@ class Identification:
         covariance: (4, 4) of (i_a, c_c, k_c, tau_c0_prime).
         std: (4,) standard deviations of the same.
         c_c_closing: Viscosity while closing [N m s/rad]; None where only opening was fitted.
+        play: Between the leaf and its encoder [rad]; None where only opening was fitted.
         fit_rmse: Root mean square of all residuals [rad].
         swings: The swings used.
         window: What was fitted, OPENING or SWING.
@@ -92,6 +93,7 @@ class Identification:
     covariance: Array
     std: Array
     c_c_closing: float | None
+    play: float | None
     fit_rmse: float
     swings: list[SwingResult]
     window: Window
@@ -248,7 +250,7 @@ def _result(
                 theta_measured=swing.theta[:n],
                 theta_fitted=fitted,
                 omega0=float(start[1]),
-                peak=float(fitted.max()),
+                peak=float(fitted.max()) + fit.play,
                 rmse=float(rmse),
             )
         )
@@ -263,6 +265,7 @@ def _result(
         covariance=covariance,
         std=std,
         c_c_closing=float(scale.i_a * fit.ratios[1]) if used is Window.SWING else None,
+        play=fit.play if used is Window.SWING else None,
         fit_rmse=fit.rmse,
         swings=results,
         window=used,

@@ -9,6 +9,7 @@ from door_model.identification import PARAMETERS, Identification
 
 _UNITS = {"i_a": "kg m^2", "c_c": "N m s/rad", "k_c": "N m/rad", "tau_c0_prime": "N m"}
 _ANGLES_DEG = (0.0, 10.0, 25.0)
+_PLAY_TOLD = math.radians(0.01)
 
 
 def identified(result: Identification, truth: dict[str, float] | None = None) -> dict[str, Any]:
@@ -41,6 +42,8 @@ def as_table(result: Identification) -> str:
         lines.append(f"{name:<14}{value:>10.4f} +- {std:<10.2g}{_UNITS[name]}")
     if result.c_c_closing is not None:
         lines.append(f"{'c_c (closing)':<14}{result.c_c_closing:>10.4f}    {'':<10}N m s/rad")
+    if result.play is not None and result.play > _PLAY_TOLD:
+        lines.append(f"{'encoder play':<14}{math.degrees(result.play):>10.3f}    {'':<10}deg")
     rmse = math.degrees(result.fit_rmse)
     fitted = "opening and closing" if result.c_c_closing is not None else "opening"
     lines.append(f"fit            {rmse:.4f} deg rmse, {len(result.swings)} swings, {fitted}")

@@ -6,7 +6,7 @@
 import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -175,17 +175,34 @@ def quantise(
     return np.floor(swing.theta / (2.0 * math.pi / counts_per_turn) + phase).astype(np.int64)
 
 
+def through_play(theta: NDArray[np.float64], play: float) -> NDArray[np.float64]:
+    """What an encoder shows that the leaf drives through a coupling with play.
+
+    Args:
+        theta: Angles of the leaf (N,) [rad]; the encoder's zero is that of a door just closed.
+        play: Free way of the coupling [rad].
+    """
+    shown = np.empty_like(theta)
+    now = float(theta[0])
+    for number, angle in enumerate(theta):
+        now = min(max(now, angle - play), angle)
+        shown[number] = now
+    return shown
+
+
 def synthetic_recording(
     door: Door,
     peaks: Sequence[float],
     *,
     phase: float = 0.5,
+    play: float = 0.0,
     counts_per_turn: int = COUNTS_PER_TURN,
     push_duration: float = 0.15,
 ) -> Recording:
     """Recording of pushes to the given peaks [rad], as an encoder at 1 kHz sees it."""
     pushes, duration = five_swings(door, peaks, push_duration=push_duration)
     swing = simulate_pushes(door, pushes, duration)
+    swing = replace(swing, theta=through_play(swing.theta, play))
     counts = quantise(swing, counts_per_turn=counts_per_turn, phase=phase)
     return from_counts(swing.t, counts, counts_per_turn)
 

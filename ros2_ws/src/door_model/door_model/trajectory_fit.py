@@ -23,6 +23,7 @@ RATIO_NAMES = ("opening", "closing", "spring", "preload")
 _SMALLEST = np.array([1e-3, 1e-3, 1e-3, 1e-2])  # of a first guess of the ratios
 _LAGS = 200  # samples over which residuals may hang together
 _PIECE = 64  # rows
+MOST_PLAY = np.radians(2.0)  # [rad]; more is a loose coupling
 _MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
 
@@ -35,7 +36,10 @@ class RatioFit:
             was fitted the second equals the first.
         covariance: (4, 4) of the ratios.
         starts: (S, 2) angle [rad] and velocity [rad/s] at the start of each swing.
-        fitted: Fitted angles of each swing [rad].
+        play: Between the leaf and its encoder [rad], where there is none a little to either side
+            of 0; 0 where only opening was fitted, which cannot tell it from an error of the zero.
+        play_std: Its standard deviation [rad].
+        fitted: Fitted angles of each swing as the encoder shows them [rad].
         rmse: Of all residuals [rad].
         swing_rmse: (S,) of each swing [rad].
     """
@@ -43,6 +47,8 @@ class RatioFit:
     ratios: Array
     covariance: Array
     starts: Array
+    play: float
+    play_std: float
     fitted: list[Array]
     rmse: float
     swing_rmse: Array
@@ -114,23 +120,45 @@ class _Problem:
         self.times = [swing.t - swing.t[0] for swing in swings]
         self.measured = [swing.theta for swing in swings]
         self.durations = np.array([t[-1] for t in self.times])
-        self.shared = 4 if with_closing else 3
+        self.ratios = 4 if with_closing else 3
+        self.shared = 5 if with_closing else 3  # with the play
         self._at: Array | None = None
         self._rows = np.empty((0, 0))
 
-    def expand(self, x: Array) -> tuple[Array, Array]:
-        """Ratios (4,) and starts (S, 2) of a vector of unknowns."""
-        ratios = x[: self.shared] if self.with_closing else x[[0, 0, 1, 2]]
-        return ratios, x[self.shared :].reshape(-1, 2)
+    def expand(self, x: Array) -> tuple[Array, float, Array]:
+        """Ratios (4,), play and starts (S, 2) of a vector of unknowns."""
+        ratios, play = (x[:4], float(x[4])) if self.with_closing else (x[[0, 0, 1, 2]], 0.0)
+        return ratios, play, x[self.shared :].reshape(-1, 2)
 
     def fitted(self, x: Array) -> list[Array]:
-        """Angles of every swing at its samples."""
+        """Angles of every swing at its samples, as the encoder shows them."""
         motion = self._follow(x)
-        return [motion.derivatives(i, t)[0] for i, t in enumerate(self.times)]
+        return [self._seen(motion, i, self.expand(x)[1])[0] for i in range(len(self.times))]
+
+    def _seen(self, motion: FreeMotion, swing: int, play: float) -> tuple[Array, Array, Array]:
+        """A swing through the encoder's play.
+
+        The encoder's zero is that of the door that has just closed: opening, the leaf is ahead of
+        it by the play, which is taken up again behind the peak.
+
+        Returns:
+            Angles at the samples, their slopes by `UNKNOWNS` (M, U) and by the play (M,).
+        """
+        t, top_time = self.times[swing], motion.peak_time[swing]
+        theta, slopes = motion.derivatives(swing, t)
+        if not self.with_closing:
+            return theta, slopes, np.zeros(len(t))
+        (top,), top_slopes = motion.derivatives(swing, np.array([top_time]))
+        falls = t > top_time
+        follows = falls & (theta <= top - play)
+        rests = falls & ~follows
+        slopes[rests] = top_slopes
+        seen = np.where(follows, theta, np.where(rests, top, theta) - play)
+        return seen, slopes, np.where(follows, 0.0, -1.0)
 
     def _follow(self, x: Array) -> FreeMotion:
         """The swings as a vector of unknowns has them."""
-        (opening, closing, spring, preload), starts = self.expand(x)
+        (opening, closing, spring, preload), _, starts = self.expand(x)
         ratios = Ratios(opening, closing, opening, closing, spring, preload)
         return follow(
             self.closer.numbers(), ratios, *starts.T, until=self.durations + _MARGIN, exact=True)
@@ -149,13 +177,13 @@ class _Problem:
             return self._rows
         motion = self._follow(x)
         blocks = []
-        for i, (t, measured) in enumerate(zip(self.times, self.measured, strict=True)):
-            theta, slopes = motion.derivatives(i, t)
+        for i, measured in enumerate(self.measured):
+            theta, slopes, by_play = self._seen(motion, i, self.expand(x)[1])
             columns = [slopes[:, UNKNOWNS.index(name)] for name in RATIO_NAMES]
-            if not self.with_closing:
-                columns[:2] = [columns[0] + columns[1]]
+            columns = [*columns, by_play] if self.with_closing else [
+                columns[0] + columns[1], *columns[2:]]
             blocks.append(np.column_stack(
-                [*columns, slopes[:, -2:], theta - measured, np.ones(len(t))]))
+                [*columns, slopes[:, -2:], theta - measured, np.ones(len(theta))]))
         self._at, self._rows = np.array(x), _stack(blocks, self.shared)
         return self._rows
 
@@ -204,16 +232,18 @@ def fit_ratios(
     else:
         ratios0, starts0 = first.ratios, first.starts
     ratios0 = np.maximum(ratios0, _SMALLEST)
-    if not with_closing:
-        ratios0 = ratios0[[0, 2, 3]]
-    x0 = np.concatenate([ratios0, starts0.ravel()])
-    lower = np.full_like(x0, -np.inf)
-    lower[: problem.shared] = 0.0
+    shared0 = [*ratios0, 0.0] if with_closing else ratios0[[0, 2, 3]]
+    x0 = np.concatenate([shared0, starts0.ravel()])
+    lower, upper = np.full_like(x0, -np.inf), np.full_like(x0, np.inf)
+    lower[: problem.ratios] = 0.0
+    # Not bounded by 0, where a fit to noise may lie on either side of it.
+    lower[problem.ratios : problem.shared] = -MOST_PLAY
+    upper[problem.ratios : problem.shared] = MOST_PLAY
     solution = least_squares(
         problem.residuals,
         x0,
         jac=problem.jacobian,
-        bounds=(lower, np.inf),
+        bounds=(lower, upper),
         x_scale="jac",
         xtol=1e-7,
         ftol=1e-9,
@@ -222,7 +252,7 @@ def fit_ratios(
     )
     if not solution.success:
         raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
-    ratios, starts = problem.expand(solution.x)
+    ratios, play, starts = problem.expand(solution.x)
     f0, eta0 = closer.f_and_eta(0.0)
     pull = float(eta0 * (ratios[2] * f0 + ratios[3]))
     if not pull > 0.0:
@@ -235,13 +265,16 @@ def fit_ratios(
     fitted = problem.fitted(solution.x)
     residuals = [model - data for model, data in zip(fitted, problem.measured, strict=True)]
     covariance = _covariance(problem.rows(solution.x), residuals, zero_std)
-    covariance = covariance[: problem.shared, : problem.shared]
+    play_std = float(np.sqrt(covariance[4, 4])) if with_closing else 0.0
+    covariance = covariance[: problem.ratios, : problem.ratios]
     if not with_closing:
         covariance = covariance[np.ix_([0, 0, 1, 2], [0, 0, 1, 2])]
     return RatioFit(
         ratios=ratios,
         covariance=covariance,
         starts=starts,
+        play=play,
+        play_std=play_std,
         fitted=fitted,
         rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
         swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),

@@ -120,6 +120,18 @@ def test_integrating_needs_no_fit_to_be_near(recording: Recording) -> None:
     assert starts.shape == (5, 2)
 
 
+@pytest.mark.parametrize("play_deg", [0.0, 0.05, 0.2, 0.6])
+def test_play_of_the_encoder_is_found(play_deg: float) -> None:
+    """A loose coupling is found to 0.01 deg, and neither spring nor peaks suffer from it."""
+    recording = synthetic_recording(PAPER, PEAKS.tolist(), play=math.radians(play_deg))
+    result = identify(recording, PAPER.closer, EXACT)
+    assert result.play is not None
+    assert math.degrees(result.play) == pytest.approx(play_deg, abs=0.01)
+    assert (np.abs(errors(PAPER, result.door))[1:] < 0.005).all()
+    found = np.array([swing.peak for swing in result.swings])
+    np.testing.assert_allclose(np.degrees(found), np.degrees(PEAKS), atol=0.02)
+
+
 def test_one_sided_damper_is_told_apart() -> None:
     """Closing that is damped five times as much does not spoil the opening's viscosity."""
     door = replace(PAPER, c_c_closing=0.3)
