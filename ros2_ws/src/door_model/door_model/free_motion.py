@@ -10,35 +10,30 @@ Free motion depends on the parameters over I_A alone, so these ratios are what i
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from door_model.closer import angle_limits, four_bar
-from door_model.collocation import MATRIX, NODES, POINTS, ROUGHNESS, interpolation
-from door_model.errors import DoorModelError
+from door_model.closer import angle_limits
+from door_model.collocation import MATRIX, POINTS, interpolation
+from door_model.free_step import (
+    Array,
+    Law,
+    Mask,
+    Points,
+    end_at_event,
+    first_event,
+    newton_matrix,
+    solve_step,
+)
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 _LONGEST_STEP = 1.2  # [s]
-_SHORTEST_STEP = 1e-9  # [s]
 _LONGEST_WAY = 0.8  # [rad] in a step
 _SHARE_OF_SPACE = 0.8  # of the way to the end of the linkage
 _LEAST_SPACE = 0.005  # [rad]
-_ITERATIONS = 25
-_CONVERGED = 1e-11  # of the speeds [rad/s]
-_ROUGHEST = 1e-4  # [rad/s]; peaks of 3,000 random doors are then right to 4e-8 deg
-_EVENT_ROUNDS = 8
-_EVENT_TIME = 1e-10  # [s]
 LIMIT_MARGIN = 1e-6  # [rad]; eta grows without bound where the linkage folds or is stretched
-
-
-_UNIT = np.eye(POINTS)
-# The matrix on both sides of a diagonal one, as a linear function of the diagonal.
-_TWICE = (MATRIX.T[:, :, None] * MATRIX[:, None, :]).reshape(POINTS, POINTS * POINTS)
 
 
 @dataclass(frozen=True)
@@ -87,37 +82,6 @@ class End(IntEnum):
     SHUT = 1  # the door has fallen shut
     STUCK = 2  # friction holds it
     LINKAGE = 3  # it came to the end of the angles at which its linkage closes
-
-
-@dataclass(frozen=True)
-class _Law:
-    """Eq. (1) for doors that keep their direction and zone; each (K,)."""
-
-    link: Array  # (6, K), as `four_bar` takes them
-    low: Array
-    high: Array
-    damping: Array
-    spring: Array
-    preload: Array
-    resistance: Array  # friction, with the sign of the motion
-
-    def of(self, part: Any) -> "_Law":
-        """The law of some of the doors."""
-        return _Law(self.link[:, part], *(
-            getattr(self, field.name)[part] for field in fields(self)[1:]))
-
-    def accelerations(self, theta: Array, omega: Array) -> tuple[Array, ...]:
-        """Acceleration, its slopes by theta and omega, then f and eta; each (N, K).
-
-        Beyond the linkage its end is held.
-        """
-        held = np.minimum(np.maximum(theta, self.low), self.high)
-        f, eta, bend = four_bar(held, *self.link)
-        bend = np.where(held == theta, bend, 0.0)
-        drag = self.damping * eta
-        torque = drag * omega + self.spring * f + self.preload
-        by_theta = bend * torque + eta * (self.damping * bend * omega + self.spring * eta)
-        return -eta * torque - self.resistance, -by_theta, -drag * eta, f, eta
 
 
 @dataclass(frozen=True)
@@ -292,10 +256,10 @@ class _Follower:
             self.peak_time, self.peak_angle, self.time, self.theta, self.omega, self.end,
             self.steps)
 
-    def _law(self, doors: Index) -> _Law:
+    def _law(self, doors: Index) -> Law:
         """The law of doors in their present direction and zone."""
         table = self.table[:, doors]
-        return _Law(
+        return Law(
             self.link[:, doors], self.low[doors], self.high[doors],
             table[self._regime(doors), np.arange(len(doors))],
             table[_SPRING], table[_PRELOAD], self.direction[doors] * table[_FRICTION])
@@ -341,8 +305,8 @@ class _Follower:
         speed = np.maximum(np.abs(omega), np.sqrt(2.0 * np.abs(rate) * way))
         length = np.minimum(_LONGEST_STEP, way / np.maximum(speed, 1e-9))
         jerk = by_theta * omega + by_omega * rate
-        length, points = _solve_shrinking(law, theta, omega, length, rate, jerk)
-        turns, crosses, share = _first_event(points, omega, theta, sign, border)
+        length, points = solve_step(law, theta, omega, length, rate, jerk)
+        turns, crosses, share = first_event(points, omega, theta, sign, border)
         plain = ~(turns | crosses)
         for part in (plain, ~plain):
             if not part.any():
@@ -350,11 +314,11 @@ class _Follower:
             here, its, span, at = doors[part], law.of(part), length[part], points.of(part)
             events = turns[part], crosses[part], border[part], ends[part]
             if not plain[part].all():
-                span, at = _refine(
+                span, at = end_at_event(
                     its, theta[part], omega[part], span, at, share[part], turns[part], border[part])
             self._move(here, self._record(here, span, at), *events)
 
-    def _record(self, doors: Index, length: Array, points: "_Points") -> _Step:
+    def _record(self, doors: Index, length: Array, points: Points) -> _Step:
         """Keep a step, with its derivatives if they are wanted."""
         theta = np.vstack([self.theta[doors], points.theta])
         omega = np.vstack([self.omega[doors], points.omega])
@@ -368,7 +332,7 @@ class _Follower:
         return step
 
     def _slopes(
-        self, doors: Index, length: Array, points: "_Points"
+        self, doors: Index, length: Array, points: Points
     ) -> tuple[Array, Array]:
         """Derivatives of a step by `UNKNOWNS`: the linear equations that its points fulfil."""
         unknowns = len(UNKNOWNS)
@@ -381,7 +345,7 @@ class _Follower:
         forced[:, _FRICTION] = -self.direction[doors]
         forced += points.by_theta[:, None, :] * d_theta0
         right = d_omega0 + length * np.einsum("ij,juk->iuk", MATRIX, forced)
-        solved = np.linalg.solve(_newton_matrix(points, length), right.transpose(2, 0, 1))
+        solved = np.linalg.solve(newton_matrix(points, length), right.transpose(2, 0, 1))
         d_omega = solved.transpose(1, 2, 0)
         d_theta = d_theta0 + length * np.einsum("ij,juk->iuk", MATRIX, d_omega)
         return np.concatenate([d_theta0[None], d_theta]), np.concatenate([d_omega0[None], d_omega])
@@ -425,131 +389,3 @@ class _Follower:
         self.d_time[:, doors] += delay
         self.d_theta[:, doors] = d_theta + speed * delay
         self.d_omega[:, doors] = d_omega + rate * delay
-
-
-@dataclass(frozen=True)
-class _Points:
-    """What is known at the points of a step; each (N, K)."""
-
-    theta: Array
-    omega: Array
-    rate: Array
-    by_theta: Array
-    by_omega: Array
-    f: Array
-    eta: Array
-
-    def of(self, part: Any) -> "_Points":
-        """The points of some of the doors."""
-        return _Points(*(getattr(self, field.name)[:, part] for field in fields(self)))
-
-
-def _newton_matrix(points: _Points, length: Array) -> Array:
-    """Derivative (K, N, N) of the equations of a step by the speeds at its points."""
-    count = len(length)
-    twice = ((length * length * points.by_theta).T @ _TWICE).reshape(count, POINTS, POINTS)
-    once = (length * points.by_omega).T[:, None, :] * MATRIX
-    return np.asarray(_UNIT - once - twice)
-
-
-def _solve(law: _Law, theta0: Array, omega0: Array, length: Array, first: Array) -> tuple[
-    _Points, Mask
-]:
-    """Points of a step by Newton's method from a first guess of the speeds, and where it failed."""
-    omega = first
-    scale = 1.0 + np.abs(omega0)
-    change = np.full(len(length), np.inf)
-    for _ in range(_ITERATIONS):
-        theta = theta0 + length * (MATRIX @ omega)
-        rate, by_theta, by_omega, f, eta = law.accelerations(theta, omega)
-        points = _Points(theta, omega, rate, by_theta, by_omega, f, eta)
-        if (change < _CONVERGED * scale).all():
-            break
-        residual = omega - omega0 - length * (MATRIX @ rate)
-        correction = np.linalg.solve(_newton_matrix(points, length), residual.T[:, :, None])
-        omega = omega - correction[:, :, 0].T
-        # Newton's method squares its error: the correction says how far the last guess was off.
-        change = np.abs(correction[:, :, 0]).max(axis=1) ** 2
-    return points, ~(change < _CONVERGED * scale)
-
-
-def _solve_shrinking(
-    law: _Law, theta0: Array, omega0: Array, length: Array, rate: Array, jerk: Array
-) -> tuple[Array, _Points]:
-    """Points of a step that is halved for doors that it is too long for."""
-    while True:
-        time = NODES[:, None] * length
-        first = omega0 + time * (rate + 0.5 * time * jerk)
-        points, failed = _solve(law, theta0, omega0, length, first)
-        # What the polynomial's last term adds to the speed tells what the next ones would.
-        failed |= np.abs(length * (ROUGHNESS @ points.rate)) > _ROUGHEST
-        if not failed.any():
-            return length, points
-        length = np.where(failed, 0.5 * length, length)
-        if (length < _SHORTEST_STEP).any():
-            raise DoorModelError("the motion cannot be followed: a parameter is no number or huge",
-                                 value=float(length.min()), limit=_SHORTEST_STEP)
-
-
-def _first_event(
-    points: _Points, omega0: Array, theta0: Array, sign: Array, border: Array
-) -> tuple[Mask, Mask, Array]:
-    """Which doors turn round in a step, which reach a border, and at what share of it, roughly."""
-    speed = sign * np.vstack([omega0, points.omega])
-    away = sign * (border - np.vstack([theta0, points.theta]))
-    turn, cross = _first_below(speed), _first_below(away)
-    share = np.minimum(turn, cross)
-    return turn < cross, (cross <= turn) & np.isfinite(cross), share
-
-
-def _first_below(values: Array) -> Array:
-    """Place (K,) in 0 .. 1 at which values at start and points (N + 1, K) first fall below 0."""
-    below = values[1:] <= 0.0
-    point = np.argmax(below, axis=0)
-    column = np.arange(values.shape[1])
-    before, after = values[point, column], values[point + 1, column]
-    left = np.where(point > 0, NODES[point - 1], 0.0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = np.where(np.isfinite(before), before / (before - after), 0.0)
-    place = left + np.clip(part, 0.0, 1.0) * (NODES[point] - left)
-    return np.where(below.any(axis=0), np.maximum(place, 1e-6), np.inf)
-
-
-def _refine(
-    law: _Law, theta0: Array, omega0: Array, length: Array, points: _Points, share: Array,
-    turns: Mask, border: Array,
-) -> tuple[Array, _Points]:
-    """Shorten steps until they end at their events, by Newton's method."""
-    speeds = np.vstack([omega0, points.omega])
-    values = np.where(turns, speeds, np.vstack([theta0, points.theta]) - border)
-    slopes = length * np.where(turns, points.rate, points.omega)
-    share = _root(values, slopes, share)
-    for _ in range(_EVENT_ROUNDS):
-        weights = interpolation(np.ravel(share[:, None] * NODES)).reshape(-1, POINTS, POINTS + 1)
-        length = share * length
-        points, _ = _solve(law, theta0, omega0, length, np.einsum("kin,nk->ik", weights, speeds))
-        theta, omega, rate = points.theta[-1], points.omega[-1], points.rate[-1]
-        off = np.where(turns, -omega / rate, (border - theta) / omega)
-        if (np.abs(off) < _EVENT_TIME).all():
-            break
-        share = np.clip(1.0 + off / length, 0.1, 2.0)
-        speeds = np.vstack([omega0, points.omega])
-    return length, points
-
-
-def _root(values: Array, slopes: Array, share: Array) -> Array:
-    """Places (K,) near `share` at which polynomials are 0, by Newton's method.
-
-    Args:
-        values: At start and points (N + 1, K).
-        slopes: By the share of the step, at the points (N, K).
-        share: First guess (K,).
-    """
-    column = np.arange(len(share))
-    for _ in range(2):
-        nearest = np.argmin(np.abs(NODES[:, None] - share), axis=0)
-        value = np.einsum("kn,nk->k", interpolation(share), values)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            better = share - value / slopes[nearest, column]
-        share = np.where((better > 0.0) & (better < 1.0), better, share)
-    return share

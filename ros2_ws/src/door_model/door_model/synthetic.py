@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from door_model.config import load_door
 from door_model.door import Door
-from door_model.dynamics import Swing, initial_velocity, peak, simulate
+from door_model.driven_motion import Swing
+from door_model.dynamics import initial_velocity, peak, simulate
 from door_model.errors import LinkageError
 from door_model.recordings import COUNTS_PER_TURN, Recording, from_counts, write_counts_csv
 

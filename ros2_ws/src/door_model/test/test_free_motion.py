@@ -166,6 +166,13 @@ def test_a_push_frees_a_held_door() -> None:
     assert swing.theta[-1] > 0.6
 
 
+@pytest.mark.parametrize("field", ["opening", "spring", "preload"])
+def test_parameters_that_are_no_numbers_end(field: str) -> None:
+    """NaN among the ratios is an error, never an endless motion."""
+    with pytest.raises(DoorModelError, match="no number or huge"):
+        follow(CLOSER.numbers(), replace(PAPER.ratios(), **{field: math.nan}), 0.0, 0.5, until=5.0)
+
+
 def test_motions_that_make_no_sense() -> None:
     """NaN, too few doors, a start and a motion beyond the linkage: each its own error."""
     with pytest.raises(DoorParameterError, match="omega0"):
