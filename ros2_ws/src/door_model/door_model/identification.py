@@ -48,11 +48,12 @@ class SwingResult:
     """One swing and its fit.
 
     Attributes:
-        t: Times in the recording (N,) [s].
+        t: Times in the recording (N,) [s]: those at which the count changed, where counts were
+            recorded.
         theta_measured: Measured angles (N,) [rad].
         theta_fitted: Fitted angles (N,) [rad].
         omega0: Fitted angular velocity at the first sample [rad/s].
-        peak: Largest fitted angle [rad].
+        peak: Largest fitted angle of the leaf [rad].
         rmse: Root mean square of the residuals [rad].
     """
 
@@ -149,6 +150,8 @@ def identify(
             value=float(recording.theta.max()) if len(recording.t) else None,
             limit=MIN_PEAK,
         )
+    if recording.resolution > 0.0:
+        swings = [swing.at_edges(recording.resolution) for swing in swings]
     warnings: list[str] = []
     zero_std = _ZERO_COUNTS_STD * recording.resolution
     opening = fit_ratios(linkage, swings, with_closing=False, zero_std=zero_std)
@@ -240,8 +243,8 @@ def _result(
         if spread > 0.1 * value:
             warnings.append(f"{name} is uncertain: {value:.3g} +- {spread:.2g}; push further")
     results = []
-    for swing, fitted, start, rmse in zip(
-        swings, fit.fitted, fit.starts, fit.swing_rmse, strict=True
+    for swing, fitted, peak, start, rmse in zip(
+        swings, fit.fitted, fit.peaks, fit.starts, fit.swing_rmse, strict=True
     ):
         n = len(fitted)
         results.append(
@@ -250,7 +253,7 @@ def _result(
                 theta_measured=swing.theta[:n],
                 theta_fitted=fitted,
                 omega0=float(start[1]),
-                peak=float(fitted.max()) + fit.play,
+                peak=float(peak),
                 rmse=float(rmse),
             )
         )

@@ -40,6 +40,7 @@ class RatioFit:
             of 0; 0 where only opening was fitted, which cannot tell it from an error of the zero.
         play_std: Its standard deviation [rad].
         fitted: Fitted angles of each swing as the encoder shows them [rad].
+        peaks: Largest angles of the leaf (S,) [rad].
         rmse: Of all residuals [rad].
         swing_rmse: (S,) of each swing [rad].
     """
@@ -50,6 +51,7 @@ class RatioFit:
     play: float
     play_std: float
     fitted: list[Array]
+    peaks: Array
     rmse: float
     swing_rmse: Array
 
@@ -119,6 +121,7 @@ class _Problem:
         self.with_closing = with_closing
         self.times = [swing.t - swing.t[0] for swing in swings]
         self.measured = [swing.theta for swing in swings]
+        self.weights = [swing.weights for swing in swings]
         self.durations = np.array([t[-1] for t in self.times])
         self.ratios = 4 if with_closing else 3
         self.shared = 5 if with_closing else 3  # with the play
@@ -130,10 +133,12 @@ class _Problem:
         ratios, play = (x[:4], float(x[4])) if self.with_closing else (x[[0, 0, 1, 2]], 0.0)
         return ratios, play, x[self.shared :].reshape(-1, 2)
 
-    def fitted(self, x: Array) -> list[Array]:
-        """Angles of every swing at its samples, as the encoder shows them."""
+    def fitted(self, x: Array) -> tuple[list[Array], Array]:
+        """Angles of every swing at its samples, as the encoder shows them, and peaks (S,)."""
         motion = self._follow(x)
-        return [self._seen(motion, i, self.expand(x)[1])[0] for i in range(len(self.times))]
+        seen = [self._seen(motion, i, self.expand(x)[1])[0] for i in range(len(self.times))]
+        highest = np.array([angles.max() for angles in seen])
+        return seen, np.where(np.isnan(motion.peak_angle), highest, motion.peak_angle)
 
     def _seen(self, motion: FreeMotion, swing: int, play: float) -> tuple[Array, Array, Array]:
         """A swing through the encoder's play.
@@ -182,8 +187,9 @@ class _Problem:
             columns = [slopes[:, UNKNOWNS.index(name)] for name in RATIO_NAMES]
             columns = [*columns, by_play] if self.with_closing else [
                 columns[0] + columns[1], *columns[2:]]
-            blocks.append(np.column_stack(
-                [*columns, slopes[:, -2:], theta - measured, np.ones(len(theta))]))
+            rows = np.column_stack(
+                [*columns, slopes[:, -2:], theta - measured, np.ones(len(theta))])
+            blocks.append(rows * self.weights[i][:, None])
         self._at, self._rows = np.array(x), _stack(blocks, self.shared)
         return self._rows
 
@@ -262,9 +268,10 @@ def fit_ratios(
             value=pull,
             limit=0.0,
         )
-    fitted = problem.fitted(solution.x)
+    fitted, peaks = problem.fitted(solution.x)
     residuals = [model - data for model, data in zip(fitted, problem.measured, strict=True)]
-    covariance = _covariance(problem.rows(solution.x), residuals, zero_std)
+    weighted = [rest * weight for rest, weight in zip(residuals, problem.weights, strict=True)]
+    covariance = _covariance(problem.rows(solution.x), weighted, zero_std)
     play_std = float(np.sqrt(covariance[4, 4])) if with_closing else 0.0
     covariance = covariance[: problem.ratios, : problem.ratios]
     if not with_closing:
@@ -276,6 +283,7 @@ def fit_ratios(
         play=play,
         play_std=play_std,
         fitted=fitted,
+        peaks=peaks,
         rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
         swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),
     )
