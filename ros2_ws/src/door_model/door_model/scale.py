@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from door_model.checks import require_not_negative, require_positive
 from door_model.closer import FourBarCloser
@@ -213,7 +214,7 @@ class KnownImpulse:
         push = slice(moved, end + 1)
         speed = smooth(theta[: end + round(0.1 / period)], period, 1)
         f, eta = fitted.linkage.f_and_eta(theta[push])
-        slopes = np.trapezoid(
+        slopes = trapezoid(
             np.column_stack([eta**2 * speed[push], eta * f, eta]), recording.t[push], axis=0)
         # Before it was seen to move it had moved for theta / omega (a blow) to three times as long
         # (a torque that rises steadily).

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_simpson, cumulative_trapezoid
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import least_squares
 
 from door_model.closer import FourBarCloser
@@ -66,9 +66,9 @@ def first_estimate(closer: FourBarCloser, swings: Sequence[FreeSwing]) -> tuple[
         Ratios (4,) and starts (S, 2), as `RatioFit` has them.
     """
     highest = max(float(swing.theta.max()) for swing in swings)
-    angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 400)
+    angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 2000)
     eta2 = closer.eta(angles) ** 2
-    damped = cumulative_simpson(eta2, x=angles, initial=0.0)
+    damped = cumulative_trapezoid(eta2, angles, initial=0.0)
     blocks = []
     for swing in swings:
         t = swing.t - swing.t[0]

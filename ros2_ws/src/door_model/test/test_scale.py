@@ -16,6 +16,7 @@ from door_model.scale import (
     scale_from_inertia,
 )
 from door_model.synthetic import five_swings, synthetic_recording
+from scipy.integrate import trapezoid
 
 PAPER = load_door("paper").door()
 PEAKS = np.radians([9.0, 13.0, 17.0, 21.0, 25.0]).tolist()
@@ -72,7 +73,7 @@ def test_a_known_impulse_fixes_the_scale(recording: Recording, swing: int) -> No
     t = push.start + np.linspace(0.0, push.duration, 20001)
     torque = np.array([push.torque(time) for time in t])
     moves = int(np.argmax(torque > float(PAPER.restoring_torque(0.0))))
-    impulse = float(np.trapezoid(torque[moves:], t[moves:]))
+    impulse = float(trapezoid(torque[moves:], t[moves:]))
     result = run(recording, KnownImpulse(impulse, 0.005 * impulse, swing))
     assert abs(result.i_a - PAPER.i_a) < 2.0 * result.std_of("i_a")
     assert result.std_of("i_a") < 0.04 * PAPER.i_a
