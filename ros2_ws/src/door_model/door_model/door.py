@@ -85,11 +85,15 @@ class Door:
         f, eta = self.closer.f_and_eta(theta)
         return eta * (self.k_c * f + self.tau_c0_prime)
 
+    @property
+    def closing_viscosity(self) -> float:
+        """Viscosity while the door closes, outside the latch zone [N m s/rad]."""
+        return self.c_c if self.c_c_closing is None else self.c_c_closing
+
     def viscosity(self, theta: ArrayLike, omega: ArrayLike) -> Any:
         """Viscosity that acts [N m s/rad], at angle(s) [rad] and velocity [rad/s]."""
         theta, omega = np.asarray(theta, dtype=float), np.asarray(omega, dtype=float)
-        opening, closing = self.c_c, self.c_c if self.c_c_closing is None else self.c_c_closing
-        c_c = np.where(omega > 0.0, opening, closing)
+        c_c = np.where(omega > 0.0, self.c_c, self.closing_viscosity)
         if self.backcheck is not None:
             c_c = np.where((omega > 0.0) & (theta >= self.backcheck.angle), self.backcheck.c_c, c_c)
         if self.latch is not None:
@@ -140,7 +144,7 @@ class Door:
 
     def ratios(self) -> Ratios:
         """The parameters over I_A, on which free motion depends alone."""
-        closing = self.c_c if self.c_c_closing is None else self.c_c_closing
+        closing = self.closing_viscosity
         return Ratios(
             opening=self.c_c / self.i_a,
             closing=closing / self.i_a,

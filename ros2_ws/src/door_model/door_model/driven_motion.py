@@ -1,8 +1,9 @@
 """Motion of a door under an external torque, in pieces that keep direction and zone."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -65,10 +66,11 @@ class DrivenMotion:
         self.torque = torque if torque is not None else lambda _: 0.0
         self.upper = door.closer.opening_limit() - LIMIT_MARGIN
         self.lower = door.closer.closing_limit() + LIMIT_MARGIN
-        closing = door.c_c if door.c_c_closing is None else door.c_c_closing
         # A door that resists alike in both directions needs no cut where it turns round.
         self.symmetric = (
-            closing == door.c_c and not door.friction and not door.backcheck and not door.latch)
+            door.closing_viscosity == door.c_c
+            and not (door.friction or door.backcheck or door.latch)
+        )
 
     def run(self, theta0: float, omega0: float, duration: float) -> Swing:
         """From the start to the end, or to where the door falls shut."""
@@ -102,17 +104,12 @@ class DrivenMotion:
         net = self.torque(now) - pull
         if freed(now) > 0.0:
             return math.copysign(1.0, net), 0.0
-        for before, after in zip(*self._looks(now), strict=True):
+        for before, after in pairwise([now, *self.times[self.times > now]]):
             if freed(after) > 0.0:
                 root = brentq(freed, before, after) if freed(before) < 0.0 else after
                 # Just behind the root, so that the torque has a sign.
                 return 0.0, max(root - now, 1e-9) + 1e-9
         return 0.0, math.inf
-
-    def _looks(self, now: float) -> Iterator[Any]:
-        """Times from now on at which to look whether the torque frees the door, in pairs."""
-        later = self.times[self.times > now]
-        return iter((np.concatenate([[now], later[:-1]]), later))
 
     def _piece(
         self, now: float, duration: float, state: tuple[float, float], direction: float,
