@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
@@ -21,11 +22,20 @@ from door_model.errors import (
     RecordingError,
 )
 from door_model.geometry import DoorGeometry
-from door_model.identification import PARAMETERS, Identification, Window, identify
+from door_model.identification import Identification, Window, identify
 from door_model.node_main import run_node
-from door_model.recordings import read_csv
+from door_model.parameters import PARAMETERS
+from door_model.recordings import Recording, read_csv
+from door_model.recordings_mcap import read_mcap
 from door_model.sample_store import SampleStore
-from door_model.scale import scale_from_leaf
+from door_model.scale import (
+    ForceGauge,
+    ForceReading,
+    KnownImpulse,
+    Reference,
+    scale_from_inertia,
+    scale_from_leaf,
+)
 
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
@@ -80,10 +90,11 @@ class CloserIdentifierNode(Node):
         try:
             mass = self._measured(request.leaf_mass, "leaf_mass", self._geometry.leaf.mass)
             width = self._measured(request.leaf_width, "leaf_width", self._geometry.leaf.width)
-            scale = scale_from_leaf(mass, width)
+            scale = _reference(request) or scale_from_leaf(mass, width)
             leaf = replace(self._geometry.leaf, mass=mass, width=width)
-            recording = read_csv(request.csv_path) if request.csv_path else self._store.recording()
-            result = identify(recording, self._geometry.linkage, scale, window=self._window)
+            result = identify(
+                self._recording(request.csv_path), self._geometry.linkage, scale,
+                window=self._window, extras=request.extras)
         except DoorModelError as error:
             response.success = False
             response.error_code = _error_code(error)
@@ -93,13 +104,21 @@ class CloserIdentifierNode(Node):
         response.success = True
         response.error_code = IdentifyCloser.Response.NONE
         response.message = (
-            f"{len(result.swings)} swings: c_c {result.c_c:.4f}, k_c {result.k_c:.4f}, "
-            f"tau'_c0 {result.tau_c0_prime:.4f}"
+            f"{len(result.swings)} swings: " + ", ".join(
+                f"{name} {value:.4f}"
+                for name, value in zip(result.names, result.values, strict=True))
         )
         response.parameters = self._to_message(result, replace(self._geometry, leaf=leaf))
         self._closer_topic.publish(response.parameters)
         self.get_logger().info(response.message)
         return response
+
+    def _recording(self, path: str) -> Recording:
+        """That of a file, or without one what has been heard so far."""
+        if not path:
+            return self._store.recording()
+        is_mcap = path.endswith(".mcap") or Path(path).is_dir()
+        return read_mcap(path) if is_mcap else read_csv(path)
 
     def _measured(self, requested: float, parameter: str, configured: float) -> float:
         """A measurement: as requested, else the parameter, else the configuration."""
@@ -113,9 +132,11 @@ class CloserIdentifierNode(Node):
         message = CloserParameters()
         message.header.stamp = self.get_clock().now().to_msg()
         message.door = geometry.name
+        for name in result.names:
+            setattr(message, name, result.value_of(name))
         for name in PARAMETERS:
-            setattr(message, name, float(getattr(result, name)))
             setattr(message, f"{name}_std", result.std_of(name))
+        message.identified = list(result.names)
         message.covariance = result.covariance.ravel().tolist()
         linkage = geometry.linkage
         message.link_l = linkage.l
@@ -123,6 +144,7 @@ class CloserIdentifierNode(Node):
         message.link_l2 = linkage.l2
         message.link_l3 = linkage.l3
         message.theta_i0 = linkage.theta_i0
+        message.assembly = linkage.assembly
         message.leaf_mass = geometry.leaf.mass
         message.leaf_width = geometry.leaf.width
         message.fit_rmse = result.fit_rmse
@@ -130,6 +152,21 @@ class CloserIdentifierNode(Node):
         message.scale_reference = result.scale_reference
         message.warnings = result.warnings
         return message
+
+
+def _reference(request: IdentifyCloser.Request) -> Reference | None:
+    """What the request gives in place of the leaf's mass and width."""
+    if not request.inertia < 0.0:
+        return scale_from_inertia(request.inertia, request.inertia_std)
+    if not request.impulse < 0.0:
+        return KnownImpulse(request.impulse, request.impulse_std, request.impulse_swing)
+    columns = request.force_angles, request.forces, request.force_levers
+    lengths = {len(column) for column in columns}
+    if len(lengths) > 1:
+        raise NoScaleError(
+            "force_angles, forces and force_levers must be equally many", value=lengths, limit=1)
+    readings = [ForceReading(*row) for row in zip(*columns, strict=True)]
+    return ForceGauge(readings) if readings else None
 
 
 def _error_code(error: DoorModelError) -> int:

@@ -123,6 +123,8 @@ class FreeMotion:
         end_speed: The angular velocity there (K,) [rad/s].
         end: Why it ends there (K,), of `End`.
         steps: What the motions consist of.
+        d_end_time: Derivatives of `end_time` by `UNKNOWNS` (U, K); 0 where they were not asked for.
+        d_end_angle: The same of `end_angle`.
     """
 
     peak_time: Array
@@ -132,6 +134,8 @@ class FreeMotion:
     end_speed: Array
     end: Index
     steps: list[_Step]
+    d_end_time: Array
+    d_end_angle: Array
 
     def at(self, times: Array) -> tuple[Array, Array]:
         """Angles [rad] and angular velocities [rad/s] of all doors at times (M,), each (M, K).
@@ -254,7 +258,7 @@ class _Follower:
             self._advance(doors)
         return FreeMotion(
             self.peak_time, self.peak_angle, self.time, self.theta, self.omega, self.end,
-            self.steps)
+            self.steps, self.d_time, self.d_theta)
 
     def _law(self, doors: Index) -> Law:
         """The law of doors in their present direction and zone."""

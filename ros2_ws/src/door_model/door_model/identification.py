@@ -1,6 +1,6 @@
 """Identification of a door from free swings: section IV.A of the paper.
 
-Free motion fixes ratios only (`trajectory_fit`), the leaf's mass and width fix the scale (`scale`).
+Free motion fixes ratios only (`trajectory_fit`), one measurement more the scale (`scale`).
 
 The paper fits opening alone, from 10 deg to the peak. That fixes k_c and tau'_c0 well but not c_c:
 in five swings of 10 to 30 deg seen by 14,400 counts a turn the quantisation alone leaves c_c a
@@ -10,8 +10,8 @@ eq. (1), which shows in the residuals, the fit goes back to opening alone.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -19,20 +19,22 @@ from numpy.typing import NDArray
 
 from door_model.closer import FourBarCloser
 from door_model.door import Door
-from door_model.errors import NoFitError, NoScaleError, NoSwingError
+from door_model.doubts import doubts
+from door_model.errors import DoorParameterError, NoFitError, NoScaleError, NoSwingError
+from door_model.garbage import without_garbage
+from door_model.odd_swings import CommonFit, fit_common, said_of
+from door_model.parameters import as_door, ratio_bounds, to_parameters
 from door_model.recordings import Recording
-from door_model.scale import Fitted, Reference
+from door_model.scale import Fitted, Reference, Scale
 from door_model.swings import MIN_PEAK, FreeSwing, find_swings
-from door_model.trajectory_fit import RatioFit, fit_ratios
+from door_model.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
 
 Array = NDArray[np.float64]
 
-PARAMETERS = ("i_a", "c_c", "k_c", "tau_c0_prime")
 PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
 _WORSE = 1.3  # closing is left out where it raises the residuals by more than this factor
-_OUTLIER_GAIN = 0.5  # a swing is left out where that brings the rmse below this share
-_MOST_TRIED = 12  # swings; among more of them a single bad one hardly counts
 _ZERO_COUNTS_STD = 0.5  # of the encoder's zero, in counts
+_GOOD_RMSE = 0.5  # counts; a fit this good hides no odd swing
 
 
 class Window(Enum):
@@ -70,40 +72,47 @@ class Identification:
     """An identified door.
 
     Attributes:
-        door: The door of eq. (1).
-        i_a: Moment of inertia [kg m^2].
-        c_c: Viscosity while opening [N m s/rad].
-        k_c: Spring coefficient [N m/rad].
-        tau_c0_prime: tau'_c0 of eq. (12) [N m].
-        covariance: (4, 4) of (i_a, c_c, k_c, tau_c0_prime).
-        std: (4,) standard deviations of the same.
-        c_c_closing: Viscosity while closing [N m s/rad]; None where only opening was fitted.
+        door: The door of eq. (1), with all that was fitted.
+        names: Names of the parameters (P,): `PARAMETERS`, then what else was fitted, such as
+            "c_c_closing", "friction" or "latch_angle".
+        values: Their values (P,), in SI units.
+        covariance: (P, P) of the same; for correlated residuals, and with the scale's share.
         play: Between the leaf and its encoder [rad]; None where only opening was fitted.
+        zero: What the encoder shows at the closed door [rad].
         fit_rmse: Root mean square of all residuals [rad].
         swings: The swings used.
         window: What was fitted, OPENING or SWING.
         scale_reference: What fixed the scale.
-        warnings: What to know before the figures are trusted.
+        warnings: What was left out, and what to know before the figures are trusted.
     """
 
     door: Door
-    i_a: float
-    c_c: float
-    k_c: float
-    tau_c0_prime: float
+    names: tuple[str, ...]
+    values: Array
     covariance: Array
-    std: Array
-    c_c_closing: float | None
     play: float | None
+    zero: float
     fit_rmse: float
     swings: list[SwingResult]
     window: Window
     scale_reference: str
     warnings: list[str]
 
-    def std_of(self, parameter: str) -> float:
-        """Standard deviation of one of `PARAMETERS`."""
-        return float(self.std[PARAMETERS.index(parameter)])
+    def value_of(self, name: str) -> float:
+        """Value of one of `names`."""
+        return float(self.values[self.names.index(name)])
+
+    def std_of(self, name: str) -> float:
+        """Standard deviation of one of `names`."""
+        place = self.names.index(name)
+        return math.sqrt(float(self.covariance[place, place]))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations (P, P) of the parameters; 0 with one that is exact."""
+        std = np.sqrt(np.diag(self.covariance))
+        scale = np.where(std > 0.0, std, np.inf)
+        return np.asarray(self.covariance / np.outer(scale, scale))
 
 
 def identify(
@@ -113,6 +122,9 @@ def identify(
     *,
     window: Window | str = Window.AUTO,
     start_angle: float | None = None,
+    extras: Sequence[str] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    zero_std: float | None = None,
 ) -> Identification:
     """Identify a door from a recording of pushes by hand.
 
@@ -124,11 +136,15 @@ def identify(
         window: Which part of the swings to fit.
         start_angle: Fit from this angle on [rad] (paper: `PAPER_START_ANGLE`) rather than from
             where the data say that the hand has left.
+        extras: What to identify beyond the paper: names of `trajectory_fit.EXTRAS`.
+        bounds: Lower and upper bounds by parameter's name, in SI units; I_A is the scale's.
+        zero_std: Standard deviation of the encoder's zero [rad]; by default half a count.
 
     Raises:
         NoScaleError: There is no scale, or it does not fit to what the recording shows.
         NoSwingError: Nothing in the recording looks like a free swing.
         NoFitError: The fit does not converge, or what it finds is no door.
+        DoorParameterError: A bound is of no parameter or no interval, or there is no such extra.
     """
     window = Window(window)
     if scale is None:
@@ -138,85 +154,141 @@ def identify(
             value=None,
             limit="a leaf's mass and width, I_A, a force reading or a known impulse",
         )
-    swings = _inside(find_swings(recording, start_angle), linkage)
-    if not swings:
-        raise NoSwingError(
-            f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
-            f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
-            f"{math.degrees(float(recording.theta.max())):.2f} deg): push the shut door once, let "
-            "go, and wait until it has fallen shut"
-            if len(recording.t)
-            else "the recording is empty",
-            value=float(recording.theta.max()) if len(recording.t) else None,
-            limit=MIN_PEAK,
-        )
-    if recording.resolution > 0.0:
-        swings = [swing.at_edges(recording.resolution) for swing in swings]
-    warnings: list[str] = []
-    zero_std = _ZERO_COUNTS_STD * recording.resolution
-    opening = fit_ratios(linkage, swings, with_closing=False, zero_std=zero_std)
-    if opening.rmse > recording.resolution and 4 <= len(swings) <= _MOST_TRIED:
-        swings, opening = _without_touched(linkage, swings, opening, zero_std, warnings)
-    fit, used = _add_closing(linkage, swings, window, opening, zero_std, warnings)
-    return _result(fit, used, swings, linkage, scale, recording, warnings)
+    free = (*SWING, *(name for extra in extras for name in _extra(extra)))
+    zero_std = _ZERO_COUNTS_STD * recording.resolution if zero_std is None else zero_std
+    clean, warnings = without_garbage(recording)
+    swings = _usable(clean, linkage, start_angle, warnings)
+    if clean.resolution > 0.0:
+        swings = [swing.at_edges(clean.resolution) for swing in swings]
+    common, used = _fit(linkage, swings, free, window, zero_std, clean.resolution, warnings)
+    fitted = Fitted(linkage, _paper_ratios(common.fit), clean, common.swings)
+    resolved = scale.resolve(fitted)
+    fit = common.fit
+    if bounds:
+        fit = _bounded(linkage, common, bounds, resolved.i_a, zero_std, warnings)
+        resolved = scale.resolve(replace(fitted, ratios=_paper_ratios(fit)))
+    return _result(fit, used, common.swings, linkage, resolved, warnings)
 
 
-def _inside(swings: Sequence[FreeSwing], linkage: FourBarCloser) -> list[FreeSwing]:
-    """Swings that stay where the linkage closes."""
-    limit = linkage.opening_limit()
-    return [swing for swing in swings if float(swing.theta.max()) < limit]
+def _extra(name: str) -> tuple[str, ...]:
+    """What is fitted for one of `EXTRAS`."""
+    if name not in EXTRAS:
+        raise DoorParameterError("an extra", name, f"of {', '.join(EXTRAS)}")
+    return EXTRAS[name]
 
 
-def _without_touched(
-    linkage: FourBarCloser,
-    swings: list[FreeSwing],
-    all_swings: RatioFit,
-    zero_std: float,
-    warnings: list[str],
-) -> tuple[list[FreeSwing], RatioFit]:
-    """Leave out the one swing that does not open as the others do, if there is one.
+def _paper_ratios(fit: RatioFit) -> Array:
+    """c_c (opening), k_c and tau'_c0 over I_A (3,)."""
+    return fit.values[[fit.free.index(name) for name in OPENING]]
 
-    One bad swing pulls the fit of all with it, so each is tried without.
-    """
-    rests = [swings[:i] + swings[i + 1 :] for i in range(len(swings))]
-    trials = [fit_ratios(linkage, rest, with_closing=False, zero_std=zero_std) for rest in rests]
-    best = int(np.argmin([trial.rmse for trial in trials]))
-    if trials[best].rmse > _OUTLIER_GAIN * all_swings.rmse:
-        return swings, all_swings
-    warnings.append(
-        f"the swing at {swings[best].t[0]:.1f} s was left out: it does not move as the others do; "
-        "was the door touched?"
+
+def _usable(
+    recording: Recording, linkage: FourBarCloser, start_angle: float | None, warnings: list[str]
+) -> list[FreeSwing]:
+    """The free swings that stay where the linkage closes and that nothing stopped."""
+    lowest, limit = linkage.closing_limit(), linkage.opening_limit()
+    usable = []
+    for swing in find_swings(recording, start_angle):
+        top = math.degrees(float(swing.theta.max()))
+        if swing.stopped:
+            warnings.append(
+                f"the swing at {swing.t[0]:.1f} s was left out: it hit something at {top:.1f} deg")
+        elif not (lowest < float(swing.theta.min()) and top < math.degrees(limit)):
+            warnings.append(
+                f"the swing at {swing.t[0]:.1f} s was left out: it goes from "
+                f"{math.degrees(float(swing.theta.min())):.1f} to {top:.1f} deg, the linkage from "
+                f"{math.degrees(lowest):.1f} to {math.degrees(limit):.1f} deg")
+        else:
+            usable.append(swing)
+    if usable:
+        return usable
+    if not len(recording.t):
+        raise NoSwingError("the recording is empty", limit=MIN_PEAK)
+    highest = float(recording.theta.max())
+    raise NoSwingError(
+        f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
+        f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
+        f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it has "
+        "fallen shut" + "".join(f"; {warning}" for warning in warnings),
+        value=highest,
+        limit=MIN_PEAK,
     )
-    return rests[best], trials[best]
 
 
-def _add_closing(
+def _fit(
     linkage: FourBarCloser,
     swings: Sequence[FreeSwing],
+    free: tuple[str, ...],
     window: Window,
-    opening: RatioFit,
     zero_std: float,
+    resolution: float,
     warnings: list[str],
-) -> tuple[RatioFit, Window]:
-    """Go on from the fit of opening alone to the part of the swings that was asked for."""
+) -> tuple[CommonFit, Window]:
+    """Fit what was asked for; opening alone where closing does not follow the model."""
+    good = _GOOD_RMSE * resolution
+    if window is not Window.OPENING and not any(
+        len(swing.t) - swing.peak_index > len(swing.t) // 4 for swing in swings
+    ):
+        warnings.append("no swing falls shut by itself: only opening was fitted")
+        window = Window.OPENING
+    both = None
+    if window is not Window.OPENING:
+        try:
+            both = fit_common(linkage, swings, free, zero_std=zero_std, good_rmse=good)
+        except NoFitError:
+            if window is Window.SWING:
+                raise
+        else:
+            if window is Window.SWING or both.fit.rmse <= good:
+                warnings += said_of(both.left_out)
+                return both, Window.SWING
+    opening = fit_common(linkage, swings, OPENING, zero_std=zero_std, good_rmse=good)
+    enough = _WORSE * max(opening.fit.rmse, zero_std)
+    if both is not None and both.fit.rmse <= enough:
+        warnings += said_of(both.left_out)
+        return both, Window.SWING
+    warnings += said_of(opening.left_out)
     if window is Window.OPENING:
         return opening, window
-    if not any(len(swing.t) - swing.peak_index > len(swing.t) // 4 for swing in swings):
-        warnings.append("no swing falls shut by itself: only opening was fitted")
-        return opening, Window.OPENING
-    try:
-        both = fit_ratios(linkage, swings, with_closing=True, zero_std=zero_std, first=opening)
-    except NoFitError:
-        if window is Window.SWING:
-            raise
-    else:
-        if window is Window.SWING or both.rmse <= _WORSE * max(opening.rmse, zero_std):
-            return both, Window.SWING
+    tried = [name for name, own in EXTRAS.items() if not set(own) <= set(free)]
+    helping = [
+        name for name in tried if _rmse(linkage, opening, (*free, *EXTRAS[name])) <= enough]
     warnings.append(
         "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the "
         "paper, which leaves c_c less certain"
-    )
+        + (f"; it does with {' or '.join(helping)} identified too" if helping else ""))
     return opening, Window.OPENING
+
+
+def _rmse(linkage: FourBarCloser, opening: CommonFit, free: tuple[str, ...]) -> float:
+    """Root mean square of the residuals with more to fit [rad]; infinite where it fails."""
+    try:
+        return fit_ratios(linkage, opening.swings, free, first=opening.fit).rmse
+    except NoFitError:
+        return math.inf
+
+
+def _bounded(
+    linkage: FourBarCloser,
+    common: CommonFit,
+    bounds: Mapping[str, tuple[float, float]],
+    i_a: float,
+    zero_std: float,
+    warnings: list[str],
+) -> RatioFit:
+    """The fit again, within bounds of the parameters."""
+    free = tuple(name for name in common.fit.free if name != "zero")
+    ratios = ratio_bounds(bounds, i_a)
+    for name, ratio in zip(bounds, ratios, strict=True):
+        if ratio not in free:
+            raise DoorParameterError("the parameter of a bound", name, "one that is fitted")
+    fit = fit_ratios(
+        linkage, common.swings, free, zero_std=zero_std, first=common.fit, bounds=ratios)
+    for name, (ratio, span) in zip(bounds, ratios.items(), strict=True):
+        value = fit.value(ratio)
+        if value is not None and min(value - span[0], span[1] - value) < 1e-3 * (span[1] - span[0]):
+            warnings.append(f"{name} lies at its bound: the swings ask for one beyond it")
+    return fit
 
 
 def _result(
@@ -224,24 +296,13 @@ def _result(
     used: Window,
     swings: Sequence[FreeSwing],
     linkage: FourBarCloser,
-    reference: Reference,
-    recording: Recording,
+    scale: Scale,
     warnings: list[str],
 ) -> Identification:
     """Put ratios and scale together."""
-    own = [0, 2, 3]  # opening viscosity, spring, preload
-    ratios = fit.ratios[own]
-    scale = reference.resolve(Fitted(linkage, ratios, recording, swings))
-    factors = np.concatenate([[1.0], ratios])
-    by_ratios = np.outer(factors, scale.by_ratios)
-    by_ratios[1:] += scale.i_a * np.eye(len(own))
-    covariance = by_ratios @ fit.covariance[np.ix_(own, own)] @ by_ratios.T
-    covariance += np.outer(factors, factors) * scale.std**2
-    std = np.sqrt(np.diag(covariance))
-    values = scale.i_a * ratios
-    for name, value, spread in zip(PARAMETERS[1:], values, std[1:], strict=True):
-        if spread > 0.1 * value:
-            warnings.append(f"{name} is uncertain: {value:.3g} +- {spread:.2g}; push further")
+    names, values, covariance = to_parameters(fit.free, fit.values, fit.covariance, scale)
+    _, _, by_swings = to_parameters(fit.free, fit.values, fit.covariance, Scale(scale.i_a, 0.0, ""))
+    warnings += doubts(names[1:], values[1:], by_swings[1:, 1:])
     results = []
     for swing, fitted, peak, start, rmse in zip(
         swings, fit.fitted, fit.peaks, fit.starts, fit.swing_rmse, strict=True
@@ -260,15 +321,12 @@ def _result(
     if len(results) < 3:
         warnings.append(f"only {len(results)} swing(s): use five of different size")
     return Identification(
-        door=Door(scale.i_a, float(values[0]), float(values[1]), float(values[2]), linkage),
-        i_a=scale.i_a,
-        c_c=float(values[0]),
-        k_c=float(values[1]),
-        tau_c0_prime=float(values[2]),
+        door=as_door(names, values, linkage),
+        names=names,
+        values=values,
         covariance=covariance,
-        std=std,
-        c_c_closing=float(scale.i_a * fit.ratios[1]) if used is Window.SWING else None,
-        play=fit.play if used is Window.SWING else None,
+        play=fit.value("play"),
+        zero=fit.value("zero") or 0.0,
         fit_rmse=fit.rmse,
         swings=results,
         window=used,

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from door_model.config import load_geometry
-from door_model.errors import DoorModelError
+from door_model.errors import DoorModelError, DoorParameterError
 from door_model.geometry import DoorGeometry
 from door_model.identification import Identification, Window, identify
+from door_model.parameters import RATIO_OF
 from door_model.recordings import COUNTS_PER_TURN, read_csv, write_whole
 from door_model.recordings_mcap import read_mcap
 from door_model.report import as_config, as_table, identified
@@ -24,6 +25,7 @@ from door_model.scale import (
     scale_from_inertia,
     scale_from_leaf,
 )
+from door_model.trajectory_fit import EXTRAS
 
 _DESCRIPTION = """\
 Identify a swing door with a closer from a recording of pushes by hand, section IV.A of the paper.
@@ -106,6 +108,36 @@ def _parser() -> argparse.ArgumentParser:
         "where closing follows the model)",
     )
     parser.add_argument(
+        "--also",
+        nargs="+",
+        choices=list(EXTRAS),
+        default=[],
+        help="identify beyond the paper: Coulomb friction at the hinge, a backcheck or a latch zone "
+        "where the closer damps otherwise",
+    )
+    parser.add_argument(
+        "--bound",
+        nargs=3,
+        action="append",
+        default=[],
+        metavar=("NAME", "LOW", "HIGH"),
+        help=f"bounds of a parameter in SI units, NAME of {', '.join(RATIO_OF)}; may be repeated",
+    )
+    parser.add_argument(
+        "--zero-std-deg",
+        type=float,
+        metavar="DEG",
+        help="how well the encoder's zero is known to be that of the closed door (default: half a "
+        "count)",
+    )
+    parser.add_argument(
+        "--from-deg",
+        type=float,
+        metavar="DEG",
+        help="fit from this angle on, as the paper does from 10 deg (default: from where the data "
+        "say that the hand has left)",
+    )
+    parser.add_argument(
         "--restitution",
         type=float,
         default=0.5,
@@ -153,7 +185,29 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
         recording = read_mcap(arguments.mcap)
     else:
         recording = read_csv(arguments.csv, arguments.counts_per_turn)
-    return identify(recording, geometry.linkage, scale, window=arguments.window), geometry
+    result = identify(
+        recording,
+        geometry.linkage,
+        scale,
+        window=arguments.window,
+        start_angle=_radians(arguments.from_deg),
+        extras=arguments.also,
+        bounds={name: _span(name, low, high) for name, low, high in arguments.bound},
+        zero_std=_radians(arguments.zero_std_deg),
+    )
+    return result, geometry
+
+
+def _radians(degrees: float | None) -> float | None:
+    return None if degrees is None else math.radians(degrees)
+
+
+def _span(name: str, low: str, high: str) -> tuple[float, float]:
+    """Bounds as typed."""
+    try:
+        return float(low), float(high)
+    except ValueError:
+        raise DoorParameterError(f"bounds of {name}", f"{low} {high}", "two numbers") from None
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,10 +4,12 @@ import math
 from typing import Any
 
 from door_model.config import DoorConfig
+from door_model.dynamics import initial_velocity
 from door_model.geometry import DoorGeometry
-from door_model.identification import PARAMETERS, Identification
+from door_model.identification import Identification, Window
+from door_model.parameters import UNITS, is_angle
+from door_model.prediction import PredictedPeak, predict_peak
 
-_UNITS = {"i_a": "kg m^2", "c_c": "N m s/rad", "k_c": "N m/rad", "tau_c0_prime": "N m"}
 _ANGLES_DEG = (0.0, 10.0, 25.0)
 _PLAY_TOLD = math.radians(0.01)
 
@@ -20,40 +22,71 @@ def identified(result: Identification, truth: dict[str, float] | None = None) ->
         truth: True values by name, where they are known.
     """
     answer: dict[str, Any] = {}
-    for name in PARAMETERS:
-        value = float(getattr(result, name))
-        true = None if truth is None else truth[name]
+    for name in result.names:
+        value, true = result.value_of(name), (truth or {}).get(name)
         answer[name] = {
             "value": value,
             "std": result.std_of(name),
             "true": true,
             "relative_error": None if not true else value / true - 1.0,
         }
-    answer["fit_rmse_deg"] = math.degrees(result.fit_rmse)
-    answer["scale_reference"] = result.scale_reference
-    return answer
+    omega0, top = _largest_swing(result)
+    low, high = top.interval()
+    return answer | {
+        "fit_rmse_deg": math.degrees(result.fit_rmse),
+        "scale_reference": result.scale_reference,
+        "window": result.window.value,
+        "parameters": list(result.names),
+        "correlation": result.correlation.tolist(),
+        "play_deg": None if result.play is None else math.degrees(result.play),
+        "zero_deg": math.degrees(result.zero),
+        "swings": [
+            {"start_s": float(swing.t[0]), "peak_deg": math.degrees(swing.peak),
+             "rmse_deg": math.degrees(swing.rmse)}
+            for swing in result.swings
+        ],
+        "predicted_peak": {
+            "omega0": omega0,
+            "angle_deg": math.degrees(top.angle),
+            "std_deg": math.degrees(top.angle_std),
+            "low_deg": math.degrees(low),
+            "high_deg": math.degrees(high),
+        },
+        "warnings": result.warnings,
+    }
+
+
+def _largest_swing(result: Identification) -> tuple[float, PredictedPeak]:
+    """Angular velocity that opens the shut door as far as the largest swing went, and its peak."""
+    omega0 = initial_velocity(result.door, max(swing.peak for swing in result.swings))
+    return omega0, predict_peak(result.door, result.names, result.covariance, omega0)
 
 
 def as_table(result: Identification) -> str:
     """Table for people."""
-    lines = [f"{'parameter':<14}{'value':>10}    {'std':<10}unit"]
-    for name in PARAMETERS:
-        value, std = getattr(result, name), result.std_of(name)
-        lines.append(f"{name:<14}{value:>10.4f} +- {std:<10.2g}{_UNITS[name]}")
-    if result.c_c_closing is not None:
-        lines.append(f"{'c_c (closing)':<14}{result.c_c_closing:>10.4f}    {'':<10}N m s/rad")
+    lines = [f"{'parameter':<16}{'value':>10}    {'std':<10}unit"]
+    for name in result.names:
+        value, std, unit = result.value_of(name), result.std_of(name), UNITS[name]
+        if is_angle(name):
+            value, std, unit = math.degrees(value), math.degrees(std), "deg"
+        lines.append(f"{name:<16}{value:>10.4f} +- {std:<10.2g}{unit}")
     if result.play is not None and result.play > _PLAY_TOLD:
-        lines.append(f"{'encoder play':<14}{math.degrees(result.play):>10.3f}    {'':<10}deg")
+        lines.append(f"{'encoder play':<16}{math.degrees(result.play):>10.3f}    {'':<10}deg")
     rmse = math.degrees(result.fit_rmse)
-    fitted = "opening and closing" if result.c_c_closing is not None else "opening"
-    lines.append(f"fit            {rmse:.4f} deg rmse, {len(result.swings)} swings, {fitted}")
+    fitted = "opening" if result.window is Window.OPENING else "opening and closing"
+    lines.append(f"fit             {rmse:.4f} deg rmse, {len(result.swings)} swings, {fitted}")
     torques = ", ".join(
         f"{float(result.door.restoring_torque(math.radians(angle))):.2f} N m at {angle:.0f} deg"
         for angle in _ANGLES_DEG
     )
-    lines.append(f"restoring      {torques}")
-    lines.append(f"scale          {result.scale_reference}")
-    lines += [f"warning        {warning}" for warning in result.warnings]
+    lines.append(f"restoring       {torques}")
+    omega0, top = _largest_swing(result)
+    low, high = (math.degrees(angle) for angle in top.interval())
+    lines.append(
+        f"predicted       {omega0:.3f} rad/s open it to {math.degrees(top.angle):.2f} deg "
+        f"({low:.2f} to {high:.2f} deg with 95 %)")
+    lines.append(f"scale           {result.scale_reference}")
+    lines += [f"warning         {warning}" for warning in result.warnings]
     return "\n".join(lines)
 
 
@@ -65,13 +98,18 @@ def as_config(result: Identification, geometry: DoorGeometry, *, restitution: fl
         geometry: Leaf and linkage.
         restitution: Coefficient of restitution of a hit, which free swings do not tell.
     """
+    door = result.door
     return DoorConfig(
         name=geometry.name,
         leaf=geometry.leaf,
         linkage=geometry.linkage,
-        c_c=result.c_c,
-        k_c=result.k_c,
-        tau_c0_prime=result.tau_c0_prime,
-        i_a=result.i_a,
+        c_c=door.c_c,
+        k_c=door.k_c,
+        tau_c0_prime=door.tau_c0_prime,
+        i_a=door.i_a,
         restitution=restitution,
+        c_c_closing=door.c_c_closing,
+        backcheck=door.backcheck,
+        latch=door.latch,
+        friction=door.friction,
     )

@@ -1,7 +1,7 @@
 """Finding the free swings in a recording of pushes by hand."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from door_model.recordings import Recording
 
 Array = NDArray[np.float64]
 
-MIN_PEAK = math.radians(5.0)  # smaller swings tell nothing and may be bounces
+MIN_PEAK = math.radians(4.0)  # smaller swings tell nothing and may be bounces
 CLOSING_END = math.radians(2.0)  # above the bounces against the frame
 _BEYOND_PEAK = math.radians(0.2)
 _SMOOTHING = 0.05  # [s]; window of the derivative
@@ -19,7 +19,11 @@ _BASE = 0.25  # a swing begins where it has risen above this share of its peak t
 _AFTER_HAND = 0.35  # share of the time from the push's onset to the top speed that is added to it
 _MIN_RISE = math.radians(1.5)  # from the start of the free motion to the peak
 _MIN_SAMPLES = 25
-_GAP = 2.5  # periods
+_LONGEST_GAP = 0.1  # [s] in a swing: five batches of 50 a second
+_TOP = math.radians(0.05)  # below the peak
+_TURN = 0.04  # [s] before that
+_HARD_TURN = 4.0  # deceleration from there on, over that before
+_SOFT_TURN = 1.0  # [rad/s^2]; up to here a turn is soft anyhow
 _EDGE_ERROR = 0.1  # counts; of a line of an encoder
 
 
@@ -32,7 +36,8 @@ class FreeSwing:
         theta: Opening angles (N,) [rad].
         peak_index: Sample at which the door turns round.
         start_speed: Rough angular velocity at the start [rad/s].
-        errors: Expected errors of the angles (N,), each beside the others'; None: all alike.
+        errors: Expected errors of the angles (N,) [rad]; None: all alike.
+        stopped: Something stopped the door at its peak: it turned round too hard for a closer.
     """
 
     t: Array
@@ -40,6 +45,7 @@ class FreeSwing:
     peak_index: int
     start_speed: float
     errors: Array | None = None
+    stopped: bool = False
 
     @property
     def weights(self) -> Array:
@@ -58,8 +64,7 @@ class FreeSwing:
         beyond = self.theta[self.peak_index :] < self.theta[self.peak_index] - _BEYOND_PEAK
         end = self.peak_index + int(np.argmax(beyond)) if beyond.any() else len(self.theta)
         errors = None if self.errors is None else self.errors[:end]
-        return FreeSwing(self.t[:end], self.theta[:end], self.peak_index, self.start_speed, errors)
-
+        return replace(self, t=self.t[:end], theta=self.theta[:end], errors=errors)
 
     def at_edges(self, resolution: float) -> "FreeSwing":
         """The moments at which the count changes, and the angles between its two values.
@@ -76,10 +81,9 @@ class FreeSwing:
         top = max(0, int(np.searchsorted(edge, self.peak_index)) - 1)
         t = 0.5 * (self.t[edge] + self.t[edge + 1])
         theta = 0.5 * resolution * (counts[edge] + counts[edge + 1])
-        period = float(np.median(np.diff(self.t)))
         speed = np.abs(np.gradient(theta, t)) if len(t) > 1 else np.zeros(len(t))
-        errors = np.hypot(speed * period, _EDGE_ERROR * resolution)
-        return FreeSwing(t, theta, top, self.start_speed, errors)
+        errors = np.hypot(speed * np.diff(self.t)[edge], _EDGE_ERROR * resolution)
+        return replace(self, t=t, theta=theta, peak_index=top, errors=errors)
 
 
 def smooth(theta: Array, period: float, derivative: int = 0) -> Array:
@@ -105,7 +109,7 @@ def find_swings(recording: Recording, start_angle: float | None = None) -> list[
     if len(recording.t) < _MIN_SAMPLES:
         return []
     period = float(np.median(np.diff(recording.t)))
-    breaks = np.flatnonzero(np.diff(recording.t) > _GAP * period) + 1
+    breaks = np.flatnonzero(np.diff(recording.t) > max(_LONGEST_GAP, 2.5 * period)) + 1
     swings: list[FreeSwing] = []
     for piece in np.split(np.arange(len(recording.t)), breaks):
         if len(piece) >= _MIN_SAMPLES:
@@ -117,23 +121,40 @@ def find_swings(recording: Recording, start_angle: float | None = None) -> list[
 def _swings_of_piece(
     t: Array, theta: Array, period: float, start_angle: float | None
 ) -> list[FreeSwing]:
-    """Swings of a recording without gaps."""
-    smoothed = smooth(theta, period)
-    speed = smooth(theta, period, derivative=1)
+    """Swings of a recording without long gaps."""
+    even = t[0] + np.arange(round((t[-1] - t[0]) / period) + 1) * period
+    filled = np.interp(even, t, theta)
+    smoothed = smooth(filled, period)
+    speed = smooth(filled, period, derivative=1)
     tops = _tops(smoothed)
     swings = []
     for number, top in enumerate(tops):
         before = tops[number - 1] if number else 0
-        after = tops[number + 1] if number + 1 < len(tops) else len(t) - 1
+        after = tops[number + 1] if number + 1 < len(tops) else len(even) - 1
         start = _free_start(smoothed, speed, before, top, start_angle)
         if start is None or top - start < _MIN_SAMPLES:
             continue
         end = _free_end(smoothed, top, after)
-        window = slice(start, end + 1)
+        first, peak, last = np.searchsorted(t, even[[start, top, end]] - 0.5 * period)
+        window = slice(first, last + 1)
         swings.append(
-            FreeSwing(t[window], theta[window], top - start, max(float(speed[start]), 1e-3))
-        )
+            FreeSwing(t[window], theta[window], int(peak - first), max(float(speed[start]), 1e-3),
+                      stopped=_is_stopped(smoothed[start:], speed[start:], top - start, period)))
     return swings
+
+
+def _is_stopped(smoothed: Array, speed: Array, top: int, period: float) -> bool:
+    """Whether a door came to its peak faster than the way it slowed down before explains.
+
+    Looked at on the way up alone: behind the peak the encoder's play hides how the door turns.
+    """
+    turn = round(_TURN / period)
+    reached = int(np.argmax(smoothed[: top + 1] >= smoothed[top] - _TOP))
+    last, before = max(0, reached - turn), max(0, reached - 5 * turn)
+    if last == before:
+        return False
+    slowing = float(speed[before] - speed[last]) / ((last - before) * period)
+    return bool(speed[last] > 2.0 * _TURN * max(_HARD_TURN * slowing, _SOFT_TURN))
 
 
 def _tops(smoothed: Array) -> list[int]:

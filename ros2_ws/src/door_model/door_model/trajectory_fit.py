@@ -2,28 +2,49 @@
 
 Eq. (6) sums the squared differences of measured and simulated angles; nothing is differentiated,
 since a least squares on differentiated encoder angles is biased.
+
+All swings share some unknowns: ratios by their names in `Ratios`, and two of the encoder. Its
+``play`` [rad] lies between it and the leaf: its zero is that of a door just closed, so that the
+opening leaf is ahead of it by the play, which is taken up again behind the peak. Its ``zero`` [rad]
+is what it shows at the closed door, known beforehand to be near 0.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import least_squares
 
 from door_model.closer import FourBarCloser
-from door_model.errors import NoFitError
+from door_model.errors import DoorModelError, NoFitError
+from door_model.first_estimate import first_estimate
 from door_model.free_motion import UNKNOWNS, FreeMotion, Ratios, follow
-from door_model.swings import FreeSwing
+from door_model.swing_rows import Array, stack
+from door_model.swings import CLOSING_END, FreeSwing
 
-Array = NDArray[np.float64]
+OPENING = ("opening", "spring", "preload")
+"""What opening alone tells."""
 
-RATIO_NAMES = ("opening", "closing", "spring", "preload")
-_SMALLEST = np.array([1e-3, 1e-3, 1e-3, 1e-2])  # of a first guess of the ratios
+SWING = ("opening", "closing", "spring", "preload", "play")
+"""What opening and closing tell; opening alone cannot tell play from an error of the zero."""
+
+EXTRAS = {
+    "friction": ("friction",),
+    "backcheck": ("backcheck", "backcheck_angle"),
+    "latch": ("latch", "latch_angle"),
+}
+"""What real closers add, see `door_model.door`, by the names of what is fitted for it."""
+
+_TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}  # what is not fitted
+_ZONE_STARTS = {"latch_angle": np.linspace(0.15, 0.75, 5), "backcheck_angle": np.linspace(0.4, 0.9, 5)}
+_FRICTION_START = 0.03  # of the preload
 _LAGS = 200  # samples over which residuals may hang together
-_PIECE = 64  # rows
 MOST_PLAY = np.radians(2.0)  # [rad]; more is a loose coupling
+_EXACT = 1e-7, 1e-9  # tolerances of the unknowns and of the cost
+_ROUGH = 1e-3, 1e-3  # where a better fit follows
+_START_AWAY = 0.1  # [rad] of a swing's start from the first sample
+_START_FASTER = 3.0  # its speed over what the samples around it show
+_MOST_TRIALS = 50  # of values for the unknowns
 _MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
 
@@ -32,256 +53,210 @@ class RatioFit:
     """Fitted ratios.
 
     Attributes:
-        ratios: (4,) c_c (opening), c_c (closing), k_c and tau'_c0 over I_A. Where only opening
-            was fitted the second equals the first.
-        covariance: (4, 4) of the ratios.
+        free: Names of the fitted unknowns that the swings share (P,).
+        values: Their values (P,).
+        covariance: (P, P) of the same.
+        ratios: All ratios, those that were not fitted among them.
         starts: (S, 2) angle [rad] and velocity [rad/s] at the start of each swing.
-        play: Between the leaf and its encoder [rad], where there is none a little to either side
-            of 0; 0 where only opening was fitted, which cannot tell it from an error of the zero.
-        play_std: Its standard deviation [rad].
         fitted: Fitted angles of each swing as the encoder shows them [rad].
         peaks: Largest angles of the leaf (S,) [rad].
         rmse: Of all residuals [rad].
         swing_rmse: (S,) of each swing [rad].
     """
 
-    ratios: Array
+    free: tuple[str, ...]
+    values: Array
     covariance: Array
+    ratios: Ratios
     starts: Array
-    play: float
-    play_std: float
     fitted: list[Array]
     peaks: Array
     rmse: float
     swing_rmse: Array
 
-
-def first_estimate(closer: FourBarCloser, swings: Sequence[FreeSwing]) -> tuple[Array, Array]:
-    """Ratios and starts by a linear least squares on eq. (1) integrated twice over time.
-
-    Nothing is differentiated: the damper's share is the integral of eta^2 over the angle. What is
-    left of the measurement's errors in the integrands makes it good to about a percent.
-
-    Returns:
-        Ratios (4,) and starts (S, 2), as `RatioFit` has them.
-    """
-    highest = max(float(swing.theta.max()) for swing in swings)
-    angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 2000)
-    eta2 = closer.eta(angles) ** 2
-    damped = cumulative_trapezoid(eta2, angles, initial=0.0)
-    blocks = []
-    for swing in swings:
-        t = swing.t - swing.t[0]
-        f, eta = closer.f_and_eta(swing.theta)
-        passed = np.interp(swing.theta, angles, damped)
-        peak = passed[swing.peak_index]
-        closes = np.arange(len(t)) > swing.peak_index
-        once = [np.where(closes, peak, passed) - passed[0], np.where(closes, passed - peak, 0.0)]
-        twice = [cumulative_trapezoid(value, t, initial=0.0) for value in (eta * f, eta)]
-        columns = [-cumulative_trapezoid(value, t, initial=0.0) for value in (*once, *twice)]
-        blocks.append(np.column_stack([*columns, np.ones(len(t)), t, swing.theta]))
-    rows = _stack(blocks, 4)
-    answer = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
-    return np.asarray(answer[:4]), np.asarray(answer[4:].reshape(-1, 2))
-
-
-def _stack(blocks: Sequence[Array], shared: int) -> Array:
-    """Rows of all swings from [columns of shared unknowns, of two of its own, others] of each.
-
-    Each swing's rows are rotated down to a few (`_triangle`) before they are put together.
-
-    Returns:
-        Rows of [shared, two for each swing, others].
-    """
-    others = blocks[0].shape[1] - shared - 2
-    stack = []
-    for number, block in enumerate(blocks):
-        small = _triangle(block)
-        rows = np.zeros((len(small), shared + 2 * len(blocks) + others))
-        rows[:, :shared] = small[:, :shared]
-        own = shared + 2 * number
-        rows[:, own : own + 2] = small[:, shared : shared + 2]
-        rows[:, -others:] = small[:, shared + 2 :]
-        stack.append(rows)
-    return np.vstack(stack)
+    def value(self, name: str) -> float | None:
+        """Value of one unknown; None where it was not fitted."""
+        return float(self.values[self.free.index(name)]) if name in self.free else None
 
 
 class _Problem:
-    """Residuals of eq. (6) and their Jacobian, all swings integrated at once.
-
-    A swing depends on the shared ratios and on its own start alone. So each swing's rows are
-    rotated down to a few (`_stack`): what the solver sees has the same costs, gradients and normal
-    equations, and 40 rows for five swings in place of 12,000.
-    """
+    """Residuals of eq. (6) and their Jacobian, all swings integrated at once."""
 
     def __init__(
-        self, closer: FourBarCloser, swings: Sequence[FreeSwing], with_closing: bool
+        self, closer: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...]
     ) -> None:
         self.closer = closer
-        self.with_closing = with_closing
+        self.free = free
         self.times = [swing.t - swing.t[0] for swing in swings]
         self.measured = [swing.theta for swing in swings]
         self.weights = [swing.weights for swing in swings]
         self.durations = np.array([t[-1] for t in self.times])
-        self.ratios = 4 if with_closing else 3
-        self.shared = 5 if with_closing else 3  # with the play
+        self.zero_weight = 0.0  # of what is known of the zero, beside one sample
         self._at: Array | None = None
         self._rows = np.empty((0, 0))
 
-    def expand(self, x: Array) -> tuple[Array, float, Array]:
-        """Ratios (4,), play and starts (S, 2) of a vector of unknowns."""
-        ratios, play = (x[:4], float(x[4])) if self.with_closing else (x[[0, 0, 1, 2]], 0.0)
-        return ratios, play, x[self.shared :].reshape(-1, 2)
+    def ratios(self, x: Array) -> Ratios:
+        """All ratios of a vector of unknowns."""
+        known = dict(zip(self.free, x, strict=False))
+        names = [field.name for field in fields(Ratios)]
+        for name, other in _TIES.items():
+            known.setdefault(name, known[other])
+        return Ratios(**{name: known[name] for name in names if name in known})
+
+    def starts(self, x: Array) -> Array:
+        """Starts (S, 2) of a vector of unknowns."""
+        return x[len(self.free) :].reshape(-1, 2)
 
     def fitted(self, x: Array) -> tuple[list[Array], Array]:
         """Angles of every swing at its samples, as the encoder shows them, and peaks (S,)."""
         motion = self._follow(x)
-        seen = [self._seen(motion, i, self.expand(x)[1])[0] for i in range(len(self.times))]
+        seen = [self._seen(motion, i, x)[0] for i in range(len(self.times))]
         highest = np.array([angles.max() for angles in seen])
         return seen, np.where(np.isnan(motion.peak_angle), highest, motion.peak_angle)
 
-    def _seen(self, motion: FreeMotion, swing: int, play: float) -> tuple[Array, Array, Array]:
-        """A swing through the encoder's play.
-
-        The encoder's zero is that of the door that has just closed: opening, the leaf is ahead of
-        it by the play, which is taken up again behind the peak.
+    def _seen(self, motion: FreeMotion, swing: int, x: Array) -> tuple[Array, Array, Array]:
+        """A swing through the encoder.
 
         Returns:
-            Angles at the samples, their slopes by `UNKNOWNS` (M, U) and by the play (M,).
+            Angles at the samples, their slopes by the shared unknowns (M, P) and by the start
+            (M, 2).
         """
         t, top_time = self.times[swing], motion.peak_time[swing]
-        theta, slopes = motion.derivatives(swing, t)
-        if not self.with_closing:
-            return theta, slopes, np.zeros(len(t))
-        (top,), top_slopes = motion.derivatives(swing, np.array([top_time]))
-        falls = t > top_time
-        follows = falls & (theta <= top - play)
-        rests = falls & ~follows
-        slopes[rests] = top_slopes
-        seen = np.where(follows, theta, np.where(rests, top, theta) - play)
-        return seen, slopes, np.where(follows, 0.0, -1.0)
+        theta, by_motion = motion.derivatives(swing, t)
+        known = dict(zip(self.free, x, strict=False))
+        by_play = np.zeros(len(t))
+        if "play" in known:
+            (top,), top_slopes = motion.derivatives(swing, np.array([top_time]))
+            falls = t > top_time
+            follows = falls & (theta <= top - known["play"])
+            rests = falls & ~follows
+            by_motion[rests] = top_slopes
+            theta = np.where(follows, theta, np.where(rests, top, theta) - known["play"])
+            by_play = np.where(follows, 0.0, -1.0)
+        theta = theta + known.get("zero", 0.0)
+        by_name = dict(zip(UNKNOWNS, by_motion.T, strict=True))
+        for name, other in reversed(_TIES.items()):
+            if name not in known:
+                by_name[other] = by_name[other] + by_name[name]
+        by_name |= {"play": by_play, "zero": np.ones(len(t))}
+        return theta, np.column_stack([by_name[name] for name in self.free]), by_motion[:, -2:]
 
     def _follow(self, x: Array) -> FreeMotion:
         """The swings as a vector of unknowns has them."""
-        (opening, closing, spring, preload), _, starts = self.expand(x)
-        ratios = Ratios(opening, closing, opening, closing, spring, preload)
         return follow(
-            self.closer.numbers(), ratios, *starts.T, until=self.durations + _MARGIN, exact=True)
+            self.closer.numbers(), self.ratios(x), *self.starts(x).T,
+            until=self.durations + _MARGIN, exact=True)
 
     def residuals(self, x: Array) -> Array:
         """Simulated minus measured angles, rotated."""
-        return self.rows(x)[:, -2]
+        return self.rows(x)[:, -1]
 
     def jacobian(self, x: Array) -> Array:
         """Derivatives of the same rows."""
-        return self.rows(x)[:, :-2]
+        return self.rows(x)[:, :-1]
 
     def rows(self, x: Array) -> Array:
-        """Rotated rows of [Jacobian, residual, 1]."""
+        """Rotated rows of [Jacobian, residual], the last what is known of the zero."""
         if self._at is not None and np.array_equal(x, self._at):
             return self._rows
         motion = self._follow(x)
         blocks = []
         for i, measured in enumerate(self.measured):
-            theta, slopes, by_play = self._seen(motion, i, self.expand(x)[1])
-            columns = [slopes[:, UNKNOWNS.index(name)] for name in RATIO_NAMES]
-            columns = [*columns, by_play] if self.with_closing else [
-                columns[0] + columns[1], *columns[2:]]
-            rows = np.column_stack(
-                [*columns, slopes[:, -2:], theta - measured, np.ones(len(theta))])
+            theta, shared, own = self._seen(motion, i, x)
+            rows = np.column_stack([shared, own, theta - measured])
             blocks.append(rows * self.weights[i][:, None])
-        self._at, self._rows = np.array(x), _stack(blocks, self.shared)
-        return self._rows
+        rows = stack(blocks, len(self.free))
+        if "zero" in self.free:
+            column = self.free.index("zero")
+            last = np.zeros((1, rows.shape[1]))
+            last[0, [column, -1]] = self.zero_weight * np.array([1.0, x[column]])
+            rows = np.vstack([rows, last])
+        self._at, self._rows = np.array(x), rows
+        return rows
 
+    def solve(
+        self, x: Array, noise: float, zero_std: float, bounds: tuple[Array, Array], exact: bool
+    ) -> Array:
+        """Least squares from a first guess, with what is known of the zero beside the noise."""
+        self.zero_weight = noise / zero_std if zero_std else 0.0
+        self._at = None
+        xtol, ftol = _EXACT if exact else _ROUGH
+        try:
+            solution = least_squares(
+                self.residuals, np.clip(x, *bounds), jac=self.jacobian, bounds=bounds,
+                x_scale="jac", xtol=xtol, ftol=ftol, gtol=1e-12, max_nfev=_MOST_TRIALS)
+        except DoorModelError as error:
+            raise NoFitError(f"the fit went astray: {error}", value=error.value) from error
+        if not solution.success:
+            raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
+        return np.asarray(solution.x)
 
-def _triangle(rows: Array) -> Array:
-    """Triangular matrix with the same products of columns as a tall one.
+    def spread(self, x: Array) -> tuple[list[Array], float]:
+        """Residuals of each swing, and what one of them counts as a measurement of its own [rad].
 
-    By the QR decomposition of many short pieces: one of the whole would start the threads of
-    the linear algebra library, which is slow where the cores are busy with a simulation.
-    """
-    columns = rows.shape[1]
-    while len(rows) > _PIECE:
-        pieces = -(-len(rows) // _PIECE)
-        padded = np.zeros((pieces * _PIECE, columns))
-        padded[: len(rows)] = rows
-        stack = np.linalg.qr(padded.reshape(pieces, _PIECE, columns), mode="r")
-        rows = np.asarray(stack).reshape(-1, columns)
-    return np.asarray(np.linalg.qr(rows, mode="r"))
+        Their variance is inflated by their autocorrelation: quantisation errors of a slow door
+        repeat from sample to sample.
+        """
+        fitted, _ = self.fitted(x)
+        residuals = [model - data for model, data in zip(fitted, self.measured, strict=True)]
+        weighted = [rest * weight for rest, weight in zip(residuals, self.weights, strict=True)]
+        squares = sum(float(block @ block) for block in weighted)
+        count = sum(len(block) for block in weighted)
+        variance = squares / max(1, count - len(x))
+        return residuals, float(np.sqrt(variance * _autocorrelation_factor(weighted, squares)))
 
 
 def fit_ratios(
     closer: FourBarCloser,
     swings: Sequence[FreeSwing],
+    free: tuple[str, ...] = SWING,
     *,
-    with_closing: bool,
     zero_std: float = 0.0,
     first: RatioFit | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
 ) -> RatioFit:
     """Fit the ratios to free swings, eq. (6).
 
     Args:
         closer: The linkage.
-        swings: The swings.
-        with_closing: Fit closing as well, with a viscosity of its own; else cut at the peaks.
-        zero_std: Standard deviation of the encoder's zero, which all swings share [rad].
+        swings: The swings; cut at their peaks where `closing` is not fitted.
+        free: What to fit: `OPENING` or `SWING`, and names of `EXTRAS`.
+        zero_std: Standard deviation of the encoder's zero, which is fitted too [rad]; 0: exact.
         first: A fit of the same swings to start from.
+        bounds: Lower and upper bounds of some of the ratios; by default they are 0 and infinity.
 
     Raises:
         NoFitError: The fit does not converge, or the door found does not pull itself shut.
     """
-    if not with_closing:
+    if "closing" not in free:
         swings = [swing.opening() for swing in swings]
-    problem = _Problem(closer, swings, with_closing)
-    if first is None:
-        ratios0, starts0 = first_estimate(closer, swings)
-    else:
-        ratios0, starts0 = first.ratios, first.starts
-    ratios0 = np.maximum(ratios0, _SMALLEST)
-    shared0 = [*ratios0, 0.0] if with_closing else ratios0[[0, 2, 3]]
-    x0 = np.concatenate([shared0, starts0.ravel()])
-    lower, upper = np.full_like(x0, -np.inf), np.full_like(x0, np.inf)
-    lower[: problem.ratios] = 0.0
-    # Not bounded by 0, where a fit to noise may lie on either side of it.
-    lower[problem.ratios : problem.shared] = -MOST_PLAY
-    upper[problem.ratios : problem.shared] = MOST_PLAY
-    solution = least_squares(
-        problem.residuals,
-        x0,
-        jac=problem.jacobian,
-        bounds=(lower, upper),
-        x_scale="jac",
-        xtol=1e-7,
-        ftol=1e-9,
-        gtol=1e-12,
-        max_nfev=100,
-    )
-    if not solution.success:
-        raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
-    ratios, play, starts = problem.expand(solution.x)
-    f0, eta0 = closer.f_and_eta(0.0)
-    pull = float(eta0 * (ratios[2] * f0 + ratios[3]))
-    if not pull > 0.0:
-        raise NoFitError(
-            "the fitted closer does not pull the door shut; is the linkage right, and does the "
-            "angle grow as the door opens?",
-            value=pull,
-            limit=0.0,
-        )
-    fitted, peaks = problem.fitted(solution.x)
-    residuals = [model - data for model, data in zip(fitted, problem.measured, strict=True)]
-    weighted = [rest * weight for rest, weight in zip(residuals, problem.weights, strict=True)]
-    covariance = _covariance(problem.rows(solution.x), weighted, zero_std)
-    play_std = float(np.sqrt(covariance[4, 4])) if with_closing else 0.0
-    covariance = covariance[: problem.ratios, : problem.ratios]
-    if not with_closing:
-        covariance = covariance[np.ix_([0, 0, 1, 2], [0, 0, 1, 2])]
+    if zero_std:
+        free = (*free, "zero")
+    problem = _Problem(closer, swings, free)
+    guess, starts = first_estimate(closer, swings) if first is None else (
+        dict(zip(first.free, first.values, strict=True)), first.starts)
+    highest = max(float(swing.theta.max()) for swing in swings)
+    limits = _bounds(free, swings, highest, bounds or {})
+    expected = float(np.mean([_expected_error(swing) for swing in swings])) or zero_std
+    trials = []
+    for shared in _guesses(free, guess, highest):
+        x = problem.solve(
+            np.concatenate([shared, starts.ravel()]), expected, zero_std, limits, not zero_std)
+        trials.append((float(np.sum(problem.residuals(x) ** 2)), x))
+    x = min(trials, key=lambda trial: trial[0])[1]
+    residuals, noise = problem.spread(x)
+    if zero_std:
+        x = problem.solve(x, noise, zero_std, limits, True)
+        residuals, noise = problem.spread(x)
+    _require_pull(closer, problem.ratios(x))
+    fitted, peaks = problem.fitted(x)
+    pinv = np.linalg.pinv(problem.jacobian(x))[: len(free)]
     return RatioFit(
-        ratios=ratios,
-        covariance=covariance,
-        starts=starts,
-        play=play,
-        play_std=play_std,
+        free=free,
+        values=x[: len(free)],
+        covariance=np.asarray(pinv @ pinv.T * noise**2),
+        ratios=problem.ratios(x),
+        starts=problem.starts(x),
         fitted=fitted,
         peaks=peaks,
         rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
@@ -289,26 +264,58 @@ def fit_ratios(
     )
 
 
-def _covariance(rows: Array, residuals: Sequence[Array], zero_std: float) -> Array:
-    """Covariance of the unknowns.
+def _guesses(free: tuple[str, ...], guess: Mapping[str, float], highest: float) -> list[Array]:
+    """First guesses of the shared unknowns: one, or one for each place where a zone may begin."""
+    known = {"closing": guess["opening"], "play": 0.0, "zero": 0.0,
+             "friction": _FRICTION_START * guess["preload"], **guess}
+    for zone, other in (("latch", "closing"), ("backcheck", "opening")):
+        known.setdefault(zone, known[other])
+    guesses = [known]
+    for name, shares in _ZONE_STARTS.items():
+        if name in free and name not in guess:
+            guesses = [{**one, name: share * highest} for one in guesses for share in shares]
+    return [np.array([one[name] for name in free]) for one in guesses]
 
-    The variance of the residuals is inflated by their autocorrelation: quantisation errors of a
-    slow door repeat from sample to sample. An error of the zero, common to all samples, adds its
-    own share.
 
-    Args:
-        rows: Of [Jacobian, residual, 1], see `_Problem.rows`.
-        residuals: Of each swing [rad].
-        zero_std: Standard deviation of the zero [rad].
-    """
-    jacobian = rows[:, :-2]
-    count = sum(len(block) for block in residuals)
-    squares = sum(float(block @ block) for block in residuals)
-    variance = squares / max(1, count - jacobian.shape[1])
-    pinv = np.linalg.pinv(jacobian)
-    covariance = pinv @ pinv.T * variance * _autocorrelation_factor(residuals, squares)
-    shift = pinv @ rows[:, -1] * zero_std
-    return np.asarray(covariance + np.outer(shift, shift))
+def _bounds(
+    free: tuple[str, ...],
+    swings: Sequence[FreeSwing],
+    highest: float,
+    given: Mapping[str, tuple[float, float]],
+) -> tuple[Array, Array]:
+    """Lower and upper bounds of all unknowns."""
+    own = {
+        # Not bounded by 0, where a fit to noise may lie on either side of it.
+        "play": (-MOST_PLAY, MOST_PLAY),
+        "zero": (-np.inf, np.inf),
+        "latch_angle": (CLOSING_END, highest),
+        "backcheck_angle": (CLOSING_END, highest),
+        **given,
+    }
+    every = [own.get(name, (0.0, np.inf)) for name in free]
+    for swing in swings:
+        every += [(swing.theta[0] - _START_AWAY, swing.theta[0] + _START_AWAY),
+                  (0.0, _START_FASTER * swing.start_speed)]
+    spans = np.array(every)
+    return spans[:, 0], spans[:, 1]
+
+
+def _expected_error(swing: FreeSwing) -> float:
+    """Expected error of a swing's angles [rad]; 0 where it is not known."""
+    return 0.0 if swing.errors is None else float(np.sqrt(np.mean(swing.errors**2)))
+
+
+def _require_pull(closer: FourBarCloser, ratios: Ratios) -> None:
+    """Raise NoFitError where a closer does not pull its door shut."""
+    f0, eta0 = closer.f_and_eta(0.0)
+    pull = float(eta0 * (ratios.spring * f0 + ratios.preload))
+    if not pull > 0.0:
+        raise NoFitError(
+            "the fitted closer does not pull the door shut; is the linkage right, and does the "
+            "angle grow as the door opens?",
+            value=pull,
+            limit=0.0,
+        )
 
 
 def _autocorrelation_factor(residuals: Sequence[Array], squares: float) -> float:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from door_model.door import Door
-from door_model.dynamics import initial_velocity, peak
+from door_model.dynamics import initial_velocity
 from door_model.errors import DoorModelError, DoorParameterError
+from door_model.prediction import predict_peak
 
 from .errors import AngleUnreachable, InvalidRequest
 from .plan_types import KnownDoor
-
-_PARAMETERS = ("i_a", "c_c", "k_c", "tau_c0_prime")
 
 
 @dataclass(frozen=True)
@@ -40,8 +37,8 @@ class DoorPrediction:
 def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPrediction:
     """The angular velocity that opens the door to an angle, and how sure the angle is.
 
-    The standard deviations carry the covariance of the identified parameters through eq. (1) by
-    central differences, with w' as planned.
+    The standard deviations carry the covariance of the identified parameters through eq. (1), with
+    w' as planned.
 
     Args:
         known: The door.
@@ -56,7 +53,8 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
     door = known.door
     try:
         omega = initial_velocity(door, angle, initial_angle)
-        summit = peak(door, initial_angle, omega)
+        covariance = np.zeros((0, 0)) if known.covariance is None else known.covariance
+        summit = predict_peak(door, known.parameters, covariance, omega, initial_angle)
     except DoorParameterError as error:
         raise InvalidRequest(
             str(error), quantity="desired_opening_angle [rad]", value=angle, limit=str(error.limit)
@@ -70,8 +68,8 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
             value=angle,
             limit=limit,
         ) from error
-    time_std, angle_std = _spread(known, initial_angle, omega)
-    return DoorPrediction(omega, summit.time, time_std, summit.angle, angle_std)
+    return DoorPrediction(
+        omega, summit.time, summit.time_std, summit.angle, summit.angle_std)
 
 
 def _opening_limit(door: Door) -> float:
@@ -79,30 +77,3 @@ def _opening_limit(door: Door) -> float:
         return float(door.closer.opening_limit())
     except DoorModelError:
         return 0.0
-
-
-def _spread(known: KnownDoor, initial_angle: float, omega: float) -> tuple[float, float]:
-    if known.covariance is None:
-        return 0.0, 0.0
-    covariance = np.asarray(known.covariance, dtype=float)
-    slopes = np.zeros((2, len(_PARAMETERS)))
-    for i, name in enumerate(_PARAMETERS):
-        value = float(getattr(known.door, name))
-        step = 1e-3 * abs(value)
-        if covariance[i, i] <= 0.0 or step == 0.0:
-            continue
-        try:
-            high = peak(_changed(known.door, name, value + step), initial_angle, omega)
-            low = peak(_changed(known.door, name, value - step), initial_angle, omega)
-        except DoorModelError:
-            return math.nan, math.nan
-        slopes[0, i] = (high.time - low.time) / (2.0 * step)
-        slopes[1, i] = (high.angle - low.angle) / (2.0 * step)
-    variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
-    time_std, angle_std = np.sqrt(np.maximum(variances, 0.0))
-    return float(time_std), float(angle_std)
-
-
-def _changed(door: Door, name: str, value: float) -> Door:
-    changes: dict[str, Any] = {name: value}
-    return dataclasses.replace(door, **changes)

@@ -11,8 +11,9 @@ from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.closer import FourBarCloser
-from door_model.door import Door
+from door_model.door import Door, Zone
 from door_model.errors import DoorModelError
+from door_model.parameters import UNITS
 from geometry_msgs.msg import Point, Pose, Quaternion
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -128,9 +129,16 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
     """
     try:
         linkage = FourBarCloser(
-            message.link_l, message.link_l1, message.link_l2, message.link_l3, message.theta_i0
+            message.link_l, message.link_l1, message.link_l2, message.link_l3, message.theta_i0,
+            message.assembly,
         )
-        door = Door(message.i_a, message.c_c, message.k_c, message.tau_c0_prime, linkage)
+        door = Door(
+            message.i_a, message.c_c, message.k_c, message.tau_c0_prime, linkage,
+            c_c_closing=_given(message.c_c_closing),
+            backcheck=_zone(message.backcheck_angle, message.backcheck_c_c),
+            latch=_zone(message.latch_angle, message.latch_c_c),
+            friction=_given(message.friction) or 0.0,
+        )
         linkage.f(0.0)
     except DoorModelError as error:
         raise NoDoor(
@@ -146,12 +154,23 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
             value=float(message.leaf_width),
             limit=0.0,
         )
-    covariance = np.array(message.covariance, dtype=float).reshape(4, 4)
+    names = tuple(message.identified)
+    if len(message.covariance) not in (0, len(names) ** 2) or not set(names) <= set(UNITS):
+        raise NoDoor(
+            "/closer_parameters describes no door: its covariance has "
+            f"{len(message.covariance)} numbers for {', '.join(names) or 'no parameter'}",
+            quantity="covariance",
+            value=len(message.covariance),
+            limit=len(names) ** 2,
+        )
+    covariance = np.array(message.covariance, dtype=float)
+    sure = not covariance.any()
     return KnownDoor(
         name=message.door,
         door=door,
         width=float(message.leaf_width),
-        covariance=covariance if np.any(covariance) else None,
+        parameters=() if sure else names,
+        covariance=None if sure else covariance.reshape(len(names), -1),
         warnings=tuple(message.warnings),
     )
 
@@ -164,6 +183,10 @@ def failure_response(
     response.error_code = getattr(PlanDoorImpact.Response, error.code_name)
     response.message = str(error)
     return response
+
+
+def _zone(angle: float, c_c: float) -> Zone | None:
+    return None if angle < 0.0 else Zone(angle, c_c)
 
 
 def _given(value: float) -> float | None:

@@ -50,13 +50,15 @@ class KnownDoor:
         name: Name.
         door: Parameters of eq. (1).
         width: Of the leaf, hinge to free edge [m].
-        covariance: Of (i_a, c_c, k_c, tau_c0_prime), (4, 4); None: taken as exact.
+        parameters: Names of what was identified (P,), such as "k_c".
+        covariance: Of these, (P, P) in SI units; None: taken as exact.
         warnings: Of the identification.
     """
 
     name: str
     door: Door
     width: float
+    parameters: tuple[str, ...] = ()
     covariance: Array | None = None
     warnings: tuple[str, ...] = ()
 

@@ -30,6 +30,7 @@ def closer(known, **changes):
     for name in ("l", "l1", "l2", "l3"):
         setattr(message, f"link_{name}", getattr(door.closer, name))
     message.theta_i0 = door.closer.theta_i0
+    message.identified = ["i_a", "c_c", "k_c", "tau_c0_prime"]
     message.covariance = np.diag([0.1, 1e-4, 1e-3, 1e-2]).ravel().tolist()
     message.warnings = ["a warning"]
     for name, value in changes.items():
