@@ -11,6 +11,7 @@ eq. (1), which shows in the residuals, the fit goes back to opening alone.
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -33,6 +34,8 @@ Array = NDArray[np.float64]
 
 PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
 _WORSE = 1.3  # closing is left out where it raises the residuals by more than this factor
+_BETTER = 0.7  # share of the residuals that something beyond the paper must leave
+_SUSPICIOUS_RMSE = 0.3  # counts; quantisation alone leaves 0.2
 _ZERO_COUNTS_STD = 0.5  # of the encoder's zero, in counts
 _GOOD_RMSE = 0.5  # counts; a fit this good hides no odd swing
 
@@ -161,6 +164,8 @@ def identify(
     if clean.resolution > 0.0:
         swings = [swing.at_edges(clean.resolution) for swing in swings]
     common, used = _fit(linkage, swings, free, window, zero_std, clean.resolution, warnings)
+    if window is not Window.OPENING and common.fit.rmse > _SUSPICIOUS_RMSE * clean.resolution:
+        warnings += _missing(linkage, common, free, zero_std)
     fitted = Fitted(linkage, _paper_ratios(common.fit), clean, common.swings)
     resolved = scale.resolve(fitted)
     fit = common.fit
@@ -243,29 +248,35 @@ def _fit(
                 warnings += said_of(both.left_out)
                 return both, Window.SWING
     opening = fit_common(linkage, swings, OPENING, zero_std=zero_std, good_rmse=good)
-    enough = _WORSE * max(opening.fit.rmse, zero_std)
-    if both is not None and both.fit.rmse <= enough:
+    if window is Window.OPENING:
+        warnings += said_of(opening.left_out)
+        return opening, window
+    if both is not None and both.fit.rmse <= _WORSE * max(opening.fit.rmse, zero_std):
         warnings += said_of(both.left_out)
         return both, Window.SWING
     warnings += said_of(opening.left_out)
-    if window is Window.OPENING:
-        return opening, window
-    tried = [name for name, own in EXTRAS.items() if not set(own) <= set(free)]
-    helping = [
-        name for name in tried if _rmse(linkage, opening, (*free, *EXTRAS[name])) <= enough]
     warnings.append(
         "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the "
-        "paper, which leaves c_c less certain"
-        + (f"; it does with {' or '.join(helping)} identified too" if helping else ""))
+        "paper, which leaves c_c less certain")
     return opening, Window.OPENING
 
 
-def _rmse(linkage: FourBarCloser, opening: CommonFit, free: tuple[str, ...]) -> float:
-    """Root mean square of the residuals with more to fit [rad]; infinite where it fails."""
-    try:
-        return fit_ratios(linkage, opening.swings, free, first=opening.fit).rmse
-    except NoFitError:
-        return math.inf
+def _missing(
+    linkage: FourBarCloser, common: CommonFit, free: tuple[str, ...], zero_std: float
+) -> list[str]:
+    """Say what else the swings ask for, if something beyond the paper explains far more of them."""
+    fits = {}
+    for name, own in EXTRAS.items():
+        if not set(own) <= set(free):
+            with suppress(NoFitError):
+                fits[name] = fit_ratios(linkage, common.swings, (*free, *own), zero_std=zero_std)
+    best = min(fits, key=lambda name: fits[name].rmse, default=None)
+    if best is None or fits[best].rmse > _BETTER * common.fit.rmse:
+        return []
+    return [
+        f"with {best} identified too the residuals would fall from "
+        f"{math.degrees(common.fit.rmse):.4f} to {math.degrees(fits[best].rmse):.4f} deg: do so"
+    ]
 
 
 def _bounded(
@@ -283,7 +294,8 @@ def _bounded(
         if ratio not in free:
             raise DoorParameterError("the parameter of a bound", name, "one that is fitted")
     fit = fit_ratios(
-        linkage, common.swings, free, zero_std=zero_std, first=common.fit, bounds=ratios)
+        linkage, common.swings, free, zero_std=zero_std, bounds=ratios,
+        first=dict(zip(common.fit.free, common.fit.values, strict=True)))
     for name, (ratio, span) in zip(bounds, ratios.items(), strict=True):
         value = fit.value(ratio)
         if value is not None and min(value - span[0], span[1] - value) < 1e-3 * (span[1] - span[0]):
@@ -303,6 +315,11 @@ def _result(
     names, values, covariance = to_parameters(fit.free, fit.values, fit.covariance, scale)
     _, _, by_swings = to_parameters(fit.free, fit.values, fit.covariance, Scale(scale.i_a, 0.0, ""))
     warnings += doubts(names[1:], values[1:], by_swings[1:, 1:])
+    warnings += [
+        f"the swings fit as well with {name} at {math.degrees(angle):.1f} deg: more of them, of "
+        "more different sizes, would tell"
+        for name, angle in fit.rivals.items()
+    ]
     results = []
     for swing, fitted, peak, start, rmse in zip(
         swings, fit.fitted, fit.peaks, fit.starts, fit.swing_rmse, strict=True

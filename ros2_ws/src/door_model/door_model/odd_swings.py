@@ -1,13 +1,14 @@
 """A fit that leaves out the swings that do not move as the others do."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from door_model.closer import FourBarCloser
 from door_model.errors import NoFitError
+from door_model.parameters import is_angle
 from door_model.swings import FreeSwing
 from door_model.trajectory_fit import RatioFit, fit_ratios
 
@@ -55,13 +56,15 @@ def fit_common(
         NoFitError: As `fit_ratios`.
     """
     kept, out = list(swings), []
-    fit: RatioFit | NoFitError = _tried(linkage, kept, free, zero_std)
+    fit = _tried(linkage, kept, free, zero_std, {})
     while _rmse(fit) > good_rmse and len(kept) > _LEAST_LEFT and (
         len(out) + 1 <= _MOST_OUT * len(swings)
     ):
         worst = range(len(kept)) if isinstance(fit, NoFitError) else np.argsort(-fit.swing_rmse)
+        zones = {} if isinstance(fit, NoFitError) else {
+            name: value for name, value in zip(fit.free, fit.values, strict=True) if is_angle(name)}
         trials = {
-            int(odd): _tried(linkage, kept[:odd] + kept[odd + 1 :], free, zero_std)
+            int(odd): _tried(linkage, kept[:odd] + kept[odd + 1 :], free, zero_std, zones)
             for odd in worst[:_MOST_TRIED]
         }
         best = min(trials, key=lambda odd: _rmse(trials[odd]))
@@ -75,11 +78,15 @@ def fit_common(
 
 
 def _tried(
-    linkage: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...], zero_std: float
+    linkage: FourBarCloser,
+    swings: Sequence[FreeSwing],
+    free: tuple[str, ...],
+    zero_std: float,
+    first: Mapping[str, float],
 ) -> RatioFit | NoFitError:
     """A fit, or why there is none: one bad swing may keep all from being fitted."""
     try:
-        return fit_ratios(linkage, swings, free, zero_std=zero_std)
+        return fit_ratios(linkage, swings, free, zero_std=zero_std, first=first)
     except NoFitError as error:
         return error
 

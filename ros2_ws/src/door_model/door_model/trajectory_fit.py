@@ -36,7 +36,9 @@ EXTRAS = {
 """What real closers add, see `door_model.door`, by the names of what is fitted for it."""
 
 _TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}  # what is not fitted
-_ZONE_STARTS = {"latch_angle": np.linspace(0.15, 0.75, 5), "backcheck_angle": np.linspace(0.4, 0.9, 5)}
+_HIGHEST_LATCH = np.radians(25.0)  # [rad]; usual are 7 to 15 deg
+_LATCH_STARTS = np.radians([4.0, 7.0, 10.0, 13.0, 16.0])  # [rad]
+_BACKCHECK_STARTS = np.linspace(0.4, 0.9, 6)  # of the highest peak
 _FRICTION_START = 0.03  # of the preload
 _LAGS = 200  # samples over which residuals may hang together
 MOST_PLAY = np.radians(2.0)  # [rad]; more is a loose coupling
@@ -44,6 +46,9 @@ _EXACT = 1e-7, 1e-9  # tolerances of the unknowns and of the cost
 _ROUGH = 1e-3, 1e-3  # where a better fit follows
 _START_AWAY = 0.1  # [rad] of a swing's start from the first sample
 _START_FASTER = 3.0  # its speed over what the samples around it show
+_AS_GOOD = 2.0  # standard deviations
+_ELSEWHERE = np.radians(2.0)  # [rad]
+_REFINED = 3  # of many first guesses
 _MOST_TRIALS = 50  # of values for the unknowns
 _MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
@@ -62,6 +67,7 @@ class RatioFit:
         peaks: Largest angles of the leaf (S,) [rad].
         rmse: Of all residuals [rad].
         swing_rmse: (S,) of each swing [rad].
+        rivals: Other angles of zones with which the swings fit as well [rad], by name.
     """
 
     free: tuple[str, ...]
@@ -73,6 +79,7 @@ class RatioFit:
     peaks: Array
     rmse: float
     swing_rmse: Array
+    rivals: dict[str, float]
 
     def value(self, name: str) -> float | None:
         """Value of one unknown; None where it was not fitted."""
@@ -175,21 +182,26 @@ class _Problem:
         return rows
 
     def solve(
-        self, x: Array, noise: float, zero_std: float, bounds: tuple[Array, Array], exact: bool
+        self, x: Array, noise: float, zero_std: float, bounds: tuple[Array, Array],
+        tolerances: tuple[float, float],
     ) -> Array:
         """Least squares from a first guess, with what is known of the zero beside the noise."""
         self.zero_weight = noise / zero_std if zero_std else 0.0
         self._at = None
-        xtol, ftol = _EXACT if exact else _ROUGH
+        xtol, ftol = tolerances
         try:
             solution = least_squares(
                 self.residuals, np.clip(x, *bounds), jac=self.jacobian, bounds=bounds,
                 x_scale="jac", xtol=xtol, ftol=ftol, gtol=1e-12, max_nfev=_MOST_TRIALS)
         except DoorModelError as error:
             raise NoFitError(f"the fit went astray: {error}", value=error.value) from error
-        if not solution.success:
+        if tolerances is _EXACT and not solution.success:
             raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
         return np.asarray(solution.x)
+
+    def cost(self, x: Array) -> float:
+        """Sum of the squared residuals."""
+        return float(np.sum(self.residuals(x) ** 2))
 
     def spread(self, x: Array) -> tuple[list[Array], float]:
         """Residuals of each swing, and what one of them counts as a measurement of its own [rad].
@@ -212,7 +224,7 @@ def fit_ratios(
     free: tuple[str, ...] = SWING,
     *,
     zero_std: float = 0.0,
-    first: RatioFit | None = None,
+    first: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
 ) -> RatioFit:
     """Fit the ratios to free swings, eq. (6).
@@ -222,7 +234,7 @@ def fit_ratios(
         swings: The swings; cut at their peaks where `closing` is not fitted.
         free: What to fit: `OPENING` or `SWING`, and names of `EXTRAS`.
         zero_std: Standard deviation of the encoder's zero, which is fitted too [rad]; 0: exact.
-        first: A fit of the same swings to start from.
+        first: First guesses of some of the unknowns, by name; the others' are made from the swings.
         bounds: Lower and upper bounds of some of the ratios; by default they are 0 and infinity.
 
     Raises:
@@ -233,21 +245,23 @@ def fit_ratios(
     if zero_std:
         free = (*free, "zero")
     problem = _Problem(closer, swings, free)
-    guess, starts = first_estimate(closer, swings) if first is None else (
-        dict(zip(first.free, first.values, strict=True)), first.starts)
+    guess, starts = first_estimate(closer, swings)
     highest = max(float(swing.theta.max()) for swing in swings)
     limits = _bounds(free, swings, highest, bounds or {})
     expected = float(np.mean([_expected_error(swing) for swing in swings])) or zero_std
-    trials = []
-    for shared in _guesses(free, guess, highest):
-        x = problem.solve(
-            np.concatenate([shared, starts.ravel()]), expected, zero_std, limits, not zero_std)
-        trials.append((float(np.sum(problem.residuals(x) ** 2)), x))
-    x = min(trials, key=lambda trial: trial[0])[1]
+    guesses = _guesses(free, {**guess, **(first or {})}, highest)
+    once = len(guesses) == 1 and not zero_std
+    trials = [
+        problem.solve(np.concatenate([shared, starts.ravel()]), expected, zero_std, limits,
+                      _EXACT if once else _ROUGH)
+        for shared in guesses
+    ]
+    best = sorted(trials, key=problem.cost)[:_REFINED]
+    if not once:
+        noise = problem.spread(best[0])[1]
+        best = [problem.solve(trial, noise, zero_std, limits, _EXACT) for trial in best]
+    x = min(best, key=problem.cost)
     residuals, noise = problem.spread(x)
-    if zero_std:
-        x = problem.solve(x, noise, zero_std, limits, True)
-        residuals, noise = problem.spread(x)
     _require_pull(closer, problem.ratios(x))
     fitted, peaks = problem.fitted(x)
     pinv = np.linalg.pinv(problem.jacobian(x))[: len(free)]
@@ -261,7 +275,21 @@ def fit_ratios(
         peaks=peaks,
         rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
         swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),
+        rivals=_rivals(problem, x, trials, noise),
     )
+
+
+def _rivals(problem: _Problem, x: Array, trials: Sequence[Array], noise: float) -> dict[str, float]:
+    """Angles of zones in trials that lie elsewhere and fit within two standard deviations."""
+    as_good = [
+        trial for trial in trials
+        if problem.cost(trial) - problem.cost(x) < (_AS_GOOD * noise) ** 2
+    ]
+    return {
+        name: float(trial[place])
+        for place, name in enumerate(problem.free) if name.endswith("_angle")
+        for trial in as_good if abs(trial[place] - x[place]) > _ELSEWHERE
+    }
 
 
 def _guesses(free: tuple[str, ...], guess: Mapping[str, float], highest: float) -> list[Array]:
@@ -271,9 +299,11 @@ def _guesses(free: tuple[str, ...], guess: Mapping[str, float], highest: float) 
     for zone, other in (("latch", "closing"), ("backcheck", "opening")):
         known.setdefault(zone, known[other])
     guesses = [known]
-    for name, shares in _ZONE_STARTS.items():
+    for name, places in (
+        ("latch_angle", _LATCH_STARTS), ("backcheck_angle", _BACKCHECK_STARTS * highest)
+    ):
         if name in free and name not in guess:
-            guesses = [{**one, name: share * highest} for one in guesses for share in shares]
+            guesses = [{**one, name: place} for one in guesses for place in places]
     return [np.array([one[name] for name in free]) for one in guesses]
 
 
@@ -288,7 +318,7 @@ def _bounds(
         # Not bounded by 0, where a fit to noise may lie on either side of it.
         "play": (-MOST_PLAY, MOST_PLAY),
         "zero": (-np.inf, np.inf),
-        "latch_angle": (CLOSING_END, highest),
+        "latch_angle": (CLOSING_END, min(_HIGHEST_LATCH, highest)),
         "backcheck_angle": (CLOSING_END, highest),
         **given,
     }
