@@ -11,9 +11,7 @@ eq. (1), which shows in the residuals, the fit goes back to opening alone.
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,31 +19,19 @@ from numpy.typing import NDArray
 from door_model.closer import FourBarCloser
 from door_model.door import Door
 from door_model.doubts import doubts
-from door_model.errors import DoorParameterError, NoFitError, NoScaleError, NoSwingError
+from door_model.errors import NoScaleError
 from door_model.garbage import without_garbage
-from door_model.odd_swings import CommonFit, fit_common, said_of
-from door_model.parameters import as_door, ratio_bounds, to_parameters
+from door_model.parameters import as_door, to_parameters
 from door_model.recordings import Recording
 from door_model.scale import Fitted, Reference, Scale
-from door_model.swings import MIN_PEAK, FreeSwing, find_swings
-from door_model.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
+from door_model.swing_fit import SwingFit, Window, usable_swings
+from door_model.swings import FreeSwing, find_swings
+from door_model.trajectory_fit import OPENING, RatioFit
 
 Array = NDArray[np.float64]
 
 PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
-_WORSE = 1.3  # closing is left out where it raises the residuals by more than this factor
-_BETTER = 0.7  # share of the residuals that something beyond the paper must leave
-_SUSPICIOUS_RMSE = 0.3  # counts; quantisation alone leaves 0.2
 _ZERO_COUNTS_STD = 0.5  # of the encoder's zero, in counts
-_GOOD_RMSE = 0.5  # counts; a fit this good hides no odd swing
-
-
-class Window(Enum):
-    """Which part of a swing is fitted."""
-
-    AUTO = "auto"  # opening and closing; opening alone where closing does not follow eq. (1)
-    OPENING = "opening"  # to the peak, as in the paper
-    SWING = "swing"  # opening and closing
 
 
 @dataclass(frozen=True)
@@ -157,29 +143,25 @@ def identify(
             value=None,
             limit="a leaf's mass and width, I_A, a force reading or a known impulse",
         )
-    free = (*SWING, *(name for extra in extras for name in _extra(extra)))
-    zero_std = _ZERO_COUNTS_STD * recording.resolution if zero_std is None else zero_std
     clean, warnings = without_garbage(recording)
-    swings = _usable(clean, linkage, start_angle, warnings)
+    if zero_std is None:
+        zero_std = _ZERO_COUNTS_STD * clean.resolution
+    task = SwingFit(linkage, window, extras, zero_std, clean.resolution)
+    found = find_swings(clean, start_angle)
+    swings, said = usable_swings(clean, linkage, found)
+    warnings += said
     if clean.resolution > 0.0:
         swings = [swing.at_edges(clean.resolution) for swing in swings]
-    common, used = _fit(linkage, swings, free, window, zero_std, clean.resolution, warnings)
-    if window is not Window.OPENING and common.fit.rmse > _SUSPICIOUS_RMSE * clean.resolution:
-        warnings += _missing(linkage, common, free, zero_std)
-    fitted = Fitted(linkage, _paper_ratios(common.fit), clean, common.swings)
-    resolved = scale.resolve(fitted)
+    common, said = task.run(swings)
+    warnings += said
     fit = common.fit
+    fitted = Fitted(linkage, _paper_ratios(fit), clean, found)
+    resolved = scale.resolve(fitted)
     if bounds:
-        fit = _bounded(linkage, common, bounds, resolved.i_a, zero_std, warnings)
+        fit, said = task.within(common, bounds, resolved.i_a)
+        warnings += said
         resolved = scale.resolve(replace(fitted, ratios=_paper_ratios(fit)))
-    return _result(fit, used, common.swings, linkage, resolved, warnings)
-
-
-def _extra(name: str) -> tuple[str, ...]:
-    """What is fitted for one of `EXTRAS`."""
-    if name not in EXTRAS:
-        raise DoorParameterError("an extra", name, f"of {', '.join(EXTRAS)}")
-    return EXTRAS[name]
+    return _result(fit, common.swings, linkage, resolved, warnings)
 
 
 def _paper_ratios(fit: RatioFit) -> Array:
@@ -187,125 +169,8 @@ def _paper_ratios(fit: RatioFit) -> Array:
     return fit.values[[fit.free.index(name) for name in OPENING]]
 
 
-def _usable(
-    recording: Recording, linkage: FourBarCloser, start_angle: float | None, warnings: list[str]
-) -> list[FreeSwing]:
-    """The free swings that stay where the linkage closes and that nothing stopped."""
-    lowest, limit = linkage.closing_limit(), linkage.opening_limit()
-    usable = []
-    for swing in find_swings(recording, start_angle):
-        top = math.degrees(float(swing.theta.max()))
-        if swing.stopped:
-            warnings.append(
-                f"the swing at {swing.t[0]:.1f} s was left out: it hit something at {top:.1f} deg")
-        elif not (lowest < float(swing.theta.min()) and top < math.degrees(limit)):
-            warnings.append(
-                f"the swing at {swing.t[0]:.1f} s was left out: it goes from "
-                f"{math.degrees(float(swing.theta.min())):.1f} to {top:.1f} deg, the linkage from "
-                f"{math.degrees(lowest):.1f} to {math.degrees(limit):.1f} deg")
-        else:
-            usable.append(swing)
-    if usable:
-        return usable
-    if not len(recording.t):
-        raise NoSwingError("the recording is empty", limit=MIN_PEAK)
-    highest = float(recording.theta.max())
-    raise NoSwingError(
-        f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
-        f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
-        f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it has "
-        "fallen shut" + "".join(f"; {warning}" for warning in warnings),
-        value=highest,
-        limit=MIN_PEAK,
-    )
-
-
-def _fit(
-    linkage: FourBarCloser,
-    swings: Sequence[FreeSwing],
-    free: tuple[str, ...],
-    window: Window,
-    zero_std: float,
-    resolution: float,
-    warnings: list[str],
-) -> tuple[CommonFit, Window]:
-    """Fit what was asked for; opening alone where closing does not follow the model."""
-    good = _GOOD_RMSE * resolution
-    if window is not Window.OPENING and not any(
-        len(swing.t) - swing.peak_index > len(swing.t) // 4 for swing in swings
-    ):
-        warnings.append("no swing falls shut by itself: only opening was fitted")
-        window = Window.OPENING
-    both = None
-    if window is not Window.OPENING:
-        try:
-            both = fit_common(linkage, swings, free, zero_std=zero_std, good_rmse=good)
-        except NoFitError:
-            if window is Window.SWING:
-                raise
-        else:
-            if window is Window.SWING or both.fit.rmse <= good:
-                warnings += said_of(both.left_out)
-                return both, Window.SWING
-    opening = fit_common(linkage, swings, OPENING, zero_std=zero_std, good_rmse=good)
-    if window is Window.OPENING:
-        warnings += said_of(opening.left_out)
-        return opening, window
-    if both is not None and both.fit.rmse <= _WORSE * max(opening.fit.rmse, zero_std):
-        warnings += said_of(both.left_out)
-        return both, Window.SWING
-    warnings += said_of(opening.left_out)
-    warnings.append(
-        "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the "
-        "paper, which leaves c_c less certain")
-    return opening, Window.OPENING
-
-
-def _missing(
-    linkage: FourBarCloser, common: CommonFit, free: tuple[str, ...], zero_std: float
-) -> list[str]:
-    """Say what else the swings ask for, if something beyond the paper explains far more of them."""
-    fits = {}
-    for name, own in EXTRAS.items():
-        if not set(own) <= set(free):
-            with suppress(NoFitError):
-                fits[name] = fit_ratios(linkage, common.swings, (*free, *own), zero_std=zero_std)
-    best = min(fits, key=lambda name: fits[name].rmse, default=None)
-    if best is None or fits[best].rmse > _BETTER * common.fit.rmse:
-        return []
-    return [
-        f"with {best} identified too the residuals would fall from "
-        f"{math.degrees(common.fit.rmse):.4f} to {math.degrees(fits[best].rmse):.4f} deg: do so"
-    ]
-
-
-def _bounded(
-    linkage: FourBarCloser,
-    common: CommonFit,
-    bounds: Mapping[str, tuple[float, float]],
-    i_a: float,
-    zero_std: float,
-    warnings: list[str],
-) -> RatioFit:
-    """The fit again, within bounds of the parameters."""
-    free = tuple(name for name in common.fit.free if name != "zero")
-    ratios = ratio_bounds(bounds, i_a)
-    for name, ratio in zip(bounds, ratios, strict=True):
-        if ratio not in free:
-            raise DoorParameterError("the parameter of a bound", name, "one that is fitted")
-    fit = fit_ratios(
-        linkage, common.swings, free, zero_std=zero_std, bounds=ratios,
-        first=dict(zip(common.fit.free, common.fit.values, strict=True)))
-    for name, (ratio, span) in zip(bounds, ratios.items(), strict=True):
-        value = fit.value(ratio)
-        if value is not None and min(value - span[0], span[1] - value) < 1e-3 * (span[1] - span[0]):
-            warnings.append(f"{name} lies at its bound: the swings ask for one beyond it")
-    return fit
-
-
 def _result(
     fit: RatioFit,
-    used: Window,
     swings: Sequence[FreeSwing],
     linkage: FourBarCloser,
     scale: Scale,
@@ -346,7 +211,7 @@ def _result(
         zero=fit.value("zero") or 0.0,
         fit_rmse=fit.rmse,
         swings=results,
-        window=used,
+        window=Window.SWING if "closing" in fit.free else Window.OPENING,
         scale_reference=scale.reference,
         warnings=warnings,
     )

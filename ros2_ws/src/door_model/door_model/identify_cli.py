@@ -112,7 +112,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         choices=list(EXTRAS),
         default=[],
-        help="identify beyond the paper: Coulomb friction at the hinge, a backcheck or a latch zone "
+        help="identify beyond the paper: friction at the hinge, a backcheck or a latch zone "
         "where the closer damps otherwise",
     )
     parser.add_argument(

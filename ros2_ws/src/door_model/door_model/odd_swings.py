@@ -55,7 +55,8 @@ def fit_common(
     Raises:
         NoFitError: As `fit_ratios`.
     """
-    kept, out = list(swings), []
+    kept = list(swings)
+    out: list[FreeSwing] = []
     fit = _tried(linkage, kept, free, zero_std, {})
     while _rmse(fit) > good_rmse and len(kept) > _LEAST_LEFT and (
         len(out) + 1 <= _MOST_OUT * len(swings)

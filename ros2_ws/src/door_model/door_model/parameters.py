@@ -71,13 +71,18 @@ def to_parameters(
 def as_door(names: tuple[str, ...], values: Array, linkage: FourBarCloser) -> Door:
     """Door of parameters by their names."""
     known = dict(zip(names, (float(value) for value in values), strict=True))
-    zones = {
-        zone: Zone(known[f"{zone}_angle"], known[f"{zone}_c_c"])
-        for zone in ("backcheck", "latch") if f"{zone}_angle" in known
-    }
+
+    def zone(name: str) -> Zone | None:
+        angle = known.get(f"{name}_angle")
+        return None if angle is None else Zone(angle, known[f"{name}_c_c"])
+
     return Door(
-        *(known[name] for name in PARAMETERS), linkage, c_c_closing=known.get("c_c_closing"),
-        friction=known.get("friction", 0.0), **zones)
+        known["i_a"], known["c_c"], known["k_c"], known["tau_c0_prime"], linkage,
+        c_c_closing=known.get("c_c_closing"),
+        backcheck=zone("backcheck"),
+        latch=zone("latch"),
+        friction=known.get("friction", 0.0),
+    )
 
 
 def ratio_bounds(

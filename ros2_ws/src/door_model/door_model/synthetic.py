@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from door_model.config import load_door
 from door_model.door import Door
@@ -45,23 +46,20 @@ class Push:
 
 
 def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15) -> Push:
-    """Push that opens a shut door to an angle [rad], found by bisection of the impulse.
+    """Push that opens a shut door to an angle [rad].
 
     Raises:
         LinkageError: The angle is beyond the linkage.
         UnreachableAngleError: The door does not turn round there.
     """
     free = door.i_a * initial_velocity(door, angle)
-    low, high = 0.5 * free, 3.0 * free + 2.0 * duration * float(door.restoring_torque(0.0))
-    for _ in range(40):
-        impulse = 0.5 * (low + high)
-        if _peak_of_push(door, Push(0.0, impulse, duration)) < angle:
-            low = impulse
-        else:
-            high = impulse
-        if high - low < 1e-4 * high:
-            break
-    return Push(start, 0.5 * (low + high), duration)
+    high = 3.0 * free + 2.0 * duration * float(door.restoring_torque(0.0))
+
+    def beyond(impulse: float) -> float:
+        return _peak_of_push(door, Push(0.0, impulse, duration)) - angle
+
+    impulse = brentq(beyond, 0.5 * free, high, xtol=1e-5 * free, rtol=1e-5)
+    return Push(start, float(impulse), duration)
 
 
 def _peak_of_push(door: Door, push: Push) -> float:
@@ -73,7 +71,7 @@ def _peak_of_push(door: Door, push: Push) -> float:
     try:
         return peak(door, theta, omega).angle
     except LinkageError:
-        return math.inf  # flung open beyond the linkage
+        return door.closer.opening_limit()  # flung open beyond it
 
 
 def simulate_pushes(

@@ -18,9 +18,10 @@ from scipy.optimize import least_squares
 from door_model.closer import FourBarCloser
 from door_model.errors import DoorModelError, NoFitError
 from door_model.first_estimate import first_estimate
+from door_model.fit_guesses import first_guesses, fit_bounds
 from door_model.free_motion import UNKNOWNS, FreeMotion, Ratios, follow
 from door_model.swing_rows import Array, stack
-from door_model.swings import CLOSING_END, FreeSwing
+from door_model.swings import FreeSwing
 
 OPENING = ("opening", "spring", "preload")
 """What opening alone tells."""
@@ -36,16 +37,9 @@ EXTRAS = {
 """What real closers add, see `door_model.door`, by the names of what is fitted for it."""
 
 _TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}  # what is not fitted
-_HIGHEST_LATCH = np.radians(25.0)  # [rad]; usual are 7 to 15 deg
-_LATCH_STARTS = np.radians([4.0, 7.0, 10.0, 13.0, 16.0])  # [rad]
-_BACKCHECK_STARTS = np.linspace(0.4, 0.9, 6)  # of the highest peak
-_FRICTION_START = 0.03  # of the preload
 _LAGS = 200  # samples over which residuals may hang together
-MOST_PLAY = np.radians(2.0)  # [rad]; more is a loose coupling
 _EXACT = 1e-7, 1e-9  # tolerances of the unknowns and of the cost
 _ROUGH = 1e-3, 1e-3  # where a better fit follows
-_START_AWAY = 0.1  # [rad] of a swing's start from the first sample
-_START_FASTER = 3.0  # its speed over what the samples around it show
 _AS_GOOD = 2.0  # standard deviations
 _ELSEWHERE = np.radians(2.0)  # [rad]
 _REFINED = 3  # of many first guesses
@@ -247,9 +241,9 @@ def fit_ratios(
     problem = _Problem(closer, swings, free)
     guess, starts = first_estimate(closer, swings)
     highest = max(float(swing.theta.max()) for swing in swings)
-    limits = _bounds(free, swings, highest, bounds or {})
+    limits = fit_bounds(free, swings, bounds or {})
     expected = float(np.mean([_expected_error(swing) for swing in swings])) or zero_std
-    guesses = _guesses(free, {**guess, **(first or {})}, highest)
+    guesses = first_guesses(free, {**guess, **(first or {})}, highest)
     once = len(guesses) == 1 and not zero_std
     trials = [
         problem.solve(np.concatenate([shared, starts.ravel()]), expected, zero_std, limits,
@@ -290,44 +284,6 @@ def _rivals(problem: _Problem, x: Array, trials: Sequence[Array], noise: float) 
         for place, name in enumerate(problem.free) if name.endswith("_angle")
         for trial in as_good if abs(trial[place] - x[place]) > _ELSEWHERE
     }
-
-
-def _guesses(free: tuple[str, ...], guess: Mapping[str, float], highest: float) -> list[Array]:
-    """First guesses of the shared unknowns: one, or one for each place where a zone may begin."""
-    known = {"closing": guess["opening"], "play": 0.0, "zero": 0.0,
-             "friction": _FRICTION_START * guess["preload"], **guess}
-    for zone, other in (("latch", "closing"), ("backcheck", "opening")):
-        known.setdefault(zone, known[other])
-    guesses = [known]
-    for name, places in (
-        ("latch_angle", _LATCH_STARTS), ("backcheck_angle", _BACKCHECK_STARTS * highest)
-    ):
-        if name in free and name not in guess:
-            guesses = [{**one, name: place} for one in guesses for place in places]
-    return [np.array([one[name] for name in free]) for one in guesses]
-
-
-def _bounds(
-    free: tuple[str, ...],
-    swings: Sequence[FreeSwing],
-    highest: float,
-    given: Mapping[str, tuple[float, float]],
-) -> tuple[Array, Array]:
-    """Lower and upper bounds of all unknowns."""
-    own = {
-        # Not bounded by 0, where a fit to noise may lie on either side of it.
-        "play": (-MOST_PLAY, MOST_PLAY),
-        "zero": (-np.inf, np.inf),
-        "latch_angle": (CLOSING_END, min(_HIGHEST_LATCH, highest)),
-        "backcheck_angle": (CLOSING_END, highest),
-        **given,
-    }
-    every = [own.get(name, (0.0, np.inf)) for name in free]
-    for swing in swings:
-        every += [(swing.theta[0] - _START_AWAY, swing.theta[0] + _START_AWAY),
-                  (0.0, _START_FASTER * swing.start_speed)]
-    spans = np.array(every)
-    return spans[:, 0], spans[:, 1]
 
 
 def _expected_error(swing: FreeSwing) -> float:
