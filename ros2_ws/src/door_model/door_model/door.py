@@ -85,6 +85,22 @@ class Door:
         f, eta = self.closer.f_and_eta(theta)
         return eta * (self.k_c * f + self.tau_c0_prime)
 
+    def dead_centre(self) -> float | None:
+        """Angle from which on the spring opens the door that it shut until there [rad].
+
+        Returns:
+            The linkage's dead centre; None where it has none, or its spring opens the door before.
+
+        Raises:
+            LinkageError: The linkage does not close at the closed door.
+        """
+        angle = self.closer.dead_centre()
+        if angle is None:
+            return None
+        # eta keeps its sign up to there, and falls to 0 there: the torque's sign needs both.
+        shuts = self.closer.eta(0.0) * (self.k_c * self.closer.f(angle) + self.tau_c0_prime) > 0.0
+        return angle if shuts else None
+
     @property
     def closing_viscosity(self) -> float:
         """Viscosity while the door closes, outside the latch zone [N m s/rad]."""
