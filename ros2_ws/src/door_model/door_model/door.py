@@ -141,12 +141,12 @@ class Door:
         return (np.asarray(tau_ext, dtype=float) - torque) / self.i_a
 
     def potential_energy(self, theta: ArrayLike) -> Any:
-        """Energy in the spring [J]: eq. (12) integrated, since eta is the slope of f.
+        """Energy in the spring above that of the closed door [J], for angle(s) theta [rad].
 
-        Its zero is theta_c = 0; only differences mean anything.
+        Eq. (12) integrated, since eta is the slope of f.
         """
-        f = self.closer.f(theta)
-        return 0.5 * self.k_c * f**2 + self.tau_c0_prime * f
+        f, shut = self.closer.f(theta), self.closer.f(0.0)
+        return (f - shut) * (0.5 * self.k_c * (f + shut) + self.tau_c0_prime)
 
     def energy(self, theta: ArrayLike, omega: ArrayLike) -> Any:
         """Kinetic and spring energy [J]."""
