@@ -107,8 +107,9 @@ def follow_free(
         theta0, omega0 = (np.repeat(values, len(every)) for values in (theta0, omega0))
     if len(every) not in (1, len(theta0)):
         raise DoorParameterError("number of doors", len(every), f"1 or {len(theta0)}")
-    for door, theta in zip(every * (len(theta0) // len(every)), theta0, strict=True):
-        door.closer.require_within(theta)  # or the error that names the start
+    starts = theta0 if len(every) == len(theta0) else [theta0]
+    for door, start in zip(every, starts, strict=True):
+        door.closer.require_within(start)  # or the error that names the start
     link = np.array([door.closer.numbers() for door in every]).T
     rows = [door.ratios() for door in every]
     ratios = Ratios(
