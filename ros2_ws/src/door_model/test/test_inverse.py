@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -220,20 +221,21 @@ def test_motion_may_pass_a_dead_centre() -> None:
     assert slowest == pytest.approx(DEAD_CENTRE, abs=0.02)
 
 
-def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Any) -> None:
-    """Within the working range: the file, the link and the angle are named. Beyond it is none."""
-    paper = load_door("paper")
+def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Path) -> None:
+    """Within the working range: file, link and angle are named. A dead centre beyond it may be."""
 
-    def file(theta_i0: float) -> Any:
-        linkage = replace(MIRRORED, theta_i0=theta_i0)
+    def file(linkage: FourBarCloser) -> Path:
         tau = float(9.0 / linkage.eta(0.0) - 0.5 * linkage.f(0.0))
         path = tmp_path / "door.yaml"
-        path.write_text(replace(
-            paper, linkage=linkage, k_c=0.5, tau_c0_prime=tau).to_yaml())
+        config = replace(load_door("paper"), linkage=linkage, k_c=0.5, tau_c0_prime=tau)
+        path.write_text(config.to_yaml())
         return path
 
     with pytest.raises(ConfigError, match=r"dead centre at 66.74 deg: link l3") as caught:
-        load_door(file(0.34))
+        load_door(file(MIRRORED))
+    assert caught.value.source.endswith("door.yaml")
     assert caught.value.value == pytest.approx(DEAD_CENTRE)
     assert caught.value.limit == WORKING_RANGE
     assert isinstance(caught.value.__cause__, DeadCentreError)
+    beyond = load_door(file(replace(MIRRORED, l1=0.25))).door().dead_centre()
+    assert beyond == pytest.approx(math.radians(103.40), abs=1e-3)
