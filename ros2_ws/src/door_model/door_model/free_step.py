@@ -165,7 +165,8 @@ def end_at_event(
     """Shorten steps until they end at their events, by Newton's method."""
     speeds = np.vstack([omega0, points.omega])
     values = np.where(turns, speeds, np.vstack([theta0, points.theta]) - border)
-    slopes = length * np.where(turns, points.rate, points.omega)
+    rates = np.vstack([law.accelerations(theta0, omega0)[0], points.rate])
+    slopes = length * np.where(turns, rates, speeds)
     share = _root(values, slopes, share)
     for _ in range(_EVENT_ROUNDS):
         weights = interpolation(np.ravel(share[:, None] * NODES)).reshape(-1, POINTS, POINTS + 1)
@@ -187,14 +188,13 @@ def _root(values: Array, slopes: Array, share: Array) -> Array:
 
     Args:
         values: At start and points (N + 1, K).
-        slopes: By the share of the step, at the points (N, K).
+        slopes: By the share of the step, there too (N + 1, K).
         share: First guess (K,).
     """
-    column = np.arange(len(share))
     for _ in range(2):
-        nearest = np.argmin(np.abs(NODES[:, None] - share), axis=0)
-        value = np.einsum("kn,nk->k", interpolation(share), values)
+        weights = interpolation(share)
+        value, slope = (np.einsum("kn,nk->k", weights, known) for known in (values, slopes))
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = share - value / slopes[nearest, column]
+            better = share - value / slope
         share = np.where((better > 0.0) & (better < 1.0), better, share)
     return share
