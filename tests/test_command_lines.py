@@ -116,6 +116,21 @@ def test_identify_refuses_with_a_sentence(ros2: Callable[..., Any], tmp_path: Pa
     refused(ros2(*identify, sample(), *LEAF, "--door", broken_door), "l2 + l3")
 
 
+# -- curves ---------------------------------------------------------------------------------------
+
+
+def test_curves_draws_the_appendix_or_refuses_with_a_sentence(
+        ros2: Callable[..., Any], tmp_path: Path, broken_door: str) -> None:
+    """Figs. 15 and 16 as files, eq. (8) and (12) at the closed door on the screen."""
+    curves = ("run", "door_model", "curves", "--out", str(tmp_path / "out"))
+    refused(ros2(*curves, "--door", broken_door), "l2 + l3")
+    refused(ros2(*curves, "--max-deg", "170"), "l1", "170")
+    done = ros2(*curves)
+    assert done.status == 0, done.err
+    assert "-17.790" in done.out
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"curves.csv", "curves.png"}
+
+
 # -- demo -----------------------------------------------------------------------------------------
 
 

@@ -24,6 +24,7 @@ setup(
     entry_points={
         "console_scripts": [
             "closer_identifier = door_model.closer_identifier_node:main",
+            "curves = door_model.curves_cli:main",
             "identify = door_model.identify_cli:main",
         ],
     },

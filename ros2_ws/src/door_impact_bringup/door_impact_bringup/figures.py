@@ -9,7 +9,9 @@ mpl.use("Agg")  # no display is assumed
 import matplotlib.pyplot as plt
 import numpy as np
 from door_model.closer import FourBarCloser
+from door_model.curves import largest_shown
 from door_model.door import Door
+from door_model.drawing import PINK, draw_closer_angle, draw_restoring_torque
 from impact_planner.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -36,9 +38,8 @@ def _save(figure: Figure, path: Path) -> None:
 
 def closer_angle(closer: FourBarCloser, path: Path) -> None:
     """Angle of the closer over the angle of the door, eq. (8); the paper's Fig. 15."""
-    theta = np.linspace(0.0, min(np.pi / 2, closer.opening_limit()), 200)
-    figure, axes = _axes("Angle of the closer (Fig. 15)", "door θ [deg]", "closer θc = f(θ) [deg]")
-    axes.plot(np.degrees(theta), np.degrees(closer.f(theta)), color=BLUE)
+    figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
+    draw_closer_angle(axes, closer, np.linspace(0.0, largest_shown(closer), 200))
     _save(figure, path)
 
 
@@ -51,14 +52,14 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
         swung_to: Largest angle of the swings that were identified [rad].
         path: Where to write the picture.
     """
-    theta = np.linspace(0.0, np.radians(90.0), 200)
-    figure, axes = _axes("Restoring torque (Fig. 16)", "door θ [deg]",
-                         "torque about the hinge [N m]")
+    figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
     axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6, label="range of the swings")
-    axes.plot(np.degrees(theta), true.restoring_torque(theta), color="k", lw=2.5, alpha=0.35,
-              label="simulated door")
-    axes.plot(np.degrees(theta), identified.restoring_torque(theta), color="#c2187a", ls="--",
-              label="identified")
+    draw_restoring_torque(
+        axes, true, np.linspace(0.0, largest_shown(true.closer), 200), color="k", lw=2.5,
+        alpha=0.35, label="simulated door")
+    draw_restoring_torque(
+        axes, identified, np.linspace(0.0, largest_shown(identified.closer), 200), color=PINK,
+        ls="--", label="identified")
     axes.set_ylim(bottom=0.0)
     axes.legend()
     _save(figure, path)

@@ -1,6 +1,10 @@
-"""Checks of single numbers."""
+"""Checks of numbers, alone and in arrays."""
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from door_model.errors import DoorParameterError
 
@@ -21,3 +25,20 @@ def require_not_negative(name: str, value: float) -> None:
     """Raise DoorParameterError unless the value is finite and 0 or above."""
     if not (math.isfinite(value) and value >= 0.0):
         raise DoorParameterError(name, value, "a finite number of 0 or above")
+
+
+def place(shape: tuple[int, ...], number: int) -> str:
+    """Words for the error of an element of an array, by its flat number; none for a scalar."""
+    if not shape:
+        return ""
+    index = ", ".join(str(along) for along in np.unravel_index(number, shape))
+    return f" (element [{index}])"
+
+
+def require_each(name: str, values: NDArray[Any], good: NDArray[np.bool_], limit: str) -> None:
+    """Raise DoorParameterError for the first element that is not good; the arrays' shapes agree."""
+    wrong = np.flatnonzero(~good)
+    if wrong.size:
+        first = int(wrong[0])
+        raise DoorParameterError(
+            name + place(values.shape, first), float(values.flat[first]), limit)

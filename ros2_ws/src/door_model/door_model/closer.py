@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from door_model.checks import require_finite, require_positive
+from door_model.checks import place, require_finite, require_positive
 from door_model.errors import DoorParameterError, LinkageError
 
+LIMIT_MARGIN = 1e-6  # [rad]; eta grows without bound where the linkage folds or is stretched
 _STEPS = 400  # of a search for dead centres
 
 
@@ -183,11 +184,45 @@ class FourBarCloser:
         self.f(0.0)
         return float(angle_limits(*self.numbers()[:5])[0])
 
+    def end_link(self, opens: bool) -> str:
+        """The link that ends the range of angles when the door opens, or when it closes.
+
+        It is "l1" where that comes into line with the fixed part, else "l2 + l3" stretched or the
+        longer of both, folded.
+        """
+        if opens:
+            return "l2 + l3" if self.l2 + self.l3 < self.l + self.l1 else "l1"
+        if abs(self.l2 - self.l3) > abs(self.l - self.l1):
+            return "l2" if self.l2 > self.l3 else "l3"
+        return "l1"
+
+    def require_within(self, theta: ArrayLike) -> None:
+        """Raise LinkageError where eq. (8) does not hold, beyond the links' reach or phi = 0 .. pi.
+
+        Args:
+            theta: Opening angle(s) [rad], any shape.
+        """
+        theta = np.asarray(theta, dtype=float)
+        self.f(theta)
+        lower, upper = angle_limits(*self.numbers()[:5])
+        good = (theta >= lower + LIMIT_MARGIN) & (theta <= upper - LIMIT_MARGIN)
+        for number in np.flatnonzero(~good).tolist():
+            first = float(theta.flat[number])
+            limit = float(upper if first > upper - LIMIT_MARGIN else lower)
+            raise LinkageError(
+                self.end_link(limit == upper),
+                first,
+                f"{self.end_link(limit == upper)} ends its range at {math.degrees(limit):.2f} deg"
+                f"{place(theta.shape, number)}",
+                value=first,
+                limit=limit,
+            )
+
     def dead_centre(self) -> float | None:
         """First angle from the closed door on at which the closer turns round [rad].
 
-        There eta is 0: the closer has no leverage, and beyond it its spring opens the door
-        (or, in a mode in which it opened it, shuts it).
+        There eta is 0 and link 3 lies in line with the fixed part: the closer has no leverage,
+        and beyond it its spring opens the door (or, in a mode in which it opened it, shuts it).
 
         Returns:
             The angle up to the opening limit, None where there is none.
@@ -206,9 +241,10 @@ class FourBarCloser:
 
     def _raise_open(self, theta: NDArray[Any], inside: NDArray[Any]) -> None:
         """Name the link and the angle of the first point at which the linkage does not close."""
-        first = float(np.ravel(theta)[int(np.argmin(np.ravel(inside)))])
+        number = int(np.argmin(inside))
+        first, where = float(theta.flat[number]), place(theta.shape, number)
         if not math.isfinite(first):
-            raise DoorParameterError("theta", first, "a finite number")
+            raise DoorParameterError(f"theta{where}", first, "a finite number")
         phi = first + self.theta_i0
         distance = math.hypot(self.l1 - self.l * math.cos(phi), self.l * math.sin(phi))
         longest = self.l2 + self.l3
@@ -217,7 +253,7 @@ class FourBarCloser:
                 "l2 + l3",
                 first,
                 f"l2 + l3 = {longest:.4f} m does not bridge the {distance:.4f} m "
-                "between the pivots",
+                f"between the pivots{where}",
                 value=distance,
                 limit=longest,
             )
@@ -227,7 +263,7 @@ class FourBarCloser:
             longer,
             first,
             f"{longer} is too long to fold: |l2 - l3| = {shortest:.4f} m, but the pivots "
-            f"are {distance:.4f} m apart",
+            f"are {distance:.4f} m apart{where}",
             value=distance,
             limit=shortest,
         )

@@ -11,8 +11,11 @@ import yaml
 from door_model.closer import FourBarCloser
 from door_model.data import data_path
 from door_model.door import Door, Zone
-from door_model.errors import ConfigError, DoorModelError
+from door_model.errors import ConfigError, DeadCentreError, DoorModelError
 from door_model.geometry import DoorGeometry, Leaf
+
+WORKING_RANGE = math.pi / 2.0
+"""From the closed door on [rad]: a closer by EN 1154 shuts its door from 90 deg."""
 
 _CLOSER_KEYS = ("c_c", "k_c", "tau_c0_prime")
 _ZONES = ("backcheck", "latch")
@@ -104,7 +107,8 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
 
     Raises:
         ConfigError: No such door, unknown or missing keys, numbers out of range, a closer that
-            does not assemble or does not pull the door shut.
+            does not assemble, does not pull the door shut or has a dead centre within
+            `WORKING_RANGE`.
     """
     path = _find(name_or_path)
     document = _read(path)
@@ -135,6 +139,7 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
     )
     try:
         pull = float(config.door().restoring_torque(0.0))
+        dead_centre = config.door().dead_centre()
     except DoorModelError as error:
         raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error
     if not pull > 0.0:
@@ -145,6 +150,13 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
             value=pull,
             limit="a positive torque",
         )
+    if dead_centre is not None and dead_centre < WORKING_RANGE:
+        cause = DeadCentreError(
+            dead_centre,
+            f"a closer must shut its door from {math.degrees(WORKING_RANGE):.0f} deg",
+            value=WORKING_RANGE,
+        )
+        raise ConfigError(source, str(cause), value=dead_centre, limit=WORKING_RANGE) from cause
     return config
 
 

@@ -85,6 +85,22 @@ class Door:
         f, eta = self.closer.f_and_eta(theta)
         return eta * (self.k_c * f + self.tau_c0_prime)
 
+    def dead_centre(self) -> float | None:
+        """Angle from which on the spring opens the door that it shut until there [rad].
+
+        Returns:
+            The linkage's dead centre; None where it has none, or its spring opens the door before.
+
+        Raises:
+            LinkageError: The linkage does not close at the closed door.
+        """
+        angle = self.closer.dead_centre()
+        if angle is None:
+            return None
+        # eta keeps its sign up to there, and falls to 0 there: the torque's sign needs both.
+        shuts = self.closer.eta(0.0) * (self.k_c * self.closer.f(angle) + self.tau_c0_prime) > 0.0
+        return angle if shuts else None
+
     @property
     def closing_viscosity(self) -> float:
         """Viscosity while the door closes, outside the latch zone [N m s/rad]."""
@@ -125,12 +141,12 @@ class Door:
         return (np.asarray(tau_ext, dtype=float) - torque) / self.i_a
 
     def potential_energy(self, theta: ArrayLike) -> Any:
-        """Energy in the spring [J]: eq. (12) integrated, since eta is the slope of f.
+        """Energy in the spring above that of the closed door [J], for angle(s) theta [rad].
 
-        Its zero is theta_c = 0; only differences mean anything.
+        Eq. (12) integrated, since eta is the slope of f.
         """
-        f = self.closer.f(theta)
-        return 0.5 * self.k_c * f**2 + self.tau_c0_prime * f
+        f, shut = self.closer.f(theta), self.closer.f(0.0)
+        return (f - shut) * (0.5 * self.k_c * (f + shut) + self.tau_c0_prime)
 
     def energy(self, theta: ArrayLike, omega: ArrayLike) -> Any:
         """Kinetic and spring energy [J]."""

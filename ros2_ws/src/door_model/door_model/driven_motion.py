@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from door_model.closer import FourBarCloser
+from door_model.closer import LIMIT_MARGIN, FourBarCloser
 from door_model.door import Door
 from door_model.errors import DoorModelError, LinkageError
-from door_model.free_motion import LIMIT_MARGIN
 
 _RTOL = 1e-10
 _ATOL = 1e-12
@@ -36,17 +35,20 @@ class Swing:
 
 
 def end_of_linkage(
-    theta0: float, omega0: float, theta: float, closer: FourBarCloser
+    theta0: float, omega0: float, theta: float, closer: FourBarCloser, where: str = ""
 ) -> LinkageError:
-    """The error of a motion that comes to the end of the angles at which its linkage closes."""
+    """The error of a motion that comes to the end of the angles at which its linkage closes.
+
+    `where` says which of many it is, see `checks.place`.
+    """
     lower, upper = closer.closing_limit(), closer.opening_limit()
     opens = theta > 0.5 * (lower + upper)
     limit = upper if opens else lower
     return LinkageError(
-        "l2 + l3" if opens else "l2, l3",
+        closer.end_link(opens),
         limit,
         f"the motion from {math.degrees(theta0):.2f} deg at {omega0:.3f} rad/s reaches "
-        "the end of its range",
+        f"the end of its range, set by {closer.end_link(opens)}{where}",
         value=theta,
         limit=limit,
     )

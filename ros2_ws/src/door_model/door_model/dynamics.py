@@ -3,33 +3,37 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from door_model.checks import require_finite, require_not_negative, require_positive
+from door_model.checks import place, require_each, require_finite, require_positive
 from door_model.door import Door
 from door_model.driven_motion import DrivenMotion, Swing, end_of_linkage
 from door_model.errors import (
+    DeadCentreError,
+    DoorModelError,
     DoorParameterError,
     UnreachableAngleError,
 )
 from door_model.free_motion import End, FreeMotion, Ratios, follow
 
+_AT_REST = 1e-12  # [rad/s]; says which way a door goes that friction alone brought to rest
 _LONGEST_SWING = 60.0  # [s]; a door that has not turned round by then never will
 
 
 @dataclass(frozen=True)
 class Peak:
-    """Where a free door turns round.
+    """Where a free door turns round; numbers for one start, arrays of the starts' shape for many.
 
     Attributes:
         time: From the start [s].
         angle: Opening angle [rad].
     """
 
-    time: float
-    angle: float
+    time: Any
+    angle: Any
 
 
 def simulate(
@@ -62,7 +66,7 @@ def simulate(
         require_finite(name, value)
     require_positive("duration", duration)
     require_positive("period", period)
-    door.closer.f(theta0)  # a LinkageError that names the start
+    door.closer.require_within(theta0)  # or the error that names the start
     times = np.arange(math.floor(duration / period + 1e-9) + 1) * period
     times = np.minimum(times, duration)  # the last may pass it by a rounding error
     motion = DrivenMotion(door, torque, stop, times)
@@ -103,8 +107,9 @@ def follow_free(
         theta0, omega0 = (np.repeat(values, len(every)) for values in (theta0, omega0))
     if len(every) not in (1, len(theta0)):
         raise DoorParameterError("number of doors", len(every), f"1 or {len(theta0)}")
-    for door, theta in zip(every * (len(theta0) // len(every)), theta0, strict=True):
-        door.closer.f(theta)  # a LinkageError that names the start
+    starts = theta0 if len(every) == len(theta0) else [theta0]
+    for door, start in zip(every, starts, strict=True):
+        door.closer.require_within(start)  # or the error that names the start
     link = np.array([door.closer.numbers() for door in every]).T
     rows = [door.ratios() for door in every]
     ratios = Ratios(
@@ -122,71 +127,127 @@ def follow_free(
     return motion
 
 
-def peak(door: Door, theta0: float, omega0: float) -> Peak:
+def peak(door: Door, theta0: ArrayLike, omega0: ArrayLike) -> Peak:
     """Time and angle at which a freely opening door turns round.
 
     Args:
         door: The door.
-        theta0: Angle at the start [rad].
-        omega0: Angular velocity at the start [rad/s], positive.
+        theta0: Angle(s) at the start [rad].
+        omega0: Angular velocity or velocities there [rad/s], positive; any shape that broadcasts.
 
     Raises:
         DoorParameterError: A number is not finite or omega0 is not positive.
         LinkageError: The door opens further than its linkage allows.
-        UnreachableAngleError: The door never turns round.
+        DeadCentreError: It passes a dead centre and its spring throws it open.
+        UnreachableAngleError: It never turns round.
+            The errors about an array say which element it is.
     """
-    require_finite("theta0", theta0)
-    require_positive("omega0", omega0)
-    motion = follow_free(door, theta0, omega0, to_peak=True)
-    if np.isnan(motion.peak_time[0]):
-        raise UnreachableAngleError(
-            f"the door has not turned round after {_LONGEST_SWING:.0f} s: nothing pulls it back",
-            value=omega0,
-            limit=_LONGEST_SWING,
-        )
-    return Peak(time=float(motion.peak_time[0]), angle=float(motion.peak_angle[0]))
+    theta0, omega0 = _broadcast(theta0, omega0)
+    require_each("theta0", theta0, np.isfinite(theta0), "a finite number")
+    require_each(
+        "omega0", omega0, np.isfinite(omega0) & (omega0 > 0.0), "a positive finite number")
+    door.closer.require_within(theta0)  # or the error that names the start
+    motion = follow(
+        door.closer.numbers(), door.ratios(), theta0.ravel(), omega0.ravel(),
+        until=_LONGEST_SWING, to_peak=True)
+    for first in np.flatnonzero(np.isnan(motion.peak_time)).tolist():
+        raise _no_peak(door, motion, theta0, omega0, first)
+    shape = theta0.shape
+    return Peak(_shaped(motion.peak_time, shape), _shaped(motion.peak_angle, shape))
 
 
-def initial_velocity(door: Door, angle: float, theta0: float = 0.0) -> float:
+def initial_velocity(door: Door, angle: ArrayLike, theta0: ArrayLike = 0.0) -> Any:
     """Angular velocity w' that opens a free door to an angle, section II.C.2.
 
-    Eq. (1) is integrated backwards in time from rest at the angle until theta0.
+    Eq. (1) is integrated backwards in time from rest at the angle until theta0. Beyond a dead
+    centre, friction may still hold the door at the angle: then there is a w' for it.
 
     Args:
         door: The door.
-        angle: Desired opening angle [rad].
-        theta0: Angle of the door just after the hit [rad].
+        angle: Desired opening angle(s) [rad].
+        theta0: Angle(s) of the door just after the hit [rad]; any shape that broadcasts.
 
     Returns:
-        w' [rad/s].
+        w' [rad/s], a number for numbers, else an array.
 
     Raises:
         DoorParameterError: An angle is not finite, theta0 is negative or not below the angle.
         LinkageError: The angle is beyond the linkage.
+        DeadCentreError: It is beyond a dead centre, and the door does not come to rest there.
         UnreachableAngleError: The door does not turn round there, or turns round before.
+            The errors about an array say which element it is.
     """
-    require_finite("angle", angle)
-    require_not_negative("theta0", theta0)
-    if not angle > theta0:
-        raise DoorParameterError("angle", angle, f"above the start angle {theta0} rad")
-    pull = float(door.restoring_torque(angle)) + door.friction
-    if pull <= 0.0:
-        raise UnreachableAngleError(
-            f"the closer does not pull the door back at {math.degrees(angle):.2f} deg "
-            f"(restoring torque {pull:.3g} N m), so the door does not turn round there",
-            value=angle,
-            limit=pull,
-        )
+    angle, theta0 = _broadcast(angle, theta0)
+    shape = angle.shape
+    require_each("angle", angle, np.isfinite(angle), "a finite number")
+    require_each("theta0", theta0, np.isfinite(theta0) & (theta0 >= 0.0),
+                 "a finite number of 0 or above")
+    for first in np.flatnonzero(angle <= theta0).tolist():
+        raise DoorParameterError(
+            f"angle{place(shape, first)}", float(angle.flat[first]),
+            f"above the start angle {theta0.flat[first]} rad")
+    door.closer.require_within(angle)
+    pull = np.asarray(door.restoring_torque(angle))
+    for first in np.flatnonzero(pull + door.friction <= 0.0).tolist():
+        raise _no_rest(
+            door, angle, first, float(pull.flat[first]),
+            f"the closer does not pull the door back at {math.degrees(angle.flat[first]):.2f} deg "
+            f"(restoring torque {pull.flat[first]:.3g} N m), so the door does not turn round there")
     motion = follow(
-        door.closer.numbers(), _backwards(door), angle, 0.0, until=_LONGEST_SWING, shut_at=theta0)
-    if motion.end[0] != End.SHUT:
-        raise UnreachableAngleError(
-            f"no start at {math.degrees(theta0):.2f} deg leads to rest at "
-            f"{math.degrees(angle):.2f} deg: the door would turn round before",
-            value=angle,
-            limit=theta0,
+        door.closer.numbers(), _backwards(door), angle.ravel(), -_AT_REST, until=_LONGEST_SWING,
+        shut_at=theta0.ravel())
+    for first in np.flatnonzero(motion.end != End.SHUT).tolist():
+        start = float(theta0.flat[first])
+        raise _no_rest(
+            door, angle, first, start,
+            f"no start at {math.degrees(start):.2f} deg leads to rest at "
+            f"{math.degrees(angle.flat[first]):.2f} deg: the door would turn round before")
+    return _shaped(-motion.end_speed, shape)
+
+
+def _broadcast(*numbers: ArrayLike) -> list[NDArray[np.float64]]:
+    """Numbers or arrays as arrays of one shape."""
+    return list(np.broadcast_arrays(*(np.asarray(number, dtype=float) for number in numbers)))
+
+
+def _shaped(values: NDArray[np.float64], shape: tuple[int, ...]) -> Any:
+    """Answers (K,) in the shape of the question: a float for a number."""
+    return values.reshape(shape) if shape else float(values[0])
+
+
+def _no_rest(
+    door: Door, angle: NDArray[np.float64], number: int, limit: float, reason: str
+) -> UnreachableAngleError:
+    """The error for an angle at which a door does not come to rest."""
+    value, reason = float(angle.flat[number]), reason + place(angle.shape, number)
+    dead_centre = door.dead_centre()
+    if dead_centre is not None and value >= dead_centre:
+        return DeadCentreError(dead_centre, reason, value=value)
+    return UnreachableAngleError(reason, value=value, limit=limit)
+
+
+def _no_peak(
+    door: Door, motion: FreeMotion, theta0: NDArray[np.float64], omega0: NDArray[np.float64],
+    number: int,
+) -> DoorModelError:
+    """The error for a door that does not turn round."""
+    start, speed, where = theta0.flat[number], omega0.flat[number], place(theta0.shape, number)
+    end, dead_centre = float(motion.end_angle[number]), door.dead_centre()
+    if dead_centre is not None and end >= dead_centre:
+        return DeadCentreError(
+            dead_centre,
+            f"from {math.degrees(start):.2f} deg at {speed:.3f} rad/s it does not turn round, but "
+            f"opens to {math.degrees(end):.2f} deg{where}",
+            value=end,
         )
-    return -float(motion.end_speed[0])
+    if motion.end[number] == End.LINKAGE:
+        return end_of_linkage(start, speed, end, door.closer, where)
+    return UnreachableAngleError(
+        f"the door has not turned round after {_LONGEST_SWING:.0f} s: nothing pulls it "
+        f"back{where}",
+        value=float(speed),
+        limit=_LONGEST_SWING,
+    )
 
 
 def _backwards(door: Door) -> Ratios:

@@ -23,10 +23,12 @@ class LinkageError(DoorModelError):
         theta: Opening angle at which they are [rad].
     """
 
+    _state = "does not close"
+
     def __init__(self, link: str, theta: float, reason: str, *, value: float, limit: float) -> None:
         degrees = theta * 57.29577951308232
         super().__init__(
-            f"the closer's linkage does not close at {degrees:.2f} deg: {reason}",
+            f"the closer's linkage {self._state} at {degrees:.2f} deg: {reason}",
             value=value,
             limit=limit,
         )
@@ -48,6 +50,27 @@ class DoorParameterError(DoorModelError):
 
 class UnreachableAngleError(DoorModelError):
     """The door does not come to rest at the angle asked for, or at any."""
+
+
+class DeadCentreError(LinkageError, UnreachableAngleError):
+    """What is asked for lies beyond a dead centre, from which on the spring opens the door.
+
+    Attributes:
+        link: "l3", which lies in line with the fixed part there.
+        theta: Opening angle of the dead centre [rad].
+    """
+
+    _state = "has its dead centre"
+
+    def __init__(self, theta: float, reason: str, *, value: float) -> None:
+        super().__init__(
+            "l3",
+            theta,
+            "link l3 lies in line with the fixed part, eta is 0, and beyond it the spring opens "
+            f"the door; {reason}",
+            value=value,
+            limit=theta,
+        )
 
 
 class ConfigError(DoorModelError):

@@ -14,13 +14,14 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from door_model.closer import angle_limits
+from door_model.closer import LIMIT_MARGIN, angle_limits
 from door_model.collocation import MATRIX, POINTS, interpolation
 from door_model.free_step import (
     Array,
     Law,
     Mask,
     Points,
+    crossing_before_turn,
     end_at_event,
     first_event,
     newton_matrix,
@@ -33,7 +34,6 @@ _LONGEST_STEP = 1.2  # [s]
 _LONGEST_WAY = 0.8  # [rad] in a step
 _SHARE_OF_SPACE = 0.8  # of the way to the end of the linkage
 _LEAST_SPACE = 0.005  # [rad]
-LIMIT_MARGIN = 1e-6  # [rad]; eta grows without bound where the linkage folds or is stretched
 
 
 @dataclass(frozen=True)
@@ -316,11 +316,16 @@ class _Follower:
             if not part.any():
                 continue
             here, its, span, at = doors[part], law.of(part), length[part], points.of(part)
-            events = turns[part], crosses[part], border[part], ends[part]
+            turned, crossed, edge = turns[part], crosses[part], border[part]
             if not plain[part].all():
-                span, at = end_at_event(
-                    its, theta[part], omega[part], span, at, share[part], turns[part], border[part])
-            self._move(here, self._record(here, span, at), *events)
+                start = theta[part], omega[part]
+                span, at = end_at_event(its, *start, span, at, share[part], turned, edge)
+                passed = turned & (sign[part] * (at.theta[-1] - edge) > 0.0)
+                if passed.any():  # the border before the turn
+                    turned, crossed = turned & ~passed, crossed | passed
+                    again = crossing_before_turn(at, span, passed, edge)
+                    span, at = end_at_event(its, *start, span, at, again, turned, edge)
+            self._move(here, self._record(here, span, at), turned, crossed, edge, ends[part])
 
     def _record(self, doors: Index, length: Array, points: Points) -> _Step:
         """Keep a step, with its derivatives if they are wanted."""

@@ -123,12 +123,26 @@ def solve_step(
 def first_event(
     points: Points, omega0: Array, theta0: Array, sign: Array, border: Array
 ) -> tuple[Mask, Mask, Array]:
-    """Which doors turn round in a step, which reach a border, and at what share of it, roughly."""
-    speed = sign * np.vstack([omega0, points.omega])
-    away = sign * (border - np.vstack([theta0, points.theta]))
-    turn, cross = _first_below(speed), _first_below(away)
-    share = np.minimum(turn, cross)
-    return turn < cross, (cross <= turn) & np.isfinite(cross), share
+    """Which doors turn round in a step, which reach a border, and at what share of it, roughly.
+
+    A door that does both counts as turning: where it turns tells whether it passed the border.
+    """
+    turn = _first_below(sign * np.vstack([omega0, points.omega]))
+    cross = _first_below(sign * (border - np.vstack([theta0, points.theta])))
+    turns = np.isfinite(turn)
+    return turns, np.isfinite(cross) & ~turns, np.where(turns, turn, cross)
+
+
+def crossing_before_turn(points: Points, length: Array, passed: Mask, border: Array) -> Array:
+    """Share of a step (K,) at which doors that turn at its end passed a border, roughly; else 1.
+
+    The acceleration is taken as constant, which is best near the turn, where a straight line
+    would be worst.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        left = np.sqrt(2.0 * (border - points.theta[-1]) / points.rate[-1])
+        share = 1.0 - left / length
+    return np.where(passed, np.clip(np.where(np.isfinite(share), share, 0.5), 0.01, 1.0), 1.0)
 
 
 def _first_below(values: Array) -> Array:
@@ -151,7 +165,8 @@ def end_at_event(
     """Shorten steps until they end at their events, by Newton's method."""
     speeds = np.vstack([omega0, points.omega])
     values = np.where(turns, speeds, np.vstack([theta0, points.theta]) - border)
-    slopes = length * np.where(turns, points.rate, points.omega)
+    rates = np.vstack([law.accelerations(theta0, omega0)[0], points.rate])
+    slopes = length * np.where(turns, rates, speeds)
     share = _root(values, slopes, share)
     for _ in range(_EVENT_ROUNDS):
         weights = interpolation(np.ravel(share[:, None] * NODES)).reshape(-1, POINTS, POINTS + 1)
@@ -173,14 +188,13 @@ def _root(values: Array, slopes: Array, share: Array) -> Array:
 
     Args:
         values: At start and points (N + 1, K).
-        slopes: By the share of the step, at the points (N, K).
+        slopes: By the share of the step, there too (N + 1, K).
         share: First guess (K,).
     """
-    column = np.arange(len(share))
     for _ in range(2):
-        nearest = np.argmin(np.abs(NODES[:, None] - share), axis=0)
-        value = np.einsum("kn,nk->k", interpolation(share), values)
+        weights = interpolation(share)
+        value, slope = (np.einsum("kn,nk->k", weights, known) for known in (values, slopes))
         with np.errstate(divide="ignore", invalid="ignore"):
-            better = share - value / slopes[nearest, column]
+            better = share - value / slope
         share = np.where((better > 0.0) & (better < 1.0), better, share)
     return share

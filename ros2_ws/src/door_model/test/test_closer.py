@@ -133,6 +133,24 @@ def test_names_the_link_that_cannot_fold() -> None:
     assert caught.value.link == "l3"
 
 
+@pytest.mark.parametrize(
+    ("closer", "upper", "lower"),
+    [(PAPER, "l1", "l3"), (replace(PAPER, l2=0.12, l3=0.15), "l2 + l3", "l3"),
+     (replace(PAPER, l2=0.3), "l1", "l2"), (replace(PAPER, l3=0.22), "l1", "l1")],
+)  # fmt: skip
+def test_names_the_link_that_ends_the_range(
+    closer: FourBarCloser, upper: str, lower: str
+) -> None:
+    """An angle just beyond either end is an error with link, angle and element; within is none."""
+    low, high = closer.closing_limit(), closer.opening_limit()
+    closer.require_within(np.linspace(low + 1e-5, high - 1e-5, 50))
+    for angle, link in ((high + 1e-3, upper), (low - 1e-3, lower)):
+        with pytest.raises(LinkageError, match=r"element \[1, 0\]") as caught:
+            closer.require_within([[0.0], [angle]])
+        assert caught.value.theta == angle
+        assert caught.value.link == link
+
+
 @pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
 def test_refuses_lengths_that_are_none(bad: float) -> None:
     """Lengths must be positive and finite."""

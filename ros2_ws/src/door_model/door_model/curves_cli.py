@@ -1,0 +1,206 @@
+"""Command `ros2 run door_model curves`: what a door's closer does, as table, CSV and pictures."""
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from door_model.checks import require_positive
+from door_model.config import DoorConfig, load_door
+from door_model.curves import CloserCurves, closer_curves, largest_shown
+from door_model.door import Door
+from door_model.drawing import curves_picture, swing_picture
+from door_model.driven_motion import Swing
+from door_model.dynamics import follow_free, initial_velocity, simulate
+from door_model.energy import EnergyBalance, energy_balance
+from door_model.errors import DoorModelError
+from door_model.output import write_files
+
+Array = NDArray[np.float64]
+
+_DESCRIPTION = """\
+What the closer of a door does over the opening angle: the curves of Figs. 15 and 16 of the paper,
+with reduction ratio, damping and the spring's energy."""
+
+_EXAMPLE = """\
+columns of the table: angle of the door theta, angle of the closer f, eq. (8), reduction ratio eta,
+eq. (9), restoring torque, eq. (12), damping c_c eta^2 of eq. (13) while the door opens and while it
+closes, and energy in the spring above that of the closed door.
+
+example, the paper's door and its swing to 25 deg:
+  ros2 run door_model curves --swing-deg 25
+writes into out/curves:
+  curves.csv, curves.png    every half degree; Figs. 15 and 16
+  swing.csv, swing.png      every millisecond; angle, velocity, energy stored and dissipated
+
+another door, as identify --yaml wrote it, up to 70 deg:
+  ros2 run door_model curves --door my_door.yaml --max-deg 70 --out my_curves
+"""
+
+_ROWS = 10  # of the printed table
+_STEP = math.radians(0.5)  # of the curves that are written
+
+
+def _parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="curves",
+        description=_DESCRIPTION,
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--door",
+        default="paper",
+        metavar="NAME_OR_YAML",
+        help="door of this package, or a YAML file (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--max-deg",
+        type=float,
+        metavar="DEG",
+        help="largest opening angle (default: 90, or a degree before the linkage's end)",
+    )
+    parser.add_argument(
+        "--swing-deg",
+        type=float,
+        metavar="DEG",
+        help="also the free swing from the closed door to this angle, until it has fallen shut",
+    )
+    parser.add_argument(
+        "--out",
+        default="out/curves",
+        metavar="DIR",
+        help="folder for the files (default: %(default)s); files of the same name are replaced",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object, with the whole curves"
+    )
+    return parser
+
+
+def free_swing(door: Door, angle: float) -> Swing:
+    """The swing that takes a closed door to an angle [rad] and lets it fall shut, every 1 ms.
+
+    Raises:
+        DoorModelError: As `initial_velocity`.
+    """
+    omega = initial_velocity(door, angle)
+    end = float(follow_free(door, 0.0, omega).end_time[0])
+    return simulate(door, 0.0, omega, end, stop=True)
+
+
+def _swing_columns(swing: Swing, balance: EnergyBalance) -> dict[str, Array]:
+    """A swing by name and unit."""
+    return {
+        "time_s": swing.t,
+        "door_deg": np.degrees(swing.theta),
+        "velocity_rad_s": swing.omega,
+        "kinetic_j": balance.kinetic,
+        "spring_j": balance.spring,
+        "damper_j": balance.damper,
+        "friction_j": balance.friction,
+    }
+
+
+def _csv(columns: Mapping[str, Array]) -> bytes:
+    """Columns as a CSV file."""
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    lines = [",".join(columns), *(",".join(f"{value:.9g}" for value in row) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _curves(door: Door, max_deg: float | None) -> CloserCurves:
+    """The curves of a door as far as asked for."""
+    end = largest_shown(door.closer)
+    if max_deg is not None:
+        require_positive("--max-deg", max_deg)
+        end = math.radians(max_deg)
+        door.closer.require_within(end)
+    return closer_curves(door, np.linspace(0.0, end, math.ceil(end / _STEP - 1e-9) + 1))
+
+
+def _table(door: Door, end: float) -> str:
+    """Curves from the closed door to an angle [rad] for people to read."""
+    heads = ("theta", "f", "eta", "torque", "damping", "(closing)", "spring")
+    units = ("[deg]", "[deg]", "[-]", "[N m]", "[N m s]", "[N m s]", "[J]")
+    columns = closer_curves(door, np.linspace(0.0, end, _ROWS)).columns().values()
+    rows = ["".join(f"{value:>10.3f}" for value in row) for row in zip(*columns, strict=True)]
+    return "\n".join(["".join(f"{word:>10}" for word in words) for words in (heads, units)] + rows)
+
+
+def _text(config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any]) -> str:
+    """What was found, for people to read."""
+    lines = [f"door {config.name!r}, whose linkage opens to {found['opening_limit_deg']:.1f} deg"]
+    if found["dead_centre_deg"] is not None:
+        lines += [f"dead centre at {found['dead_centre_deg']:.1f} deg"]
+    lines += ["", _table(config.door(), float(curves.theta[-1])), ""]
+    if "swing" in found:
+        swing = found["swing"]
+        lines += [
+            f"free swing to {swing['peak_deg']:.2f} deg: w' {swing['omega_door']:.4f} rad/s, "
+            f"{swing['duration_s']:.2f} s",
+            f"of {swing['kinetic_at_start_j']:.3f} J at the start {swing['kinetic_at_end_j']:.3f} "
+            f"are in the leaf at the end, {swing['spring_at_end_j']:.3f} in the spring,",
+            f"{swing['damper_j']:.3f} were turned into heat in the damper, "
+            f"{swing['friction_j']:.3f} in the hinge",
+            "",
+        ]
+    return "\n".join([*lines, "written: " + ", ".join(found["files"])])
+
+
+def _run(arguments: argparse.Namespace) -> str:
+    """Work everything out and write it; what to print."""
+    config = load_door(arguments.door)
+    door = config.door()
+    dead_centre = door.dead_centre()
+    curves = _curves(door, arguments.max_deg)
+    found: dict[str, Any] = {
+        "door": config.name,
+        "opening_limit_deg": math.degrees(door.closer.opening_limit()),
+        "dead_centre_deg": None if dead_centre is None else math.degrees(dead_centre),
+    }
+    files = {
+        "curves.csv": _csv(curves.columns()),
+        "curves.png": curves_picture(config.name, door, curves),
+    }
+    if arguments.swing_deg is not None:
+        swing = free_swing(door, math.radians(arguments.swing_deg))
+        balance = energy_balance(door, swing)
+        files["swing.csv"] = _csv(_swing_columns(swing, balance))
+        files["swing.png"] = swing_picture(config.name, swing, balance)
+        found["swing"] = {
+            "peak_deg": math.degrees(swing.theta.max()),
+            "omega_door": float(swing.omega[0]),
+            "duration_s": float(swing.t[-1]),
+            "kinetic_at_start_j": float(balance.kinetic[0]),
+            "kinetic_at_end_j": float(balance.kinetic[-1]),
+            "spring_at_end_j": float(balance.spring[-1]),
+            "damper_j": float(balance.damper[-1]),
+            "friction_j": float(balance.friction[-1]),
+        }
+    found["files"] = [str(path) for path in write_files(arguments.out, files)]
+    if arguments.json:
+        columns = {name: values.tolist() for name, values in curves.columns().items()}
+        return json.dumps({**found, "curves": columns})
+    return _text(config, curves, found)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit code is 1 for errors."""
+    arguments = _parser().parse_args(argv)
+    try:
+        print(_run(arguments))
+    except DoorModelError as error:
+        print(f"curves: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
