@@ -1,6 +1,6 @@
 """How fast doors are identified and simulated, beside scipy's integrator one door at a time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -9,8 +9,9 @@ import numpy as np
 from door_model.closer import FourBarCloser, four_bar
 from door_model.config import load_door
 from door_model.free_motion import Ratios, follow
+from door_model.recordings import from_counts
 from door_model.swings import FreeSwing, find_swings
-from door_model.synthetic import synthetic_recording
+from door_model.synthetic import five_swings, quantise, simulate_pushes
 from door_model.trajectory_fit import fit_ratios
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
@@ -43,11 +44,30 @@ def identify_five_swings() -> tuple[float, float]:
     Raises:
         DisagreementError: The two find different doors.
     """
-    closer, swings = load_door("paper").linkage, _five_swings()
+    closer, swings = load_door("paper").linkage, _swings(_PEAKS_DEG)
     ours, fit = _best(lambda: fit_ratios(closer, swings), _REPEATS)
     theirs, peer = _best(lambda: _fit_by_differences(closer, swings), 1)
     _require_same("a fitted ratio", fit.values[:4], peer)
     return 1e3 * ours, 1e3 * theirs
+
+
+def identify_more(*, swings: int = 1, samples: int = 1) -> tuple[float, float]:
+    """Wall time of a fit of more swings, or of more samples in each [ms].
+
+    Args:
+        swings: How many times five.
+        samples: How many times 1,500, in the same time.
+
+    Returns:
+        That of these, and that of five swings of 1,500 samples.
+    """
+    closer = load_door("paper").linkage
+    few = _swings(_PEAKS_DEG)
+    peaks = np.linspace(_PEAKS_DEG[0], _PEAKS_DEG[-1], swings * len(_PEAKS_DEG))
+    many = _swings(peaks.tolist(), rate=samples)
+    grown, _ = _best(lambda: fit_ratios(closer, many), _REPEATS)
+    usual, _ = _best(lambda: fit_ratios(closer, few), _REPEATS)
+    return 1e3 * grown, 1e3 * usual
 
 
 def simulate_1000_doors() -> tuple[float, float]:
@@ -91,13 +111,15 @@ def _require_same(what: str, ours: Array, theirs: Array) -> None:
         raise DisagreementError(f"{what} is {worst:.2%} off its peer's, {_SAME:.1%} are allowed")
 
 
-def _five_swings() -> list[FreeSwing]:
-    """Five pushes on the paper's door as its encoder shows them, cut to 1,500 samples."""
+def _swings(peaks_deg: Sequence[float], rate: int = 1) -> list[FreeSwing]:
+    """Pushes on the paper's door as its encoder shows them, 1,500 samples of each at 1 kHz."""
     door = load_door("paper").door()
-    recording = synthetic_recording(door, np.radians(_PEAKS_DEG).tolist())
+    pushes, duration = five_swings(door, np.radians(peaks_deg).tolist())
+    motion = simulate_pushes(door, pushes, duration, period=1e-3 / rate)
+    kept = slice(rate * _SAMPLES)
     return [
-        replace(swing, t=swing.t[:_SAMPLES], theta=swing.theta[:_SAMPLES])
-        for swing in find_swings(recording)
+        replace(swing, t=swing.t[kept], theta=swing.theta[kept])
+        for swing in find_swings(from_counts(motion.t, quantise(motion)))
     ]
 
 

@@ -118,7 +118,10 @@ class CloserIdentifierNode(Node):
         if not path:
             return self._store.recording()
         is_mcap = path.endswith(".mcap") or Path(path).is_dir()
-        return read_mcap(path) if is_mcap else read_csv(path)
+        try:
+            return read_mcap(path) if is_mcap else read_csv(path)
+        except DoorParameterError as error:
+            raise RecordingError(path, None, str(error), value=error.value) from error
 
     def _measured(self, requested: float, parameter: str, configured: float) -> float:
         """A measurement: as requested, else the parameter, else the configuration."""
@@ -176,8 +179,10 @@ def _error_code(error: DoorModelError) -> int:
         return int(codes.NO_SWING)
     if isinstance(error, NoScaleError):
         return int(codes.NO_SCALE)
-    if isinstance(error, RecordingError | DoorParameterError):
+    if isinstance(error, RecordingError):
         return int(codes.BAD_RECORDING)
+    if isinstance(error, DoorParameterError):
+        return int(codes.BAD_REQUEST)
     return int(codes.NO_FIT)
 
 

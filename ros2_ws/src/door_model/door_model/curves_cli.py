@@ -19,7 +19,7 @@ from door_model.driven_motion import Swing
 from door_model.dynamics import follow_free, initial_velocity, simulate
 from door_model.energy import EnergyBalance, energy_balance
 from door_model.errors import DoorModelError
-from door_model.output import write_files
+from door_model.output import make_folder, write_whole
 
 Array = NDArray[np.float64]
 
@@ -146,7 +146,7 @@ def _text(config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any]) ->
             f"free swing to {swing['peak_deg']:.2f} deg: w' {swing['omega_door']:.4f} rad/s, "
             f"{swing['duration_s']:.2f} s",
             f"of {swing['kinetic_at_start_j']:.3f} J at the start {swing['kinetic_at_end_j']:.3f} "
-            f"are in the leaf at the end, {swing['spring_at_end_j']:.3f} in the spring,",
+            f"are in the leaf at the end, {swing['spring_at_end_j']:z.3f} in the spring,",
             f"{swing['damper_j']:.3f} were turned into heat in the damper, "
             f"{swing['friction_j']:.3f} in the hinge",
             "",
@@ -184,7 +184,10 @@ def _run(arguments: argparse.Namespace) -> str:
             "damper_j": float(balance.damper[-1]),
             "friction_j": float(balance.friction[-1]),
         }
-    found["files"] = [str(path) for path in write_files(arguments.out, files)]
+    folder = make_folder(arguments.out)
+    for name, content in files.items():
+        write_whole(folder / name, content)
+    found["files"] = [str(folder / name) for name in files]
     if arguments.json:
         columns = {name: values.tolist() for name, values in curves.columns().items()}
         return json.dumps({**found, "curves": columns})

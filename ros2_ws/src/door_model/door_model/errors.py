@@ -110,6 +110,10 @@ class RecordingError(DoorModelError):
         self.line = line
 
 
+class OutputError(DoorModelError):
+    """A file cannot be written."""
+
+
 class IdentificationError(DoorModelError):
     """The parameters cannot be identified."""
 

@@ -11,8 +11,9 @@ from door_model.config import load_geometry
 from door_model.errors import DoorModelError, DoorParameterError
 from door_model.geometry import DoorGeometry
 from door_model.identification import Identification, Window, identify
+from door_model.output import write_whole
 from door_model.parameters import RATIO_OF
-from door_model.recordings import COUNTS_PER_TURN, read_csv, write_whole
+from door_model.recordings import COUNTS_PER_TURN, read_csv
 from door_model.recordings_mcap import read_mcap
 from door_model.report import as_config, as_table, identified
 from door_model.scale import (

@@ -1,37 +1,37 @@
-"""Files that a command writes."""
+"""Files that commands write."""
 
 import os
 from pathlib import Path
 
-from door_model.errors import DoorModelError
+from door_model.errors import OutputError
 
 
-def write_files(folder: str | Path, files: dict[str, bytes]) -> list[Path]:
-    """Write files into a folder, which is made where it is missing; each appears whole or not.
-
-    Args:
-        folder: Where to write.
-        files: Contents by name.
-
-    Returns:
-        What was written.
+def make_folder(path: str | Path) -> Path:
+    """Make a folder where it is missing, with those above it.
 
     Raises:
-        DoorModelError: The folder cannot be made or written.
+        OutputError: It cannot be made.
     """
-    written = []
-    for name, content in files.items():
-        target = Path(folder) / name
-        partial = target.with_name(f".{name}.{os.getpid()}.part")
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                partial.write_bytes(content)
-                partial.replace(target)
-            finally:
-                partial.unlink(missing_ok=True)
-        except OSError as error:
-            raise DoorModelError(
-                f"{target} cannot be written: {error.strerror}", value=str(target)) from error
-        written.append(target)
-    return written
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"the folder {path} cannot be made: {error.strerror}", value=str(path)) from error
+    return Path(path)
+
+
+def write_whole(path: str | Path, content: str | bytes) -> None:
+    """Write a file that appears whole or not at all.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    target = Path(path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        partial.write_bytes(content.encode() if isinstance(content, str) else content)
+        partial.replace(target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(
+            f"{target} cannot be written: {error.strerror}", value=str(target)) from error

@@ -5,7 +5,6 @@ The header is ``time_s,count`` or ``time_s,angle_deg``; swings need not be separ
 
 import csv
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from door_model.errors import DoorParameterError, RecordingError
+from door_model.output import write_whole
 
 COUNTS_PER_TURN = 14400  # the paper's encoder: 3600 lines, quadrature
 _COUNT_HEADER = ["time_s", "count"]
@@ -129,7 +129,7 @@ def write_counts_csv(path: str | Path, t: NDArray[np.float64], counts: NDArray[n
     """Write a recording of counts; the file appears whole or not at all.
 
     Raises:
-        RecordingError: It cannot be written.
+        OutputError: It cannot be written.
     """
     lines = ["time_s,count"]
     lines += [
@@ -137,19 +137,3 @@ def write_counts_csv(path: str | Path, t: NDArray[np.float64], counts: NDArray[n
         for time, count in zip(t, counts, strict=True)
     ]
     write_whole(path, "\n".join(lines) + "\n")
-
-
-def write_whole(path: str | Path, text: str) -> None:
-    """Write a text file that appears whole or not at all.
-
-    Raises:
-        RecordingError: It cannot be written.
-    """
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(target)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise RecordingError(str(path), None, f"cannot be written: {error.strerror}") from error

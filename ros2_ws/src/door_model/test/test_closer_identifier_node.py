@@ -114,6 +114,34 @@ def test_failures_are_answers(rig: Rig) -> None:
     assert heavy.parameters.leaf_mass == 95.24
 
 
+def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
+    """Inertia, a gauge's reading or an impulse in the request; extras arrive in the message."""
+    truth = load_door("paper").door()
+    pull = float(truth.restoring_torque(0.2))
+    for fields in (
+        {"inertia": truth.i_a, "inertia_std": 0.1},
+        {"force_angles": [0.2], "forces": [pull / 0.8], "force_levers": [0.8]},
+    ):
+        answer = rig.ask(csv_path=str(SAMPLE), extras=["friction"], **fields)
+        assert answer.success, answer.message
+        found = answer.parameters
+        assert found.i_a == pytest.approx(truth.i_a, rel=0.01)
+        assert found.i_a_std > 0.0
+        assert 0.0 <= found.friction < 0.02
+        assert found.latch_angle < 0.0
+        assert found.identified[:4] == ["i_a", "c_c", "k_c", "tau_c0_prime"]
+        assert len(found.covariance) == len(found.identified) ** 2
+    codes = IdentifyCloser.Response
+    for fields, code in (
+        ({"inertia": 0.0}, codes.NO_SCALE),
+        ({"impulse": 5.0, "impulse_swing": 9}, codes.NO_SCALE),
+        ({"force_angles": [0.2], "forces": [1.0, 2.0]}, codes.NO_SCALE),
+        ({"extras": ["rust"]}, codes.BAD_REQUEST),
+    ):
+        answer = rig.ask(csv_path=str(SAMPLE), **fields)
+        assert (answer.success, answer.error_code) == (False, code), answer.message
+
+
 @pytest.mark.parametrize(
     ("parameter", "sentence"),
     [

@@ -14,8 +14,8 @@ from door_model.config import load_door
 from door_model.curves import closer_curves, largest_shown
 from door_model.curves_cli import main
 from door_model.door import Door, Zone
-from door_model.errors import DoorModelError, LinkageError
-from door_model.output import write_files
+from door_model.errors import LinkageError, OutputError
+from door_model.output import write_whole
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import simpson
@@ -118,10 +118,10 @@ def test_a_folder_that_is_none_is_said(tmp_path: Path, capsys: pytest.CaptureFix
     """A file in the folder's place, and a file's name taken by a folder: nothing half-written."""
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file" / "below")]) == 1
-    assert "cannot be written: Not a directory" in capsys.readouterr().err
+    assert "cannot be made: Not a directory" in capsys.readouterr().err
     (tmp_path / "a.csv").mkdir()
-    with pytest.raises(DoorModelError, match="cannot be written"):
-        write_files(tmp_path, {"a.csv": b"1"})
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_whole(tmp_path / "a.csv", b"1")
     assert {path.name for path in tmp_path.iterdir()} == {"file", "a.csv"}
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from door_model.errors import DoorParameterError, RecordingError
+from door_model.errors import DoorParameterError, OutputError, RecordingError
 from door_model.recordings import from_counts, read_csv, write_counts_csv
 from door_model.sample_store import SampleStore
 from hypothesis import given
@@ -67,7 +67,7 @@ def test_missing_and_binary_files(tmp_path: Path) -> None:
     for name in ("none.csv", ".", "binary.csv"):
         with pytest.raises(RecordingError):
             read_csv(tmp_path / name)
-    with pytest.raises(RecordingError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         write_counts_csv(tmp_path / "no" / "a.csv", np.zeros(1), np.zeros(1, int))
 
 
