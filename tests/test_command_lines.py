@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -132,6 +133,15 @@ def test_curves_draws_the_appendix_or_refuses_with_a_sentence(
 
 
 # -- demo -----------------------------------------------------------------------------------------
+
+
+def test_the_example_of_docs_door_runs(python: Callable[..., Any]) -> None:
+    """Its code block, on the recording that comes along."""
+    text = (Path(__file__).parents[1] / "docs" / "door.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    done = python(code.replace("my_door.csv", sample()))
+    assert done.status == 0, done.err
+    assert "'tau_c0_prime'" in done.out
 
 
 @pytest.mark.parametrize(
