@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from door_model.config import load_door
 from door_model.dynamics import peak
+from door_model.parameters import PARAMETERS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner import momentum
@@ -263,7 +264,8 @@ def test_uncertain_parameters_spread_the_peak(known):
     std = np.array([0.02 * door.i_a, 0.1 * door.c_c, 0.05 * door.k_c, 0.03 * door.tau_c0_prime])
     covariance = np.diag(std**2)
     covariance[2, 3] = covariance[3, 2] = -0.8 * std[2] * std[3]
-    found = predict(dataclasses.replace(known, covariance=covariance), TARGET, 0.0)
+    unsure = dataclasses.replace(known, parameters=PARAMETERS, covariance=covariance)
+    found = predict(unsure, TARGET, 0.0)
     rng = np.random.default_rng(1)
     mean = [door.i_a, door.c_c, door.k_c, door.tau_c0_prime]
     summits = [
