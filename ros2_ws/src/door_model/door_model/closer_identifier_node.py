@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 
+from door_model.checks import require_not_negative
 from door_model.config import load_geometry
 from door_model.errors import (
     ConfigError,
@@ -105,11 +106,14 @@ class CloserIdentifierNode(Node):
         response.error_code = IdentifyCloser.Response.NONE
         response.message = (
             f"{len(result.swings)} swings: " + ", ".join(
-                f"{name} {value:.4f}"
+                f"{name} {value:.4f} +- {result.std_of(name):.2g}"
                 for name, value in zip(result.names, result.values, strict=True))
         )
+        for warning in result.warnings:
+            self.get_logger().warning(warning)
         response.parameters = self._to_message(result, replace(self._geometry, leaf=leaf))
-        self._closer_topic.publish(response.parameters)
+        if request.publish:
+            self._closer_topic.publish(response.parameters)
         self.get_logger().info(response.message)
         return response
 
@@ -158,16 +162,26 @@ class CloserIdentifierNode(Node):
 
 
 def _reference(request: IdentifyCloser.Request) -> Reference | None:
-    """What the request gives in place of the leaf's mass and width."""
-    if not request.inertia < 0.0:
-        return scale_from_inertia(request.inertia, request.inertia_std)
-    if not request.impulse < 0.0:
-        return KnownImpulse(request.impulse, request.impulse_std, request.impulse_swing)
+    """What the request gives in place of the leaf's mass and width.
+
+    Raises:
+        DoorParameterError: It gives more than one, or one that is not whole.
+    """
     columns = request.force_angles, request.forces, request.force_levers
-    lengths = {len(column) for column in columns}
-    if len(lengths) > 1:
-        raise NoScaleError(
-            "force_angles, forces and force_levers must be equally many", value=lengths, limit=1)
+    lengths = [len(column) for column in columns]
+    given = [not request.inertia < 0.0, not request.impulse < 0.0, any(lengths)]
+    if sum(given) > 1:
+        raise DoorParameterError(
+            "what fixes the scale", "more than one", "inertia, impulse or forces")
+    if given[0]:
+        require_not_negative("inertia_std", request.inertia_std)
+        return scale_from_inertia(request.inertia, request.inertia_std)
+    if given[1]:
+        require_not_negative("impulse_std", request.impulse_std)
+        return KnownImpulse(request.impulse, request.impulse_std, request.impulse_swing)
+    if len(set(lengths)) > 1:
+        raise DoorParameterError(
+            "numbers of force_angles, forces and force_levers", lengths, "the same")
     readings = [ForceReading(*row) for row in zip(*columns, strict=True)]
     return ForceGauge(readings) if readings else None
 

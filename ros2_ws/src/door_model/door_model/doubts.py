@@ -1,37 +1,55 @@
 """What a fit's covariance says that its data cannot tell."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from door_model.parameters import UNITS, is_angle
+
 _DOUBTFUL = 0.1  # of a parameter's value
 _PART = 0.3  # of a direction of the parameters
+_NOTHING = 1e-3  # of its standard deviation: a value at its bound
 
 
-def doubts(names: Sequence[str], values: NDArray[np.float64],
-           covariance: NDArray[np.float64]) -> list[str]:
+def doubts(
+    names: Sequence[str], values: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> list[str]:
     """Sentences on the directions in which parameters are uncertain by more than a tenth.
 
     Args:
-        names: Names of the parameters (P,).
+        names: Names of the parameters (P,), see `parameters`.
         values: Their values (P,).
         covariance: (P, P), without the scale, whose spread says nothing of the swings.
     """
     size = np.maximum(np.abs(values), 1e-12)
     shares, directions = np.linalg.eigh(covariance / np.outer(size, size))
-    said = []
-    for variance, direction in zip(shares, directions.T, strict=True):
-        share = float(np.sqrt(max(variance, 0.0)))
-        if share <= _DOUBTFUL:
+    said: dict[tuple[str, ...], str] = {}
+    for variance, direction in sorted(
+        zip(shares, directions.T, strict=True), key=lambda pair: -pair[0]
+    ):
+        share = math.sqrt(max(float(variance), 0.0))
+        parts = tuple(
+            name for name, part in zip(names, direction, strict=True) if abs(part) > _PART)
+        if share <= _DOUBTFUL or parts in said:
             continue
-        parts = [name for name, part in zip(names, direction, strict=True) if abs(part) > _PART]
-        if len(parts) == 1:
-            place = names.index(parts[0])
-            std = float(np.sqrt(covariance[place, place]))
-            said.append(f"{parts[0]} is uncertain: {values[place]:.3g} +- {std:.2g}")
-        else:
-            said.append(
-                f"the swings cannot tell {' and '.join(parts)} apart: together they may be off by "
-                f"{share:.0%} with next to no change of the motion")
-    return said
+        if len(parts) > 1:
+            said[parts] = (
+                f"the swings cannot tell {' and '.join(parts)} apart: changed together by "
+                f"{min(share, 1.0):.0%} or more they leave the motion nearly as it is")
+            continue
+        place = list(names).index(parts[0])
+        said[parts] = _uncertain(
+            parts[0], float(values[place]), math.sqrt(float(covariance[place, place])))
+    return list(said.values())
+
+
+def _uncertain(name: str, value: float, std: float) -> str:
+    """Sentence on one parameter."""
+    unit = UNITS[name]
+    if is_angle(name):
+        value, std, unit = math.degrees(value), math.degrees(std), "deg"
+    if abs(value) < _NOTHING * std:
+        return f"{name} is at its bound of 0, +- {std:.2g} {unit}"
+    return f"{name} is uncertain: {value:.3g} +- {std:.2g} {unit}"

@@ -1,4 +1,4 @@
-"""Samples of a recording that no door can have made."""
+"""Samples of a recording that no door can have made, and a zero that is not the shut door's."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ _DEVIATIONS = 3.0  # of the window's own scatter
 _NORMAL = 1.4826  # standard deviation of a normal scatter over its median deviation
 _COUNTS = 4.0
 _LEAST = np.radians(0.1)  # [rad]
+_RESTS_OFF = np.radians(0.5)  # [rad]
+_RESTS_LONG = 0.05  # of the samples, in one place
 _FASTEST = 10.0  # [rad/s] that a door can do
 
 
@@ -51,4 +53,26 @@ def without_garbage(recording: Recording) -> tuple[Recording, list[str]]:
     return rest, [
         f"{len(at)} sample(s) between {at[0]:.2f} and {at[-1]:.2f} s were left out: no door moves "
         f"as they do (first: {np.degrees(recording.theta[bad][0]):.2f} deg)"
+    ]
+
+
+def zero_doubts(recording: Recording) -> list[str]:
+    """What to say of a recording whose door rests elsewhere than at its zero, or opens downwards.
+
+    The door of a recording of pushes spends most of its rest shut.
+    """
+    if not recording.t.size:
+        return []
+    low, high = float(recording.theta.min()), float(recording.theta.max())
+    if -low > max(high, _RESTS_OFF):
+        return [
+            f"the angle goes down to {np.degrees(low):.1f} deg: does it grow as the door opens?"]
+    step = max(recording.resolution, _LEAST)
+    places, times = np.unique(np.rint(recording.theta / step), return_counts=True)
+    rest = float(places[np.argmax(times)] * step)
+    if abs(rest) <= _RESTS_OFF or times.max() < _RESTS_LONG * len(recording.theta):
+        return []
+    return [
+        f"the door rests at {np.degrees(rest):.2f} deg most of the time: is the encoder's zero "
+        "that of the shut door?"
     ]

@@ -11,7 +11,7 @@ eq. (1), which shows in the residuals, the fit goes back to opening alone.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ from door_model.trajectory_fit import OPENING, RatioFit
 Array = NDArray[np.float64]
 
 PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
+_EARLY = math.radians(0.5)  # below the start angle
+_FEW = 4  # swings
+_SCALE_DOUBT = 0.1  # of I_A
 _ZERO_COUNTS_STD = 0.5  # of the encoder's zero, in counts
 
 
@@ -48,9 +51,9 @@ class SwingResult:
         rmse: Root mean square of the residuals [rad].
     """
 
-    t: Array
-    theta_measured: Array
-    theta_fitted: Array
+    t: Array = field(repr=False)
+    theta_measured: Array = field(repr=False)
+    theta_fitted: Array = field(repr=False)
     omega0: float
     peak: float
     rmse: float
@@ -150,6 +153,12 @@ def identify(
     found = find_swings(clean, start_angle)
     swings, said = usable_swings(clean, linkage, found)
     warnings += said
+    if start_angle is not None:
+        early = sum(float(swing.theta[0]) < start_angle - _EARLY for swing in swings)
+        if early:
+            warnings.append(
+                f"{early} swing{'' if early == 1 else 's'} of {len(swings)} end too low to begin "
+                f"at {math.degrees(start_angle):g} deg: taken from where the hand had left")
     if clean.resolution > 0.0:
         swings = [swing.at_edges(clean.resolution) for swing in swings]
     common, said = task.run(swings)
@@ -200,8 +209,14 @@ def _result(
                 rmse=float(rmse),
             )
         )
-    if len(results) < 3:
-        warnings.append(f"only {len(results)} swing(s): use five of different size")
+    if len(results) < _FEW:
+        warnings.append(
+            f"only {len(results)} swing{'' if len(results) == 1 else 's'}: use five of different "
+            "size; of so few none can be told to be the odd one")
+    warnings += scale.doubts
+    if scale.std > _SCALE_DOUBT * scale.i_a:
+        warnings.append(
+            f"the scale is uncertain by {scale.std / scale.i_a:.0%}, and with it all parameters")
     return Identification(
         door=as_door(names, values, linkage),
         names=names,

@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from door_model.config import load_geometry
 from door_model.errors import DoorModelError, DoorParameterError
@@ -15,7 +16,7 @@ from door_model.output import write_whole
 from door_model.parameters import RATIO_OF
 from door_model.recordings import COUNTS_PER_TURN, read_csv
 from door_model.recordings_mcap import read_mcap
-from door_model.report import as_config, as_table, identified
+from door_model.report import as_comment, as_config, as_table, identified
 from door_model.scale import (
     FORCE_STD,
     LEVER_STD,
@@ -60,7 +61,13 @@ def _parser() -> argparse.ArgumentParser:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
     source.add_argument("--mcap", metavar="FILE", help="recording of the graph's topics")
-    parser.add_argument("--mass", type=float, metavar="KG", help="mass of the leaf [kg]")
+    parser.add_argument(
+        "--mass",
+        type=float,
+        metavar="KG",
+        help="mass of the leaf [kg]; with --width it fixes the scale, unless one of the three "
+        "after them does",
+    )
     parser.add_argument("--width", type=float, metavar="M", help="hinge to free edge [m]")
     scale = parser.add_mutually_exclusive_group()
     scale.add_argument(
@@ -92,7 +99,8 @@ def _parser() -> argparse.ArgumentParser:
         "--door",
         metavar="YAML",
         help="door whose linkage, and leaf unless --mass and --width are given, is read; what it "
-        "says of the closer is not looked at (default: the linkage of the paper's door)",
+        "says of the closer is not looked at. Without it the linkage is that of the paper's door: "
+        "measure your own (docs/hardware.md)",
     )
     parser.add_argument(
         "--counts-per-turn",
@@ -180,8 +188,9 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     scale = _reference(arguments, mass, width)
     leaf = geometry.leaf
     leaf = replace(leaf, mass=mass or leaf.mass, width=width or leaf.width)
-    name = geometry.name if arguments.door else "identified"
-    geometry = replace(geometry, name=name, leaf=leaf)
+    name = "identified" if arguments.yaml is None else Path(arguments.yaml).stem
+    geometry = replace(
+        geometry, name=geometry.name if arguments.door else name, leaf=leaf)
     if arguments.mcap:
         recording = read_mcap(arguments.mcap)
     else:
@@ -196,6 +205,9 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
         bounds={name: _span(name, low, high) for name, low, high in arguments.bound},
         zero_std=_radians(arguments.zero_std_deg),
     )
+    if mass is None:  # one that goes with I_A
+        mass = 3.0 * result.door.i_a / leaf.width**2
+        geometry = replace(geometry, leaf=replace(leaf, mass=mass))
     return result, geometry
 
 
@@ -221,12 +233,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         result, geometry = _run(arguments)
         if arguments.yaml:
             config = as_config(result, geometry, restitution=arguments.restitution)
-            source = arguments.mcap or arguments.csv
-            head = (
-                f"# Identified from {source}: {len(result.swings)} swings.\n"
-                "# restitution is not identified; without --door, what was not given of the leaf "
-                "is the paper door's.\n"
-            )
+            head = as_comment(result, arguments.mcap or arguments.csv)
+            if not arguments.door:
+                head += "# Without --door the linkage, and what was not given of the leaf, is the "
+                head += "paper door's.\n"
             write_whole(arguments.yaml, head + config.to_yaml())
     except DoorModelError as error:
         print(f"identify: {error}", file=sys.stderr)
@@ -234,7 +244,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments.json:
         print(json.dumps(identified(result), indent=2))
     else:
-        print(as_table(result))
+        print(as_table(result, "" if arguments.door else " (the paper's, for want of --door)"))
     return 0
 
 

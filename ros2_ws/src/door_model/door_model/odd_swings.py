@@ -8,7 +8,6 @@ import numpy as np
 
 from door_model.closer import FourBarCloser
 from door_model.errors import NoFitError
-from door_model.parameters import is_angle
 from door_model.swings import FreeSwing
 from door_model.trajectory_fit import RatioFit, fit_ratios
 
@@ -40,6 +39,7 @@ def fit_common(
     *,
     zero_std: float,
     good_rmse: float,
+    first: Mapping[str, float] | None = None,
 ) -> CommonFit:
     """Fit the ratios to those swings that agree with each other.
 
@@ -51,21 +51,21 @@ def fit_common(
         free: What to fit, see `fit_ratios`.
         zero_std: Of the encoder's zero [rad].
         good_rmse: A fit this good hides no odd swing [rad].
+        first: First guesses, see `fit_ratios`.
 
     Raises:
         NoFitError: As `fit_ratios`.
     """
     kept = list(swings)
     out: list[FreeSwing] = []
-    fit = _tried(linkage, kept, free, zero_std, {})
+    known = dict(first or {})
+    fit = _tried(linkage, kept, free, zero_std, known)
     while _rmse(fit) > good_rmse and len(kept) > _LEAST_LEFT and (
         len(out) + 1 <= _MOST_OUT * len(swings)
     ):
         worst = range(len(kept)) if isinstance(fit, NoFitError) else np.argsort(-fit.swing_rmse)
-        zones = {} if isinstance(fit, NoFitError) else {
-            name: value for name, value in zip(fit.free, fit.values, strict=True) if is_angle(name)}
         trials = {
-            int(odd): _tried(linkage, kept[:odd] + kept[odd + 1 :], free, zero_std, zones)
+            int(odd): _tried(linkage, kept[:odd] + kept[odd + 1 :], free, zero_std, known)
             for odd in worst[:_MOST_TRIED]
         }
         best = min(trials, key=lambda odd: _rmse(trials[odd]))

@@ -62,8 +62,13 @@ def _largest_swing(result: Identification) -> tuple[float, PredictedPeak]:
     return omega0, predict_peak(result.door, result.names, result.covariance, omega0)
 
 
-def as_table(result: Identification) -> str:
-    """Table for people."""
+def as_table(result: Identification, linkage: str = "") -> str:
+    """Table for people.
+
+    Args:
+        result: The identification.
+        linkage: Where the linkage comes from, in words.
+    """
     lines = [f"{'parameter':<16}{'value':>10}    {'std':<10}unit"]
     for name in result.names:
         value, std, unit = result.value_of(name), result.std_of(name), UNITS[name]
@@ -86,8 +91,22 @@ def as_table(result: Identification) -> str:
         f"predicted       {omega0:.3f} rad/s open it to {math.degrees(top.angle):.2f} deg "
         f"({low:.2f} to {high:.2f} deg with 95 %)")
     lines.append(f"scale           {result.scale_reference}")
+    link = result.door.closer
+    lines.append(
+        f"linkage         l {link.l:g}, l1 {link.l1:g}, l2 {link.l2:g}, l3 {link.l3:g} m, theta_i0 "
+        f"{link.theta_i0:g} rad{linkage}")
     lines += [f"warning         {warning}" for warning in result.warnings]
     return "\n".join(lines)
+
+
+def as_comment(result: Identification, source: str) -> str:
+    """Head of a door's file: what was identified, from what and how surely."""
+    lines = [f"Identified from {source}: {len(result.swings)} swings, scale by "
+             f"{result.scale_reference}."]
+    lines += [f"{name} +- {result.std_of(name):.2g} {UNITS[name]}" for name in result.names]
+    lines += [f"warning: {warning}" for warning in result.warnings]
+    lines.append("restitution is not identified: swings by hand do not tell it.")
+    return "".join(f"# {line}\n" for line in lines)
 
 
 def as_config(result: Identification, geometry: DoorGeometry, *, restitution: float) -> DoorConfig:

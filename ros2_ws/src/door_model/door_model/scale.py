@@ -16,7 +16,7 @@ from scipy.integrate import trapezoid
 
 from door_model.checks import require_not_negative, require_positive
 from door_model.closer import FourBarCloser
-from door_model.errors import NoScaleError
+from door_model.errors import DoorParameterError, NoScaleError
 from door_model.geometry import plate_moment_of_inertia
 from door_model.recordings import Recording
 from door_model.swings import FreeSwing, smooth
@@ -28,6 +28,8 @@ WIDTH_STD = 1e-3  # a ruler's [m]
 FORCE_STD = 0.5  # a hand-held gauge's [N]
 LEVER_STD = 2e-3  # of where it is held [m]
 _PLAUSIBLE = {"mass": (0.1, 5000.0), "width": (0.05, 10.0)}  # [kg], [m]
+_LONGEST_LEVER = 3.0  # [m]
+_APART = 9.0  # squared standard deviations that readings may differ by
 _MOVED = 3.0  # counts that a shut door may show
 
 
@@ -40,12 +42,14 @@ class Scale:
         std: Its standard deviation [kg m^2], by the measurement alone.
         reference: What it comes from, in words.
         by_ratios: Its derivatives by c_c, k_c and tau'_c0 over I_A, as fitted (3,).
+        doubts: What to know before it is trusted.
     """
 
     i_a: float
     std: float
     reference: str
     by_ratios: Array = field(default_factory=lambda: np.zeros(3))
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -97,7 +101,7 @@ class ForceReading:
         lever_std: Of the lever [m].
 
     Raises:
-        DoorParameterError: Force, lever or their spread is not positive.
+        DoorParameterError: Force, lever or their spread is not positive, the lever is no lever.
     """
 
     angle: float
@@ -111,6 +115,8 @@ class ForceReading:
         for name in ("force", "lever", "force_std"):
             require_positive(name, getattr(self, name))
         require_not_negative("lever_std", self.lever_std)
+        if self.lever > _LONGEST_LEVER:
+            raise DoorParameterError("lever", self.lever, f"in metres, up to {_LONGEST_LEVER:g}")
 
     @property
     def torque(self) -> float:
@@ -143,7 +149,9 @@ class ForceGauge:
         """
         if not self.readings:
             raise NoScaleError("no reading of the force gauge", value=0, limit=1)
-        f, eta = fitted.linkage.f_and_eta(np.array([row.angle for row in self.readings]))
+        angles = np.array([row.angle for row in self.readings])
+        fitted.linkage.require_within(angles)
+        f, eta = fitted.linkage.f_and_eta(angles)
         slopes = np.column_stack([np.zeros(len(f)), eta * f, eta])
         pull = slopes @ fitted.ratios
         if not (pull > 0.0).all():
@@ -161,8 +169,12 @@ class ForceGauge:
         # Readings that scatter more than they should widen the answer.
         excess = float(weight @ (torque - i_a * pull) ** 2) / max(1, len(torque) - 1)
         std = math.sqrt(max(1.0, excess) / information)
+        doubts = () if excess < _APART else (
+            "the readings of the force gauge contradict each other by "
+            f"{math.sqrt(excess):.1f} times their standard deviations",)
+        plural = "" if len(torque) == 1 else "s"
         return Scale(
-            i_a, std, f"{len(torque)} reading(s) of a force gauge", by_pull @ slopes)
+            i_a, std, f"{len(torque)} reading{plural} of a force gauge", by_pull @ slopes, doubts)
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,15 @@
 """What is fitted to which swings of a recording, and what is to be said of it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from door_model.checks import require_not_negative
 from door_model.closer import FourBarCloser
 from door_model.errors import DoorParameterError, NoFitError, NoSwingError
+from door_model.garbage import zero_doubts
 from door_model.odd_swings import CommonFit, fit_common, said_of
 from door_model.parameters import ratio_bounds
 from door_model.recordings import Recording
@@ -20,6 +21,16 @@ _BETTER = 0.7  # share of the residuals that something beyond the paper must lea
 _GOOD = 0.5  # counts; a fit this good hides no odd swing
 _SUSPICIOUS = 0.3  # counts; quantisation alone leaves 0.2
 _AT_BOUND = 1e-3  # of the way between two bounds
+_SHOWS = 1.02  # residuals without a zone, over those with it
+_POOR = 1.5  # counts
+_MOST_LEFT = 0.05  # of the largest angle
+_ZONES = ("latch", "backcheck")
+_ZONE_UNKNOWNS = frozenset(name for zone in _ZONES for name in EXTRAS[zone])
+_CLOSING_DIFFERS = (
+    "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the paper, "
+    "which leaves c_c less certain")
+_WRONG_LINKAGE = (
+    "are the linkage's lengths those of this door, and the counts a turn those of the encoder?")
 
 
 class Window(Enum):
@@ -28,6 +39,16 @@ class Window(Enum):
     AUTO = "auto"  # opening and closing; opening alone where closing does not follow eq. (1)
     OPENING = "opening"  # to the peak, as in the paper
     SWING = "swing"  # opening and closing
+
+
+@dataclass(frozen=True)
+class _Step:
+    """An extra that was added to a fit."""
+
+    extra: str
+    free: tuple[str, ...]  # what is then fitted
+    zones: dict[str, float]  # what is then known of zones
+    rmse: float  # [rad]
 
 
 @dataclass(frozen=True)
@@ -58,11 +79,6 @@ class SwingFit:
                 raise DoorParameterError("an extra", name, f"of {', '.join(EXTRAS)}")
         require_not_negative("zero_std", self.zero_std)
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """What is fitted where opening and closing are."""
-        return (*SWING, *(name for extra in self.extras for name in EXTRAS[extra]))
-
     def run(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
         """Fit what was asked for; opening alone where closing does not follow the model.
 
@@ -70,26 +86,47 @@ class SwingFit:
             The fit and what to say of it.
 
         Raises:
-            NoFitError: As `fit_ratios`.
+            NoFitError: As `fit_ratios`, or the fit leaves far too much of the swings.
         """
+        common, said = self._chosen(swings)
+        highest = max(float(swing.theta.max()) for swing in common.swings)
+        rmse, largest = common.fit.rmse, _MOST_LEFT * highest
+        if rmse > largest:
+            raise NoFitError(
+                f"the swings do not follow eq. (1): the best fit leaves {math.degrees(rmse):.2f} "
+                f"deg, at most {math.degrees(largest):.2f} deg would do; {_WRONG_LINKAGE}",
+                value=rmse,
+                limit=largest,
+            )
+        if self.resolution and rmse > _POOR * self.resolution:
+            said.append(
+                f"the fit leaves {math.degrees(rmse):.4f} deg, {rmse / self.resolution:.1f} counts "
+                f"of the encoder; {_WRONG_LINKAGE}")
+        return common, said
+
+    def _chosen(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
+        """Fit of opening and closing, or of opening alone."""
         if self.window is Window.OPENING:
-            return self._opening(swings, [])
+            return self._opening(swings)
         if not any(len(swing.t) - swing.peak_index > len(swing.t) // 4 for swing in swings):
-            return self._opening(
-                swings, ["no swing falls shut by itself: only opening was fitted"])
+            common, said = self._opening(swings)
+            return common, ["no swing falls shut by itself: only opening was fitted", *said]
         both = None
         try:
-            both = self._common(swings, self.free)
+            both, said = self._with_closing(swings)
         except NoFitError:
             if self.window is Window.SWING:
                 raise
-        if both is None or not (
-            self.window is Window.SWING or both.fit.rmse <= _GOOD * self.resolution
-        ):
-            opening, said = self._opening(swings, [])
-            if both is None or both.fit.rmse > _WORSE * max(opening.fit.rmse, self.zero_std):
-                return opening, [*said, *_CLOSING_DIFFERS, *self._missing(opening)]
-        return both, [*said_of(both.left_out), *self._missing(both)]
+        if both is not None:
+            hint = self._missing(both)
+            if self.window is Window.SWING or both.fit.rmse <= _GOOD * self.resolution:
+                return both, [*said, *hint]
+        opening, said_of_opening = self._opening(swings)
+        if both is not None:
+            if both.fit.rmse <= _WORSE * max(opening.fit.rmse, self.zero_std):
+                return both, [*said, *hint]
+            said_of_opening += hint
+        return opening, [_CLOSING_DIFFERS, *said_of_opening]
 
     def within(
         self, common: CommonFit, bounds: Mapping[str, tuple[float, float]], i_a: float
@@ -114,43 +151,102 @@ class SwingFit:
                 said.append(f"{name} lies at its bound: the swings ask for one beyond it")
         return fit, said
 
-    def _common(self, swings: Sequence[FreeSwing], free: tuple[str, ...]) -> CommonFit:
-        """Fit of the swings that agree."""
-        return fit_common(
-            self.linkage, swings, free, zero_std=self.zero_std,
-            good_rmse=_GOOD * self.resolution)
-
-    def _opening(
-        self, swings: Sequence[FreeSwing], said: list[str]
-    ) -> tuple[CommonFit, list[str]]:
+    def _opening(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
         """Fit of opening alone."""
-        common = self._common(swings, OPENING)
-        return common, [*said, *said_of(common.left_out)]
+        common = fit_common(
+            self.linkage, swings, OPENING, zero_std=self.zero_std, good_rmse=self._good)
+        unasked = [f"{name} was not identified: it takes the fall shut too" for name in self.extras]
+        return common, [*said_of(common.left_out), *unasked]
+
+    def _with_closing(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
+        """Fit of opening and closing with those zones that show in the swings."""
+        zones = [name for name in _ZONES if name in self.extras]
+        start = (*SWING, *(EXTRAS["friction"] if "friction" in self.extras else ()))
+        grown = list(self._grow(swings, start, zones))
+        free, first = (grown[-1].free, grown[-1].zones) if grown else (start, {})
+        common = fit_common(
+            self.linkage, swings, free, zero_std=self.zero_std, good_rmse=self._good, first=first)
+        said = said_of(common.left_out)
+        for zone in zones:
+            without = tuple(name for name in common.fit.free if name not in (*EXTRAS[zone], "zero"))
+            plain = fit_ratios(
+                self.linkage, common.swings, without, zero_std=self.zero_std,
+                first={name: first[name] for name in without if name in first})
+            if plain.rmse < _SHOWS * common.fit.rmse:
+                common = replace(common, fit=plain)
+                said.append(f"no {zone} shows in the swings: it was left out")
+        return self._looked_elsewhere(common), said
+
+    def _looked_elsewhere(self, common: CommonFit) -> CommonFit:
+        """The fit with each of several zones looked for again, now that the others are known."""
+        zones = [zone for zone in _ZONES if EXTRAS[zone][0] in common.fit.free]
+        rivals = dict(common.fit.rivals)
+        for zone in zones if len(zones) > 1 else ():
+            free = tuple(name for name in common.fit.free if name != "zero")
+            others = {name: value for name, value in _known_zones(common.fit).items()
+                      if name not in EXTRAS[zone]}
+            fit = fit_ratios(
+                self.linkage, common.swings, free, zero_std=self.zero_std, first=others)
+            rivals |= fit.rivals
+            if fit.rmse < common.fit.rmse:
+                common = replace(common, fit=fit)
+        return replace(common, fit=replace(common.fit, rivals=rivals))
+
+    @property
+    def _good(self) -> float:
+        """Residuals [rad] of a fit that hides no odd swing."""
+        return _GOOD * self.resolution
+
+    def _grow(
+        self,
+        swings: Sequence[FreeSwing],
+        free: tuple[str, ...],
+        extras: Sequence[str],
+        first: Mapping[str, float] | None = None,
+    ) -> Iterator["_Step"]:
+        """Add extras one after the other, each time the one that explains most."""
+        left, known = list(extras), dict(first or {})
+        while left:
+            fits = {}
+            for name in left:
+                with suppress(NoFitError):
+                    fits[name] = fit_ratios(
+                        self.linkage, swings, (*free, *EXTRAS[name]), zero_std=self.zero_std,
+                        first=known)
+            if not fits:
+                return
+            best = min(fits, key=lambda name: fits[name].rmse)
+            fit = fits[best]
+            free = (*free, *EXTRAS[best])
+            known = _known_zones(fit)
+            left.remove(best)
+            yield _Step(best, free, known, fit.rmse)
 
     def _missing(self, common: CommonFit) -> list[str]:
         """Say what else the swings ask for, if something beyond the paper explains far more."""
         rmse = common.fit.rmse
         if rmse <= _SUSPICIOUS * self.resolution:
             return []
-        fits = {}
-        for name, own in EXTRAS.items():
-            if name not in self.extras:
-                with suppress(NoFitError):
-                    fits[name] = fit_ratios(
-                        self.linkage, common.swings, (*self.free, *own), zero_std=self.zero_std)
-        best = min(fits, key=lambda name: fits[name].rmse, default=None)
-        if best is None or fits[best].rmse > _BETTER * rmse:
+        free = tuple(name for name in common.fit.free if name != "zero")
+        asked, least = [], rmse
+        others = [name for name in EXTRAS if name not in self.extras]
+        for step in self._grow(common.swings, free, others, _known_zones(common.fit)):
+            if step.rmse > _BETTER * least:
+                break
+            asked.append(step.extra)
+            least = step.rmse
+        if not asked:
             return []
         return [
-            f"with {best} identified too the residuals would fall from {math.degrees(rmse):.4f} "
-            f"to {math.degrees(fits[best].rmse):.4f} deg: do so"
+            f"with {' and '.join(asked)} identified too the residuals would fall from "
+            f"{math.degrees(rmse):.4f} to {math.degrees(least):.4f} deg: do so"
         ]
 
 
-_CLOSING_DIFFERS = (
-    "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the paper, "
-    "which leaves c_c less certain",
-)
+def _known_zones(fit: RatioFit) -> dict[str, float]:
+    """What a fit found of zones, by name."""
+    return {name: float(value) for name, value in zip(fit.free, fit.values, strict=True)
+            if name in _ZONE_UNKNOWNS}
 
 
 def usable_swings(
@@ -170,7 +266,7 @@ def usable_swings(
         NoSwingError: None is left.
     """
     lowest, limit = linkage.closing_limit(), linkage.opening_limit()
-    usable, said = [], []
+    usable, said = [], zero_doubts(recording)
     for swing in swings:
         low, top = float(swing.theta.min()), float(swing.theta.max())
         if swing.stopped:

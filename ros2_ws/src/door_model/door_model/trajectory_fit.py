@@ -38,12 +38,12 @@ EXTRAS = {
 
 _TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}  # what is not fitted
 _LAGS = 200  # samples over which residuals may hang together
-_EXACT = 1e-7, 1e-9  # tolerances of the unknowns and of the cost
-_ROUGH = 1e-3, 1e-3  # where a better fit follows
+_EXACT = 1e-7, 1e-9, 30  # tolerances of the unknowns and of the cost; evaluations at most
+_ROUGH = 1e-3, 1e-3, 15  # where a better fit follows
 _AS_GOOD = 2.0  # standard deviations
+_SAME = np.radians(0.5)  # [rad] between zones
 _ELSEWHERE = np.radians(2.0)  # [rad]
 _REFINED = 3  # of many first guesses
-_MOST_TRIALS = 50  # of values for the unknowns
 _MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
 
@@ -177,20 +177,18 @@ class _Problem:
 
     def solve(
         self, x: Array, noise: float, zero_std: float, bounds: tuple[Array, Array],
-        tolerances: tuple[float, float],
+        tolerances: tuple[float, float, int],
     ) -> Array:
         """Least squares from a first guess, with what is known of the zero beside the noise."""
         self.zero_weight = noise / zero_std if zero_std else 0.0
         self._at = None
-        xtol, ftol = tolerances
+        xtol, ftol, most = tolerances
         try:
             solution = least_squares(
                 self.residuals, np.clip(x, *bounds), jac=self.jacobian, bounds=bounds,
-                x_scale="jac", xtol=xtol, ftol=ftol, gtol=1e-12, max_nfev=_MOST_TRIALS)
+                x_scale="jac", xtol=xtol, ftol=ftol, gtol=1e-12, max_nfev=most)
         except DoorModelError as error:
             raise NoFitError(f"the fit went astray: {error}", value=error.value) from error
-        if tolerances is _EXACT and not solution.success:
-            raise NoFitError(f"the fit did not converge: {solution.message}", value=solution.cost)
         return np.asarray(solution.x)
 
     def cost(self, x: Array) -> float:
@@ -250,7 +248,7 @@ def fit_ratios(
                       _EXACT if once else _ROUGH)
         for shared in guesses
     ]
-    best = sorted(trials, key=problem.cost)[:_REFINED]
+    best = _apart(sorted(trials, key=problem.cost), free)[:_REFINED]
     if not once:
         noise = problem.spread(best[0])[1]
         best = [problem.solve(trial, noise, zero_std, limits, _EXACT) for trial in best]
@@ -271,6 +269,16 @@ def fit_ratios(
         swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),
         rivals=_rivals(problem, x, trials, noise),
     )
+
+
+def _apart(trials: Sequence[Array], free: tuple[str, ...]) -> list[Array]:
+    """Those of some trials that have not found the same zones as one before them."""
+    angles = [place for place, name in enumerate(free) if name.endswith("_angle")]
+    kept: list[Array] = []
+    for trial in trials:
+        if all(np.abs(trial[angles] - other[angles]).max(initial=0.0) > _SAME for other in kept):
+            kept.append(trial)
+    return kept
 
 
 def _rivals(problem: _Problem, x: Array, trials: Sequence[Array], noise: float) -> dict[str, float]:

@@ -133,13 +133,27 @@ def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
         assert len(found.covariance) == len(found.identified) ** 2
     codes = IdentifyCloser.Response
     for fields, code in (
-        ({"inertia": 0.0}, codes.NO_SCALE),
-        ({"impulse": 5.0, "impulse_swing": 9}, codes.NO_SCALE),
-        ({"force_angles": [0.2], "forces": [1.0, 2.0]}, codes.NO_SCALE),
+        ({"inertia": 0.0, "inertia_std": 0.1}, codes.NO_SCALE),
+        ({"impulse": 5.0, "impulse_std": 0.1, "impulse_swing": 9}, codes.NO_SCALE),
+        ({"force_angles": [0.2], "forces": [1.0, 2.0]}, codes.BAD_REQUEST),
+        ({"inertia": 12.5}, codes.BAD_REQUEST),
+        ({"inertia": 12.5, "inertia_std": 0.1, "impulse": 8.0, "impulse_std": 0.1},
+         codes.BAD_REQUEST),
         ({"extras": ["rust"]}, codes.BAD_REQUEST),
     ):
         answer = rig.ask(csv_path=str(SAMPLE), **fields)
         assert (answer.success, answer.error_code) == (False, code), answer.message
+
+
+def test_a_trial_is_not_published(rig: Rig) -> None:
+    """publish: false answers alone; the planner goes on with what it had."""
+    heard: list[Any] = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    rig.other.create_subscription(CloserParameters, "/closer_parameters", heard.append, latched)
+    assert rig.ask(csv_path=str(SAMPLE), leaf_mass=95.24, publish=False).success
+    real = rig.ask(csv_path=str(SAMPLE))
+    rig.until(lambda: bool(heard))
+    assert [message.i_a for message in heard] == [real.parameters.i_a]
 
 
 @pytest.mark.parametrize(
