@@ -235,10 +235,12 @@ class SwingFit:
                 break
             asked.append(step.extra)
             least = step.rmse
+            if least <= _SUSPICIOUS * self.resolution:
+                break
         if not asked:
             return []
         return [
-            f"with {' and '.join(asked)} identified too the residuals would fall from "
+            f"with {' and '.join(sorted(asked, key=list(EXTRAS).index))} identified too the residuals would fall from "
             f"{math.degrees(rmse):.4f} to {math.degrees(least):.4f} deg: do so"
         ]
 

@@ -43,7 +43,8 @@ _ROUGH = 1e-3, 1e-3, 15  # where a better fit follows
 _AS_GOOD = 2.0  # standard deviations
 _SAME = np.radians(0.5)  # [rad] between zones
 _ELSEWHERE = np.radians(2.0)  # [rad]
-_REFINED = 3  # of many first guesses
+_REFINED = 3  # of many first guesses,
+_WORTH = 1.5  # if their cost is below this times the best's
 _MARGIN = 1e-3  # [s]; the last sample lies inside the motion
 
 
@@ -248,7 +249,9 @@ def fit_ratios(
                       _EXACT if once else _ROUGH)
         for shared in guesses
     ]
-    best = _apart(sorted(trials, key=problem.cost), free)[:_REFINED]
+    trials.sort(key=problem.cost)
+    best = _apart(trials, free)[:_REFINED]
+    best = [trial for trial in best if problem.cost(trial) <= _WORTH * problem.cost(best[0])]
     if not once:
         noise = problem.spread(best[0])[1]
         best = [problem.solve(trial, noise, zero_std, limits, _EXACT) for trial in best]

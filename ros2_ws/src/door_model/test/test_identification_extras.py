@@ -9,9 +9,9 @@ import pytest
 from door_model.config import load_door
 from door_model.door import Door, Zone
 from door_model.doubts import doubts
-from door_model.errors import DoorParameterError, NoFitError
+from door_model.errors import DoorParameterError, NoFitError, NoSwingError
 from door_model.identification import Identification, identify
-from door_model.parameters import as_door
+from door_model.parameters import PARAMETERS, as_door
 from door_model.scale import Scale
 from door_model.synthetic import synthetic_recording
 
@@ -82,6 +82,51 @@ def test_zones_that_the_swings_leave_open_are_said() -> None:
     assert near or any("fit as well with latch_angle" in warning for warning in result.warnings)
 
 
+def test_zones_that_are_not_there_are_left_out_and_said() -> None:
+    """A door of the paper asked for everything: its own parameters, and no swing lost."""
+    result = found(PAPER, ["friction", "latch", "backcheck"], (11.0, 16.0, 20.0, 25.0, 29.0))
+    assert result.names == (*PARAMETERS, "c_c_closing", "friction")
+    assert len(result.swings) == 5
+    assert {w for w in result.warnings if w.startswith("no ")} == {
+        f"no {zone} shows in the swings: it was left out" for zone in ("latch", "backcheck")}
+
+
+def test_two_that_are_missing_are_named_together() -> None:
+    """Friction and a latch zone, neither of which explains the swings alone."""
+    door = replace(PAPER, k_c=1.3, tau_c0_prime=4.0, c_c_closing=0.6, friction=0.2,
+                   latch=Zone(0.175, 0.15))
+    asked = found(door, [])
+    assert any("with friction and latch identified too" in w for w in asked.warnings)
+    result = found(door, ["friction", "latch"])
+    assert result.door.k_c == pytest.approx(1.3, rel=0.01)
+    assert result.door.friction == pytest.approx(0.2, abs=0.01)
+    assert result.warnings == []
+
+
+def test_extras_of_opening_alone_are_not_dropped_in_silence() -> None:
+    """A latch zone cannot be told from opening: the answer says so."""
+    recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
+    result = identify(recording, PAPER.closer, EXACT, extras=["latch"], window="opening")
+    assert "latch was not identified: it takes the fall shut too" in result.warnings
+
+
+def test_another_doors_linkage_is_doubted() -> None:
+    """A link 3 cm too long: no figures without the question whether the linkage is right."""
+    recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
+    wrong = replace(PAPER.closer, l2=0.25)
+    result = identify(recording, wrong, EXACT)
+    assert any("linkage's lengths" in warning for warning in result.warnings)
+
+
+def test_a_zero_that_is_not_the_shut_doors_is_doubted() -> None:
+    """A door that rests at 7.5 deg; one whose angle falls as it opens."""
+    recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
+    moved = replace(recording, theta=recording.theta + math.radians(7.5))
+    assert any("rests at 7.5" in w for w in identify(moved, PAPER.closer, EXACT).warnings)
+    with pytest.raises(NoSwingError, match="does it grow as the door opens"):
+        identify(replace(recording, theta=-recording.theta), PAPER.closer, EXACT)
+
+
 def test_bounds_hold_and_are_told() -> None:
     """A bound that the swings want to pass is kept to, and the answer says so."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
@@ -135,9 +180,11 @@ def test_what_the_swings_cannot_tell_is_said() -> None:
 def test_doubts_name_what_goes_together() -> None:
     """Two parameters whose sum alone is known are named together, a third is not."""
     covariance = np.array([[1.0, -0.99, 0.0], [-0.99, 1.0, 0.0], [0.0, 0.0, 0.01]])
-    (said,) = doubts(("a", "b", "c"), np.array([4.0, 4.0, 4.0]), covariance)
-    assert "cannot tell a and b apart" in said
-    assert doubts(("a",), np.array([4.0]), np.array([[0.01]])) == []
+    (said,) = doubts(("c_c", "k_c", "friction"), np.array([4.0, 4.0, 4.0]), covariance)
+    assert "cannot tell c_c and k_c apart" in said
+    assert doubts(("c_c",), np.array([4.0]), np.array([[0.01]])) == []
+    (bound,) = doubts(("k_c",), np.array([0.0]), np.array([[0.01]]))
+    assert bound == "k_c is at its bound of 0, +- 0.1 N m/rad"
 
 
 def test_correlations_are_those_of_the_covariance() -> None:

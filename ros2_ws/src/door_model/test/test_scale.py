@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from door_model.config import load_door
-from door_model.errors import DoorParameterError, NoScaleError
+from door_model.errors import DoorParameterError, LinkageError, NoScaleError
 from door_model.identification import Identification, identify
 from door_model.recordings import Recording
 from door_model.scale import (
@@ -85,6 +85,17 @@ def test_inertia_as_given(recording: Recording) -> None:
     assert result.door.i_a == 12.75
     for name in ("i_a", "k_c", "tau_c0_prime"):
         assert result.std_of(name) / result.value_of(name) == pytest.approx(0.05, rel=0.03)
+
+
+def test_readings_that_cannot_be_or_contradict(recording: Recording) -> None:
+    """Degrees typed for radians, a lever in centimetres: refused; contradictions: said."""
+    with pytest.raises(LinkageError, match="572"):
+        run(recording, ForceGauge([ForceReading(10.0, 7.0, 0.8)]))
+    with pytest.raises(DoorParameterError, match="in metres"):
+        ForceReading(0.1, 7.0, 85.0)
+    apart = run(recording, ForceGauge([reading(0.4, error=20.0), reading(0.2)]))
+    assert any("contradict each other" in warning for warning in apart.warnings)
+    assert any("scale is uncertain" in warning for warning in apart.warnings)
 
 
 def test_references_that_fix_nothing(recording: Recording) -> None:
