@@ -157,7 +157,7 @@ def test_swing_ends_where_friction_holds_the_door() -> None:
     assert math.degrees(free.swing.theta[-1]) == pytest.approx(60.0, abs=1e-4)
     assert free.ending() == "the door stays open at 60.0 deg"
     balance = energy_balance(STICKY, free.swing)
-    assert swing_figure("x", free.swing, balance, free.ending()).get_suptitle().endswith(
+    assert swing_figure("x", free.swing, balance, free.ending()).texts[0].get_text().endswith(
         "; the door stays open at 60.0 deg")
 
 
