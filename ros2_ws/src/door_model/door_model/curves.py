@@ -1,5 +1,6 @@
 """What a closer does over the opening angle: the data of the paper's Figs. 15 and 16."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,6 +68,35 @@ def closer_curves(door: Door, theta: ArrayLike) -> CloserCurves:
         damping_closing=door.viscosity(theta, -1.0) * eta**2,
         energy=door.potential_energy(theta),
     )
+
+
+def round_angles(end: float, step: float) -> Array:
+    """The multiples of a step [rad] from 0 on, and the end [rad]."""
+    multiples = np.arange(math.ceil(end / step - 1e-9)) * step
+    return np.append(multiples, end)
+
+
+def round_step(end: float, most: int) -> float:
+    """The smallest of 1, 2, 5 deg, or these times a power of ten, that fits in so often [rad].
+
+    Args:
+        end: Largest angle [rad].
+        most: How many steps may lie between 0 and the end.
+    """
+    least = math.degrees(end) / most * (1.0 - 1e-9)
+    decade = 10.0 ** math.floor(math.log10(least))
+    return math.radians(next(step * decade for step in (1, 2, 5, 10) if step * decade >= least))
+
+
+def with_borders(door: Door, theta: Array) -> Array:
+    """Rising angles [rad], and those next to each border of a zone between them, both sides.
+
+    Damping jumps there: a line through these points is vertical.
+    """
+    borders = np.array([zone.angle for zone in (door.backcheck, door.latch) if zone is not None])
+    sides = [np.nextafter(borders, -np.inf), borders, np.nextafter(borders, np.inf)]
+    near = np.concatenate(sides)
+    return np.union1d(theta, near[(near > theta[0]) & (near < theta[-1])])
 
 
 def largest_shown(closer: FourBarCloser, wanted: float = np.pi / 2.0) -> float:

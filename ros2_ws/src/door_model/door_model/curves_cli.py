@@ -5,6 +5,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,19 +13,20 @@ from numpy.typing import NDArray
 
 from door_model.checks import require_positive
 from door_model.config import DoorConfig, load_door
-from door_model.curves import CloserCurves, closer_curves, largest_shown
+from door_model.curves import CloserCurves, closer_curves, largest_shown, round_angles, round_step
 from door_model.door import Door
 from door_model.drawing import curves_picture, swing_picture
 from door_model.driven_motion import Swing
 from door_model.dynamics import follow_free, initial_velocity, simulate
 from door_model.energy import EnergyBalance, energy_balance
 from door_model.errors import DoorModelError
+from door_model.free_motion import End
 from door_model.output import make_folder, write_whole
 
 Array = NDArray[np.float64]
 
 _DESCRIPTION = """\
-What the closer of a door does over the opening angle: the curves of Figs. 15 and 16 of the paper,
+What the closer of a door does over the opening angle: the curves of the paper's Figs. 15 and 16,
 with reduction ratio, damping and the spring's energy."""
 
 _EXAMPLE = """\
@@ -35,14 +37,14 @@ closes, and energy in the spring above that of the closed door.
 example, the paper's door and its swing to 25 deg:
   ros2 run door_model curves --swing-deg 25
 writes into out/curves:
-  curves.csv, curves.png    every half degree; Figs. 15 and 16
+  curves.csv, curves.png    every half degree; the paper's Figs. 15 and 16, and the damping
   swing.csv, swing.png      every millisecond; angle, velocity, energy stored and dissipated
 
 another door, as identify --yaml wrote it, up to 70 deg:
   ros2 run door_model curves --door my_door.yaml --max-deg 70 --out my_curves
 """
 
-_ROWS = 10  # of the printed table
+_STEPS = 10  # of the printed table, at most
 _STEP = math.radians(0.5)  # of the curves that are written
 
 
@@ -70,7 +72,8 @@ def _parser() -> argparse.ArgumentParser:
         "--swing-deg",
         type=float,
         metavar="DEG",
-        help="also the free swing from the closed door to this angle, until it has fallen shut",
+        help="also the free swing from the closed door to this angle, until it has fallen shut or "
+        "friction holds the door open (a minute at most)",
     )
     parser.add_argument(
         "--out",
@@ -84,15 +87,42 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def free_swing(door: Door, angle: float) -> Swing:
-    """The swing that takes a closed door to an angle [rad] and lets it fall shut, every 1 ms.
+@dataclass(frozen=True)
+class FreeSwing:
+    """A swing from the closed door and how it ends.
+
+    Attributes:
+        swing: The motion.
+        end: Why it ends.
+        end_angle: Where it ends [rad].
+    """
+
+    swing: Swing
+    end: End
+    end_angle: float
+
+    def ending(self) -> str:
+        """What is to be said of the end; nothing where the door falls shut."""
+        degrees = math.degrees(self.end_angle)
+        if self.end == End.STUCK:
+            return f"the door stays open at {degrees:.1f} deg"
+        if self.end == End.TIME:
+            return f"after {self.swing.t[-1]:.0f} s the door still moves, at {degrees:.1f} deg"
+        return ""
+
+
+def free_swing(door: Door, angle: float) -> FreeSwing:
+    """The swing that takes a closed door to an angle [rad] and lets it fall, every 1 ms.
+
+    It ends where the door has fallen shut or friction holds it, or after a minute.
 
     Raises:
         DoorModelError: As `initial_velocity`.
     """
     omega = initial_velocity(door, angle)
-    end = float(follow_free(door, 0.0, omega).end_time[0])
-    return simulate(door, 0.0, omega, end, stop=True)
+    motion = follow_free(door, 0.0, omega)
+    swing = simulate(door, 0.0, omega, float(motion.end_time[0]), stop=True)
+    return FreeSwing(swing, End(motion.end[0]), float(motion.end_angle[0]))
 
 
 def _swing_columns(swing: Swing, balance: EnergyBalance) -> dict[str, Array]:
@@ -122,19 +152,22 @@ def _curves(door: Door, max_deg: float | None) -> CloserCurves:
         require_positive("--max-deg", max_deg)
         end = math.radians(max_deg)
         door.closer.require_within(end)
-    return closer_curves(door, np.linspace(0.0, end, math.ceil(end / _STEP - 1e-9) + 1))
+    return closer_curves(door, round_angles(end, _STEP))
 
 
 def _table(door: Door, end: float) -> str:
     """Curves from the closed door to an angle [rad] for people to read."""
     heads = ("theta", "f", "eta", "torque", "damping", "(closing)", "spring")
     units = ("[deg]", "[deg]", "[-]", "[N m]", "[N m s]", "[N m s]", "[J]")
-    columns = closer_curves(door, np.linspace(0.0, end, _ROWS)).columns().values()
+    angles = round_angles(end, round_step(end, _STEPS))
+    columns = closer_curves(door, angles).columns().values()
     rows = ["".join(f"{value:>10.3f}" for value in row) for row in zip(*columns, strict=True)]
     return "\n".join(["".join(f"{word:>10}" for word in words) for words in (heads, units)] + rows)
 
 
-def _text(config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any]) -> str:
+def _text(
+    config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any], ending: str
+) -> str:
     """What was found, for people to read."""
     lines = [f"door {config.name!r}, whose linkage opens to {found['opening_limit_deg']:.1f} deg"]
     if found["dead_centre_deg"] is not None:
@@ -145,6 +178,7 @@ def _text(config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any]) ->
         lines += [
             f"free swing to {swing['peak_deg']:.2f} deg: w' {swing['omega_door']:.4f} rad/s, "
             f"{swing['duration_s']:.2f} s",
+            *([ending] if ending else []),
             f"of {swing['kinetic_at_start_j']:.3f} J at the start {swing['kinetic_at_end_j']:.3f} "
             f"are in the leaf at the end, {swing['spring_at_end_j']:z.3f} in the spring,",
             f"{swing['damper_j']:.3f} were turned into heat in the damper, "
@@ -165,15 +199,17 @@ def _run(arguments: argparse.Namespace) -> str:
         "opening_limit_deg": math.degrees(door.closer.opening_limit()),
         "dead_centre_deg": None if dead_centre is None else math.degrees(dead_centre),
     }
+    ending = ""
     files = {
         "curves.csv": _csv(curves.columns()),
-        "curves.png": curves_picture(config.name, door, curves),
+        "curves.png": curves_picture(config.name, door, float(curves.theta[-1])),
     }
     if arguments.swing_deg is not None:
-        swing = free_swing(door, math.radians(arguments.swing_deg))
+        free = free_swing(door, math.radians(arguments.swing_deg))
+        swing = free.swing
         balance = energy_balance(door, swing)
         files["swing.csv"] = _csv(_swing_columns(swing, balance))
-        files["swing.png"] = swing_picture(config.name, swing, balance)
+        files["swing.png"] = swing_picture(config.name, swing, balance, free.ending())
         found["swing"] = {
             "peak_deg": math.degrees(swing.theta.max()),
             "omega_door": float(swing.omega[0]),
@@ -183,7 +219,10 @@ def _run(arguments: argparse.Namespace) -> str:
             "spring_at_end_j": float(balance.spring[-1]),
             "damper_j": float(balance.damper[-1]),
             "friction_j": float(balance.friction[-1]),
+            "falls_shut": free.end == End.SHUT,
+            "stays_open_deg": math.degrees(free.end_angle) if free.end == End.STUCK else None,
         }
+        ending = free.ending()
     folder = make_folder(arguments.out)
     for name, content in files.items():
         write_whole(folder / name, content)
@@ -191,7 +230,7 @@ def _run(arguments: argparse.Namespace) -> str:
     if arguments.json:
         columns = {name: values.tolist() for name, values in curves.columns().items()}
         return json.dumps({**found, "curves": columns})
-    return _text(config, curves, found)
+    return _text(config, curves, found, ending)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -5,6 +5,7 @@
 
 import argparse
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,14 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from door_model.checks import require_not_negative
 from door_model.config import load_door
 from door_model.door import Door
 from door_model.driven_motion import Swing
 from door_model.dynamics import initial_velocity, peak, simulate
-from door_model.errors import LinkageError
+from door_model.errors import DoorModelError, LinkageError, UnreachableAngleError
 from door_model.recordings import COUNTS_PER_TURN, Recording, from_counts, write_counts_csv
 
 _FINE = 2e-4  # [s]; samples are interpolated between points this close
+_LONGEST_FALL = 20.0  # [s]
+_OPEN = 1e-3  # [rad]; a door that is further open has not fallen shut
 _SHUT_SPEED = 0.02  # [rad/s]; a door that hits its frame slower than this stays shut
 
 
@@ -50,7 +54,7 @@ def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15
 
     Raises:
         LinkageError: The angle is beyond the linkage.
-        UnreachableAngleError: The door does not turn round there.
+        UnreachableAngleError: The door does not turn round there, or friction holds it shut.
     """
     free = door.i_a * initial_velocity(door, angle)
     high = 3.0 * free + 2.0 * duration * float(door.restoring_torque(0.0))
@@ -58,7 +62,15 @@ def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15
     def beyond(impulse: float) -> float:
         return _peak_of_push(door, Push(0.0, impulse, duration)) - angle
 
-    impulse = brentq(beyond, 0.5 * free, high, xtol=1e-5 * free, rtol=1e-5)
+    try:
+        impulse = brentq(beyond, 0.5 * free, high, xtol=1e-5 * free, rtol=1e-5)
+    except ValueError as error:
+        raise UnreachableAngleError(
+            f"no push of {duration:g} s and up to {high:.3g} N m s opens the door to "
+            f"{math.degrees(angle):.3g} deg",
+            value=angle,
+            limit=high,
+        ) from error
     return Push(start, float(impulse), duration)
 
 
@@ -150,15 +162,33 @@ def _advance(
 def five_swings(
     door: Door, peaks: Sequence[float], *, spacing: float = 0.3, push_duration: float = 0.15
 ) -> tuple[list[Push], float]:
-    """Pushes to the given peaks [rad], each after the door has fallen shut; and the length [s]."""
+    """Pushes to the given peaks [rad], each after the door has fallen shut; and the length [s].
+
+    Raises:
+        LinkageError: A peak is beyond the linkage.
+        UnreachableAngleError: The door does not turn round there, or does not fall shut from there.
+    """
     pushes, start = [], spacing
     for angle in peaks:
         push = push_to(door, angle, start, push_duration)
         pushes.append(push)
-        fall = simulate(door, angle, 0.0, 20.0, stop=True).t[-1]
+        fall = _fall(door, angle)
         rise = peak(door, 0.0, initial_velocity(door, angle)).time
-        start += push_duration + rise + float(fall) + 0.5 + spacing
+        start += push_duration + rise + fall + 0.5 + spacing
     return pushes, start
+
+
+def _fall(door: Door, angle: float) -> float:
+    """How long a door takes to fall shut from rest at an angle [s]."""
+    fall = simulate(door, angle, 0.0, _LONGEST_FALL, stop=True)
+    if fall.theta[-1] > _OPEN:
+        raise UnreachableAngleError(
+            f"the door does not fall shut from {math.degrees(angle):.1f} deg: after "
+            f"{_LONGEST_FALL:.0f} s it is still open at {math.degrees(fall.theta[-1]):.1f} deg",
+            value=float(fall.theta[-1]),
+            limit=_OPEN,
+        )
+    return float(fall.t[-1])
 
 
 def quantise(
@@ -206,19 +236,78 @@ def synthetic_recording(
     return from_counts(swing.t, counts, counts_per_turn)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Write a recording of simulated pushes."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--out", required=True, help="CSV file to write")
-    parser.add_argument("--door", default="paper", help="door to simulate (name or YAML)")
-    parser.add_argument(
-        "--peaks-deg", type=float, nargs="+", default=[11.0, 16.0, 20.0, 25.0, 29.0]
+_EXAMPLE = """\
+the sample recording of this package:
+  python -m door_model.synthetic --out paper_five_swings.csv
+
+a door's YAML may have more than the paper's door. Copy one of share/door_model/doors and add
+  closer:
+    c_c_closing: 0.5                     # [N m s/rad] while the door closes
+    backcheck: {angle: 1.22, c_c: 3.0}   # while it opens beyond 1.22 rad
+    latch: {angle: 0.2, c_c: 0.1}        # while it closes below 0.2 rad
+  friction: 0.3                          # [N m] at the hinge
+to record it through an encoder with play:
+  python -m door_model.synthetic --door my_door.yaml --play-deg 0.2 --out my_swings.csv
+"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m door_model.synthetic",
+        description="Write a recording of simulated pushes by hand, for identify --csv.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    arguments = parser.parse_args(argv)
-    door = load_door(arguments.door).door()
+    parser.add_argument("--out", required=True, metavar="FILE", help="CSV file to write")
+    parser.add_argument(
+        "--door",
+        default="paper",
+        metavar="NAME_OR_YAML",
+        help="door of this package, or a YAML file (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--peaks-deg",
+        type=float,
+        nargs="+",
+        default=[11.0, 16.0, 20.0, 25.0, 29.0],
+        metavar="DEG",
+        help="largest opening angle of each push (default: 11 16 20 25 29)",
+    )
+    parser.add_argument(
+        "--play-deg",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="free way between leaf and encoder (default: %(default)g)",
+    )
+    return parser
+
+
+def _run(arguments: argparse.Namespace) -> str:
+    """Make the recording and write it; what to print."""
+    require_not_negative("--play-deg", arguments.play_deg)
+    config = load_door(arguments.door)
+    door = config.door()
     pushes, duration = five_swings(door, np.radians(arguments.peaks_deg).tolist())
     swing = simulate_pushes(door, pushes, duration)
-    write_counts_csv(arguments.out, swing.t, quantise(swing))
+    shown = replace(swing, theta=through_play(swing.theta, math.radians(arguments.play_deg)))
+    write_counts_csv(arguments.out, shown.t, quantise(shown))
+    peaks = ", ".join(f"{angle:g}" for angle in arguments.peaks_deg)
+    return (
+        f"written: {arguments.out}, {len(shown.t)} samples at 1 kHz, {COUNTS_PER_TURN} counts a "
+        f"turn, play {arguments.play_deg:g} deg: door {config.name!r} pushed to {peaks} deg"
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write a recording of simulated pushes; the exit code is 1 for errors."""
+    arguments = _parser().parse_args(argv)
+    try:
+        print(_run(arguments))
+    except DoorModelError as error:
+        print(f"synthetic: {error}", file=sys.stderr)
+        return 1
     return 0
 
 

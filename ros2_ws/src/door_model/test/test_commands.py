@@ -1,13 +1,17 @@
 """Command identify and the report of an identification."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from door_model.config import load_door
 from door_model.data import data_path
+from door_model.door import Zone
 from door_model.identify_cli import main
 from door_model.synthetic import main as make_recording
+from numpy.typing import NDArray
 
 SAMPLE = str(data_path("recordings") / "paper_five_swings.csv")
 LEAF = ["--mass", "47.62", "--width", "0.896"]
@@ -98,3 +102,92 @@ def test_sample_recording_is_what_the_simulator_makes(tmp_path: Path) -> None:
     assert len(ours) == len(theirs)
     assert all(abs(int(a[1]) - int(b[1])) <= 1 for a, b in zip(ours, theirs, strict=True))
     assert Path(SAMPLE).stat().st_size < 500_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        (["--door", "garage"], "no such door"),
+        (["--peaks-deg", "200"], "at 200.00 deg"),
+        (["--peaks-deg", "11", "nan"], "angle must be a finite number"),
+        (["--play-deg", "-0.1"], "--play-deg must be"),
+        (["--play-deg", "nan"], "--play-deg must be"),
+        (["--door", "sticky.yaml", "--peaks-deg", "60"], "still open at 60.0 deg"),
+        (["--door", "sticky.yaml", "--peaks-deg", "1e-6"], "no push of 0.15 s"),
+    ],
+)
+def test_recording_that_cannot_be_made_is_said(
+    arguments: list[str],
+    match: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Exit code 1, one sentence on stderr, no file."""
+    monkeypatch.chdir(tmp_path)
+    friction = 50.0 if "1e-6" in arguments else 5.0
+    Path("sticky.yaml").write_text(replace(load_door("paper"), friction=friction).to_yaml())
+    assert make_recording([*arguments, "--out", "out.csv"]) == 1
+    captured = capsys.readouterr()
+    assert captured.err.startswith("synthetic: ")
+    assert match in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+    assert not Path("out.csv").exists()
+
+
+def test_recording_says_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """File, door and angles."""
+    out = str(tmp_path / "out.csv")
+    assert make_recording(["--door", "size3", "--peaks-deg", "5", "7.5", "--out", out]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith(f"written: {out}, ")
+    assert text.endswith("door 'size3' pushed to 5, 7.5 deg\n")
+
+
+def test_help_of_recordings_has_every_default(capsys: pytest.CaptureFixture[str]) -> None:
+    """The peaks too, and what a door's YAML may have."""
+    with pytest.raises(SystemExit):
+        make_recording(["--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "of each push (default: 11 16 20 25 29)" in text
+    for word in ("default: paper", "default: 0", "latch:", "backcheck:", "friction:"):
+        assert word in text
+
+
+def _counts(path: Path) -> NDArray[np.float64]:
+    """The counts of a recording."""
+    return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]
+
+
+def _shut(counts: NDArray[np.float64]) -> int:
+    """The first sample after the peak at which the door is shut."""
+    peak = int(counts.argmax())
+    return peak + int(np.flatnonzero(counts[peak:] <= 0)[0])
+
+
+def test_play_keeps_the_encoder_behind_the_leaf(tmp_path: Path) -> None:
+    """By the play while it opens; at the peak and shortly after it the encoder stands still."""
+    for name, play in (("none", "0"), ("some", "0.5")):
+        arguments = ["--peaks-deg", "10", "--play-deg", play]
+        assert make_recording([*arguments, "--out", str(tmp_path / name)]) == 0
+    leaf, shown = _counts(tmp_path / "none"), _counts(tmp_path / "some")
+    lost = 0.5 / 360.0 * 14400
+    assert leaf.max() - shown.max() == pytest.approx(lost, abs=1)
+    assert (shown == shown.max()).sum() > 2 * (leaf == leaf.max()).sum()
+    falling = slice(_shut(leaf) - 200, _shut(leaf))
+    np.testing.assert_array_equal(shown[falling], leaf[falling])
+
+
+def test_a_real_closer_can_be_recorded(tmp_path: Path) -> None:
+    """Friction and a slow latch zone make the fall from the same angle longer."""
+    config = replace(
+        load_door("paper"), c_c_closing=0.5, backcheck=Zone(0.15, 3.0), latch=Zone(0.15, 10.0),
+        friction=0.3)
+    door = tmp_path / "door.yaml"
+    door.write_text(config.to_yaml())
+    plain, real = tmp_path / "plain.csv", tmp_path / "real.csv"
+    assert make_recording(["--peaks-deg", "12", "--out", str(plain)]) == 0
+    assert make_recording(["--door", str(door), "--peaks-deg", "12", "--out", str(real)]) == 0
+    falls = [_shut(counts) - counts.argmax() for counts in (_counts(plain), _counts(real))]
+    assert falls[1] > 1.2 * falls[0]
