@@ -239,8 +239,9 @@ class SwingFit:
                 break
         if not asked:
             return []
+        names = " and ".join(sorted(asked, key=list(EXTRAS).index))
         return [
-            f"with {' and '.join(sorted(asked, key=list(EXTRAS).index))} identified too the residuals would fall from "
+            f"with {names} identified too the residuals would fall from "
             f"{math.degrees(rmse):.4f} to {math.degrees(least):.4f} deg: do so"
         ]
 
