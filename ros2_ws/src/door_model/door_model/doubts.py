@@ -23,7 +23,8 @@ def doubts(
         values: Their values (P,).
         covariance: (P, P), without the scale, whose spread says nothing of the swings.
     """
-    size = np.maximum(np.abs(values), 1e-12)
+    std = np.sqrt(np.diag(covariance))
+    size = np.maximum(np.maximum(np.abs(values), std), 1e-12)
     shares, directions = np.linalg.eigh(covariance / np.outer(size, size))
     said: dict[tuple[str, ...], str] = {}
     for variance, direction in sorted(
@@ -32,17 +33,15 @@ def doubts(
         share = math.sqrt(max(float(variance), 0.0))
         parts = tuple(
             name for name, part in zip(names, direction, strict=True) if abs(part) > _PART)
-        if share <= _DOUBTFUL or parts in said:
-            continue
-        if len(parts) > 1:
-            said[parts] = (
+        if share > _DOUBTFUL and len(parts) > 1:
+            said.setdefault(parts, (
                 f"the swings cannot tell {' and '.join(parts)} apart: changed together by "
-                f"{min(share, 1.0):.0%} or more they leave the motion nearly as it is")
-            continue
-        place = list(names).index(parts[0])
-        said[parts] = _uncertain(
-            parts[0], float(values[place]), math.sqrt(float(covariance[place, place])))
-    return list(said.values())
+                f"{min(share, 1.0):.0%} they leave the motion nearly as it is"))
+    together = {name for parts in said for name in parts}
+    return [*said.values(), *(
+        _uncertain(name, float(value), float(spread))
+        for name, value, spread in zip(names, values, std, strict=True)
+        if spread > _DOUBTFUL * abs(value) and name not in together)]
 
 
 def _uncertain(name: str, value: float, std: float) -> str:

@@ -10,7 +10,7 @@ from door_model.swing_rows import Array, stack
 from door_model.swings import FreeSwing
 
 ESTIMATED = ("opening", "closing", "spring", "preload")
-_SMALLEST = np.array([1e-3, 1e-3, 1e-3, 1e-2])
+_SMALLEST = np.array([1e-3, 1e-3, 1e-3, -np.inf])
 
 
 def first_estimate(
@@ -22,8 +22,8 @@ def first_estimate(
     left of the measurement's errors in the integrands makes it good to about a percent.
 
     Returns:
-        Ratios by their names in `Ratios`, all positive, and angle [rad] and velocity [rad/s] at
-        the start of each swing (S, 2).
+        Ratios by their names in `Ratios`, all but the preload positive, and angle [rad] and
+        velocity [rad/s] at the start of each swing (S, 2).
     """
     highest = max(float(swing.theta.max()) for swing in swings)
     angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 2000)

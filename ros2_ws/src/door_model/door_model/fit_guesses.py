@@ -27,7 +27,7 @@ def first_guesses(
         highest: Largest angle of the swings [rad].
     """
     guess = {"closing": known["opening"], "play": 0.0, "zero": 0.0,
-             "friction": _FRICTION_START * known["preload"], **known}
+             "friction": _FRICTION_START * abs(known["preload"]), **known}
     for zone, other in (("latch", "closing"), ("backcheck", "opening")):
         guess.setdefault(zone, guess[other])
     guesses = [guess]
@@ -59,6 +59,7 @@ def fit_bounds(
         # Not bounded by 0, where a fit to noise may lie on either side of it.
         "play": (-_MOST_PLAY, _MOST_PLAY),
         "zero": (-np.inf, np.inf),
+        "preload": (-np.inf, np.inf),  # negative where f is large at the closed door
         "latch_angle": (CLOSING_END, min(_HIGHEST_LATCH, highest)),
         "backcheck_angle": (CLOSING_END, highest),
         **given,

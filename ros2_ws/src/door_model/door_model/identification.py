@@ -16,17 +16,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from door_model.checks import require_positive
 from door_model.closer import FourBarCloser
 from door_model.door import Door
 from door_model.doubts import doubts
 from door_model.errors import NoScaleError
-from door_model.garbage import without_garbage
-from door_model.parameters import as_door, to_parameters
+from door_model.parameters import PARAMETERS, RATIO_OF, as_door, to_parameters
+from door_model.recording_checks import (
+    grain,
+    require_times,
+    rest,
+    with_lattice,
+    without_garbage,
+)
 from door_model.recordings import Recording
 from door_model.scale import Fitted, Reference, Scale
 from door_model.swing_fit import SwingFit, Window, usable_swings
 from door_model.swings import FreeSwing, find_swings
-from door_model.trajectory_fit import OPENING, RatioFit
+from door_model.trajectory_fit import RatioFit
 
 Array = NDArray[np.float64]
 
@@ -69,7 +76,7 @@ class Identification:
             "c_c_closing", "friction" or "latch_angle".
         values: Their values (P,), in SI units.
         covariance: (P, P) of the same; for correlated residuals, and with the scale's share.
-        play: Between the leaf and its encoder [rad]; None where only opening was fitted.
+        play: Between the leaf and its encoder [rad].
         zero: What the encoder shows at the closed door [rad].
         fit_rmse: Root mean square of all residuals [rad].
         swings: The swings used.
@@ -82,7 +89,7 @@ class Identification:
     names: tuple[str, ...]
     values: Array
     covariance: Array
-    play: float | None
+    play: float
     zero: float
     fit_rmse: float
     swings: list[SwingResult]
@@ -130,13 +137,16 @@ def identify(
             where the data say that the hand has left.
         extras: What to identify beyond the paper: names of `trajectory_fit.EXTRAS`.
         bounds: Lower and upper bounds by parameter's name, in SI units; I_A is the scale's.
-        zero_std: Standard deviation of the encoder's zero [rad]; by default half a count.
+        zero_std: Standard deviation of the encoder's zero [rad]; by default half a count, or as
+            far from 0 as the door is seen to rest.
 
     Raises:
         NoScaleError: There is no scale, or it does not fit to what the recording shows.
         NoSwingError: Nothing in the recording looks like a free swing.
         NoFitError: The fit does not converge, or what it finds is no door.
-        DoorParameterError: A bound is of no parameter or no interval, or there is no such extra.
+        RecordingError: Its times cannot be those of samples in seconds.
+        DoorParameterError: A bound is of no parameter or no interval, the start angle is not
+            positive, or there is no such extra.
     """
     window = Window(window)
     if scale is None:
@@ -146,10 +156,13 @@ def identify(
             value=None,
             limit="a leaf's mass and width, I_A, a force reading or a known impulse",
         )
-    clean, warnings = without_garbage(recording)
+    require_times(recording)
+    if start_angle is not None:
+        require_positive("the start angle", start_angle)
+    clean, warnings = without_garbage(with_lattice(recording))
     if zero_std is None:
-        zero_std = _ZERO_COUNTS_STD * clean.resolution
-    task = SwingFit(linkage, window, extras, zero_std, clean.resolution)
+        zero_std = max(_ZERO_COUNTS_STD * clean.resolution, abs(rest(clean)))
+    task = SwingFit(linkage, window, extras, zero_std, grain(clean))
     found = find_swings(clean, start_angle)
     swings, said = usable_swings(clean, linkage, found)
     warnings += said
@@ -164,7 +177,7 @@ def identify(
     common, said = task.run(swings)
     warnings += said
     fit = common.fit
-    fitted = Fitted(linkage, _paper_ratios(fit), clean, found)
+    fitted = Fitted(linkage, _paper_ratios(fit), clean, found, fit.value("play"), fit.value("zero"))
     resolved = scale.resolve(fitted)
     if bounds:
         fit, said = task.within(common, bounds, resolved.i_a)
@@ -175,7 +188,7 @@ def identify(
 
 def _paper_ratios(fit: RatioFit) -> Array:
     """c_c (opening), k_c and tau'_c0 over I_A (3,)."""
-    return fit.values[[fit.free.index(name) for name in OPENING]]
+    return fit.values[[fit.free.index(RATIO_OF[name]) for name in PARAMETERS[1:]]]
 
 
 def _result(
@@ -223,7 +236,7 @@ def _result(
         values=values,
         covariance=covariance,
         play=fit.value("play"),
-        zero=fit.value("zero") or 0.0,
+        zero=fit.value("zero"),
         fit_rmse=fit.rmse,
         swings=results,
         window=Window.SWING if "closing" in fit.free else Window.OPENING,

@@ -119,6 +119,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--also",
         nargs="+",
+        action="extend",
         choices=list(EXTRAS),
         default=[],
         help="identify beyond the paper: friction at the hinge, a backcheck or a latch zone "
@@ -173,7 +174,7 @@ def _reference(
         return ForceGauge(readings)
     if arguments.impulse:
         impulse, std, swing = arguments.impulse
-        return KnownImpulse(impulse, std, round(swing))
+        return KnownImpulse(impulse, std, swing)
     return scale_from_leaf(mass, width)
 
 
@@ -202,7 +203,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
         window=arguments.window,
         start_angle=_radians(arguments.from_deg),
         extras=arguments.also,
-        bounds={name: _span(name, low, high) for name, low, high in arguments.bound},
+        bounds=_bounds(arguments.bound),
         zero_std=_radians(arguments.zero_std_deg),
     )
     if mass is None:  # one that goes with I_A
@@ -215,12 +216,17 @@ def _radians(degrees: float | None) -> float | None:
     return None if degrees is None else math.radians(degrees)
 
 
-def _span(name: str, low: str, high: str) -> tuple[float, float]:
+def _bounds(typed: Sequence[Sequence[str]]) -> dict[str, tuple[float, float]]:
     """Bounds as typed."""
-    try:
-        return float(low), float(high)
-    except ValueError:
-        raise DoorParameterError(f"bounds of {name}", f"{low} {high}", "two numbers") from None
+    bounds: dict[str, tuple[float, float]] = {}
+    for name, low, high in typed:
+        if name in bounds:
+            raise DoorParameterError(f"bounds of {name}", f"{low} {high}", "given once")
+        try:
+            bounds[name] = float(low), float(high)
+        except ValueError:
+            raise DoorParameterError(f"bounds of {name}", f"{low} {high}", "two numbers") from None
+    return bounds
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -229,11 +235,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if not 0.0 <= arguments.restitution <= 1.0:
         parser.error(f"--restitution must be 0 to 1, not {arguments.restitution}")
+    source = arguments.mcap or arguments.csv
+    if arguments.yaml is not None and Path(arguments.yaml).resolve() == Path(source).resolve():
+        parser.error(f"--yaml would overwrite the recording {source}")
     try:
         result, geometry = _run(arguments)
-        if arguments.yaml:
+        if arguments.json:
+            answer = json.dumps(identified(result), indent=2)
+        else:
+            answer = as_table(
+                result, "" if arguments.door else " (the paper's, for want of --door)")
+        if arguments.yaml is not None:
             config = as_config(result, geometry, restitution=arguments.restitution)
-            head = as_comment(result, arguments.mcap or arguments.csv)
+            head = as_comment(result, source)
             if not arguments.door:
                 head += "# Without --door the linkage, and what was not given of the leaf, is the "
                 head += "paper door's.\n"
@@ -241,10 +255,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except DoorModelError as error:
         print(f"identify: {error}", file=sys.stderr)
         return 1
-    if arguments.json:
-        print(json.dumps(identified(result), indent=2))
-    else:
-        print(as_table(result, "" if arguments.door else " (the paper's, for want of --door)"))
+    print(answer)
     return 0
 
 

@@ -27,9 +27,13 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         OutputError: It cannot be written.
     """
     target = Path(path)
+    if not target.name:
+        raise OutputError(f"{str(path)!r} is no file's name", value=str(path))
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+    if isinstance(content, str):
+        content = content.encode("utf-8", "backslashreplace")
     try:
-        partial.write_bytes(content.encode() if isinstance(content, str) else content)
+        partial.write_bytes(content)
         partial.replace(target)
     except OSError as error:
         partial.unlink(missing_ok=True)

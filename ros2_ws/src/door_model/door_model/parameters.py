@@ -91,14 +91,16 @@ def ratio_bounds(
     """Bounds of ratios from those of parameters in SI units.
 
     Raises:
-        DoorParameterError: A bound is of no fitted parameter, or no interval of 0 or more.
+        DoorParameterError: A bound is of no fitted parameter, or no interval; all but those of
+            tau_c0_prime begin at 0 or above.
     """
     answer = {}
     for name, (low, high) in bounds.items():
         if name not in RATIO_OF:
             raise DoorParameterError("the parameter of a bound", name, f"of {', '.join(RATIO_OF)}")
-        if not 0.0 <= low < high:
-            raise DoorParameterError(f"bounds of {name}", (low, high), "a lower and a higher one")
+        if not low < high or (low < 0.0 and name != "tau_c0_prime"):
+            raise DoorParameterError(
+                f"bounds of {name}", (low, high), "a lower and a higher one, from 0 on")
         unit = 1.0 if is_angle(name) else i_a
         answer[RATIO_OF[name]] = (low / unit, high / unit)
     return answer

@@ -38,7 +38,7 @@ def identified(result: Identification, truth: dict[str, float] | None = None) ->
         "window": result.window.value,
         "parameters": list(result.names),
         "correlation": result.correlation.tolist(),
-        "play_deg": None if result.play is None else math.degrees(result.play),
+        "play_deg": math.degrees(result.play),
         "zero_deg": math.degrees(result.zero),
         "swings": [
             {"start_s": float(swing.t[0]), "peak_deg": math.degrees(swing.peak),
@@ -75,14 +75,14 @@ def as_table(result: Identification, linkage: str = "") -> str:
         if is_angle(name):
             value, std, unit = math.degrees(value), math.degrees(std), "deg"
         lines.append(f"{name:<16}{value:>10.4f} +- {std:<10.2g}{unit}")
-    if result.play is not None and result.play > _PLAY_TOLD:
+    if result.play > _PLAY_TOLD:
         lines.append(f"{'encoder play':<16}{math.degrees(result.play):>10.3f}    {'':<10}deg")
     rmse = math.degrees(result.fit_rmse)
     fitted = "opening" if result.window is Window.OPENING else "opening and closing"
     lines.append(f"fit             {rmse:.4f} deg rmse, {len(result.swings)} swings, {fitted}")
     torques = ", ".join(
         f"{float(result.door.restoring_torque(math.radians(angle))):.2f} N m at {angle:.0f} deg"
-        for angle in _ANGLES_DEG
+        for angle in _ANGLES_DEG if math.radians(angle) < result.door.closer.opening_limit()
     )
     lines.append(f"restoring       {torques}")
     omega0, top = _largest_swing(result)
@@ -101,6 +101,7 @@ def as_table(result: Identification, linkage: str = "") -> str:
 
 def as_comment(result: Identification, source: str) -> str:
     """Head of a door's file: what was identified, from what and how surely."""
+    source = " ".join(source.encode("ascii", "backslashreplace").decode().split())
     lines = [f"Identified from {source}: {len(result.swings)} swings, scale by "
              f"{result.scale_reference}."]
     lines += [f"{name} +- {result.std_of(name):.2g} {UNITS[name]}" for name in result.names]

@@ -28,6 +28,9 @@ WIDTH_STD = 1e-3  # a ruler's [m]
 FORCE_STD = 0.5  # a hand-held gauge's [N]
 LEVER_STD = 2e-3  # of where it is held [m]
 _PLAUSIBLE = {"mass": (0.1, 5000.0), "width": (0.05, 10.0)}  # [kg], [m]
+_LARGEST_INERTIA = 1e5  # [kg m^2]
+_LARGEST_FORCE = 1e4  # [N]
+_LARGEST_IMPULSE = 1e4  # [N m s]
 _LONGEST_LEVER = 3.0  # [m]
 _APART = 9.0  # squared standard deviations that readings may differ by
 _MOVED = 3.0  # counts that a shut door may show
@@ -70,12 +73,16 @@ class Fitted:
         ratios: (3,) c_c (opening), k_c and tau'_c0 over I_A.
         recording: The recording.
         swings: The free swings in it.
+        play: Between the leaf and its encoder [rad].
+        zero: What the encoder shows at the closed door [rad].
     """
 
     linkage: FourBarCloser
     ratios: Array
     recording: Recording
     swings: Sequence[FreeSwing]
+    play: float = 0.0
+    zero: float = 0.0
 
 
 class Reference(Protocol):
@@ -115,6 +122,8 @@ class ForceReading:
         for name in ("force", "lever", "force_std"):
             require_positive(name, getattr(self, name))
         require_not_negative("lever_std", self.lever_std)
+        if self.force > _LARGEST_FORCE:
+            raise DoorParameterError("force", self.force, f"up to {_LARGEST_FORCE:g} N")
         if self.lever > _LONGEST_LEVER:
             raise DoorParameterError("lever", self.lever, f"in metres, up to {_LONGEST_LEVER:g}")
 
@@ -198,6 +207,10 @@ class KnownImpulse:
         """Check the numbers."""
         require_positive("impulse", self.impulse)
         require_not_negative("std of impulse", self.std)
+        if self.impulse > _LARGEST_IMPULSE:
+            raise DoorParameterError("impulse", self.impulse, f"up to {_LARGEST_IMPULSE:g} N m s")
+        if not (math.isfinite(self.swing) and self.swing == int(self.swing)):
+            raise DoorParameterError("the swing of the impulse", self.swing, "a whole number")
 
     def resolve(self, fitted: Fitted) -> Scale:
         """I_A by eq. (1) integrated from rest to the free motion's start.
@@ -213,10 +226,10 @@ class KnownImpulse:
                 value=self.swing,
                 limit=len(fitted.swings),
             )
-        swing, recording = fitted.swings[self.swing - 1], fitted.recording
+        swing, recording = fitted.swings[int(self.swing) - 1], fitted.recording
         period = float(np.median(np.diff(recording.t)))
         end = int(np.searchsorted(recording.t, swing.t[0]))
-        theta = np.maximum(recording.theta, 0.0)
+        theta = np.maximum(recording.theta - fitted.zero, 0.0)
         still = np.flatnonzero(theta[:end] <= _MOVED * recording.resolution)
         if not still.size:
             raise NoScaleError(
@@ -225,12 +238,13 @@ class KnownImpulse:
         moved = int(still[-1]) + 1
         push = slice(moved, end + 1)
         speed = smooth(theta[: end + round(0.1 / period)], period, 1)
-        f, eta = fitted.linkage.f_and_eta(theta[push])
+        leaf = theta + max(fitted.play, 0.0)  # it moves before its encoder does
+        f, eta = fitted.linkage.f_and_eta(leaf[push])
         slopes = trapezoid(
             np.column_stack([eta**2 * speed[push], eta * f, eta]), recording.t[push], axis=0)
         # Before it was seen to move it had moved for theta / omega (a blow) to three times as long
         # (a torque that rises steadily).
-        delay = theta[moved] / max(float(speed[moved]), 1e-6)
+        delay = leaf[moved] / max(float(speed[moved]), 1e-6)
         shut = np.array([0.0, eta[0] * f[0], eta[0]])
         slopes += 2.0 * delay * shut
         total = float(speed[end] + slopes @ fitted.ratios)
@@ -251,11 +265,11 @@ def scale_from_inertia(i_a: float, std: float) -> Scale:
     Raises:
         NoScaleError: One is no number or out of its range.
     """
-    if not (math.isfinite(i_a) and i_a > 0.0 and math.isfinite(std) and std >= 0.0):
+    if not (0.0 < i_a <= _LARGEST_INERTIA and 0.0 <= std <= _LARGEST_INERTIA):
         raise NoScaleError(
             f"a moment of inertia of {i_a} +- {std} kg m^2 fixes no scale",
             value=(i_a, std),
-            limit="positive numbers",
+            limit=f"positive numbers up to {_LARGEST_INERTIA:g}",
         )
     return Scale(i_a, std, f"I_A of {i_a:g} kg m^2 as given")
 

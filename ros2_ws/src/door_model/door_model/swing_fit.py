@@ -9,20 +9,20 @@ from enum import Enum
 from door_model.checks import require_not_negative
 from door_model.closer import FourBarCloser
 from door_model.errors import DoorParameterError, NoFitError, NoSwingError
-from door_model.garbage import zero_doubts
 from door_model.odd_swings import CommonFit, fit_common, said_of
 from door_model.parameters import ratio_bounds
+from door_model.recording_checks import zero_doubts
 from door_model.recordings import Recording
-from door_model.swings import MIN_PEAK, FreeSwing
+from door_model.swings import MIN_PEAK, FreeSwing, unused_tops
 from door_model.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
 
 _WORSE = 1.3  # closing is left out where it raises the residuals by more than this factor
 _BETTER = 0.7  # share of the residuals that something beyond the paper must leave
-_GOOD = 0.5  # counts; a fit this good hides no odd swing
-_SUSPICIOUS = 0.3  # counts; quantisation alone leaves 0.2
-_AT_BOUND = 1e-3  # of the way between two bounds
+_GOOD = 2.5  # grains; a fit this good hides no odd swing
+_SUSPICIOUS = 1.5  # grains
+_AT_BOUND = 1e-3  # of a bound
 _SHOWS = 1.02  # residuals without a zone, over those with it
-_POOR = 1.5  # counts
+_POOR = 2.0  # grains
 _MOST_LEFT = 0.05  # of the largest angle
 _ZONES = ("latch", "backcheck")
 _ZONE_UNKNOWNS = frozenset(name for zone in _ZONES for name in EXTRAS[zone])
@@ -60,7 +60,7 @@ class SwingFit:
         window: Which part of them.
         extras: What to fit beyond the paper, of `EXTRAS`.
         zero_std: Of the encoder's zero [rad].
-        resolution: Angle of a count [rad]; 0 where it is not known.
+        grain: Residuals that the right model leaves [rad].
 
     Raises:
         DoorParameterError: There is no such extra, or zero_std is negative.
@@ -70,13 +70,13 @@ class SwingFit:
     window: Window
     extras: Sequence[str]
     zero_std: float
-    resolution: float
+    grain: float
 
     def __post_init__(self) -> None:
         """Check the names."""
         for name in self.extras:
-            if name not in EXTRAS:
-                raise DoorParameterError("an extra", name, f"of {', '.join(EXTRAS)}")
+            if name not in EXTRAS or list(self.extras).count(name) > 1:
+                raise DoorParameterError("an extra", name, f"of {', '.join(EXTRAS)}, each once")
         require_not_negative("zero_std", self.zero_std)
 
     def run(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
@@ -98,10 +98,10 @@ class SwingFit:
                 value=rmse,
                 limit=largest,
             )
-        if self.resolution and rmse > _POOR * self.resolution:
+        if self.grain and rmse > _POOR * self.grain:
             said.append(
-                f"the fit leaves {math.degrees(rmse):.4f} deg, {rmse / self.resolution:.1f} counts "
-                f"of the encoder; {_WRONG_LINKAGE}")
+                f"the fit leaves {math.degrees(rmse):.4f} deg, {rmse / self.grain:.1f} times what "
+                f"the encoder explains, so that standard deviations say little; {_WRONG_LINKAGE}")
         return common, said
 
     def _chosen(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
@@ -119,7 +119,7 @@ class SwingFit:
                 raise
         if both is not None:
             hint = self._missing(both)
-            if self.window is Window.SWING or both.fit.rmse <= _GOOD * self.resolution:
+            if self.window is Window.SWING or both.fit.rmse <= _GOOD * self.grain:
                 return both, [*said, *hint]
         opening, said_of_opening = self._opening(swings)
         if both is not None:
@@ -146,8 +146,8 @@ class SwingFit:
             first=dict(zip(common.fit.free, common.fit.values, strict=True)))
         said = []
         for name, (ratio, (low, high)) in zip(bounds, ratios.items(), strict=True):
-            value = fit.values[fit.free.index(ratio)]
-            if min(value - low, high - value) < _AT_BOUND * (high - low):
+            value = fit.value(ratio)
+            if any(edge and abs(value - edge) < _AT_BOUND * abs(edge) for edge in (low, high)):
                 said.append(f"{name} lies at its bound: the swings ask for one beyond it")
         return fit, said
 
@@ -195,7 +195,7 @@ class SwingFit:
     @property
     def _good(self) -> float:
         """Residuals [rad] of a fit that hides no odd swing."""
-        return _GOOD * self.resolution
+        return _GOOD * self.grain
 
     def _grow(
         self,
@@ -225,7 +225,7 @@ class SwingFit:
     def _missing(self, common: CommonFit) -> list[str]:
         """Say what else the swings ask for, if something beyond the paper explains far more."""
         rmse = common.fit.rmse
-        if rmse <= _SUSPICIOUS * self.resolution:
+        if rmse <= _SUSPICIOUS * self.grain:
             return []
         free = tuple(name for name in common.fit.free if name != "zero")
         asked, least = [], rmse
@@ -235,7 +235,7 @@ class SwingFit:
                 break
             asked.append(step.extra)
             least = step.rmse
-            if least <= _SUSPICIOUS * self.resolution:
+            if least <= _SUSPICIOUS * self.grain:
                 break
         if not asked:
             return []
@@ -282,6 +282,10 @@ def usable_swings(
             usable.append(swing)
             continue
         said.append(f"the swing at {swing.t[0]:.1f} s was left out: {reason}")
+    said += [
+        f"the swing with its top at {time:.1f} s was left out: it does not begin at the shut door"
+        for time in unused_tops(recording, swings)
+    ]
     if usable:
         return usable, said
     if not len(recording.t):

@@ -1,6 +1,7 @@
 """Finding the free swings in a recording of pushes by hand."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ CLOSING_END = math.radians(2.0)  # above the bounces against the frame
 _BEYOND_PEAK = math.radians(0.2)
 _SMOOTHING = 0.05  # [s]; window of the derivative
 _BASE = 0.25  # a swing begins where it has risen above this share of its peak the last time
-_AFTER_HAND = 0.35  # share of the time from the push's onset to the top speed that is added to it
+_AFTER_HAND = 0.6  # share of the time from the push's onset to the top speed that is added to it
 _MIN_RISE = math.radians(1.5)  # from the start of the free motion to the peak
 _MIN_SAMPLES = 25
 _LONGEST_GAP = 0.1  # [s] in a swing: five batches of 50 a second
@@ -116,6 +117,21 @@ def find_swings(recording: Recording, start_angle: float | None = None) -> list[
             t, theta = recording.t[piece], recording.theta[piece]
             swings += _swings_of_piece(t, theta, period, start_angle)
     return swings
+
+
+def unused_tops(recording: Recording, swings: Sequence[FreeSwing]) -> list[float]:
+    """Times [s] at which the door turned round, but not at the end of a free swing from below.
+
+    It was pushed again before it had fallen shut, or the recording begins amid the swing.
+    """
+    if len(recording.t) < _MIN_SAMPLES:
+        return []
+    even = np.arange(recording.t[0], recording.t[-1], float(np.median(np.diff(recording.t))))
+    smoothed = smooth(np.interp(even, recording.t, recording.theta), even[1] - even[0])
+    return [
+        float(even[top]) for top in _tops(smoothed)
+        if not any(swing.t[0] <= even[top] <= swing.t[-1] + _LONGEST_GAP for swing in swings)
+    ]
 
 
 def _swings_of_piece(

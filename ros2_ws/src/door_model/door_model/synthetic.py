@@ -24,6 +24,7 @@ from door_model.recordings import COUNTS_PER_TURN, Recording, from_counts, write
 _FINE = 2e-4  # [s]; samples are interpolated between points this close
 _LONGEST_FALL = 20.0  # [s]
 _OPEN = 1e-3  # [rad]; a door that is further open has not fallen shut
+_SAME_TIME = 1e-9  # [s]; edges of pushes and samples that mean the same may differ by rounding
 _SHUT_SPEED = 0.02  # [rad/s]; a door that hits its frame slower than this stays shut
 
 
@@ -143,14 +144,14 @@ def _advance(
         if above[0] > 0.0:
             return now + above[0], (0.0, 1e-9)
     length = end - now
-    first, last = np.searchsorted(t, [now, end - 1e-12])
+    first = int(np.searchsorted(t, now - _SAME_TIME))
     pieces = max(1, math.ceil(length / _FINE))
     swing = simulate(
         door, state[0], state[1], length, period=length / pieces, torque=torque, stop=True
     )
     reached = float(swing.t[-1])
     hit = len(swing.t) <= pieces or bool(swing.theta[-1] <= 1e-12)
-    inside = slice(first, min(last, int(np.searchsorted(t, now + reached))))
+    inside = slice(first, int(np.searchsorted(t, now + reached - _SAME_TIME)))
     theta[inside] = np.interp(t[inside] - now, swing.t, swing.theta)
     omega[inside] = np.interp(t[inside] - now, swing.t, swing.omega)
     if hit:

@@ -23,11 +23,11 @@ from door_model.free_motion import UNKNOWNS, FreeMotion, Ratios, follow
 from door_model.swing_rows import Array, stack
 from door_model.swings import FreeSwing
 
-OPENING = ("opening", "spring", "preload")
-"""What opening alone tells."""
+OPENING = ("opening", "spring", "preload", "play")
+"""What opening alone tells, with the little beyond the peak where the play is taken up."""
 
 SWING = ("opening", "closing", "spring", "preload", "play")
-"""What opening and closing tell; opening alone cannot tell play from an error of the zero."""
+"""What opening and closing tell."""
 
 EXTRAS = {
     "friction": ("friction",),
@@ -76,9 +76,9 @@ class RatioFit:
     swing_rmse: Array
     rivals: dict[str, float]
 
-    def value(self, name: str) -> float | None:
-        """Value of one unknown; None where it was not fitted."""
-        return float(self.values[self.free.index(name)]) if name in self.free else None
+    def value(self, name: str) -> float:
+        """Value of one unknown; 0 where it was not fitted."""
+        return float(self.values[self.free.index(name)]) if name in self.free else 0.0
 
 
 class _Problem:

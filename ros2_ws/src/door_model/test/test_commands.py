@@ -1,6 +1,7 @@
 """Command identify and the report of an identification."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,6 +72,12 @@ def test_what_is_taken_for_granted_is_said(
         (["--csv", SAMPLE, *LEAF, "--door", "garage"], "no such door"),
         (["--csv", SAMPLE, *LEAF, "--counts-per-turn", "0"], "counts_per_turn"),
         (["--csv", SAMPLE, *LEAF, "--counts-per-turn", "1440000"], "no free swing"),
+        (["--csv", SAMPLE, *LEAF, "--also", "latch", "latch"], "each once"),
+        (["--csv", SAMPLE, *LEAF, "--bound", "k_c", "1", "x"], "two numbers"),
+        (["--csv", SAMPLE, *LEAF, "--bound", "k_c", "1", "2", "--bound", "k_c", "0", "1"], "once"),
+        (["--csv", SAMPLE, *LEAF, "--from-deg", "nan"], "start angle"),
+        (["--csv", SAMPLE, "--impulse", "8", "0.1", "1.4"], "a whole number"),
+        (["--csv", SAMPLE, "--inertia", "1e160", "1e158"], "fixes no scale"),
     ],
 )
 def test_errors_are_said_and_nothing_is_written(
@@ -83,6 +90,41 @@ def test_errors_are_said_and_nothing_is_written(
     assert match in captured.err
     assert captured.out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_names_of_files_that_are_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder, nothing, the recording itself: refused; a line break stays out of the comment."""
+    for name in ("/", ".", ""):
+        assert main(["--csv", SAMPLE, *LEAF, "--yaml", name]) == 1
+        assert "is no file's name" in capsys.readouterr().err
+    copy = tmp_path / "a\nname: b.csv"
+    copy.write_bytes(Path(SAMPLE).read_bytes())
+    with pytest.raises(SystemExit):
+        main(["--csv", str(copy), *LEAF, "--yaml", str(copy)])
+    assert "would overwrite the recording" in capsys.readouterr().err
+    assert main(["--csv", str(copy), *LEAF, "--yaml", str(tmp_path / "door.yaml")]) == 0
+    assert load_door(tmp_path / "door.yaml").name == "door"
+
+
+def test_a_linkage_that_ends_below_the_tables_angles(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The table has those torques that there are."""
+    closer = replace(load_door("paper").linkage, l2=0.06, l3=0.07)
+    door = replace(load_door("paper"), linkage=closer, tau_c0_prime=4.0)
+    assert math.degrees(closer.opening_limit()) < 20.0
+    path = tmp_path / "short.yaml"
+    path.write_text(door.to_yaml())
+    recording = tmp_path / "short.csv"
+    made = make_recording(
+        ["--door", str(path), "--out", str(recording), "--peaks-deg", "7", "9", "11", "13"])
+    assert made == 0
+    assert main(["--csv", str(recording), "--door", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "N m at 10 deg" in text
+    assert "at 25 deg" not in text
 
 
 def test_unwritable_output_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:

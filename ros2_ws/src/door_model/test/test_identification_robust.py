@@ -9,8 +9,8 @@ import pytest
 from door_model.config import load_door
 from door_model.dynamics import simulate
 from door_model.errors import NoSwingError
-from door_model.garbage import garbage
 from door_model.identification import Identification, Window, identify
+from door_model.recording_checks import garbage
 from door_model.recordings import Recording, from_counts
 from door_model.scale import Scale
 from door_model.synthetic import Push, five_swings, simulate_pushes, through_play

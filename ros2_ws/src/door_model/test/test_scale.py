@@ -1,6 +1,7 @@
 """What fixes the scale, which free swings leave open."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -77,6 +78,36 @@ def test_a_known_impulse_fixes_the_scale(recording: Recording, swing: int) -> No
     result = run(recording, KnownImpulse(impulse, 0.005 * impulse, swing))
     assert abs(result.door.i_a - PAPER.i_a) < 2.0 * result.std_of("i_a")
     assert result.std_of("i_a") < 0.04 * PAPER.i_a
+
+
+@pytest.mark.parametrize("play_deg", [0.1, 0.2])
+def test_play_does_not_bias_the_impulse(play_deg: float) -> None:
+    """The leaf moves before its encoder does: I_A within two standard deviations all the same."""
+    pushes, _ = five_swings(PAPER, PEAKS)
+    recording = synthetic_recording(PAPER, PEAKS, play=math.radians(play_deg))
+    for swing, push in enumerate(pushes, start=1):
+        t = push.start + np.linspace(0.0, push.duration, 20001)
+        torque = np.array([push.torque(time) for time in t])
+        moves = int(np.argmax(torque > float(PAPER.restoring_torque(0.0))))
+        impulse = float(trapezoid(torque[moves:], t[moves:]))
+        result = run(recording, KnownImpulse(impulse, 0.005 * impulse, swing))
+        assert abs(result.door.i_a - PAPER.i_a) < 2.0 * result.std_of("i_a")
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        lambda: ForceReading(0.1, 1e200, 1.0),
+        lambda: KnownImpulse(1e200, 1.0),
+        lambda: KnownImpulse(8.0, 0.1, 1.4),  # type: ignore[arg-type]
+        lambda: KnownImpulse(8.0, 0.1, math.nan),  # type: ignore[arg-type]
+        lambda: scale_from_inertia(1e160, 1e158),
+    ],
+)
+def test_numbers_that_no_door_has(reference: Callable[[], Reference]) -> None:
+    """Huge ones, and a swing that is no whole number."""
+    with pytest.raises((DoorParameterError, NoScaleError)):
+        reference()
 
 
 def test_inertia_as_given(recording: Recording) -> None:
