@@ -127,4 +127,4 @@ class NoScaleError(IdentificationError):
 
 
 class NoFitError(IdentificationError):
-    """The fit did not converge, or what it found is no door."""
+    """The fit leads to no door, or leaves far too much of the swings."""
