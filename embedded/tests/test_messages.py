@@ -201,9 +201,9 @@ def test_rows_of_numbers_take_what_holds_numbers(value: Any) -> None:
 
 
 def test_fixed_rows_are_numpy_arrays_of_their_own() -> None:
-    """A float64[16] is a numpy array that shares nothing with what it was made from."""
-    source = np.arange(16.0)
-    message = CloserParameters(covariance=source)
+    """A float64[36] is a numpy array that shares nothing with what it was made from."""
+    source = np.arange(36.0)
+    message = PoseWithCovariance(covariance=source)
     source[0] = 9.0
     assert isinstance(message.covariance, np.ndarray)
     assert message.covariance[0] == 0.0
@@ -224,7 +224,7 @@ def test_constants_types_and_text() -> None:
     assert DiagnosticStatus.WARN == b"\x01"
     assert PlanDoorImpact.Response.NO_DOOR == 2
     assert JointState.get_fields_and_field_types()["position"] == "sequence<double>"
-    assert CloserParameters.get_fields_and_field_types()["covariance"] == "double[16]"
+    assert PoseWithCovariance.get_fields_and_field_types()["covariance"] == "double[36]"
     assert repr(Header()) == (
         "std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=0, nanosec=0), frame_id='')"
     )
