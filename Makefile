@@ -20,13 +20,14 @@ BIN := $(VENV)/bin
 DOOR ?= paper
 TARGET_DEG ?= 25
 HOLD ?= hold
+RUN_UP ?= mcv50
 GUI ?= 0
 
 .PHONY: help setup demo up test lint bench sweep clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
-	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 GUI=1"
+	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited GUI=1"
 	@echo "make up      the same nodes, left running until Ctrl-C"
 	@echo "make test    every test          make lint    ruff and mypy"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
@@ -64,7 +65,7 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 
 demo: $(READY)
 	@$(ROS2) run door_impact_bringup demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
-	  --ending "$(HOLD)" --gui "$(GUI)" --out out/demo
+	  --ending "$(HOLD)" --run-up "$(RUN_UP)" --gui "$(GUI)" --out out/demo
 
 up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)"

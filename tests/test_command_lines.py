@@ -78,7 +78,7 @@ def test_plan_prints_a_table_for_people(ros2: Callable[..., Any]) -> None:
      (("--angle-deg", "80"), ()),
      (("--angle-deg", "25", "--door", "garage"), ("garage", "paper")),
      (("--angle-deg", "25", "--restitution", "1.5"), ("restitution", "1.5")),
-     (("--angle-deg", "25", "--run-up", "zmp_limited"), ("later version",)),
+     (("--angle-deg", "25", "--ending", "retreat"), ("later version",)),
      (("--angle-deg", "many"), ("--angle-deg",))])  # fmt: skip
 def test_plan_refuses_with_a_sentence(ros2: Callable[..., Any], arguments: tuple[str, ...],
                                       words: tuple[str, ...]) -> None:

@@ -58,6 +58,16 @@ def test_a_smaller_angle_is_reached_too(tmp_path: Any) -> None:
     assert not other.log.fell
 
 
+def test_a_heavier_closer_is_opened_with_the_faster_run_up(tmp_path: Any) -> None:
+    """EN 1154 size 3, 18 N m at the closed door, which the cam curve is too slow for."""
+    other = rehearse(25.0, tmp_path / "run.npz", door="size3", run_up="zmp_limited")
+    peak = np.degrees(other.log.motion.door_angle[other.impact.peak])
+    assert peak == pytest.approx(25.0, abs=2.5)
+    assert other.impact.contacts_before_peak == 1
+    assert other.execution.outcome is Outcome.SUCCESS
+    assert not other.log.fell
+
+
 def test_the_robot_stands_and_touches_the_door_once(run: Rehearsal) -> None:
     assert run.execution.outcome is Outcome.SUCCESS
     assert run.log.fell == ""

@@ -46,6 +46,9 @@ def _parser() -> argparse.ArgumentParser:
                         help="desired opening angle [deg] (default: 25)")
     parser.add_argument("--ending", choices=("hold", "retreat"), default="hold",
                         help="what the robot does with the open door (default: hold)")
+    parser.add_argument("--run-up", choices=("mcv50", "zmp_limited"), default="mcv50",
+                        help="mcv50, as the paper, or zmp_limited, for doors that take a faster "
+                        "hit (default: mcv50)")
     parser.add_argument("--gui", type=_switch, default=False, help="1 opens a PyBullet window")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
                         help="where the results are written (default: out/demo)")
@@ -96,8 +99,8 @@ def _run(options: argparse.Namespace) -> None:
              f"log_file:={simulation_log}", f"record:={recording}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
-            run(door=options.door, target_deg=options.target_deg, ending=options.ending, out=out,
-                nodes_alive=lambda: launcher.poll() is None)
+            run(door=options.door, target_deg=options.target_deg, ending=options.ending,
+                run_up=options.run_up, out=out, nodes_alive=lambda: launcher.poll() is None)
         except NodeEndedError as error:
             _stop(launcher)
             raise DemoError(f"{error}\n{_complaints(out / 'nodes.log')}") from error

@@ -151,17 +151,19 @@ class DemoRunner(Node):
             raise DemoError(f"identification: {answer.message}")
         return answer.parameters
 
-    def make_plan(self, target: float, ending: str) -> tuple[ImpactPlan, float]:
+    def make_plan(self, target: float, ending: str, run_up: str) -> tuple[ImpactPlan, float]:
         """Asks for a plan.
 
         Args:
             target: Desired opening angle [rad].
             ending: hold or retreat.
+            run_up: mcv50 or zmp_limited.
 
         Returns:
             The plan with its trajectories, and how long the service took [ms].
         """
-        request = PlanDoorImpact.Request(desired_opening_angle=target, ending=ending)
+        request = PlanDoorImpact.Request(
+            desired_opening_angle=target, ending=ending, run_up=run_up)
         started = time.perf_counter()
         answer = self.call(self._plan, request)
         elapsed = 1e3 * (time.perf_counter() - started)
@@ -220,7 +222,7 @@ def refuse_running_graph() -> None:
                         "demonstration first, or set another ROS_DOMAIN_ID")
 
 
-def run(*, door: str, target_deg: float, ending: str, out: Path,
+def run(*, door: str, target_deg: float, ending: str, run_up: str, out: Path,
         nodes_alive: Callable[[], bool] = lambda: True, args: Sequence[str] = ()) -> None:
     """Runs the demonstration against nodes that were started elsewhere.
 
@@ -228,6 +230,7 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         door: Name of the simulated door or its YAML file, for the comparison with the truth.
         target_deg: Desired opening angle [deg].
         ending: hold or retreat.
+        run_up: mcv50 or zmp_limited.
         out: Folder of the results.
         nodes_alive: Tells whether the nodes' launcher still runs.
         args: ROS arguments.
@@ -251,7 +254,8 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
         parameters = node.identify()
         samples = tuple(node.samples)  # of the pushes; the robot's own hit comes later
         say(f"planning the hit for {target_deg:g} deg")
-        plan, planning_ms = node.make_plan(float(np.radians(target_deg)), ending)
+        plan, planning_ms = node.make_plan(
+            float(np.radians(target_deg)), ending, run_up)
         for warning in plan.warnings:
             say(f"    note: {warning}")
         say("hitting the door")
@@ -278,18 +282,19 @@ def run(*, door: str, target_deg: float, ending: str, out: Path,
 
 
 def main(args: list[str] | None = None) -> int:
-    """The node of demo.launch.yaml: its parameters are door, target_deg, ending and out_dir."""
+    """The node of demo.launch.yaml; parameters door, target_deg, ending, run_up, out_dir."""
     rclpy.init(args=args)
     node = Node("demo_runner")
     door = node.declare_parameter("door", "paper").value
     target_deg = node.declare_parameter("target_deg", 25.0).value
     ending = node.declare_parameter("ending", "hold").value
+    run_up = node.declare_parameter("run_up", "mcv50").value
     out = Path(node.declare_parameter("out_dir", "out/demo").value)
     node.destroy_node()
     rclpy.shutdown()
     out.mkdir(parents=True, exist_ok=True)
     try:
-        run(door=door, target_deg=float(target_deg), ending=ending, out=out)
+        run(door=door, target_deg=float(target_deg), ending=ending, run_up=run_up, out=out)
     except DemoError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1

@@ -84,6 +84,7 @@ def _plan_hit(
         overrun=settings.overrun,
         required_margin=settings.required_margin,
         y_start=settings.y_start,
+        kind=wanted.run_up,
     )
     # By momentum: what the impulse leaves of the speed of the whole robot.
     v_com_post = run_up.law.speed - speeds.impulse * slant / robot.mass

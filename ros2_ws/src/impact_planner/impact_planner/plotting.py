@@ -39,7 +39,8 @@ def _draw_run_up(axis: Any, plan: ImpactPlan) -> None:
     axis.plot(cam.time, speed, label="speed of the CoM [m/s]")
     axis.plot(cam.time, np.gradient(speed, cam.time) / 10.0, label="acceleration / 10 [m/s²]")
     axis.axvline(plan.contact_time, color="brown", linestyle="--", label="nominal contact")
-    axis.set_title("Run-up: first half of MCV50, then constant speed")
+    course = "first half of MCV50" if plan.run_up == "mcv50" else "largest ZMP margin"
+    axis.set_title(f"Run-up: {course}, then constant speed")
     axis.set_xlabel("time in the phase cam [s]")
     axis.legend()
 

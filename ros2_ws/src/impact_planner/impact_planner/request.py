@@ -54,8 +54,8 @@ def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
         ),
         door_distance=_optional("door_distance [m]", request.door_distance, settings.door_distance),
         l_b=_optional("l_b [m]", request.l_b, None),
-        run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS, "mcv50"),
-        ending=_word("ending", request.ending or settings.ending, ENDINGS, "hold"),
+        run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS, RUN_UPS),
+        ending=_word("ending", request.ending or settings.ending, ENDINGS, ("hold",)),
     )
 
 
@@ -93,7 +93,7 @@ def _number(
     return number
 
 
-def _word(name: str, value: str, known: tuple[str, ...], supported: str) -> str:
+def _word(name: str, value: str, known: tuple[str, ...], supported: tuple[str, ...]) -> str:
     if value not in known:
         raise InvalidRequest(
             f"{name} must be {' or '.join(known)}, not {value!r}",
@@ -101,11 +101,11 @@ def _word(name: str, value: str, known: tuple[str, ...], supported: str) -> str:
             value=value,
             limit=" ".join(known),
         )
-    if value != supported:
+    if value not in supported:
         raise NotSupported(
-            f"{name} {value!r} comes with a later version; this one has {supported!r}",
+            f"{name} {value!r} comes with a later version; this one has {' and '.join(supported)}",
             quantity=name,
             value=value,
-            limit=supported,
+            limit=" ".join(supported),
         )
     return value

@@ -1,4 +1,5 @@
-"""The run-up, section II.C.4: the CoM goes to the door along the first half of MCV50.
+"""The run-up, section II.C.4: the CoM goes to the door along the first half of MCV50, or along the
+course with the largest ZMP margin (`zmp_run_up`).
 
 The upper body and the height of the hip are fixed, so that every posture of the run-up is a
 point of a one-dimensional table q(y). Timing it anew costs next to nothing.
@@ -7,6 +8,7 @@ point of a one-dimensional table q(y). Timing it anew costs next to nothing.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +24,10 @@ from .stance import SHORTEST_OVERRUN, Stance, com_x
 from .trajectories import Motion, from_derivatives
 from .whole_body import require_joint_limits, solve
 from .zmp import Dynamics, inverse_dynamics, margins
+from .zmp_run_up import SmoothRunUp, best_run_up
 
 Array = NDArray[np.float64]
+Law = RunUp | SmoothRunUp
 
 GRAVITY = 9.81  # [m/s^2]
 _OVERRUN_STEP = 0.0025  # [m]
@@ -31,6 +35,7 @@ _SLOWEST = 0.05  # of point B [m/s]
 _TABLE_STEP = 0.005  # [m]
 _START_RANGE = (-0.12, 0.11)  # y of the CoM where a run-up may start [m]
 _SHORTEST_WAY = 0.05  # of a run-up [m]
+_STEADY = 0.015  # at constant speed before the nominal contact, for a door that is nearer [m]
 _SEARCH_SAMPLES = 100  # of a trial run-up's ZMP
 
 
@@ -91,7 +96,7 @@ class RunUpPlan:
     y_start: float
     y_hit: float
     overrun: float
-    law: RunUp
+    law: Law
     motion: Motion
     dynamics: Dynamics
     margin: float
@@ -137,6 +142,7 @@ def plan_run_up(
     overrun: float,
     required_margin: float,
     y_start: float | None = None,
+    kind: str = "mcv50",
 ) -> RunUpPlan:
     """Plan the run-up that brings point B to a speed at the contact.
 
@@ -147,7 +153,8 @@ def plan_run_up(
         period: Sampling period [s].
         overrun: Way at constant speed past the nominal contact, as far as limits allow [m].
         required_margin: Smallest ZMP margin allowed [m].
-        y_start: y of the CoM at the start [m]; None: where the margin is largest.
+        y_start: y of the CoM at the start of MCV50 [m]; None: where the margin is largest.
+        kind: ``mcv50``, the paper's, or ``zmp_limited``.
 
     Raises:
         InvalidRequest: y_start leaves no way to go.
@@ -163,32 +170,29 @@ def plan_run_up(
     table = PostureTable(robot, stance, highest, y_hit - overrun)
     speed = v_rb / table.waist_per_com(y_hit)
 
-    def best(v_com: float) -> tuple[float, float]:
-        """Start and margin of the best run-up at a speed of the CoM."""
-        if y_start is not None:
-            return y_start, _coarse_margin(robot, stance, table, y_start, y_hit, v_com)
-        result = minimize_scalar(
-            lambda y0: -_coarse_margin(robot, stance, table, y0, y_hit, v_com),
-            bounds=(max(_START_RANGE[0], y_hit + _SHORTEST_WAY), highest),
-            method="bounded",
-            options={"xatol": 5e-4},
-        )
-        return float(result.x), -float(result.fun)
+    def best(v_com: float) -> _Candidate | None:
+        """Best run-up at a speed of the CoM."""
+        if kind == "zmp_limited":
+            return _zmp_limited(robot, stance, table, y_hit, highest, v_com)
+        return _mcv50(robot, stance, table, y_hit, highest, v_com, y_start)
 
-    y0, coarse = best(speed)
-    if coarse < required_margin:
-        reached = _fastest(lambda v: best(v)[1], required_margin, speed)
+    chosen = best(speed)
+    if chosen is None or chosen.margin < required_margin:
+        reached = _fastest(best, required_margin, speed)
         ratio = table.waist_per_com(y_hit)
+        reason = "no course leads there" if chosen is None else (
+            f"the ZMP would come to {1e3 * chosen.margin:.1f} mm from the edge of the soles, "
+            f"{1e3 * required_margin:.1f} mm are required")
+        other = "; zmp_limited reaches more" if kind == "mcv50" else ""
         raise SpeedUnreachable(
-            f"a hit at v_rB = {v_rb:.3f} m/s would bring the ZMP to {1e3 * coarse:.1f} mm "
-            f"from the edge of the soles, {1e3 * required_margin:.1f} mm are required; "
-            f"MCV50 reaches v_rB = {reached * ratio:.3f} m/s there",
+            f"a hit at v_rB = {v_rb:.3f} m/s is too fast: {reason}; {kind} reaches "
+            f"v_rB = {reached * ratio:.3f} m/s there{other}",
             quantity="v_rb [m/s]",
             value=v_rb,
             limit=reached * ratio,
         )
     overrun = usable_overrun(robot, stance, v_rb, overrun)
-    return _timed(robot, stance, table, y0, y_hit, overrun, speed, period)
+    return _timed(robot, stance, table, chosen, y_hit, overrun, period)
 
 
 def _require_room_and_speed(v_rb: float, y_start: float | None, y_hit: float) -> None:
@@ -229,18 +233,76 @@ def _highest_start(robot: RobotModel, stance: Stance, y_hit: float) -> float:
     )
 
 
+@dataclass(frozen=True)
+class _Candidate:
+    """A run-up that may be chosen."""
+
+    law: Law
+    y_start: float
+    margin: float  # [m]
+
+
+def _mcv50(
+    robot: RobotModel,
+    stance: Stance,
+    table: PostureTable,
+    y_hit: float,
+    highest: float,
+    speed: float,
+    y_start: float | None,
+) -> _Candidate:
+    """MCV50 from a given start, or from where its margin is largest."""
+
+    def candidate(y0: float) -> _Candidate:
+        law = RunUp(speed=speed, distance=y0 - y_hit)
+        return _Candidate(law, y0, _coarse_margin(robot, stance, table, law, y0))
+
+    if y_start is not None:
+        return candidate(y_start)
+    result = minimize_scalar(
+        lambda y0: -candidate(y0).margin,
+        bounds=(max(_START_RANGE[0], y_hit + _SHORTEST_WAY), highest),
+        method="bounded",
+        options={"xatol": 5e-4},
+    )
+    return candidate(float(result.x))
+
+
+def _zmp_limited(
+    robot: RobotModel,
+    stance: Stance,
+    table: PostureTable,
+    y_hit: float,
+    highest: float,
+    speed: float,
+) -> _Candidate | None:
+    """The course with the largest margin."""
+
+    def zmp(y: Array, v: Array, a: Array) -> Array:
+        return inverse_dynamics(robot, table.motion(np.zeros(len(y)), y, v, a)).zmp[:, 1]
+
+    sides = [robot.feet[side].corners(stance.feet[side])[:, 1] for side in SIDES]
+    edges = float(np.min(sides)), float(np.max(sides))
+    found = best_run_up(
+        zmp, edges, speed=speed, y_hit=y_hit, highest=highest, steady=_STEADY)
+    if found is None:
+        return None
+    law, y0 = found
+    return _Candidate(law, y0, _coarse_margin(robot, stance, table, law, y0))
+
+
 def _timed(
     robot: RobotModel,
     stance: Stance,
     table: PostureTable,
-    y0: float,
+    chosen: _Candidate,
     y_hit: float,
     overrun: float,
-    speed: float,
     period: float,
 ) -> RunUpPlan:
-    law = RunUp(speed=speed, distance=y0 - y_hit)
-    end = law.duration + overrun / speed
+    """Samples of a run-up, with their dynamics."""
+    law, y0 = chosen.law, chosen.y_start
+    end = law.duration + overrun / law.speed
     time = np.append(np.arange(0.0, end - 0.25 * period, period), end)
     course = law.at(time)
     motion = table.motion(time, y0 - course.s, -course.v, -course.a)
@@ -252,9 +314,9 @@ def _timed(
 
 
 def _coarse_margin(
-    robot: RobotModel, stance: Stance, table: PostureTable, y0: float, y_hit: float, speed: float
+    robot: RobotModel, stance: Stance, table: PostureTable, law: Law, y0: float
 ) -> float:
-    law = RunUp(speed=speed, distance=y0 - y_hit)
+    """Smallest margin of a run-up [m], at few samples."""
     time = np.linspace(0.0, law.duration, _SEARCH_SAMPLES)
     course = law.at(time)
     motion = table.motion(time, y0 - course.s, -course.v, -course.a)
@@ -262,11 +324,15 @@ def _coarse_margin(
     return float(np.min(margins(robot, zmp, stance.feet, SIDES)))
 
 
-def _fastest(margin_at, required: float, too_fast: float) -> float:  # type: ignore[no-untyped-def]
+def _fastest(
+    best: Callable[[float], _Candidate | None], required: float, too_fast: float
+) -> float:
+    """Largest speed of the CoM at which the margin is as required [m/s]."""
     low, high = 0.0, too_fast
     for _ in range(12):
         middle = 0.5 * (low + high)
-        if margin_at(middle) >= required:
+        chosen = best(middle) if middle > 0.0 else None
+        if chosen is not None and chosen.margin >= required:
             low = middle
         else:
             high = middle

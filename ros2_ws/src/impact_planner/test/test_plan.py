@@ -200,7 +200,7 @@ def test_each_bad_field_is_named(robot, known, field, value):
         plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
 
 
-@pytest.mark.parametrize(("field", "value"), [("run_up", "zmp_limited"), ("ending", "retreat")])
+@pytest.mark.parametrize(("field", "value"), [("ending", "retreat")])
 def test_what_a_later_version_brings_is_not_supported_yet(robot, known, field, value):
     """A known word that this version lacks."""
     with pytest.raises(NotSupported, match="later version"):

@@ -9,14 +9,15 @@ from impact_planner.robot_model import SIDES
 from impact_planner.run_up import plan_run_up, point_of_no_return, usable_overrun
 from impact_planner.whole_body import com_course, require_joint_limits
 from impact_planner.zmp import inverse_dynamics, margins
+from impact_planner.zmp_run_up import best_run_up
 
 SETTINGS = {"period": 0.005, "overrun": 0.04, "required_margin": 0.0}
 
 
-@pytest.fixture(scope="module")
-def run_up(robot, stance):
+@pytest.fixture(scope="module", params=["mcv50", "zmp_limited"])
+def run_up(robot, stance, request):
     """At v_rB = 0.45 m/s."""
-    return plan_run_up(robot, stance, 0.45, **SETTINGS)
+    return plan_run_up(robot, stance, 0.45, kind=request.param, **SETTINGS)
 
 
 def speed_of_b(robot, motion, i):
@@ -74,8 +75,9 @@ def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
     assert run_up.margin > 0.03
 
 
-def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance, run_up):
+def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
     """The search has found a maximum of the smaller margin."""
+    run_up = plan_run_up(robot, stance, 0.45, **SETTINGS)
     for offset in (-0.03, 0.03):
         other = plan_run_up(robot, stance, 0.45, y_start=run_up.y_start + offset, **SETTINGS)
         assert other.y_start == run_up.y_start + offset
@@ -84,7 +86,7 @@ def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance, run
 
 def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
     """The limit that the error names can be planned, a little more cannot."""
-    with pytest.raises(SpeedUnreachable, match="MCV50 reaches") as caught:
+    with pytest.raises(SpeedUnreachable, match="mcv50 reaches") as caught:
         plan_run_up(robot, stance, 0.8, **SETTINGS)
     limit = caught.value.limit
     assert 0.4 < limit < 0.8
@@ -98,6 +100,53 @@ def test_a_start_at_or_beyond_the_hit_is_refused(robot, stance, y_start):
     """There must be a way to run."""
     with pytest.raises(InvalidRequest, match="y_start"):
         plan_run_up(robot, stance, 0.45, y_start=y_start, **SETTINGS)
+
+
+@pytest.mark.parametrize("v_rb", [0.3, 0.5, 0.64])
+def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
+    """At each speed; at 0.64 m/s, which size3 needs for 25 deg, the cam curve has none."""
+    ours = plan_run_up(robot, stance, v_rb, kind="zmp_limited", **SETTINGS)
+    assert ours.margin > 0.09
+    try:
+        cam = plan_run_up(robot, stance, v_rb, **SETTINGS)
+    except SpeedUnreachable:
+        assert v_rb > 0.5
+    else:
+        assert ours.margin > cam.margin - 1e-3  # both may be limited by where they end
+
+
+@pytest.mark.parametrize("v_rb", [0.3, 0.64])
+def test_zmp_limited_is_smooth_and_steady_before_the_hit(robot, stance, v_rb):
+    """From rest without a jolt; jerk bounded; 15 mm at constant speed before the contact."""
+    plan = plan_run_up(robot, stance, v_rb, kind="zmp_limited", **SETTINGS)
+    law = plan.law
+    time = np.linspace(0.0, law.duration, 400)
+    course = law.at(time)
+    first = [course.s[0], course.v[0], course.a[0], course.jerk[0]]
+    np.testing.assert_allclose(first, 0.0, atol=1e-6)
+    assert np.abs(course.jerk).max() <= 40.0 + 1e-6
+    np.testing.assert_allclose(np.gradient(course.s, time)[1:-1], course.v[1:-1], atol=1e-3)
+    steady = course.s > law.distance - 0.0149
+    np.testing.assert_allclose(course.v[steady], law.speed, rtol=1e-6)
+    assert course.s[-1] == pytest.approx(law.distance)
+    assert (np.diff(course.s) > -1e-9).all() or course.s.min() < 0.0
+
+
+def test_zmp_limited_programme_finds_what_a_pendulum_allows():
+    """On a linear inverted pendulum: the margin is the one that the end leaves, ZMP inside."""
+    height = 0.08
+
+    def zmp(y, v, a):
+        return y - height * a
+
+    law, start = best_run_up(
+        zmp, (-0.35, 0.15), speed=0.5, y_hit=-0.25, highest=0.1, steady=0.015)
+    course = law.at(np.linspace(0.0, law.rise, 300))
+    place = zmp(start - course.s, -course.v, -course.a)
+    margin = min(float((0.15 - place).min()), float((place + 0.35).min()))
+    assert margin == pytest.approx(0.115, abs=0.02)
+    assert best_run_up(zmp, (-0.35, 0.15), speed=5.0, y_hit=-0.25, highest=0.1, steady=0.015) is (
+        None)
 
 
 def test_a_larger_required_margin_lowers_the_speed(robot, stance):
