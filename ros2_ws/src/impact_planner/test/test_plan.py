@@ -23,7 +23,7 @@ from impact_planner.errors import (
 from impact_planner.knots import TOLERANCE
 from impact_planner.leaf import LeafFrame
 from impact_planner.plan import nominal_placement, plan_impact
-from impact_planner.plan_types import KnownDoor, PlannerSettings, PlanRequest
+from impact_planner.plan_types import RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
 from impact_planner.robot_model import SIDES
 
 ORDER = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
@@ -236,15 +236,17 @@ def test_a_door_too_strong_for_the_hand_is_refused(robot, known):
         plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(hand_force_limit=5.0))
 
 
-@given(st.floats(0.02, 1.2), st.sampled_from(["paper", "size2", "size3", "size4"]))
-@settings(max_examples=12, deadline=None)
-def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name):
+@given(
+    st.floats(0.02, 1.2), st.sampled_from(["paper", "size2", "size3", "size4"]),
+    st.sampled_from(RUN_UPS))
+@settings(max_examples=16, deadline=None)
+def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name, run_up):
     """Nothing but PlannerError comes out, and no plan breaks a limit."""
     config = load_door(name)
     known = KnownDoor(config.name, config.door(), config.leaf.width)
     refused = None
     try:
-        plan = plan_impact(PlanRequest(angle), known, robot)
+        plan = plan_impact(PlanRequest(angle, run_up=run_up), known, robot)
     except PlannerError as error:
         refused = error
     if refused is not None:

@@ -67,8 +67,10 @@ def test_text_tells_the_paper_s_symbols(capsys):
     """People get a table."""
     assert plan_cli.main(["--angle-deg", "20", "--restitution", "0.6"]) == 0
     out = capsys.readouterr().out
-    for symbol in ("v_rB", "m_re", "a_r, b_r", "I_rob", "ZMP margin", "e = 0.60"):
+    for symbol in ("v_rB", "m_re", "a_r", "b_r", "I_rob", "ZMP margin", "e = 0.60"):
         assert symbol in out
+    for equation in ("(1), II.C.2", "(2)", "(3)", "(4) corrected", "(5)", "Fig. 6"):
+        assert f" {equation} " in out
 
 
 @pytest.mark.parametrize(
