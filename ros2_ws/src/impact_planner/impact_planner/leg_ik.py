@@ -36,13 +36,20 @@ class LegGeometry:
     lateral: float
 
 
-def leg_ik(geometry: LegGeometry, position: ArrayLike, rotation: ArrayLike | None = None) -> Array:
+def leg_ik(
+    geometry: LegGeometry,
+    position: ArrayLike,
+    rotation: ArrayLike | None = None,
+    *,
+    strict: bool = True,
+) -> Array:
     """Joint angles that put the ankle at given poses.
 
     Args:
         geometry: The leg.
         position: Ankle centre in base_link, (N, 3) or (3,) [m].
         rotation: Orientation of the foot in base_link, (N, 3, 3) or (3, 3); None: parallel.
+        strict: Raise where a pose is out of reach; else its angles are NaN.
 
     Returns:
         (N, 6): hip yaw, roll, pitch, knee, ankle pitch, roll [rad], knee bent forwards.
@@ -62,7 +69,13 @@ def leg_ik(geometry: LegGeometry, position: ArrayLike, rotation: ArrayLike | Non
     rho2 = r[:, 1] ** 2 + r[:, 2] ** 2
     a, b, o = geometry.thigh, geometry.shank, geometry.lateral
     length2 = r[:, 0] ** 2 + rho2 - o**2
-    _require_reach(geometry, length2, rho2)
+    if strict:
+        _require_reach(geometry, length2, rho2)
+    else:
+        within = (length2 <= (a + b) ** 2) & (length2 > (a - b) ** 2) & (rho2 > o**2)
+        r, rho2, length2 = (
+            np.where(within if part.ndim == 1 else within[:, None], part, np.nan)
+            for part in (r, rho2, length2))
 
     ankle_roll = np.arctan2(r[:, 1], r[:, 2]) + np.arcsin(o / np.sqrt(rho2))
     knee = np.arccos((length2 - a**2 - b**2) / (2.0 * a * b))

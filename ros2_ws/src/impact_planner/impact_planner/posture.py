@@ -73,15 +73,20 @@ def posture_at(
         waist_z=waist_height,
         feet=feet,
     )
-    q = robot.configuration(base[0], joints[0])
+    return _figures(robot, waist_height, joints[0], base[0])
+
+
+def _figures(robot: RobotModel, waist_height: float, joints: Array, base: Array) -> HitPosture:
+    """What a posture means for the hit."""
+    q = robot.configuration(base, joints)
     com, elbow = robot.com(q), robot.contact_position(q)
     i_rob = float(robot.inertia_about_com(q)[0, 0])
     a_r = float(elbow[2] - com[2])
     percussion = momentum.percussion_height(robot.mass, i_rob, a_r) if a_r > 0.0 else np.inf
     return HitPosture(
         waist_height=waist_height,
-        joints=joints[0],
-        base=base[0],
+        joints=joints,
+        base=base,
         com=com,
         elbow=elbow,
         a_r=a_r,
@@ -113,17 +118,10 @@ def percussion_posture(
     Raises:
         PostureUnreachable: No height of the waist is within reach.
     """
-    found: list[HitPosture] = []
-    for height in np.arange(_LOWEST, _HIGHEST + 1e-9, _STEP):
-        try:
-            posture = posture_at(robot, float(height), com_xy, feet)
-            visited = [posture, *(posture_at(robot, float(height), xy, feet) for xy in also)]
-        except PostureUnreachable:
-            continue
-        joints = np.array([other.joints for other in visited])
-        inside = np.all((joints >= robot.lower) & (joints <= robot.upper))
-        if inside and np.isfinite(posture.percussion_error):
-            found.append(posture)
+    found = [
+        posture for posture in _reachable(robot, com_xy, feet, also)
+        if np.isfinite(posture.percussion_error)
+    ]
     if not found:
         right = float(feet["right"][1])
         raise PostureUnreachable(
@@ -144,3 +142,25 @@ def percussion_posture(
             return posture_at(robot, float(height), com_xy, feet), 0.0
     nearest = min(found, key=lambda posture: abs(posture.percussion_error))
     return nearest, nearest.percussion_error
+
+
+def _reachable(
+    robot: RobotModel, com_xy: Array, feet: dict[str, Array], also: Sequence[Array]
+) -> list[HitPosture]:
+    """Postures whose legs reach every place of the CoM, by the height of the waist."""
+    heights = np.arange(_LOWEST, _HIGHEST + 1e-9, _STEP)
+    places = np.array([com_xy, *also], dtype=float)
+    joints, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.tile(places, (len(heights), 1)),
+        waist_z=np.repeat(heights, len(places)),
+        feet=feet,
+        strict=False,
+    )
+    joints, base = (rows.reshape(len(heights), len(places), -1) for rows in (joints, base))
+    inside = np.all((joints >= robot.lower) & (joints <= robot.upper), axis=(1, 2))  # no NaN is
+    return [
+        _figures(robot, float(height), rows[0], place[0])
+        for height, rows, place, good in zip(heights, joints, base, inside, strict=True) if good
+    ]

@@ -30,6 +30,7 @@ def solve(
     com_xy: ArrayLike,
     waist_z: ArrayLike,
     feet: dict[str, Array],
+    strict: bool = True,
 ) -> tuple[Array, Array]:
     """Joints and base for a course of the CoM over the floor.
 
@@ -41,6 +42,7 @@ def solve(
         waist_z: Height of base_link, (N,) or a number [m].
         feet: Position of the sole for each side, (N, 3) or (3,) [m]; soles stay level and
             parallel to odom.
+        strict: Raise where a leg does not reach; else that sample is NaN.
 
     Returns:
         joints (N, 30) [rad] and base (N, 3) [m].
@@ -56,14 +58,14 @@ def solve(
     base[:, 2] = waist_z
     q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
     for _ in range(_MAX_ITERATIONS):
-        _place_legs(robot, joints, base, feet)
+        _place_legs(robot, joints, base, feet, strict)
         q[:, :3] = base
         q[:, robot.q_index] = joints
         error = target - _com_xy(robot, q)
-        if np.max(np.abs(error)) < _TOLERANCE:
+        if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
             return joints, base
         base[:, :2] += _WAIST_PER_COM * error
-    worst = float(np.max(np.abs(error)))
+    worst = float(np.nanmax(np.abs(error)))
     raise PostureUnreachable(
         f"no place of the waist puts the CoM where it should be: {worst:.2e} m are left",
         quantity="CoM error [m]",
@@ -72,10 +74,13 @@ def solve(
     )
 
 
-def _place_legs(robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array]) -> None:
+def _place_legs(
+    robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array], strict: bool
+) -> None:
     for side in SIDES:
         ankle = np.asarray(feet[side], dtype=float) - robot.feet[side].sole
-        joints[:, robot.leg_columns[side]] = leg_ik(robot.legs[side], ankle - base)
+        joints[:, robot.leg_columns[side]] = leg_ik(
+            robot.legs[side], ankle - base, strict=strict)
 
 
 def _com_xy(robot: RobotModel, q: Array) -> Array:
