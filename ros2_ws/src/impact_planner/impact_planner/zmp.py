@@ -141,15 +141,19 @@ def joint_torques(
     share = _shares(dynamics.zmp[rows], centres)
     centre = sum(share[side][:, None] * centres[side] for side in sides)
     out = dynamics.torque[rows].copy()
+    forces = {}
+    for side in sides:
+        place = np.column_stack(
+            [centres[side] + dynamics.zmp[rows] - centre, np.zeros(len(rows))])
+        force = share[side][:, None] * dynamics.force[rows]
+        moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
+        moment[:, 2] += share[side] * dynamics.moment_z[rows]
+        forces[side] = np.hstack([force, moment])
     for k, i in enumerate(rows):
         q = robot.configuration(motion.base[i], motion.joints[i])
         for side in sides:
             jacobian = robot.frame_jacobian(q, robot.feet[side].frame)
-            place = np.append(centres[side] + dynamics.zmp[i] - centre[k], 0.0)
-            force = share[side][k] * dynamics.force[i]
-            moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
-            moment[2] += share[side][k] * dynamics.moment_z[i]
-            out[k] -= (jacobian.T @ np.concatenate([force, moment]))[robot.v_index]
+            out[k] -= (jacobian.T @ forces[side][k])[robot.v_index]
     return out
 
 
