@@ -89,8 +89,12 @@ class SwingFit:
             NoFitError: As `fit_ratios`, or the fit leaves far too much of the swings.
         """
         common, said = self._chosen(swings)
-        highest = max(float(swing.theta.max()) for swing in common.swings)
-        rmse, largest = common.fit.rmse, _MOST_LEFT * highest
+        return common, [*said, *self._misfit(common.fit, common.swings)]
+
+    def _misfit(self, fit: RatioFit, swings: Sequence[FreeSwing]) -> list[str]:
+        """What to say of what a fit leaves; NoFitError where that is far too much."""
+        rmse = fit.rmse
+        largest = _MOST_LEFT * max(float(swing.theta.max()) for swing in swings)
         if rmse > largest:
             raise NoFitError(
                 f"the swings do not follow eq. (1): the best fit leaves {math.degrees(rmse):.2f} "
@@ -98,11 +102,12 @@ class SwingFit:
                 value=rmse,
                 limit=largest,
             )
-        if self.grain and rmse > _POOR * self.grain:
-            said.append(
-                f"the fit leaves {math.degrees(rmse):.4f} deg, {rmse / self.grain:.1f} times what "
-                f"the encoder explains, so that standard deviations say little; {_WRONG_LINKAGE}")
-        return common, said
+        if not self.grain or rmse <= _POOR * self.grain:
+            return []
+        return [
+            f"the fit leaves {math.degrees(rmse):.4f} deg, {rmse / self.grain:.1f} times what the "
+            f"encoder explains, so that standard deviations say little; {_WRONG_LINKAGE}"
+        ]
 
     def _chosen(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
         """Fit of opening and closing, or of opening alone."""
@@ -135,6 +140,7 @@ class SwingFit:
 
         Raises:
             DoorParameterError: A bound is of what is not fitted, or no interval.
+            NoFitError: As `run`.
         """
         free = tuple(name for name in common.fit.free if name != "zero")
         ratios = ratio_bounds(bounds, i_a)
@@ -149,7 +155,7 @@ class SwingFit:
             value = fit.value(ratio)
             if any(edge and abs(value - edge) < _AT_BOUND * abs(edge) for edge in (low, high)):
                 said.append(f"{name} lies at its bound: the swings ask for one beyond it")
-        return fit, said
+        return fit, [*said, *self._misfit(fit, common.swings)]
 
     def _opening(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
         """Fit of opening alone."""

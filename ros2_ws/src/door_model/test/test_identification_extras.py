@@ -137,6 +137,10 @@ def test_bounds_hold_and_are_told() -> None:
     assert tight.door.k_c == pytest.approx(1.1, rel=1e-3)
     assert tight.fit_rmse > free.fit_rmse
     assert any("k_c lies at its bound" in warning for warning in tight.warnings)
+    far = identify(recording, PAPER.closer, EXACT, bounds={"k_c": (0.3, 0.6)})
+    assert any("times what the encoder explains" in warning for warning in far.warnings)
+    with pytest.raises(NoFitError, match=r"do not follow|does not pull"):
+        identify(recording, PAPER.closer, EXACT, bounds={"k_c": (8.0, 9.0)})
 
 
 @pytest.mark.parametrize(
