@@ -3,7 +3,6 @@
 import argparse
 import json
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,9 +18,8 @@ from door_model.drawing import curves_picture, swing_picture
 from door_model.driven_motion import Swing
 from door_model.dynamics import follow_free, initial_velocity, simulate
 from door_model.energy import EnergyBalance, energy_balance
-from door_model.errors import DoorModelError
 from door_model.free_motion import End
-from door_model.output import make_folder, write_whole
+from door_model.output import make_folder, run_command, write_whole
 
 Array = NDArray[np.float64]
 
@@ -88,7 +86,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 @dataclass(frozen=True)
-class FreeSwing:
+class SwingToRest:
     """A swing from the closed door and how it ends.
 
     Attributes:
@@ -111,7 +109,7 @@ class FreeSwing:
         return ""
 
 
-def free_swing(door: Door, angle: float) -> FreeSwing:
+def free_swing(door: Door, angle: float) -> SwingToRest:
     """The swing that takes a closed door to an angle [rad] and lets it fall, every 1 ms.
 
     It ends where the door has fallen shut or friction holds it, or after a minute.
@@ -122,7 +120,7 @@ def free_swing(door: Door, angle: float) -> FreeSwing:
     omega = initial_velocity(door, angle)
     motion = follow_free(door, 0.0, omega)
     swing = simulate(door, 0.0, omega, float(motion.end_time[0]), stop=True)
-    return FreeSwing(swing, End(motion.end[0]), float(motion.end_angle[0]))
+    return SwingToRest(swing, End(motion.end[0]), float(motion.end_angle[0]))
 
 
 def _swing_columns(swing: Swing, balance: EnergyBalance) -> dict[str, Array]:
@@ -236,12 +234,7 @@ def _run(arguments: argparse.Namespace) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit code is 1 for errors."""
     arguments = _parser().parse_args(argv)
-    try:
-        print(_run(arguments))
-    except DoorModelError as error:
-        print(f"curves: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return run_command("curves", lambda: _run(arguments))
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from door_model.recording_checks import (
 from door_model.recordings import Recording
 from door_model.scale import Fitted, Reference, Scale
 from door_model.swing_fit import SwingFit, Window, usable_swings
-from door_model.swings import FreeSwing, find_swings
+from door_model.swings import FreeSwing, search
 from door_model.trajectory_fit import RatioFit
 
 Array = NDArray[np.float64]
@@ -163,7 +163,7 @@ def identify(
     if zero_std is None:
         zero_std = max(_ZERO_COUNTS_STD * clean.resolution, abs(rest(clean)))
     task = SwingFit(linkage, window, extras, zero_std, grain(clean))
-    found = find_swings(clean, start_angle)
+    found = search(clean, start_angle)
     swings, said = usable_swings(clean, linkage, found)
     warnings += said
     if start_angle is not None:
@@ -177,7 +177,8 @@ def identify(
     common, said = task.run(swings)
     warnings += said
     fit = common.fit
-    fitted = Fitted(linkage, _paper_ratios(fit), clean, found, fit.value("play"), fit.value("zero"))
+    fitted = Fitted(
+        linkage, _paper_ratios(fit), clean, found.swings, fit.value("play"), fit.value("zero"))
     resolved = scale.resolve(fitted)
     if bounds:
         fit, said = task.within(common, bounds, resolved.i_a)

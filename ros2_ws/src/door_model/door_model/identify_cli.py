@@ -3,16 +3,15 @@
 import argparse
 import json
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from door_model.config import load_geometry
-from door_model.errors import DoorModelError, DoorParameterError
+from door_model.errors import DoorParameterError
 from door_model.geometry import DoorGeometry
 from door_model.identification import Identification, Window, identify
-from door_model.output import write_whole
+from door_model.output import run_command, write_whole
 from door_model.parameters import RATIO_OF
 from door_model.recordings import COUNTS_PER_TURN, read_csv
 from door_model.recordings_mcap import read_mcap
@@ -61,6 +60,37 @@ def _parser() -> argparse.ArgumentParser:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
     source.add_argument("--mcap", metavar="FILE", help="recording of the graph's topics")
+    _add_scale(parser)
+    parser.add_argument(
+        "--door",
+        metavar="YAML",
+        help="door whose linkage, and leaf unless --mass and --width are given, is read; what it "
+        "says of the closer is not looked at. Without it the linkage is that of the paper's door: "
+        "measure your own (docs/hardware.md)",
+    )
+    parser.add_argument(
+        "--counts-per-turn",
+        type=int,
+        default=COUNTS_PER_TURN,
+        metavar="N",
+        help="of a CSV with counts (default %(default)s); an MCAP file says it itself",
+    )
+    _add_fit(parser)
+    parser.add_argument(
+        "--restitution",
+        type=float,
+        default=0.5,
+        metavar="E",
+        help="coefficient of restitution to write to --yaml (default %(default)s); swings by hand "
+        "do not tell it",
+    )
+    parser.add_argument("--yaml", metavar="OUT", help="write the door for the planner")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def _add_scale(parser: argparse.ArgumentParser) -> None:
+    """Options of what fixes the scale."""
     parser.add_argument(
         "--mass",
         type=float,
@@ -95,20 +125,10 @@ def _parser() -> argparse.ArgumentParser:
         help="angular impulse about the hinge of the push that led to a swing, while the leaf "
         "moved, its standard deviation [N m s], and which swing (the first is 1)",
     )
-    parser.add_argument(
-        "--door",
-        metavar="YAML",
-        help="door whose linkage, and leaf unless --mass and --width are given, is read; what it "
-        "says of the closer is not looked at. Without it the linkage is that of the paper's door: "
-        "measure your own (docs/hardware.md)",
-    )
-    parser.add_argument(
-        "--counts-per-turn",
-        type=int,
-        default=COUNTS_PER_TURN,
-        metavar="N",
-        help="of a CSV with counts (default %(default)s); an MCAP file says it itself",
-    )
+
+
+def _add_fit(parser: argparse.ArgumentParser) -> None:
+    """Options of what is fitted."""
     parser.add_argument(
         "--window",
         choices=[window.value for window in Window],
@@ -147,17 +167,6 @@ def _parser() -> argparse.ArgumentParser:
         help="fit from this angle on, as the paper does from 10 deg (default: from where the data "
         "say that the hand has left)",
     )
-    parser.add_argument(
-        "--restitution",
-        type=float,
-        default=0.5,
-        metavar="E",
-        help="coefficient of restitution to write to --yaml (default %(default)s); swings by hand "
-        "do not tell it",
-    )
-    parser.add_argument("--yaml", metavar="OUT", help="write the door for the planner")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    return parser
 
 
 def _reference(
@@ -238,25 +247,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     source = arguments.mcap or arguments.csv
     if arguments.yaml is not None and Path(arguments.yaml).resolve() == Path(source).resolve():
         parser.error(f"--yaml would overwrite the recording {source}")
-    try:
-        result, geometry = _run(arguments)
-        if arguments.json:
-            answer = json.dumps(identified(result), indent=2)
-        else:
-            answer = as_table(
-                result, "" if arguments.door else " (the paper's, for want of --door)")
-        if arguments.yaml is not None:
-            config = as_config(result, geometry, restitution=arguments.restitution)
-            head = as_comment(result, source)
-            if not arguments.door:
-                head += "# Without --door the linkage, and what was not given of the leaf, is the "
-                head += "paper door's.\n"
-            write_whole(arguments.yaml, head + config.to_yaml())
-    except DoorModelError as error:
-        print(f"identify: {error}", file=sys.stderr)
-        return 1
-    print(answer)
-    return 0
+    return run_command("identify", lambda: _answer(arguments, source))
+
+
+def _answer(arguments: argparse.Namespace, source: str) -> str:
+    """Identify, write the door if that is asked for; what to print."""
+    result, geometry = _run(arguments)
+    if arguments.json:
+        answer = json.dumps(identified(result), indent=2)
+    else:
+        answer = as_table(
+            result, "" if arguments.door else " (the paper's, for want of --door)")
+    if arguments.yaml is not None:
+        config = as_config(result, geometry, restitution=arguments.restitution)
+        head = as_comment(result, source)
+        if not arguments.door:
+            head += "# Without --door the linkage, and what was not given of the leaf, is the "
+            head += "paper door's.\n"
+        write_whole(arguments.yaml, head + config.to_yaml())
+    return answer
 
 
 if __name__ == "__main__":

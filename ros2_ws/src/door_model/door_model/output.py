@@ -1,9 +1,21 @@
-"""Files that commands write."""
+"""What commands print and write."""
 
 import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
-from door_model.errors import OutputError
+from door_model.errors import DoorModelError, OutputError
+
+
+def run_command(name: str, work: Callable[[], str]) -> int:
+    """Print what a command has to say, or its error in one line on stderr; the exit code."""
+    try:
+        print(work())
+    except DoorModelError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 1
+    return 0
 
 
 def make_folder(path: str | Path) -> Path:

@@ -13,7 +13,7 @@ from door_model.odd_swings import CommonFit, fit_common, said_of
 from door_model.parameters import ratio_bounds
 from door_model.recording_checks import zero_doubts
 from door_model.recordings import Recording
-from door_model.swings import MIN_PEAK, FreeSwing, unused_tops
+from door_model.swings import MIN_PEAK, Found, FreeSwing
 from door_model.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
 
 _WORSE = 1.3  # closing is left out where it raises the residuals by more than this factor
@@ -142,7 +142,7 @@ class SwingFit:
             DoorParameterError: A bound is of what is not fitted, or no interval.
             NoFitError: As `run`.
         """
-        free = tuple(name for name in common.fit.free if name != "zero")
+        free = common.fit.asked
         ratios = ratio_bounds(bounds, i_a)
         for name, ratio in zip(bounds, ratios, strict=True):
             if ratio not in free:
@@ -174,7 +174,7 @@ class SwingFit:
             self.linkage, swings, free, zero_std=self.zero_std, good_rmse=self._good, first=first)
         said = said_of(common.left_out)
         for zone in zones:
-            without = tuple(name for name in common.fit.free if name not in (*EXTRAS[zone], "zero"))
+            without = tuple(name for name in common.fit.asked if name not in EXTRAS[zone])
             plain = fit_ratios(
                 self.linkage, common.swings, without, zero_std=self.zero_std,
                 first={name: first[name] for name in without if name in first})
@@ -188,11 +188,11 @@ class SwingFit:
         zones = [zone for zone in _ZONES if EXTRAS[zone][0] in common.fit.free]
         rivals = dict(common.fit.rivals)
         for zone in zones if len(zones) > 1 else ():
-            free = tuple(name for name in common.fit.free if name != "zero")
             others = {name: value for name, value in _known_zones(common.fit).items()
                       if name not in EXTRAS[zone]}
             fit = fit_ratios(
-                self.linkage, common.swings, free, zero_std=self.zero_std, first=others)
+                self.linkage, common.swings, common.fit.asked, zero_std=self.zero_std,
+                first=others)
             rivals |= fit.rivals
             if fit.rmse < common.fit.rmse:
                 common = replace(common, fit=fit)
@@ -233,10 +233,11 @@ class SwingFit:
         rmse = common.fit.rmse
         if rmse <= _SUSPICIOUS * self.grain:
             return []
-        free = tuple(name for name in common.fit.free if name != "zero")
         asked, least = [], rmse
         others = [name for name in EXTRAS if name not in self.extras]
-        for step in self._grow(common.swings, free, others, _known_zones(common.fit)):
+        for step in self._grow(
+            common.swings, common.fit.asked, others, _known_zones(common.fit)
+        ):
             if step.rmse > _BETTER * least:
                 break
             asked.append(step.extra)
@@ -259,14 +260,14 @@ def _known_zones(fit: RatioFit) -> dict[str, float]:
 
 
 def usable_swings(
-    recording: Recording, linkage: FourBarCloser, swings: Sequence[FreeSwing]
+    recording: Recording, linkage: FourBarCloser, found: Found
 ) -> tuple[list[FreeSwing], list[str]]:
     """The free swings that stay where the linkage closes and that nothing stopped.
 
     Args:
         recording: What they were found in.
         linkage: The linkage.
-        swings: The swings.
+        found: What was found in it.
 
     Returns:
         The swings and what to say of the others.
@@ -276,7 +277,7 @@ def usable_swings(
     """
     lowest, limit = linkage.closing_limit(), linkage.opening_limit()
     usable, said = [], zero_doubts(recording)
-    for swing in swings:
+    for swing in found.swings:
         low, top = float(swing.theta.min()), float(swing.theta.max())
         if swing.stopped:
             reason = f"it hit something at {math.degrees(top):.1f} deg"
@@ -290,7 +291,7 @@ def usable_swings(
         said.append(f"the swing at {swing.t[0]:.1f} s was left out: {reason}")
     said += [
         f"the swing with its top at {time:.1f} s was left out: it does not begin at the shut door"
-        for time in unused_tops(recording, swings)
+        for time in found.other_tops
     ]
     if usable:
         return usable, said

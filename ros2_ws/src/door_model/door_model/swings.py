@@ -1,7 +1,6 @@
 """Finding the free swings in a recording of pushes by hand."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,60 +94,69 @@ def smooth(theta: Array, period: float, derivative: int = 0) -> Array:
     return np.asarray(savgol_filter(theta, window, 2, deriv=derivative, delta=period), dtype=float)
 
 
+@dataclass(frozen=True)
+class Found:
+    """What was found in a recording.
+
+    Attributes:
+        swings: Free swings, in order of time.
+        other_tops: Times [s] at which the door turned round, but not at the end of a free swing
+            from below: it was pushed again before it had fallen shut, or the recording begins
+            amid the swing.
+    """
+
+    swings: list[FreeSwing]
+    other_tops: list[float]
+
+
 def find_swings(recording: Recording, start_angle: float | None = None) -> list[FreeSwing]:
-    """Free swings of a recording, in order of time.
+    """Free swings of a recording, see `search`."""
+    return search(recording, start_angle).swings
+
+
+def search(recording: Recording, start_angle: float | None = None) -> Found:
+    """Look for the swings of a recording.
 
     A swing's free motion starts where the hand has certainly left: the speed is past its maximum
-    by a third of the time that the push took to reach it. It ends 2 deg before the closed door,
-    or at its peak where the door did not fall that far by itself.
+    by 0.6 of the time that the push took to reach it. It ends 2 deg before the closed door, or at
+    its peak where the door did not fall that far by itself.
 
     Args:
         recording: The recording.
         start_angle: Take the swings from this angle on [rad], as the paper does from 10 deg, if
             the hand has left by then and the peak is at least 4 deg above it.
     """
+    swings: list[FreeSwing] = []
+    other_tops: list[float] = []
     if len(recording.t) < _MIN_SAMPLES:
-        return []
+        return Found(swings, other_tops)
     period = float(np.median(np.diff(recording.t)))
     breaks = np.flatnonzero(np.diff(recording.t) > max(_LONGEST_GAP, 2.5 * period)) + 1
-    swings: list[FreeSwing] = []
     for piece in np.split(np.arange(len(recording.t)), breaks):
         if len(piece) >= _MIN_SAMPLES:
             t, theta = recording.t[piece], recording.theta[piece]
-            swings += _swings_of_piece(t, theta, period, start_angle)
-    return swings
+            found = _search_piece(t, theta, period, start_angle)
+            swings += found.swings
+            other_tops += found.other_tops
+    return Found(swings, other_tops)
 
 
-def unused_tops(recording: Recording, swings: Sequence[FreeSwing]) -> list[float]:
-    """Times [s] at which the door turned round, but not at the end of a free swing from below.
-
-    It was pushed again before it had fallen shut, or the recording begins amid the swing.
-    """
-    if len(recording.t) < _MIN_SAMPLES:
-        return []
-    even = np.arange(recording.t[0], recording.t[-1], float(np.median(np.diff(recording.t))))
-    smoothed = smooth(np.interp(even, recording.t, recording.theta), even[1] - even[0])
-    return [
-        float(even[top]) for top in _tops(smoothed)
-        if not any(swing.t[0] <= even[top] <= swing.t[-1] + _LONGEST_GAP for swing in swings)
-    ]
-
-
-def _swings_of_piece(
+def _search_piece(
     t: Array, theta: Array, period: float, start_angle: float | None
-) -> list[FreeSwing]:
-    """Swings of a recording without long gaps."""
+) -> Found:
+    """What is found in a recording without long gaps."""
     even = t[0] + np.arange(round((t[-1] - t[0]) / period) + 1) * period
     filled = np.interp(even, t, theta)
     smoothed = smooth(filled, period)
     speed = smooth(filled, period, derivative=1)
     tops = _tops(smoothed)
-    swings = []
+    swings, other_tops = [], []
     for number, top in enumerate(tops):
         before = tops[number - 1] if number else 0
         after = tops[number + 1] if number + 1 < len(tops) else len(even) - 1
         start = _free_start(smoothed, speed, before, top, start_angle)
         if start is None or top - start < _MIN_SAMPLES:
+            other_tops.append(float(even[top]))
             continue
         end = _free_end(smoothed, top, after)
         first, peak, last = np.searchsorted(t, even[[start, top, end]] - 0.5 * period)
@@ -156,7 +164,7 @@ def _swings_of_piece(
         swings.append(
             FreeSwing(t[window], theta[window], int(peak - first), max(float(speed[start]), 1e-3),
                       stopped=_is_stopped(smoothed[start:], speed[start:], top - start, period)))
-    return swings
+    return Found(swings, other_tops)
 
 
 def _is_stopped(smoothed: Array, speed: Array, top: int, period: float) -> bool:

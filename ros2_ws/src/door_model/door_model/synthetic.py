@@ -5,7 +5,6 @@
 
 import argparse
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -18,7 +17,8 @@ from door_model.config import load_door
 from door_model.door import Door
 from door_model.driven_motion import Swing
 from door_model.dynamics import initial_velocity, peak, simulate
-from door_model.errors import DoorModelError, LinkageError, UnreachableAngleError
+from door_model.errors import LinkageError, UnreachableAngleError
+from door_model.output import run_command
 from door_model.recordings import COUNTS_PER_TURN, Recording, from_counts, write_counts_csv
 
 _FINE = 2e-4  # [s]; samples are interpolated between points this close
@@ -289,14 +289,14 @@ def _run(arguments: argparse.Namespace) -> str:
     """Make the recording and write it; what to print."""
     require_not_negative("--play-deg", arguments.play_deg)
     config = load_door(arguments.door)
-    door = config.door()
-    pushes, duration = five_swings(door, np.radians(arguments.peaks_deg).tolist())
-    swing = simulate_pushes(door, pushes, duration)
-    shown = replace(swing, theta=through_play(swing.theta, math.radians(arguments.play_deg)))
-    write_counts_csv(arguments.out, shown.t, quantise(shown))
+    made = synthetic_recording(
+        config.door(), np.radians(arguments.peaks_deg).tolist(),
+        play=math.radians(arguments.play_deg))
+    counts = np.rint(made.theta / made.resolution).astype(np.int64)
+    write_counts_csv(arguments.out, made.t, counts)
     peaks = ", ".join(f"{angle:g}" for angle in arguments.peaks_deg)
     return (
-        f"written: {arguments.out}, {len(shown.t)} samples at 1 kHz, {COUNTS_PER_TURN} counts a "
+        f"written: {arguments.out}, {len(counts)} samples at 1 kHz, {COUNTS_PER_TURN} counts a "
         f"turn, play {arguments.play_deg:g} deg: door {config.name!r} pushed to {peaks} deg"
     )
 
@@ -304,12 +304,7 @@ def _run(arguments: argparse.Namespace) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Write a recording of simulated pushes; the exit code is 1 for errors."""
     arguments = _parser().parse_args(argv)
-    try:
-        print(_run(arguments))
-    except DoorModelError as error:
-        print(f"synthetic: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return run_command("synthetic", lambda: _run(arguments))
 
 
 if __name__ == "__main__":

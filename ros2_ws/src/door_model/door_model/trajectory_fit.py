@@ -14,6 +14,7 @@ from door_model.errors import NoFitError
 from door_model.first_estimate import first_estimate
 from door_model.fit_guesses import first_guesses
 from door_model.free_motion import Ratios
+from door_model.parameters import is_angle
 from door_model.swing_problem import SwingProblem, Tolerances
 from door_model.swing_rows import Array
 from door_model.swings import FreeSwing
@@ -67,6 +68,11 @@ class RatioFit:
     rmse: float
     swing_rmse: Array
     rivals: dict[str, float]
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """What was asked for: the zero is fitted besides where its spread is given."""
+        return tuple(name for name in self.free if name != "zero")
 
     def value(self, name: str) -> float:
         """Value of one unknown; 0 where it was not fitted."""
@@ -152,7 +158,7 @@ def _solved(
 
 def _apart(trials: Sequence[Array], free: tuple[str, ...]) -> list[Array]:
     """Those of some trials that have not found the same zones as one before them."""
-    angles = [place for place, name in enumerate(free) if name.endswith("_angle")]
+    angles = [place for place, name in enumerate(free) if is_angle(name)]
     kept: list[Array] = []
     for trial in trials:
         if all(np.abs(trial[angles] - other[angles]).max(initial=0.0) > _SAME for other in kept):
@@ -170,7 +176,7 @@ def _rivals(
     ]
     return {
         name: float(trial[place])
-        for place, name in enumerate(problem.free) if name.endswith("_angle")
+        for place, name in enumerate(problem.free) if is_angle(name)
         for trial in as_good if abs(trial[place] - x[place]) > _ELSEWHERE
     }
 

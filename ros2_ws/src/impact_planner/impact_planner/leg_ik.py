@@ -8,6 +8,7 @@ the ankle to the hip.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,10 +70,10 @@ def leg_ik(
     rho2 = r[:, 1] ** 2 + r[:, 2] ** 2
     a, b, o = geometry.thigh, geometry.shank, geometry.lateral
     length2 = r[:, 0] ** 2 + rho2 - o**2
-    if strict:
-        _require_reach(geometry, length2, rho2)
-    else:
-        within = (length2 <= (a + b) ** 2) & (length2 > (a - b) ** 2) & (rho2 > o**2)
+    within = (length2 <= (a + b) ** 2) & (length2 > (a - b) ** 2) & (rho2 > o**2)
+    if not within.all():
+        if strict:
+            _raise_unreached(geometry, length2)
         r, rho2, length2 = (
             np.where(within if part.ndim == 1 else within[:, None], part, np.nan)
             for part in (r, rho2, length2))
@@ -94,7 +95,8 @@ def leg_ik(
     )
 
 
-def _require_reach(geometry: LegGeometry, length2: Array, rho2: Array) -> None:
+def _raise_unreached(geometry: LegGeometry, length2: Array) -> NoReturn:
+    """Name the worst of the poses of which one is out of reach."""
     a, b = geometry.thigh, geometry.shank
     longest, shortest = a + b, abs(a - b)
     worst = int(np.argmax(length2))
@@ -114,16 +116,14 @@ def _require_reach(geometry: LegGeometry, length2: Array, rho2: Array) -> None:
             value=value,
             limit=longest,
         )
-    nearest = int(np.argmin(length2))
-    if length2[nearest] <= shortest**2 or np.any(rho2 <= geometry.lateral**2):
-        value = float(np.sqrt(max(length2[nearest], 0.0)))
-        raise PostureUnreachable(
-            f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
-            f"folded they keep at least {shortest:.4f} m",
-            quantity="hip to ankle [m]",
-            value=value,
-            limit=shortest,
-        )
+    value = float(np.sqrt(max(float(np.min(length2)), 0.0)))
+    raise PostureUnreachable(
+        f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
+        f"folded they keep at least {shortest:.4f} m",
+        quantity="hip to ankle [m]",
+        value=value,
+        limit=shortest,
+    )
 
 
 def _rot_x(angle: Array) -> Array:
