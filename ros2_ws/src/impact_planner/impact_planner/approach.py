@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import PlannerError
-from .posture import braced_upper_body
+from .posture import RESERVE, braced_upper_body
 from .robot_model import SIDES, RobotModel
 from .stance import SINGLE_SUPPORT_MARGIN, Stance, com_x, initial_base
 from .trajectories import Motion, min_jerk, rest_to_rest, still
@@ -19,10 +19,9 @@ from .whole_body import require_joint_limits, solve
 
 Array = NDArray[np.float64]
 
-# A lifted foot needs a little more hip roll than one on the floor, and servos room to err [rad].
-_HIP_RESERVE = 0.015
 # Part of the step's time in which the foot travels; it rises before and sinks after that.
 _TRAVEL = (0.12, 0.88)
+_NODES = 0.03  # postures are solved so often and a spline laid through them [s]
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
                 feet=stance.feet,
             )
             posture = still(joints[0], base[0])
-            require_joint_limits(robot, posture, "step", reserve=_HIP_RESERVE)
+            require_joint_limits(robot, posture, "step", reserve=RESERVE)
             return float(y)
         except PlannerError as error:
             failure = error
@@ -127,7 +126,7 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
 def _prepare(
     robot: RobotModel, stance: Stance, com_end: Array, duration: float, period: float
 ) -> Motion:
-    time = sample_times(duration, period)
+    time = sample_times(duration, _NODES)
     part = min_jerk(time, duration)[:, None]
     begin = initial_base(robot)
     relaxed, braced = robot.config.half_sitting, braced_upper_body(robot)
@@ -139,7 +138,7 @@ def _prepare(
         waist_z=begin[2] + part[:, 0] * (stance.posture.waist_height - begin[2]),
         feet=stance.feet_start,
     )
-    return rest_to_rest(time, joints, base)
+    return rest_to_rest(time, joints, base, sample_times(duration, period))
 
 
 def _sway(
@@ -151,7 +150,7 @@ def _sway(
     duration: float,
     period: float,
 ) -> Motion:
-    time = sample_times(duration, period)
+    time = sample_times(duration, _NODES)
     course = y[0] + min_jerk(time, duration) * (y[1] - y[0])
     joints, base = solve(
         robot,
@@ -160,13 +159,13 @@ def _sway(
         waist_z=height,
         feet=feet,
     )
-    return rest_to_rest(time, joints, base)
+    return rest_to_rest(time, joints, base, sample_times(duration, period))
 
 
 def _step(
     robot: RobotModel, stance: Stance, com: Array, timing: ApproachTiming, period: float
 ) -> Motion:
-    time = sample_times(timing.step, period)
+    time = sample_times(timing.step, _NODES)
     u = time / timing.step
     travel = min_jerk((u - _TRAVEL[0]) / (_TRAVEL[1] - _TRAVEL[0]), 1.0)[:, None]
     begin, end = stance.feet_start["right"], stance.feet["right"]
@@ -179,4 +178,4 @@ def _step(
         waist_z=stance.posture.waist_height,
         feet={"left": stance.feet_start["left"], "right": right},
     )
-    return rest_to_rest(time, joints, base)
+    return rest_to_rest(time, joints, base, sample_times(timing.step, period))

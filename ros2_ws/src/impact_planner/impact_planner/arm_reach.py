@@ -8,6 +8,7 @@ in time, and one that holds it at the desired angle.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ _HEIGHTS = (0.75, 1.25)  # of the hand [m]
 _EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
 _TOLERANCE = 1e-5  # [m]
 _ELBOW_JOINT = 3
+_WRIST = "RARM_LINK4"
+_HAND = 0  # place in what `_places` gives: hand, elbow, wrist
 
 
 @dataclass(frozen=True)
@@ -54,40 +57,45 @@ class ArmReach:
         self._robot = robot
         self.columns = robot.arm_columns["right"][:_ARM_JOINTS]
         self._v = robot.v_index[self.columns]
+        self._frames = (robot.config.hand_link, robot.config.contact_link, _WRIST)
         self.hand_radius = robot.hand_radius()
         self.lower = robot.lower[self.columns] + _RESERVE
         self.upper = robot.upper[self.columns] - _RESERVE
         self.upper[_ELBOW_JOINT] = _STRAIGHTEST_ELBOW
 
-    def place(self, base: Array, joints: Array, arm: Array, frame: str) -> tuple[Array, Array]:
-        """Position (3,) [m] of a frame and its Jacobian (3, 6) to the arm's joints."""
-        full = joints.copy()
-        full[self.columns] = arm
-        q = self._robot.configuration(base, full)
-        jacobian = self._robot.frame_jacobian(q, frame)[:3, self._v]
-        position = self._robot.data.oMf[self._robot.model.getFrameId(frame)].translation
-        return np.array(position), jacobian
+    def follow(self, bases: Array, joints: Array, arm: Array, targets: Array) -> Array:
+        """Least change of the arm that puts the hand on targets; NaN where it does not get there.
 
-    def hand(self, base: Array, joints: Array, arm: Array) -> tuple[Array, Array]:
-        """Centre of the hand and its Jacobian."""
-        return self.place(base, joints, arm, self._robot.config.hand_link)
+        Args:
+            bases: base_link (N, 3) [m].
+            joints: The robot (30,) [rad]; its arm is ignored.
+            arm: Postures of the arm near by (N, 6) [rad].
+            targets: Middle of the hand (N, 3) [m].
 
-    def follow(self, base: Array, joints: Array, arm: Array, target: Array) -> Array | None:
-        """Least change of the arm that puts the hand on a target; None where it fails."""
-        arm = arm.copy()
+        Returns:
+            (N, 6) [rad].
+        """
+        chain = self._robot.hand_chain
+        mine = np.array([list(chain.columns).index(column) for column in self.columns])
+        whole = np.tile(joints, (len(arm), 1))
+        whole[:, self.columns] = arm
         for _ in range(20):
-            position, jacobian = self.hand(base, joints, arm)
-            error = target - position
-            if np.linalg.norm(error) < 1e-9:
+            pose = chain.place(whole, bases)
+            error = targets - pose.end
+            if np.abs(error).max() < 1e-9:
                 break
-            arm += jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 1e-9 * np.eye(3), error)
-        reached = np.linalg.norm(target - self.hand(base, joints, arm)[0]) < _TOLERANCE
-        inside = np.all((arm > self.lower - _RESERVE) & (arm < self.upper + _RESERVE))
-        return arm if reached and inside else None
+            j = pose.jacobian()[:, :, mine]
+            gram = j @ np.swapaxes(j, 1, 2) + 1e-9 * np.eye(3)
+            change = np.swapaxes(j, 1, 2) @ np.linalg.solve(gram, error[:, :, None])
+            whole[:, self.columns] += change[:, :, 0]
+        found = whole[:, self.columns]
+        inside = (found > self.lower - _RESERVE) & (found < self.upper + _RESERVE)
+        reached = np.linalg.norm(targets - chain.place(whole, bases).end, axis=1) < _TOLERANCE
+        return np.where((reached & inside.all(axis=1))[:, None], found, np.nan)
 
     def choose(
         self,
-        base: tuple[Array, Array],
+        base: Array,
         joints: Array,
         leaf: tuple[LeafFrame, LeafFrame],
         width: float,
@@ -96,7 +104,7 @@ class ArmReach:
         """Choose the spot on the leaf and both postures.
 
         Args:
-            base: base_link at the catch and at the end, (3,) each [m].
+            base: base_link (3,) [m].
             joints: The robot with its arm braced, (30,) [rad].
             leaf: The leaf at the catch and at the end.
             width: Of the leaf [m].
@@ -112,17 +120,22 @@ class ArmReach:
         if np.any(low > high):
             return None
 
-        def both(x: Array, frame: str) -> list[tuple[Array, Array]]:
-            return [self.place(base[i], joints, x[i * n : (i + 1) * n], frame) for i in (0, 1)]
+        @lru_cache(maxsize=2)  # cost, constraints and their slopes are asked for in turn
+        def places(x: bytes) -> list[list[tuple[Array, Array]]]:
+            """Hand, elbow and wrist at the catch and at the end: position and Jacobian."""
+            arms = np.frombuffer(x).reshape(2, n)
+            return [self._places(base, joints, arm) for arm in arms]
+
+        def both(x: Array, frame: int) -> list[tuple[Array, Array]]:
+            return [place[frame] for place in places(x.tobytes())]
 
         def cost(x: Array) -> tuple[float, Array]:
             change = (x - np.tile(start, 2)) / np.tile(travel, 2)
-            (_, _), (final, jacobian) = both(x, hand)
+            (_, _), (final, jacobian) = both(x, _HAND)
             slope = _EFFORT * change / np.tile(travel, 2)
             slope[n:] -= leaf[1].along @ jacobian
             return 0.5 * _EFFORT * float(change @ change) - leaf[1].radius(final), slope
 
-        hand = self._robot.config.hand_link
         result = minimize(
             cost,
             np.clip(np.tile(start, 2), low, high),
@@ -136,15 +149,21 @@ class ArmReach:
         equal, clear = self._constraints(both, leaf, width, n)
         if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
             return None
-        final = both(x, hand)[1][0]
+        final = both(x, _HAND)[1][0]
         return HandOnLeaf(x[:n], x[n:], leaf[1].radius(final), float(final[2]))
+
+    def _places(self, base: Array, joints: Array, arm: Array) -> list[tuple[Array, Array]]:
+        """Position (3,) [m] and Jacobian (3, 6) of hand, elbow and wrist."""
+        full = joints.copy()
+        full[self.columns] = arm
+        q = self._robot.configuration(base, full)
+        return [(place, jacobian[:3, self._v])
+                for place, jacobian in self._robot.frames_at(q, self._frames)]
 
     def _constraints(self, both, leaf, width, n):  # type: ignore[no-untyped-def]
         """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
-        robot = self._robot
-        hand, elbow = robot.config.hand_link, robot.config.contact_link
-        wrist = "RARM_LINK4"
-        radius = self.hand_radius
+        robot, radius = self._robot, self.hand_radius
+        hand, elbow, wrist = _HAND, 1, 2
 
         def equal(x: Array) -> Array:
             (a, _), (b, _) = both(x, hand)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from door_model.door import Door
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .approach import StandingPhase, sample_times
 from .arm_reach import ArmReach, HandOnLeaf
-from .errors import AngleUnreachable, JointLimit, PlannerError
+from .errors import AngleUnreachable, JointLimit, PlannerError, PostureUnreachable
 from .leaf import LeafFrame
 from .robot_model import SIDES, RobotModel
 from .run_up import GRAVITY
@@ -29,7 +29,7 @@ from .zmp import Load
 
 Array = NDArray[np.float64]
 
-_PERIOD = 0.01  # [s]
+_NODES = 0.02  # postures are solved so often and a spline laid through them [s]
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
 _WIDTH_SHARES = (1.0, 0.9, 0.8, 0.7)  # of the leaf's width, within which the hand may be
 _LATE = 0.12  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
@@ -38,9 +38,38 @@ _SPEED_SHARE = 0.8  # of the leaf's speed that the hand has when it arrives
 _PUSH = 1.5  # from there to the desired angle [s]
 _REST = 0.3  # at the desired angle [s]
 _NEARLY_SHUT = math.radians(1.0)  # the hand would be caught in a door less open
-_JOINT_SHARE = 0.9  # of the joints' speed limits that the arm uses
+_LEANS = (1.0, 0.5)  # of what keeps the ZMP where it was, tried where the legs do not reach
 _PEAK_SPEED = 1.875  # of a minimum-jerk motion over its mean
 _PASSES = 3  # of arm against base: each moves the other a little
+
+
+@dataclass(frozen=True)
+class HoldTask:
+    """What is to be held, and from where.
+
+    Attributes:
+        door: The door.
+        width: Of the leaf [m].
+        hinge: x and y in odom, (2,) [m].
+        angle: Desired opening angle [rad].
+        joints: At the end of the phase before, (30,) [rad].
+        base: base_link there, (3,) [m].
+        feet: Soles, (3,) each [m].
+        force_limit: Largest force of the door on the hand [N].
+        joint_share: Of the joints' speed limits that may be used.
+        period: Of the motion's samples [s].
+    """
+
+    door: Door
+    width: float
+    hinge: Array
+    angle: float
+    joints: Array
+    base: Array
+    feet: dict[str, Array]
+    force_limit: float
+    joint_share: float
+    period: float
 
 
 @dataclass(frozen=True)
@@ -91,27 +120,8 @@ class HoldPlan:
     force: float
 
 
-def plan_hold(
-    robot: RobotModel,
-    door: Door,
-    width: float,
-    hinge: Array,
-    angle: float,
-    start: tuple[Array, Array],
-    feet: dict[str, Array],
-    force_limit: float,
-) -> HoldPlan:
+def plan_hold(robot: RobotModel, task: HoldTask) -> HoldPlan:
     """Plan the phase `hold`.
-
-    Args:
-        robot: The robot.
-        door: The door.
-        width: Of the leaf [m].
-        hinge: x and y in odom, (2,) [m].
-        angle: Desired opening angle [rad].
-        start: Joints (30,) [rad] and base_link (3,) [m] at the end of the phase before.
-        feet: Soles, (3,) each [m].
-        force_limit: Largest force of the door on the hand [N].
 
     Raises:
         AngleUnreachable: The arm does not reach, the force is too large, or the door is shut
@@ -120,31 +130,30 @@ def plan_hold(
     """
     reach = ArmReach(robot)
     failure: PlannerError | None = None
-    for catch, hand in _choices(robot, reach, door, width, hinge, angle, start):
+    ways = ((*choice, lean) for choice in _choices(robot, reach, task) for lean in _LEANS)
+    for catch, hand, lean in ways:
         try:
-            force = _require_force(door, catch, hand, angle, force_limit)
-            motion, load = _whole_body(robot, reach, door, hinge, angle, start, feet, catch, hand)
-            require_joint_limits(robot, motion, "hold")
-        except (AngleUnreachable, JointLimit) as error:
+            force = _require_force(task, catch, hand)
+            motion, load = _whole_body(robot, reach, task, catch, hand, lean)
+            require_joint_limits(robot, motion, "hold", share=task.joint_share)
+        except (AngleUnreachable, JointLimit, PostureUnreachable) as error:
             failure = failure or error  # of the choice that was wanted most
             continue
-        return HoldPlan(StandingPhase("hold", motion, feet, SIDES), load, catch, hand, force)
-    raise failure or _unreachable(robot, reach, door, width, hinge, angle, start)
+        return HoldPlan(StandingPhase("hold", motion, task.feet, SIDES), load, catch, hand, force)
+    raise failure or _unreachable(robot, reach, task)
 
 
-def _require_force(
-    door: Door, catch: Catch, hand: HandOnLeaf, angle: float, limit: float
-) -> float:
+def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
     """Largest force of the leaf on the hand while it is led [N]."""
-    angles = np.linspace(catch.lowest, angle, 20)
-    force = float(np.max(door.restoring_torque(angles))) / hand.radius
-    if force > limit:
+    angles = np.linspace(catch.lowest, task.angle, 20)
+    force = float(np.max(task.door.restoring_torque(angles))) / hand.radius
+    if force > task.force_limit:
         raise AngleUnreachable(
             f"the closer would press with {force:.1f} N on the hand {hand.radius:.2f} m from the "
-            f"hinge, {limit:.1f} N are allowed",
+            f"hinge, {task.force_limit:.1f} N are allowed",
             quantity="hand force [N]",
             value=force,
-            limit=limit,
+            limit=task.force_limit,
         )
     return force
 
@@ -160,51 +169,36 @@ def _catch(door: Door, angle: float, reach: float) -> Catch | None:
 
 
 def _choices(
-    robot: RobotModel,
-    reach: ArmReach,
-    door: Door,
-    width: float,
-    hinge: Array,
-    angle: float,
-    start: tuple[Array, Array],
+    robot: RobotModel, reach: ArmReach, task: HoldTask
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
     """Ways to meet the leaf, the hand furthest from the hinge first."""
-    joints, base = start
     for share in _WIDTH_SHARES:
         for duration in _REACH_TIMES:
-            catch = _catch(door, angle, duration)
+            catch = _catch(task.door, task.angle, duration)
             if catch is None:
                 continue
-            travel = _JOINT_SHARE * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
-            leaf = (LeafFrame(hinge, catch.angle), LeafFrame(hinge, angle))
-            hand = reach.choose((base, base), joints, leaf, share * width, travel)
+            travel = task.joint_share * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
+            leaf = (LeafFrame(task.hinge, catch.angle), LeafFrame(task.hinge, task.angle))
+            hand = reach.choose(task.base, task.joints, leaf, share * task.width, travel)
             if hand is not None:
                 yield catch, hand
 
 
-def _unreachable(
-    robot: RobotModel,
-    reach: ArmReach,
-    door: Door,
-    width: float,
-    hinge: Array,
-    angle: float,
-    start: tuple[Array, Array],
-) -> AngleUnreachable:
-    tries = np.radians(np.arange(2.0, math.degrees(angle) + 60.0, 2.0))
-    tries = tries[tries < door.closer.opening_limit() - 0.02]
+def _unreachable(robot: RobotModel, reach: ArmReach, task: HoldTask) -> AngleUnreachable:
+    tries = np.radians(np.arange(2.0, math.degrees(task.angle) + 60.0, 2.0))
+    tries = tries[tries < task.door.closer.opening_limit() - 0.02]
     held = [
         float(other)
         for other in tries
-        if float(door.restoring_torque(other)) > 0.0
-        and any(_choices(robot, reach, door, width, hinge, float(other), start))
+        if float(task.door.restoring_torque(other)) > 0.0
+        and any(_choices(robot, reach, replace(task, angle=float(other))))
     ]
     limits = (min(held), max(held)) if held else (math.nan, math.nan)
     return AngleUnreachable(
-        f"the hand cannot catch the door and hold it at {math.degrees(angle):.1f} deg; it can from "
-        f"about {math.degrees(limits[0]):.0f} to {math.degrees(limits[1]):.0f} deg",
+        f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg; it can "
+        f"from about {math.degrees(limits[0]):.0f} to {math.degrees(limits[1]):.0f} deg",
         quantity="desired_opening_angle [rad]",
-        value=angle,
+        value=task.angle,
         limit=limits,
     )
 
@@ -212,62 +206,65 @@ def _unreachable(
 def _whole_body(
     robot: RobotModel,
     reach: ArmReach,
-    door: Door,
-    hinge: Array,
-    angle: float,
-    start: tuple[Array, Array],
-    feet: dict[str, Array],
+    task: HoldTask,
     catch: Catch,
     hand: HandOnLeaf,
+    lean_share: float,
 ) -> tuple[Motion, Load]:
-    joints, base = start
-    time = sample_times(catch.duration, _PERIOD)
-    follows = time >= catch.reach
-    angles = catch.angle_at(time, angle)
-    force = np.where(follows, door.restoring_torque(angles) / hand.radius, 0.0)
-    normal = np.column_stack([-np.sin(angles), -np.cos(angles), np.zeros(len(time))])
-    pressed = -force[:, None] * normal
-    # Lean against the force that is there at the end, so that the ZMP stays where it was.
-    lean = -pressed[-1, :2] * hand.height / (robot.mass * GRAVITY)
-    com = robot.com(robot.configuration(base, joints))[:2]
-    com_xy = com + min_jerk(time, catch.reach + _GIVE_WAY)[:, None] * lean
+    time = sample_times(catch.duration, _NODES)
+    angles = catch.angle_at(time, task.angle)
 
-    targets = np.array(
-        [LeafFrame(hinge, a).point(hand.radius, hand.height, reach.hand_radius) for a in angles]
-    )
-    whole = np.tile(joints, (len(time), 1))
-    bases = np.tile(base, (len(time), 1))
+    def pressing(when: Array) -> Array:
+        """Force of the leaf on the hand, (N, 3) [N]."""
+        at = catch.angle_at(when, task.angle)
+        torque = np.where(when >= catch.reach, task.door.restoring_torque(at), 0.0)
+        away = np.column_stack([np.sin(at), np.cos(at), np.zeros(len(at))])
+        return (torque / hand.radius)[:, None] * away
+
+    # Lean against the force that is there at the end, so that the ZMP stays where it was.
+    lean = -lean_share * pressing(time[-1:])[0, :2] * hand.height / (robot.mass * GRAVITY)
+    com = robot.com(robot.configuration(task.base, task.joints))[:2]
+    com_xy = com + min_jerk(time, catch.reach + _GIVE_WAY)[:, None] * lean
+    whole, bases = np.tile(task.joints, (len(time), 1)), np.tile(task.base, (len(time), 1))
     for _ in range(_PASSES):
-        arm = _arm_course(reach, time, follows, targets, bases, joints, catch, hand)
-        whole[:, reach.columns] = arm
-        whole, bases = solve(robot, upper=whole, com_xy=com_xy, waist_z=float(base[2]), feet=feet)
-    motion = rest_to_rest(time, whole, bases)
-    return motion, Load(point=targets, force=pressed, frame=robot.config.hand_link)
+        whole[:, reach.columns] = _arm_course(reach, task, catch, hand, time, angles, bases)
+        whole, bases = solve(
+            robot, upper=whole, com_xy=com_xy, waist_z=float(task.base[2]), feet=task.feet,
+            near=bases)
+    dense = sample_times(catch.duration, task.period)
+    motion = rest_to_rest(time, whole, bases, dense)
+    point = robot.hand_chain.place(motion.joints, motion.base).end
+    return motion, Load(point, pressing(dense))
 
 
 def _arm_course(
     reach: ArmReach,
-    time: Array,
-    follows: NDArray[np.bool_],
-    targets: Array,
-    bases: Array,
-    joints: Array,
+    task: HoldTask,
     catch: Catch,
     hand: HandOnLeaf,
+    time: Array,
+    angles: Array,
+    bases: Array,
 ) -> Array:
     """Joints of the arm: out to the leaf in joint space, then along the leaf's arc, (N, 6)."""
+    first = int(np.argmax(time >= catch.reach))
+    targets = np.array([
+        LeafFrame(task.hinge, angle).point(hand.radius, hand.height, reach.hand_radius)
+        for angle in angles[first:]])
+    # Between the two postures that were chosen, so that the course is smooth.
+    way = max(task.angle - catch.angle, 1e-9)
+    part = ((angles - catch.angle) / way)[first:, None]
+    near = hand.catch + part * (hand.final - hand.catch)
     arm = np.empty((len(time), len(reach.columns)))
-    first = int(np.argmax(follows))
-    seed = hand.catch
-    for i in range(first, len(time)):
-        found = reach.follow(bases[i], joints, seed, targets[i])
-        if found is None:
-            raise AngleUnreachable(
-                f"the arm loses the leaf {time[i]:.2f} s after the door has turned round",
-                quantity="hand position [m]",
-                value=float(np.linalg.norm(targets[i] - bases[i])),
-            )
-        arm[i] = seed = found
+    arm[first:] = reach.follow(bases[first:], task.joints, near, targets)
+    lost = np.flatnonzero(np.isnan(arm[first:, 0]))
+    if lost.size:
+        i = int(lost[0])
+        raise AngleUnreachable(
+            f"the arm loses the leaf {time[first + i]:.2f} s after the door has turned round",
+            quantity="hand position [m]",
+            value=float(np.linalg.norm(targets[i] - bases[first + i])),
+        )
     step = float(time[1] - time[0])
     # One-sided, second order: speed and acceleration with which the arc is entered.
     a, b, c, d = arm[first : first + 4]
@@ -275,7 +272,7 @@ def _arm_course(
     curve = (2.0 * a - 5.0 * b + 4.0 * c - d) / step**2
     arm[:first] = _quintic(
         time[:first] / time[first],
-        joints[reach.columns],
+        task.joints[reach.columns],
         a,
         speed * time[first],
         curve * time[first] ** 2,

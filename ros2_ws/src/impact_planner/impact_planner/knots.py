@@ -101,6 +101,8 @@ def from_samples(
     Returns:
         The knots, and the indices of the samples that became knots, (K,).
     """
+    moving = np.ptp(position, axis=0) > 0.1 * tolerance
+    p, v, a = (rows[:, moving] for rows in (position, velocity, acceleration))
     last = len(time) - 1
     chosen = [0]
     stride = last
@@ -110,9 +112,12 @@ def from_samples(
         def fits(j: int, i: int = i) -> bool:
             if j <= i + 1:
                 return True
-            pair = Knots(time[[i, j]], position[[i, j]], velocity[[i, j]], acceleration[[i, j]])
-            error = pair.at(time[i + 1 : j])[0] - position[i + 1 : j]
-            return bool(np.max(np.abs(error)) <= tolerance)
+            h = time[j] - time[i]
+            spline = _coefficients(
+                (p[i], v[i] * h, a[i] * h**2), (p[j], v[j] * h, a[j] * h**2))
+            powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
+            error = powers @ np.array(spline) - p[i + 1 : j]
+            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)
         while low < high:

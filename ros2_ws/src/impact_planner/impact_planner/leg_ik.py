@@ -60,13 +60,11 @@ def leg_ik(
             than the folded one; value and limit are the distances [m].
     """
     p = np.atleast_2d(np.asarray(position, dtype=float))
-    n = len(p)
-    if rotation is None:
-        foot = np.broadcast_to(np.eye(3), (n, 3, 3))
-    else:
-        foot = np.broadcast_to(np.asarray(rotation, dtype=float), (n, 3, 3))
+    foot = None if rotation is None else np.asarray(rotation, dtype=float).reshape(-1, 3, 3)
     # From the ankle to the hip, in the foot's frame.
-    r = np.einsum("nji,nj->ni", foot, geometry.hip - p)
+    r = geometry.hip - p
+    if foot is not None:
+        r = np.einsum("nji,nj->ni", np.broadcast_to(foot, (len(p), 3, 3)), r)
     rho2 = r[:, 1] ** 2 + r[:, 2] ** 2
     a, b, o = geometry.thigh, geometry.shank, geometry.lateral
     length2 = r[:, 0] ** 2 + rho2 - o**2
@@ -82,6 +80,9 @@ def leg_ik(
     knee = np.arccos((length2 - a**2 - b**2) / (2.0 * a * b))
     slope = np.arctan2(-r[:, 0], np.sqrt(rho2 - o**2))
     ankle_pitch = slope - np.arctan2(a * np.sin(knee), b + a * np.cos(knee))
+    if foot is None:
+        return np.column_stack([
+            np.zeros_like(knee), -ankle_roll, -(knee + ankle_pitch), knee, ankle_pitch, ankle_roll])
     hip = foot @ _rot_x(-ankle_roll) @ _rot_y(-(knee + ankle_pitch))
     return np.column_stack(
         [

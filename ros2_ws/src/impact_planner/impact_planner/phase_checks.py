@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,9 +18,23 @@ from .zmp import Load, inverse_dynamics, joint_torques, margins
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class PhaseLimits:
+    """What a phase must keep.
+
+    Attributes:
+        margin: Smallest ZMP margin [m].
+        share: Of the joints' speed and torque limits.
+    """
+
+    margin: float
+    share: float
+
+
 def checked_phase(
     robot: RobotModel,
     phase: StandingPhase,
+    limits: PhaseLimits,
     *,
     until: float = np.inf,
     knots: Knots | None = None,
@@ -29,28 +45,30 @@ def checked_phase(
     Args:
         robot: The robot.
         phase: The motion and the soles that carry it.
+        limits: What it must keep.
         until: Time up to which the ZMP counts [s].
         knots: Knots of the motion where they are made elsewhere.
         load: A force from outside.
 
     Raises:
         JointLimit: Position, speed or torque.
-        PostureUnreachable: The ZMP leaves the support polygon.
+        PostureUnreachable: The ZMP comes too near to the edge of the support polygon.
     """
     motion = phase.motion
-    require_joint_limits(robot, motion, phase.name)
+    require_joint_limits(robot, motion, phase.name, share=limits.share)
     dynamics = inverse_dynamics(robot, motion, load)
     distance = margins(robot, dynamics.zmp, phase.feet, phase.sides)
     margin = float(np.min(distance[motion.time <= until + 1e-9]))
-    if margin < 0.0:
+    if margin < limits.margin:
         raise PostureUnreachable(
-            f"{phase.name}: the ZMP would be {-1e3 * margin:.1f} mm outside the soles",
+            f"{phase.name}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the "
+            f"soles, {1e3 * limits.margin:.1f} mm are required",
             quantity="ZMP margin [m]",
             value=margin,
-            limit=0.0,
+            limit=limits.margin,
         )
     torque = joint_torques(robot, motion, dynamics, phase.feet, phase.sides)
-    require_torque_limits(robot, torque, phase.name)
+    require_torque_limits(robot, torque, phase.name, share=limits.share)
     if knots is None:
         knots, _ = from_motion(motion)
     com = com_course(robot, motion)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from . import momentum
 from .approach import StandingPhase, plan_approach, sample_times
 from .door_prediction import DoorPrediction
-from .hold import plan_hold
-from .phase_checks import checked_phase
+from .hold import HoldTask, plan_hold
+from .phase_checks import PhaseLimits, checked_phase
 from .placement import Placement
 from .plan_types import KnownDoor, PhasePlan, PlannerSettings
 from .post import continue_from, path_time
@@ -64,26 +64,22 @@ def plan_phases(
     """
     stance, run_up = hit.stance, hit.run_up
     approach = plan_approach(robot, stance, run_up.y_start, settings.timing, settings.period)
-    phases = [checked_phase(robot, phase) for phase in approach]
+    limits = PhaseLimits(settings.required_margin, settings.limit_share)
+    phases = [checked_phase(robot, phase, limits) for phase in approach]
     cam = checked_phase(
         robot,
         StandingPhase("cam", run_up.motion, stance.feet, SIDES),
+        limits,
         until=run_up.contact_time,
     )
     phases.append(cam)
-    post, end = _post(robot, settings, hit, cam)
+    post, end = _post(robot, settings, hit, cam, limits)
     phases.append(post)
-    hold = plan_hold(
-        robot,
-        known.door,
-        known.width,
-        hit.placement.hinge,
-        wanted.angle,
-        end,
-        stance.feet,
-        settings.hand_force_limit,
-    )
-    phases.append(checked_phase(robot, hold.phase, load=hold.load))
+    joints, base = end
+    hold = plan_hold(robot, HoldTask(
+        known.door, known.width, hit.placement.hinge, wanted.angle, joints, base, stance.feet,
+        settings.hand_force_limit, settings.limit_share, settings.period))
+    phases.append(checked_phase(robot, hold.phase, limits, load=hold.load))
     return tuple(phases)
 
 
@@ -92,6 +88,7 @@ def _post(
     settings: PlannerSettings,
     hit: Hit,
     cam: PhasePlan,
+    limits: PhaseLimits,
 ) -> tuple[PhasePlan, tuple[Array, Array]]:
     """From the switch to the door's peak: on along the path from the reduced speed, to rest.
 
@@ -118,5 +115,6 @@ def _post(
         -course.v * rate,
         -course.a * rate**2 - course.v * slope,
     )
-    phase = checked_phase(robot, StandingPhase("post", motion, hit.stance.feet, SIDES), knots=knots)
+    phase = checked_phase(
+        robot, StandingPhase("post", motion, hit.stance.feet, SIDES), limits, knots=knots)
     return phase, (motion.joints[-1], motion.base[-1])

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InvalidRequest, PostureUnreachable
+from .leaf import LeafFrame
 from .plan_types import KnownDoor, PlannerSettings
+from .posture import PLAIN, LegDemands
 from .request import ResolvedRequest
 from .robot_model import RobotModel
 from .stance import (
@@ -43,27 +45,51 @@ class Placement:
         return np.array([self.hinge_x, -self.door_distance])
 
 
-def nominal_placement(robot: RobotModel, settings: PlannerSettings) -> Placement:
-    """Where a door stands that the nominal step and the nominal l_B reach."""
-    stance = stance_for_step(robot, NOMINAL_STEP, settings.com_inside_edge)
-    elbow = stance.posture.elbow
-    return Placement(
-        door_distance=robot.config.contact_radius - float(elbow[1]),
-        hinge_x=float(elbow[0]) - settings.nominal_l_b,
-    )
+def placement_for_step(
+    robot: RobotModel, settings: PlannerSettings, step: float, initial_angle: float = 0.0
+) -> Placement:
+    """Where a door stands that a step of a length [m] and the nominal l_B reach.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        step: Of the right foot towards the door [m].
+        initial_angle: Of the door at the hit [rad].
+
+    Raises:
+        PostureUnreachable: The legs do not reach.
+    """
+    elbow = stance_for_step(robot, step, settings.com_inside_edge).posture.elbow
+    leaf = LeafFrame(np.zeros(2), initial_angle)
+    b = elbow + robot.config.contact_radius * leaf.normal
+    hinge = b - settings.nominal_l_b * leaf.along
+    return Placement(door_distance=-float(hinge[1]), hinge_x=float(hinge[0]))
 
 
 def stand(
-    robot: RobotModel, known: KnownDoor, wanted: ResolvedRequest, settings: PlannerSettings
+    robot: RobotModel,
+    known: KnownDoor,
+    wanted: ResolvedRequest,
+    settings: PlannerSettings,
+    demands: LegDemands = PLAIN,
+    step: float = NOMINAL_STEP,
 ) -> tuple[Placement, Stance, Contact]:
     """Find the placement of the door, the stance and the contact of a request.
+
+    Args:
+        robot: The robot.
+        known: The door.
+        wanted: The request.
+        settings: Configuration.
+        demands: What the legs must do past the hit.
+        step: With which a door is reached whose place is left open [m].
 
     Raises:
         PostureUnreachable: The door is out of the step's reach, or B off the leaf.
     """
     distance, hinge_x = wanted.door_distance, settings.hinge_x
     if distance is None or hinge_x is None:
-        nominal = nominal_placement(robot, settings)
+        nominal = placement_for_step(robot, settings, step, wanted.initial_angle)
         distance = nominal.door_distance if distance is None else distance
         hinge_x = nominal.hinge_x if hinge_x is None else hinge_x
     if not math.isfinite(hinge_x):
@@ -75,7 +101,7 @@ def stand(
     for _ in range(3):
         placement = Placement(distance, hinge_x)
         elbow_y = elbow_y_at_contact(elbow_x, radius, placement.hinge, wanted.initial_angle)
-        stance = stance_for_contact(robot, elbow_y, settings.com_inside_edge)
+        stance = stance_for_contact(robot, elbow_y, settings.com_inside_edge, demands)
         elbow = stance.posture.elbow
         contact = contact_with_leaf(elbow, radius, placement.hinge, wanted.initial_angle)
         moved = abs(float(elbow[0]) - elbow_x)

@@ -9,14 +9,21 @@ from dataclasses import replace
 
 from . import momentum
 from .door_prediction import predict
-from .errors import InvalidRequest
+from .errors import (
+    InvalidRequest,
+    JointLimit,
+    PlannerError,
+    PostureUnreachable,
+    SpeedUnreachable,
+)
 from .phases import Hit, plan_phases
-from .placement import Placement, nominal_placement, stand
+from .placement import Placement, placement_for_step, stand
 from .plan_types import ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
+from .posture import LegDemands, capable, waist_per_com
 from .request import ResolvedRequest, resolve
 from .robot_model import RobotModel
-from .run_up import plan_run_up, point_of_no_return
-from .stance import Contact, Stance
+from .run_up import RunUpWish, plan_run_up, point_of_no_return
+from .stance import NOMINAL_STEP, SPARE_WAY, STEPS, Contact, Stance
 
 __all__ = [
     "ImpactPlan",
@@ -24,10 +31,11 @@ __all__ = [
     "Placement",
     "PlanRequest",
     "PlannerSettings",
-    "nominal_placement",
+    "placement_for_step",
     "plan_impact",
 ]
 
+_SPEED_RESERVE = 1.005  # a lower waist changes v_rB a little
 _LARGEST_OFFSET = 0.03  # of B from the CoM along x; further off, yaw eats effective mass [m]
 
 
@@ -54,41 +62,71 @@ def plan_impact(
     begin = clock.perf_counter()
     settings = settings or PlannerSettings()
     wanted = resolve(request, settings)
-    hit = _plan_hit(known, robot, wanted, settings)
-    phases = plan_phases(robot, known, wanted, settings, hit)
-    plan = _compose(known, robot, wanted, settings, hit, phases)
-    return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
+    failure: PlannerError | None = None
+    for step in STEPS if wanted.door_distance is None else (NOMINAL_STEP,):
+        try:
+            hit = _plan_hit(known, robot, wanted, settings, step)
+            phases = plan_phases(robot, known, wanted, settings, hit)
+        except (JointLimit, SpeedUnreachable, PostureUnreachable) as error:
+            failure = failure or error  # of the step that was wanted most
+            continue
+        plan = _compose(known, robot, wanted, settings, hit, phases)
+        return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
+    assert failure is not None
+    raise failure
 
 
 def _plan_hit(
-    known: KnownDoor, robot: RobotModel, wanted: ResolvedRequest, settings: PlannerSettings
+    known: KnownDoor,
+    robot: RobotModel,
+    wanted: ResolvedRequest,
+    settings: PlannerSettings,
+    step: float,
 ) -> Hit:
     """Sections II.C.1 to II.C.4: stance, w', v_rB, posture and run-up."""
     door = predict(known, wanted.angle, wanted.initial_angle)
-    placement, stance, contact = stand(robot, known, wanted, settings)
-    mass_planar, mass = _effective_masses(robot, stance, contact, wanted)
-    speeds = momentum.speeds_for(
-        door.omega,
-        i_a=known.door.i_a,
-        l_b=contact.l_b,
-        effective_mass=mass,
-        restitution=wanted.restitution,
-    )
-    # Speeds of eqs. (2) to (4) are along the leaf's normal, the run-up goes along y.
-    slant = -float(contact.normal[1])
-    run_up = plan_run_up(
-        robot,
-        stance,
-        speeds.v_rb / slant,
-        period=settings.period,
+    demands = LegDemands(beyond=settings.door_uncertainty + SPARE_WAY)
+    placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
+    masses, speeds, v_rob = _momentum(robot, known, wanted, stance, contact, door.omega)
+    demands = replace(
+        demands, speed=_SPEED_RESERVE * v_rob / waist_per_com(robot, stance.posture, stance.feet),
+        joint_speed=settings.limit_share * robot.speed_limit)
+    if not capable(robot, stance.posture, stance.feet, demands):
+        placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
+        masses, speeds, v_rob = _momentum(robot, known, wanted, stance, contact, door.omega)
+    run_up = plan_run_up(robot, stance, RunUpWish(
+        kind=wanted.run_up,
+        v_rb=v_rob,
+        steady=settings.door_uncertainty,
         overrun=settings.overrun,
         required_margin=settings.required_margin,
+        joint_share=settings.limit_share,
+        period=settings.period,
         y_start=settings.y_start,
-        kind=wanted.run_up,
-    )
+    ))
     # By momentum: what the impulse leaves of the speed of the whole robot.
+    slant = -float(contact.normal[1])
     v_com_post = run_up.law.speed - speeds.impulse * slant / robot.mass
-    return Hit(placement, stance, contact, door, mass, mass_planar, speeds, run_up, v_com_post)
+    return Hit(placement, stance, contact, door, *masses, speeds, run_up, v_com_post)
+
+
+def _momentum(
+    robot: RobotModel,
+    known: KnownDoor,
+    wanted: ResolvedRequest,
+    stance: Stance,
+    contact: Contact,
+    omega: float,
+) -> tuple[tuple[float, float], momentum.ImpactSpeeds, float]:
+    """Section II.C.3: masses (planned with, planar), speeds along the leaf's normal, v_rB along y.
+
+    The run-up goes along y, eqs. (2) to (4) along the normal.
+    """
+    masses = _effective_masses(robot, stance, contact, wanted)
+    speeds = momentum.speeds_for(
+        omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=masses[0],
+        restitution=wanted.restitution)
+    return masses, speeds, speeds.v_rb / -float(contact.normal[1])
 
 
 def _compose(
@@ -148,7 +186,7 @@ def _compose(
 def _effective_masses(
     robot: RobotModel, stance: Stance, contact: Contact, wanted: ResolvedRequest
 ) -> tuple[float, float]:
-    """By eq. (3), and the one to plan with."""
+    """The one to plan with, and that of eq. (3)."""
     posture = stance.posture
     planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
     if wanted.effective_mass is not None:
@@ -160,12 +198,11 @@ def _effective_masses(
                 value=wanted.effective_mass,
                 limit=robot.mass,
             )
-        return planar, wanted.effective_mass
+        return wanted.effective_mass, planar
     q = robot.configuration(posture.base, posture.joints)
     mass = robot.effective_mass(
-        q, locked=robot.config.braced_joints, direction=contact.normal
-    )
-    return planar, mass
+        q, locked=robot.config.braced_joints, direction=contact.normal, rotors=1.0)
+    return mass, planar
 
 
 def _warnings(stance: Stance, settings: PlannerSettings) -> tuple[str, ...]:
@@ -173,7 +210,7 @@ def _warnings(stance: Stance, settings: PlannerSettings) -> tuple[str, ...]:
     found = []
     if stance.percussion_error:
         found.append(
-            f"eq. (5) is not met within the legs' reach: the CoM is "
+            f"eq. (5) is not met within what the legs can do: the CoM is "
             f"{1e3 * stance.percussion_error:+.0f} mm off the height of the center of percussion"
         )
     offset = float(posture.elbow[0] - posture.com[0])

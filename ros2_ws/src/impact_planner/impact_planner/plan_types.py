@@ -79,8 +79,11 @@ class PlannerSettings:
         ending: Default of the request.
         com_inside_edge: How far inside the right sole's inner edge the CoM is at the hit [m].
         y_start: y of the CoM at the start of the run-up [m]; None: largest ZMP margin.
-        overrun: Way of the run-up past the nominal contact [m].
+        door_uncertainty: By so much the door may be nearer or farther than planned [m]; the
+            run-up keeps its speed so far before and past the nominal contact.
+        overrun: Way of the run-up past the nominal contact that is wished for [m].
         required_margin: Smallest ZMP margin of a phase [m].
+        limit_share: Of the joints' speed and torque limits that a plan may use.
         post_duration: From the end of the contact to rest [s].
         contact_duration: Expected duration of the contact [s].
         contact_lead: So long before the nominal contact the legs begin to slow down [s]; chosen
@@ -101,8 +104,10 @@ class PlannerSettings:
     ending: str = "hold"
     com_inside_edge: float = 0.01
     y_start: float | None = None
+    door_uncertainty: float = 0.015
     overrun: float = 0.04
-    required_margin: float = 0.0
+    required_margin: float = 0.02
+    limit_share: float = 0.9
     post_duration: float = 0.4
     contact_duration: float = 0.015
     contact_lead: float = 0.003

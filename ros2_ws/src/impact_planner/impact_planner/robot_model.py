@@ -17,6 +17,7 @@ from hrp2_description.robot import RobotConfig
 from hrp2_description.support import sole_corners
 from numpy.typing import ArrayLike, NDArray
 
+from .chain import Chain
 from .leg_ik import LegGeometry
 
 Array = NDArray[np.float64]
@@ -67,6 +68,8 @@ class RobotModel:
         self.feet = {side: self._foot(side) for side in SIDES}
         self.leg_columns = {side: self._columns(f"{side[0].upper()}LEG_JOINT") for side in SIDES}
         self.arm_columns = {side: self._columns(f"{side[0].upper()}ARM_JOINT") for side in SIDES}
+        self.leg_chains = {side: self._chain(self.feet[side].frame) for side in SIDES}
+        self.hand_chain = self._chain(config.hand_link)
         contact = self.model.frames[self._frame_id(config.contact_link)]
         self._contact_joint = int(contact.parentJoint)
         self._contact_offset = np.array(contact.placement.translation)
@@ -174,14 +177,19 @@ class RobotModel:
 
     def frame_jacobian(self, q: Array, name: str) -> Array:
         """Jacobian of a frame, axes of odom, linear rows first, (6, nv)."""
+        return self.frames_at(q, [name])[0][1]
+
+    def frames_at(self, q: Array, names: Sequence[str]) -> list[tuple[Array, Array]]:
+        """Position in odom (3,) [m] and Jacobian (6, nv) of each of some frames."""
         pin.computeJointJacobians(self.model, self.data, q)
-        index = self._frame_id(name)
-        pin.updateFramePlacement(self.model, self.data, index)
-        return np.array(
-            pin.getFrameJacobian(
-                self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-            )
-        )
+        found = []
+        for name in names:
+            index = self._frame_id(name)
+            place = pin.updateFramePlacement(self.model, self.data, index).translation
+            jacobian = pin.getFrameJacobian(
+                self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+            found.append((np.array(place), np.array(jacobian)))
+        return found
 
     def hand_radius(self) -> float:
         """Radius of the sphere that is the right hand's collision shape [m]."""
@@ -198,6 +206,10 @@ class RobotModel:
         if not self.model.existFrame(name):
             raise ValueError(f"the URDF has no frame {name!r}")
         return int(self.model.getFrameId(name))
+
+    def _chain(self, frame: str) -> Chain:
+        self._frame_id(frame)
+        return Chain(self.model, self.joint_names, frame)
 
     def _columns(self, prefix: str) -> NDArray[np.int_]:
         return np.array([i for i, n in enumerate(self.joint_names) if n.startswith(prefix)])

@@ -36,8 +36,10 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "com_inside_edge": (-0.05, 0.10, "CoM inside the right sole's inner edge at the hit [m]"),
     "y_start": (-0.2, 0.2, "y of the CoM where the run-up starts [m]; NaN: where the ZMP margin "
                 "is largest"),
+    "door_uncertainty": (0.0, 0.05, "the door may be so much nearer or farther than planned [m]"),
     "overrun": (0.0, 0.2, "way of the run-up past the nominal contact [m]"),
-    "required_margin": (-0.05, 0.10, "smallest ZMP margin of the run-up [m]"),
+    "required_margin": (-0.05, 0.10, "smallest ZMP margin of a phase [m]"),
+    "limit_share": (0.1, 1.0, "of the joints' speed and torque limits that a plan may use"),
     "post_duration": (0.05, 2.0, "from the end of the contact to rest [s]"),
     "contact_duration": (0.0, 0.1, "expected duration of the contact [s]"),
     "contact_lead": (0.0, 0.05, "the legs slow down so long before the contact [s]"),

@@ -11,20 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from .errors import PostureUnreachable
-from .posture import HitPosture, percussion_posture, posture_at
+from .posture import PLAIN, HitPosture, LegDemands, percussion_posture
 from .robot_model import SIDES, RobotModel
 
 Array = NDArray[np.float64]
 
 MIN_STEP, MAX_STEP = 0.12, 0.30  # [m]; shorter: the feet's edges touch, longer: hip and ankle roll
 NOMINAL_STEP = 0.20  # [m]
-SHORTEST_OVERRUN = 0.02  # of the run-up past the nominal contact [m]
+# Tried in this order where the door's place is left open: a shorter step has slower knees [m].
+STEPS = (NOMINAL_STEP, 0.18, 0.16, 0.14)
+SPARE_WAY = 0.005  # past the last contact that is planned for: the contact itself [m]
 # The CoM stays at least so far inside the left sole while the right foot is in the air [m].
 SINGLE_SUPPORT_MARGIN = 0.03
-_HEIGHT_TOLERANCE = 1e-5  # [m]
+_ELBOW_TOLERANCE = 1e-7  # [m]
+_PASSES = 10
 
 
 @dataclass(frozen=True)
@@ -88,60 +90,50 @@ def com_at_hit(robot: RobotModel, right_foot: Array, inside_edge: float) -> Arra
     return np.array([com_x(robot), inner - inside_edge])
 
 
-def stance_for_step(robot: RobotModel, step: float, inside_edge: float) -> Stance:
-    """Stance and posture for a given length of the step [m]."""
+def stance_for_step(
+    robot: RobotModel, step: float, inside_edge: float, demands: LegDemands = PLAIN
+) -> Stance:
+    """Stance and posture for a given length of the step [m]; see `stance_for_contact`."""
     start = initial_feet(robot)
     feet = _stepped(start, step)
     com = com_at_hit(robot, feet["right"], inside_edge)
     inner_edge = float(robot.feet["left"].corners(feet["left"])[:, 1].min())
-    passed = [
-        com - np.array([0.0, SHORTEST_OVERRUN]),
-        np.array([com[0], inner_edge + SINGLE_SUPPORT_MARGIN]),
-    ]
-    posture, error = percussion_posture(robot, com, feet, passed)
+    over_left = np.array([com[0], inner_edge + SINGLE_SUPPORT_MARGIN])
+    posture, error = percussion_posture(robot, com, feet, demands, [over_left])
     return Stance(start, feet, step, posture, error)
 
 
-def stance_for_contact(robot: RobotModel, elbow_y: float, inside_edge: float) -> Stance:
+def stance_for_contact(
+    robot: RobotModel, elbow_y: float, inside_edge: float, demands: LegDemands = PLAIN
+) -> Stance:
     """The step that brings the elbow to a place while the CoM is over its edge.
 
     Args:
         robot: The robot.
         elbow_y: y of the elbow's centre in odom at the hit [m].
         inside_edge: How far the CoM is inside the right sole's inner edge at the hit [m].
+        demands: What the legs must do past the hit.
 
     Raises:
         PostureUnreachable: The step would be shorter or longer than `MIN_STEP` and `MAX_STEP`,
             or out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
     """
-    start = initial_feet(robot)
-    stance = stance_for_step(robot, NOMINAL_STEP, inside_edge)
-    for _ in range(8):
-        height = stance.posture.waist_height
-        error = stance.posture.elbow[1] - elbow_y
-        # The elbow goes with the foot almost one to one; brentq does the rest.
-        guess = stance.step + error
-        if not MIN_STEP - 0.05 < guess < MAX_STEP + 0.05:
-            raise _out_of_reach(robot, elbow_y, guess, inside_edge)
-
-        def miss(step: float, height: float = height) -> float:
-            feet = _stepped(start, step)
-            com = com_at_hit(robot, feet["right"], inside_edge)
-            return float(posture_at(robot, height, com, feet).elbow[1]) - elbow_y
-
+    step, last = NOMINAL_STEP, None
+    for _ in range(_PASSES):
         try:
-            step = float(brentq(miss, guess - 0.02, guess + 0.02, xtol=1e-9))
-        except (ValueError, PostureUnreachable):
-            raise _out_of_reach(robot, elbow_y, guess, inside_edge) from None
-        if not MIN_STEP <= step <= MAX_STEP:
-            raise _out_of_reach(robot, elbow_y, step, inside_edge)
-        try:
-            stance = stance_for_step(robot, step, inside_edge)
+            stance = stance_for_step(robot, step, inside_edge, demands)
         except PostureUnreachable:
             raise _out_of_reach(robot, elbow_y, step, inside_edge) from None
-        if abs(stance.posture.waist_height - height) < _HEIGHT_TOLERANCE:
-            break
-    return stance
+        miss = float(stance.posture.elbow[1]) - elbow_y
+        if abs(miss) < _ELBOW_TOLERANCE:
+            return stance
+        # The elbow goes with the foot almost one to one; then by the secant.
+        slope = -1.0 if last is None else (miss - last[1]) / (step - last[0])
+        last = step, miss
+        step -= miss / slope
+        if not MIN_STEP <= step <= MAX_STEP:
+            raise _out_of_reach(robot, elbow_y, step, inside_edge)
+    raise _out_of_reach(robot, elbow_y, step, inside_edge)
 
 
 def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:

@@ -49,18 +49,19 @@ def min_jerk(time: ArrayLike, duration: float) -> Array:
     return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
 
 
-def rest_to_rest(time: Array, joints: Array, base: Array) -> Motion:
-    """Motion through samples that begins and ends at rest.
+def rest_to_rest(nodes: Array, joints: Array, base: Array, time: Array) -> Motion:
+    """Motion through postures that begins and ends at rest.
 
     Quintic splines, so that speeds and accelerations are smooth.
 
     Args:
-        time: (N,), N >= 6 [s].
-        joints: (N, 30) [rad].
-        base: (N, 3) [m].
+        nodes: Times of the postures, (K,), K >= 6 [s].
+        joints: (K, 30) [rad].
+        base: (K, 3) [m].
+        time: Of the motion's samples, within the nodes, (N,) [s].
     """
     rest = [(1, np.zeros(joints.shape[1] + 3)), (2, np.zeros(joints.shape[1] + 3))]
-    spline = make_interp_spline(time, np.hstack([joints, base]), k=5, bc_type=(rest, rest))
+    spline = make_interp_spline(nodes, np.hstack([joints, base]), k=5, bc_type=(rest, rest))
     return from_derivatives(time, spline(time), spline(time, 1), spline(time, 2))
 
 

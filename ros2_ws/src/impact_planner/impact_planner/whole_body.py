@@ -17,9 +17,10 @@ from .trajectories import Motion
 
 Array = NDArray[np.float64]
 
-# The waist moves about this much faster than the CoM, as the legs lag: the Newton step's slope.
+# The waist moves about this much faster than the CoM, as the legs lag: slope of the first step.
 _WAIST_PER_COM = 1.17
-_TOLERANCE = 1e-9  # [m]; far below what splines would make visible as acceleration
+_SLOPES = (0.5, 3.0)  # that a secant may have
+_TOLERANCE = 1e-8  # [m]; far below what splines would make visible as acceleration
 _MAX_ITERATIONS = 25
 
 
@@ -31,6 +32,7 @@ def solve(
     waist_z: ArrayLike,
     feet: dict[str, Array],
     strict: bool = True,
+    near: Array | None = None,
 ) -> tuple[Array, Array]:
     """Joints and base for a course of the CoM over the floor.
 
@@ -43,6 +45,7 @@ def solve(
         feet: Position of the sole for each side, (N, 3) or (3,) [m]; soles stay level and
             parallel to odom.
         strict: Raise where a leg does not reach; else that sample is NaN.
+        near: base_link where the search begins, (N, 3) [m]; None: over the CoM.
 
     Returns:
         joints (N, 30) [rad] and base (N, 3) [m].
@@ -54,9 +57,11 @@ def solve(
     n = len(target)
     joints = np.array(np.broadcast_to(np.asarray(upper, dtype=float), (n, len(robot.joint_names))))
     base = np.empty((n, 3))
-    base[:, :2] = target
+    base[:, :2] = target if near is None else near[:, :2]
     base[:, 2] = waist_z
     q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
+    slope = np.full((n, 2), _WAIST_PER_COM)
+    before, step = None, np.zeros((n, 2))
     for _ in range(_MAX_ITERATIONS):
         _place_legs(robot, joints, base, feet, strict)
         q[:, :3] = base
@@ -64,7 +69,12 @@ def solve(
         error = target - _com_xy(robot, q)
         if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
             return joints, base
-        base[:, :2] += _WAIST_PER_COM * error
+        if before is not None:  # the secant's slope, where the step was long enough to tell
+            gained = before - error
+            told = np.abs(gained) > 1e-7
+            slope[told] = (step[told] / gained[told]).clip(*_SLOPES)
+        before, step = error, slope * error
+        base[:, :2] += step
     worst = float(np.nanmax(np.abs(error)))
     raise PostureUnreachable(
         f"no place of the waist puts the CoM where it should be: {worst:.2e} m are left",
@@ -100,9 +110,16 @@ def com_course(robot: RobotModel, motion: Motion) -> Array:
 
 
 def require_joint_limits(
-    robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0
+    robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0, share: float = 1.0
 ) -> None:
     """Check positions, with a reserve [rad], and speeds of a motion against the URDF.
+
+    Args:
+        robot: The robot.
+        motion: The motion.
+        phase: Its name, for the message.
+        reserve: That positions keep from the end of their range [rad].
+        share: Of the speed limits that may be used.
 
     Raises:
         JointLimit: Naming the joint, the value and the limit.
@@ -124,24 +141,25 @@ def require_joint_limits(
         )
     ratio = np.abs(motion.joint_speed) / robot.speed_limit
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    if ratio[i, j] > 1.0:
-        value = float(abs(motion.joint_speed[i, j]))
+    if ratio[i, j] > share + 1e-9:
+        value, limit = float(abs(motion.joint_speed[i, j])), share * float(robot.speed_limit[j])
         name = robot.joint_names[j]
         raise JointLimit(
-            f"{phase}: {name} would turn at {value:.2f} rad/s, "
-            f"its limit is {robot.speed_limit[j]:.2f} rad/s",
+            f"{phase}: {name} would turn at {value:.2f} rad/s, {_allowed(limit, 'rad/s', share)}",
             joint=name,
             phase=phase,
             quantity="speed [rad/s]",
             value=value,
-            limit=float(robot.speed_limit[j]),
+            limit=limit,
         )
 
 
 def require_torque_limits(
-    robot: RobotModel, torque: Array, phase: str, held: ArrayLike = ()
+    robot: RobotModel, torque: Array, phase: str, held: ArrayLike = (), share: float = 1.0
 ) -> None:
-    """Check joint torques (N, 30) [N m] against the URDF; columns in `held` are left out.
+    """Check joint torques (N, 30) [N m] against a share of the URDF's limits.
+
+    Columns in `held` are left out.
 
     Raises:
         JointLimit: Naming the joint, the value and the limit.
@@ -149,14 +167,18 @@ def require_torque_limits(
     ratio = np.abs(torque) / robot.effort_limit
     ratio[:, np.asarray(held, dtype=int)] = 0.0
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    if ratio[i, j] > 1.0:
-        value = float(abs(torque[i, j]))
+    if ratio[i, j] > share + 1e-9:
+        value, limit = float(abs(torque[i, j])), share * float(robot.effort_limit[j])
         name = robot.joint_names[j]
         raise JointLimit(
-            f"{phase}: {name} would need {value:.0f} N m, it has {robot.effort_limit[j]:.0f} N m",
+            f"{phase}: {name} would need {value:.0f} N m, {_allowed(limit, 'N m', share)}",
             joint=name,
             phase=phase,
             quantity="torque [N m]",
             value=value,
-            limit=float(robot.effort_limit[j]),
+            limit=limit,
         )
+
+
+def _allowed(limit: float, unit: str, share: float) -> str:
+    return f"{limit:.2f} {unit} are allowed ({100.0 * share:.0f} % of its limit)"

@@ -18,17 +18,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Load:
-    """A force on the robot from outside.
+    """A force on the robot's hand from outside.
 
     Attributes:
-        point: Where it acts, in odom, (N, 3) [m].
+        point: Middle of the hand, in odom, (N, 3) [m].
         force: (N, 3) [N].
-        frame: Frame that it acts on, for the joint torques.
     """
 
     point: Array
     force: Array
-    frame: str
 
 
 @dataclass(frozen=True)
@@ -62,6 +60,25 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
         motion: The motion; base_link stays upright, so its axes are those of odom.
         load: A force from outside, e.g. of the door on the hand.
     """
+    force, moment, torque = _newton_euler(robot, motion)
+    if load is not None:
+        force = force - load.force
+        moment = moment - np.cross(load.point, load.force)
+        hand = robot.hand_chain.place(motion.joints, motion.base)
+        torque[:, robot.hand_chain.columns] -= hand.torques(load.force, np.zeros_like(load.force))
+    zmp = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
+    moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
+    return Dynamics(zmp=zmp, force=force, moment_z=moment_z, torque=torque)
+
+
+def floor_wrenches(robot: RobotModel, motion: Motion) -> tuple[Array, Array]:
+    """Force of the floor on the robot and its moment about odom's origin, (N, 3) each [N, N m]."""
+    force, moment, _ = _newton_euler(robot, motion)
+    return force, moment
+
+
+def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Array]:
+    """Floor's force and its moment about odom's origin, (N, 3) each, joint torques (N, J)."""
     n = len(motion)
     wrench = np.empty((n, 6))
     torque = np.empty((n, len(robot.joint_names)))
@@ -78,22 +95,7 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
         tau = pin.rnea(robot.model, robot.data, q[i], v[i], a[i])
         wrench[i] = tau[:6]
         torque[i] = tau[robot.v_index]
-    force = wrench[:, :3]
-    moment = wrench[:, 3:] + np.cross(motion.base, force)
-    if load is not None:
-        force = force - load.force
-        moment = moment - np.cross(load.point, load.force)
-        torque = torque - _load_torque(robot, q, load)
-    zmp = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
-    moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
-    return Dynamics(zmp=zmp, force=force, moment_z=moment_z, torque=torque)
-
-
-def _load_torque(robot: RobotModel, q: Array, load: Load) -> Array:
-    torque = np.empty((len(q), len(robot.joint_names)))
-    for i, row in enumerate(q):
-        torque[i] = (robot.frame_jacobian(row, load.frame)[:3].T @ load.force[i])[robot.v_index]
-    return torque
+    return wrench[:, :3], wrench[:, 3:] + np.cross(motion.base, wrench[:, :3]), torque
 
 
 def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
@@ -118,7 +120,6 @@ def joint_torques(
     dynamics: Dynamics,
     feet: dict[str, Array],
     sides: Sequence[str],
-    every: int = 4,
 ) -> Array:
     """Joint torques with the floor's force shared between the feet by the place of the ZMP.
 
@@ -131,29 +132,22 @@ def joint_torques(
         dynamics: Its inverse dynamics.
         feet: Positions of the soles, (3,) each [m].
         sides: Sides that carry.
-        every: Take every so many samples.
 
     Returns:
-        (ceil(N / every), 30) [N m].
+        (N, 30) [N m].
     """
-    rows = np.arange(0, len(motion), every)
     centres = {side: robot.feet[side].corners(feet[side]).mean(axis=0) for side in sides}
-    share = _shares(dynamics.zmp[rows], centres)
+    share = _shares(dynamics.zmp, centres)
     centre = sum(share[side][:, None] * centres[side] for side in sides)
-    out = dynamics.torque[rows].copy()
-    forces = {}
+    out = dynamics.torque.copy()
     for side in sides:
-        place = np.column_stack(
-            [centres[side] + dynamics.zmp[rows] - centre, np.zeros(len(rows))])
-        force = share[side][:, None] * dynamics.force[rows]
+        place = np.column_stack([centres[side] + dynamics.zmp - centre, np.zeros(len(motion))])
+        force = share[side][:, None] * dynamics.force
         moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
-        moment[:, 2] += share[side] * dynamics.moment_z[rows]
-        forces[side] = np.hstack([force, moment])
-    for k, i in enumerate(rows):
-        q = robot.configuration(motion.base[i], motion.joints[i])
-        for side in sides:
-            jacobian = robot.frame_jacobian(q, robot.feet[side].frame)
-            out[k] -= (jacobian.T @ forces[side][k])[robot.v_index]
+        moment[:, 2] += share[side] * dynamics.moment_z
+        chain = robot.leg_chains[side]
+        pose = chain.place(motion.joints, motion.base)
+        out[:, chain.columns] -= pose.torques(force, moment)
     return out
 
 

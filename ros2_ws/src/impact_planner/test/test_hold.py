@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from door_model.dynamics import simulate
-from impact_planner.hold import plan_hold
+from impact_planner.hold import HoldTask, plan_hold
 from impact_planner.leaf import LeafFrame
 
 TARGET = math.radians(25.0)
@@ -24,7 +24,8 @@ def hold(robot, known, plan, hinge):
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
-    return plan_hold(robot, known.door, known.width, hinge, TARGET, (joints, base), feet, 60.0)
+    task = HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
+    return plan_hold(robot, task)
 
 
 def body(robot, motion, i, frame):

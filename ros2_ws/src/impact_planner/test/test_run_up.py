@@ -1,23 +1,30 @@
 """The run-up: speeds at the contact, ZMP, point of no return."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from impact_planner.errors import InvalidRequest, JointLimit, SpeedUnreachable
+from impact_planner.posture_table import PostureTable
 from impact_planner.robot_model import SIDES
-from impact_planner.run_up import plan_run_up, point_of_no_return, usable_overrun
+from impact_planner.run_up import RunUpWish, plan_run_up, point_of_no_return, usable_overrun
 from impact_planner.whole_body import com_course, require_joint_limits
 from impact_planner.zmp import inverse_dynamics, margins
-from impact_planner.zmp_run_up import best_run_up
+from impact_planner.zmp_run_up import best_run_up, fastest_run_up
 
-SETTINGS = {"period": 0.005, "overrun": 0.04, "required_margin": 0.0}
+
+def wish(v_rb, kind="mcv50", **changes):
+    """A run-up at a speed of B [m/s], with nothing required of its margin."""
+    plain = RunUpWish(kind, v_rb, steady=0.015, overrun=0.04, required_margin=0.0,
+                      joint_share=1.0, period=0.005)
+    return replace(plain, **changes)
 
 
 @pytest.fixture(scope="module", params=["mcv50", "zmp_limited"])
 def run_up(robot, stance, request):
     """At v_rB = 0.45 m/s."""
-    return plan_run_up(robot, stance, 0.45, kind=request.param, **SETTINGS)
+    return plan_run_up(robot, stance, wish(0.45, request.param))
 
 
 def speed_of_b(robot, motion, i):
@@ -77,9 +84,9 @@ def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
 
 def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
     """The search has found a maximum of the smaller margin."""
-    run_up = plan_run_up(robot, stance, 0.45, **SETTINGS)
+    run_up = plan_run_up(robot, stance, wish(0.45))
     for offset in (-0.03, 0.03):
-        other = plan_run_up(robot, stance, 0.45, y_start=run_up.y_start + offset, **SETTINGS)
+        other = plan_run_up(robot, stance, wish(0.45, y_start=run_up.y_start + offset))
         assert other.y_start == run_up.y_start + offset
         assert other.margin < run_up.margin + 1e-3
 
@@ -87,28 +94,28 @@ def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
 def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
     """The limit that the error names can be planned, a little more cannot."""
     with pytest.raises(SpeedUnreachable, match="mcv50 reaches") as caught:
-        plan_run_up(robot, stance, 0.8, **SETTINGS)
+        plan_run_up(robot, stance, wish(0.8))
     limit = caught.value.limit
     assert 0.4 < limit < 0.8
-    assert plan_run_up(robot, stance, limit * 0.99, **SETTINGS).margin >= 0.0
+    assert plan_run_up(robot, stance, wish(limit * 0.99)).margin >= 0.0
     with pytest.raises(SpeedUnreachable):
-        plan_run_up(robot, stance, limit * 1.02, **SETTINGS)
+        plan_run_up(robot, stance, wish(limit * 1.02))
 
 
 @pytest.mark.parametrize("y_start", [-0.25, -0.5, -0.22])
 def test_a_start_at_or_beyond_the_hit_is_refused(robot, stance, y_start):
     """There must be a way to run."""
     with pytest.raises(InvalidRequest, match="y_start"):
-        plan_run_up(robot, stance, 0.45, y_start=y_start, **SETTINGS)
+        plan_run_up(robot, stance, wish(0.45, y_start=y_start))
 
 
 @pytest.mark.parametrize("v_rb", [0.3, 0.5, 0.64])
 def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
     """At each speed; at 0.64 m/s, which size3 needs for 25 deg, the cam curve has none."""
-    ours = plan_run_up(robot, stance, v_rb, kind="zmp_limited", **SETTINGS)
+    ours = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
     assert ours.margin > 0.09
     try:
-        cam = plan_run_up(robot, stance, v_rb, **SETTINGS)
+        cam = plan_run_up(robot, stance, wish(v_rb))
     except SpeedUnreachable:
         assert v_rb > 0.5
     else:
@@ -118,7 +125,7 @@ def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
 @pytest.mark.parametrize("v_rb", [0.3, 0.64])
 def test_zmp_limited_is_smooth_and_steady_before_the_hit(robot, stance, v_rb):
     """From rest without a jolt; jerk bounded; 15 mm at constant speed before the contact."""
-    plan = plan_run_up(robot, stance, v_rb, kind="zmp_limited", **SETTINGS)
+    plan = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
     law = plan.law
     time = np.linspace(0.0, law.duration, 400)
     course = law.at(time)
@@ -139,32 +146,64 @@ def test_zmp_limited_programme_finds_what_a_pendulum_allows():
     def zmp(y, v, a):
         return y - height * a
 
-    law, start = best_run_up(
+    law, start, stated = best_run_up(
         zmp, (-0.35, 0.15), speed=0.5, y_hit=-0.25, highest=0.1, steady=0.015)
     course = law.at(np.linspace(0.0, law.rise, 300))
     place = zmp(start - course.s, -course.v, -course.a)
     margin = min(float((0.15 - place).min()), float((place + 0.35).min()))
     assert margin == pytest.approx(0.115, abs=0.02)
+    assert stated == pytest.approx(margin, abs=1e-3)
     assert best_run_up(zmp, (-0.35, 0.15), speed=5.0, y_hit=-0.25, highest=0.1, steady=0.015) is (
         None)
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.02, 0.05])
+def test_fastest_run_up_has_the_margin_and_a_faster_one_has_not(margin):
+    """On a linear inverted pendulum with narrow soles."""
+
+    def zmp(y, v, a):
+        return y - 0.08 * a
+
+    where = {"y_hit": -0.25, "highest": 0.1, "steady": 0.015}
+    fastest = fastest_run_up(zmp, (-0.35, 0.15), margin=margin, most=5.0, **where)
+    for factor, enough in ((0.98, True), (1.03, False)):
+        found = best_run_up(zmp, (-0.35, 0.15), speed=factor * fastest, **where)
+        assert (found is not None and found[2] >= margin) is enough
+
+
+@pytest.mark.parametrize("kind", ["mcv50", "zmp_limited"])
+def test_tabulated_zmp_is_that_of_the_whole_body(robot, stance, kind):
+    """G + C v^2 + M a along the table against Newton-Euler, to a hundredth of a millimetre."""
+    plan = plan_run_up(robot, stance, wish(0.45, kind))
+    course = plan.law.at(plan.motion.time)
+    y = plan.y_start - course.s
+    zmp = plan.table.zmp(y, -course.v, -course.a)
+    np.testing.assert_allclose(zmp, inverse_dynamics(robot, plan.motion).zmp[:, 1], atol=1e-5)
 
 
 def test_a_larger_required_margin_lowers_the_speed(robot, stance):
     """Reserve costs speed."""
     with pytest.raises(SpeedUnreachable) as plain:
-        plan_run_up(robot, stance, 0.8, **SETTINGS)
+        plan_run_up(robot, stance, wish(0.8))
     with pytest.raises(SpeedUnreachable) as careful:
-        plan_run_up(robot, stance, 0.8, **(SETTINGS | {"required_margin": 0.04}))
+        plan_run_up(robot, stance, wish(0.8, required_margin=0.04))
     assert careful.value.limit < plain.value.limit
 
 
 def test_overrun_ends_where_limits_begin(robot, stance):
-    """What is granted keeps the joints' limits at full speed; a longer wish gives no less."""
-    granted = usable_overrun(robot, stance, 0.45, 0.08)
-    assert 0.02 <= granted < 0.08
-    assert usable_overrun(robot, stance, 0.45, 0.03) == pytest.approx(0.03)
-    with pytest.raises(JointLimit):
-        usable_overrun(robot, stance, 20.0, 0.03)
+    """What is granted keeps the joints' share at full speed; a longer wish gives no less."""
+    table = PostureTable(robot, stance, 0.08)
+    for share in (1.0, 0.8):
+        one = wish(0.45, overrun=0.08, joint_share=share)
+        speed = 0.45 / table.waist_per_com(table.y_hit)
+        granted = usable_overrun(robot, table, speed, one)
+        assert 0.02 <= granted < 0.08
+        fastest = np.abs(table.joint_slopes(table.y_hit - np.array([granted, granted + 0.0055])))
+        ratio = (speed * fastest / robot.speed_limit).max(axis=1)
+        assert ratio[0] <= share < ratio[1]
+    with pytest.raises(JointLimit, match="% of its limit") as caught:
+        usable_overrun(robot, table, 20.0, wish(20.0))
+    assert caught.value.value > caught.value.limit
 
 
 def test_whole_run_up_keeps_joint_limits(robot, run_up):
@@ -185,5 +224,5 @@ def test_point_of_no_return_is_where_the_capture_point_crosses_the_sole_s_edge(
 
 def test_a_faster_run_up_can_be_stopped_for_less_long(robot, stance, run_up):
     """Speed moves the point of no return away from the contact."""
-    faster = plan_run_up(robot, stance, 0.52, **SETTINGS)
+    faster = plan_run_up(robot, stance, wish(0.52))
     assert point_of_no_return(faster, robot, stance) > point_of_no_return(run_up, robot, stance)

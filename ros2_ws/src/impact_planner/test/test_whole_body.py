@@ -30,7 +30,7 @@ def swaying(robot, stance, reach=0.05, duration=1.5):
         waist_z=stance.posture.waist_height,
         feet=stance.feet,
     )
-    return rest_to_rest(time, joints, base)
+    return rest_to_rest(time, joints, base, time)
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.26, 0.02), st.floats(0.50, 0.56))
@@ -105,7 +105,7 @@ def test_a_push_on_the_hand_moves_the_zmp_by_its_lever(robot, stance):
     motion = still(stance.posture.joints, stance.posture.base)
     hand = robot.config.hand_link
     point = robot.frame_position(robot.configuration(motion.base[0], motion.joints[0]), hand)
-    load = Load(point=point[None, :], force=np.array([[0.0, 20.0, 0.0]]), frame=hand)
+    load = Load(point=point[None, :], force=np.array([[0.0, 20.0, 0.0]]))
     free, pushed = inverse_dynamics(robot, motion), inverse_dynamics(robot, motion, load)
     shift = pushed.zmp[0, 1] - free.zmp[0, 1]
     assert shift == pytest.approx(20.0 * point[2] / (robot.mass * GRAVITY))
@@ -120,7 +120,7 @@ def test_joint_torques_and_foot_forces_balance_the_robot(robot, stance, sides):
     """
     motion = still(stance.posture.joints, stance.posture.base)
     dynamics = inverse_dynamics(robot, motion)
-    torque = joint_torques(robot, motion, dynamics, stance.feet, sides, every=1)[0]
+    torque = joint_torques(robot, motion, dynamics, stance.feet, sides)[0]
     lift = 1e-5
     heights = []
     postures = []
