@@ -78,7 +78,6 @@ def test_plan_prints_a_table_for_people(ros2: Callable[..., Any]) -> None:
      (("--angle-deg", "80"), ()),
      (("--angle-deg", "25", "--door", "garage"), ("garage", "paper")),
      (("--angle-deg", "25", "--restitution", "1.5"), ("restitution", "1.5")),
-     (("--angle-deg", "25", "--ending", "retreat"), ("later version",)),
      (("--angle-deg", "many"), ("--angle-deg",))])  # fmt: skip
 def test_plan_refuses_with_a_sentence(ros2: Callable[..., Any], arguments: tuple[str, ...],
                                       words: tuple[str, ...]) -> None:
@@ -146,8 +145,7 @@ def test_the_example_of_docs_door_runs(python: Callable[..., Any]) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [(("--ending", "retreat"), ("retreat", "later version")),
-     (("--target-deg", "0"), ("--target-deg", "above 0")),
+    [(("--target-deg", "0"), ("--target-deg", "above 0")),
      (("--target-deg", "-5"), ("--target-deg", "-5")),
      (("--target-deg", "nan"), ("--target-deg", "nan")),
      (("--gui", "maybe"), ("--gui", "maybe"))])  # fmt: skip

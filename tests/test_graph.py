@@ -178,7 +178,6 @@ def test_the_plan_reaches_the_angle(plan: ImpactPlan, reference_door: Callable[.
      ({"restitution": math.nan}, {Codes.INVALID_REQUEST}, "restitution"),
      ({"door_distance": 5.0}, {Codes.POSTURE_UNREACHABLE}, "door must stand"),
      ({"run_up": "leap"}, {Codes.INVALID_REQUEST}, "zmp_limited"),
-     ({"ending": "retreat"}, {Codes.NOT_SUPPORTED}, "retreat"),
      ({"ending": "dance"}, {Codes.INVALID_REQUEST}, "dance")])  # fmt: skip
 def test_what_cannot_be_planned_is_refused_and_the_last_plan_stays(
         graph: Any, plan: ImpactPlan, fields: dict[str, Any], codes: set[int], words: str) -> None:

@@ -68,6 +68,16 @@ def test_a_heavier_closer_is_opened_with_the_faster_run_up(tmp_path: Any) -> Non
     assert not other.log.fell
 
 
+def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
+    """Fig. 12 (f): the door falls shut and touches nothing."""
+    other = rehearse(25.0, tmp_path / "run.npz", ending="retreat")
+    motion = other.log.motion
+    assert other.execution.outcome is Outcome.SUCCESS
+    assert not other.log.fell
+    assert motion.contact_force[other.impact.peak:].max() == 0.0
+    assert motion.door_angle[-1] < np.radians(1.0)
+
+
 def test_the_robot_stands_and_touches_the_door_once(run: Rehearsal) -> None:
     assert run.execution.outcome is Outcome.SUCCESS
     assert run.log.fell == ""

@@ -76,8 +76,6 @@ def _stop(launcher: subprocess.Popen[bytes]) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    if options.ending == "retreat":
-        raise DemoError("HOLD=retreat comes with a later version; HOLD=hold is there")
     try:
         load_door(options.door)
     except DoorModelError as error:

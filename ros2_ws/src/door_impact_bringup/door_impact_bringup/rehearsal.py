@@ -45,7 +45,7 @@ class Rehearsal:
 
 def rehearse(
     target_deg: float, path: Path, *, door: str = "paper", door_offset: float = 0.0,
-    run_up: str = "mcv50", watch: Watch | None = None, **settings: Any,
+    run_up: str = "mcv50", ending: str = "hold", watch: Watch | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
@@ -55,6 +55,7 @@ def rehearse(
         door: Name or file of the simulated door.
         door_offset: How much farther away the simulated door stands than surveyed [m].
         run_up: mcv50 or zmp_limited.
+        ending: hold or retreat.
         watch: Called after each tick with the world and what its sensors said.
         settings: Of the simulated world (`WorldSettings`).
 
@@ -67,7 +68,8 @@ def rehearse(
     known = KnownDoor(simulated.name, simulated.door(), simulated.leaf.width)
     placement = configured_placement()
     plan = plan_impact(
-        PlanRequest(np.radians(target_deg), run_up=run_up), known, robot, make_settings(placement))
+        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
+        make_settings(placement))
     world = World(
         config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
         **settings)

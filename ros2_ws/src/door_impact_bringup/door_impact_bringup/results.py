@@ -109,6 +109,8 @@ def _heading(summary: dict[str, Any], outcome: Any) -> str:
         return opened + "fell."
     if not outcome.success:
         return opened + f"stands, but {outcome.message}."
+    if door["held_deg"] is None:
+        return opened + "stands, back from the door."
     return opened + f"stands, holding it at {door['held_deg']:.1f} deg."
 
 
@@ -117,8 +119,9 @@ def _phases(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Imp
     """Times of the phases; the hit and the peak are the simulation's, to the millisecond."""
     t = log.motion.t
     contact, peak = float(t[hit.contact.start]), float(t[hit.peak])
-    starts = [(time, name) for time, name in heard.phases if name not in ("post", "hold")]
-    starts += [(contact, "post"), (peak, "hold")]
+    after = ("post", heard.plan.ending)
+    starts = [(time, name) for time, name in heard.phases if name not in after]
+    starts += [(contact, after[0]), (peak, after[1])]
     ends = [time for time, _ in starts[1:]] + [min(heard.end, float(t[-1]))]
     return {name: (time, end) for (time, name), end in zip(starts, ends, strict=True)}
 
@@ -146,8 +149,9 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
              record: DemoRecord, supports: dict[str, evaluation.Support]) -> dict[str, Any]:
     motion, plan = log.motion, heard.plan
     peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
-    end = record.phases["hold"][1]
+    end = record.phases[plan.ending][1]
     last = (motion.t > end - HELD_OVER) & (motion.t <= end)
+    held = plan.ending == "hold"
 
     def margins(of: str) -> dict[str, float]:
         found = evaluation.smallest_margins(motion.t, supports[of].margin, record.phases)
@@ -159,7 +163,7 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
             "peak_deg": peak_deg,
             "error_deg": peak_deg - heard.target_deg,
             "peak_time_s": record.peak_time - record.contact_time,
-            "held_deg": float(np.degrees(motion.door_angle[last].mean())),
+            "held_deg": float(np.degrees(motion.door_angle[last].mean())) if held else None,
         },
         "identified": _identified(heard),
         "plan": {

@@ -1,7 +1,7 @@
 """Where the right hand meets the leaf, section II.C.1: as far from the hinge as the arm reaches.
 
 One small nonlinear programme chooses two postures of the arm at once, with the hand on the same
-spot of the leaf: one that catches the falling leaf, near enough to the braced arm to be reached
+spot of the leaf: one that stops the falling leaf, near enough to the braced arm to be reached
 in time, and one that holds it at the desired angle.
 """
 
@@ -37,13 +37,13 @@ class HandOnLeaf:
     """The two postures of the arm.
 
     Attributes:
-        catch: RARM_JOINT0..5 where the leaf is caught, (6,) [rad].
+        nearest: RARM_JOINT0..5 where the leaf comes nearest to the robot, (6,) [rad].
         final: The same at the desired angle.
         radius: Distance of the hand from the hinge along the leaf [m].
         height: Of the hand [m].
     """
 
-    catch: Array
+    nearest: Array
     final: Array
     radius: float
     height: float
@@ -106,7 +106,7 @@ class ArmReach:
         Args:
             base: base_link (3,) [m].
             joints: The robot with its arm braced, (30,) [rad].
-            leaf: The leaf at the catch and at the end.
+            leaf: The leaf where it comes nearest and at the end.
             width: Of the leaf [m].
             travel: How far each joint of the arm can turn before the catch, (6,) [rad].
 
@@ -122,7 +122,7 @@ class ArmReach:
 
         @lru_cache(maxsize=2)  # cost, constraints and their slopes are asked for in turn
         def places(x: bytes) -> list[list[tuple[Array, Array]]]:
-            """Hand, elbow and wrist at the catch and at the end: position and Jacobian."""
+            """Hand, elbow and wrist at both leaves: position and Jacobian."""
             arms = np.frombuffer(x).reshape(2, n)
             return [self._places(base, joints, arm) for arm in arms]
 

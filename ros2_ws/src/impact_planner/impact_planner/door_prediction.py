@@ -7,12 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_model.door import Door
-from door_model.dynamics import initial_velocity
+from door_model.dynamics import Swing, initial_velocity, simulate
 from door_model.errors import DoorModelError, DoorParameterError
 from door_model.prediction import predict_peak
+from numpy.typing import NDArray
 
 from .errors import AngleUnreachable, InvalidRequest
 from .plan_types import KnownDoor
+
+Array = NDArray[np.float64]
+
+_AFTER_PEAK = 4.0  # the swing is followed so long [s]
+_PERIOD = 0.02  # between its samples [s]
 
 
 @dataclass(frozen=True)
@@ -25,6 +31,7 @@ class DoorPrediction:
         peak_time_std: Standard deviation for an exact w' [s].
         peak_angle: [rad].
         peak_angle_std: Standard deviation for an exact w' [rad].
+        swing: Free motion from the hit on, until some time after the peak.
     """
 
     omega: float
@@ -32,6 +39,11 @@ class DoorPrediction:
     peak_time_std: float
     peak_angle: float
     peak_angle_std: float
+    swing: Swing
+
+    def angle_at(self, time: Array) -> Array:
+        """Angle at times after the hit, (N,) [rad]; before and after the swing as at its ends."""
+        return np.asarray(np.interp(time, self.swing.t, self.swing.theta))
 
 
 def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPrediction:
@@ -68,8 +80,10 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
             value=angle,
             limit=limit,
         ) from error
+    swing = simulate(
+        door, initial_angle, omega, summit.time + _AFTER_PEAK, period=_PERIOD, stop=True)
     return DoorPrediction(
-        omega, summit.time, summit.time_std, summit.angle, summit.angle_std)
+        omega, summit.time, summit.time_std, summit.angle, summit.angle_std, swing)
 
 
 def _opening_limit(door: Door) -> float:

@@ -91,12 +91,6 @@ class JointLimit(PlannerError):
         self.phase = phase
 
 
-class NotSupported(PlannerError):
-    """An option that this version does not have yet."""
-
-    code_name = "NOT_SUPPORTED"
-
-
 class GoalRefused(ImpactError):
     """A goal cannot be executed.
 

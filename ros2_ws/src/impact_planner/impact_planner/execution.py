@@ -3,7 +3,7 @@
 A state machine without ROS: it is told joint states and door angles and answers with trajectories.
 The motion up to the door's peak goes out as one trajectory, because the switch from the run-up to
 the motion after the hit must be right to a millisecond; a door that moves earlier than planned
-brings the switch forward. The arm goes out on the door's measured peak.
+brings the switch forward. The arm goes out, or the robot back, on the door's measured peak.
 """
 
 from __future__ import annotations
@@ -118,22 +118,25 @@ class Execution:
         """
         if self.outcome is not Outcome.RUNNING:
             return []
-        if self.phase != "hold":  # it begins with the door's peak, not by the clock
+        if self.phase != self.plan.ending:  # it begins with the door's peak, not by the clock
             for name, start in self._starts.items():
                 if now >= start:
                     self.phase = name
         if self._stop_asked and not self.past_no_return(now):
             return self._stop(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
-        if self.phase == "hold":
+        if self.phase == self.plan.ending:
             if now >= self._end:
-                self._judge_hold()
+                self._judge_ending()
             return []
         if self.phase in ("cam", "post"):
             self._watch_b(now, self.speed_of_b(position, velocity))
         return self._watch_tracking(now, position)
 
-    def _judge_hold(self) -> None:
-        """Ends with success where the door stands still near the desired angle."""
+    def _judge_ending(self) -> None:
+        """Ends with success; a hold only where the door stands still near the desired angle."""
+        if self.plan.ending != "hold":
+            self.outcome = Outcome.SUCCESS
+            return
         held, spread = float(np.mean(self._held)), float(np.ptp(self._held))
         self.measured.held_angle = held
         off, within = abs(held - self.plan.desired_angle), self.settings.held_within
@@ -211,7 +214,7 @@ class Execution:
         return [Command(stamp, knots)]
 
     def _follow_opening(self, now: float, angle: float, velocity: float) -> list[Command]:
-        """Waits for the door's peak; then the arm goes out."""
+        """Waits for the door's peak; then the arm goes out, or the robot back."""
         measured = self.measured
         measured.omega_door = float(np.fmax(measured.omega_door, velocity))
         if not measured.peak_angle >= angle:
@@ -220,20 +223,20 @@ class Execution:
             return []
         if self._stop_asked:
             return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
-        self.phase = "hold"
-        hold = without_first(self.plan.phases["hold"])  # the driver starts from where it is
-        self._starts["hold"] = now
-        self._end = now + self.settings.judged_after + float(hold.time[-1])
-        return [Command(0.0, hold)]  # from its arrival on: late is better than refused
+        self.phase = self.plan.ending
+        ending = without_first(self.plan.phases[self.phase])  # the driver starts from where it is
+        self._starts[self.phase] = now
+        self._end = now + self.settings.judged_after + float(ending.time[-1])
+        return [Command(0.0, ending)]  # from its arrival on: late is better than refused
 
     # -- stop ---------------------------------------------------------------------------------
 
     def past_no_return(self, now: float) -> bool:
         """Whether a stop would lose balance, so that the hit must be completed.
 
-        From shortly before the hit until the door's peak; the hold can be stopped again.
+        From shortly before the hit until the door's peak; what follows can be stopped again.
         """
-        if self.phase == "hold" or now < self._starts.get("cam", np.inf):
+        if self.phase == self.plan.ending or now < self._starts.get("cam", np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import InvalidRequest
 from .knots import Knots
+from .plan_types import ENDINGS
 
 APPROACH = ("prepare", "shift", "step", "back", "cam")
 SCALED = APPROACH[:-1]  # the run-up and what follows keep their speed
@@ -98,10 +99,17 @@ class ExecutablePlan:
 
     def __post_init__(self) -> None:
         """Checks the phases."""
-        missing = [name for name in (*SENT_AT_START, "hold") if name not in self.phases]
+        missing = [name for name in SENT_AT_START if name not in self.phases]
+        if not set(ENDINGS) & set(self.phases):
+            missing.append(" or ".join(ENDINGS))
         if missing:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))
+
+    @property
+    def ending(self) -> str:
+        """Name of the phase that follows the door's peak."""
+        return next(name for name in ENDINGS if name in self.phases)
 
 
 @dataclass

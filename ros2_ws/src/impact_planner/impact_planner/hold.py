@@ -9,7 +9,7 @@ the desired angle, while the CoM leans against the closer's torque of eq. (12).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +21,11 @@ from .approach import StandingPhase, sample_times
 from .arm_reach import ArmReach, HandOnLeaf
 from .errors import AngleUnreachable, JointLimit, PlannerError, PostureUnreachable
 from .leaf import LeafFrame
+from .plan_types import PhasePlan
 from .robot_model import SIDES, RobotModel
 from .run_up import GRAVITY
 from .trajectories import Motion, min_jerk, rest_to_rest
-from .whole_body import require_joint_limits, solve
+from .whole_body import solve
 from .zmp import Load
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 _NODES = 0.02  # postures are solved so often and a spline laid through them [s]
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
 _WIDTH_SHARES = (1.0, 0.9, 0.8, 0.7)  # of the leaf's width, within which the hand may be
-_LATE = 0.12  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
+LATE = 0.12  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
 _GIVE_WAY = 0.35  # from the hand's arrival to its rest [s]
 _SPEED_SHARE = 0.8  # of the leaf's speed that the hand has when it arrives
 _PUSH = 1.5  # from there to the desired angle [s]
@@ -120,13 +121,21 @@ class HoldPlan:
     force: float
 
 
-def plan_hold(robot: RobotModel, task: HoldTask) -> HoldPlan:
-    """Plan the phase `hold`.
+def plan_hold(
+    robot: RobotModel, task: HoldTask, check: Callable[[HoldPlan], PhasePlan]
+) -> PhasePlan:
+    """Plan the phase `hold`: the first way to meet the leaf that passes every check.
+
+    Args:
+        robot: The robot.
+        task: What is to be held, and from where.
+        check: Of a motion against the limits of joints, floor and bodies.
 
     Raises:
         AngleUnreachable: The arm does not reach, the force is too large, or the door is shut
             before the arm is there; the limit is the angle that can be held [rad].
         JointLimit: The arm would have to be faster than it is.
+        PostureUnreachable: The legs do not reach, or bodies come too near to each other.
     """
     reach = ArmReach(robot)
     failure: PlannerError | None = None
@@ -135,11 +144,10 @@ def plan_hold(robot: RobotModel, task: HoldTask) -> HoldPlan:
         try:
             force = _require_force(task, catch, hand)
             motion, load = _whole_body(robot, reach, task, catch, hand, lean)
-            require_joint_limits(robot, motion, "hold", share=task.joint_share)
+            phase = StandingPhase("hold", motion, task.feet, SIDES)
+            return check(HoldPlan(phase, load, catch, hand, force))
         except (AngleUnreachable, JointLimit, PostureUnreachable) as error:
             failure = failure or error  # of the choice that was wanted most
-            continue
-        return HoldPlan(StandingPhase("hold", motion, task.feet, SIDES), load, catch, hand, force)
     raise failure or _unreachable(robot, reach, task)
 
 
@@ -160,10 +168,10 @@ def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
 
 def _catch(door: Door, angle: float, reach: float) -> Catch | None:
     """Where the leaf is when the arm arrives; None if it is shut by then."""
-    swing = simulate(door, angle, 0.0, reach + _LATE, period=0.01, stop=True)
+    swing = simulate(door, angle, 0.0, reach + LATE, period=0.01, stop=True)
     speed = _SPEED_SHARE * float(swing.omega[-1])
     lowest = float(swing.theta[-1]) + 0.5 * speed * _GIVE_WAY
-    if swing.t[-1] < reach + _LATE - 0.011 or lowest < _NEARLY_SHUT:
+    if swing.t[-1] < reach + LATE - 0.011 or lowest < _NEARLY_SHUT:
         return None
     return Catch(reach, float(swing.theta[-1]), speed, lowest)
 
@@ -178,7 +186,8 @@ def _choices(
             if catch is None:
                 continue
             travel = task.joint_share * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
-            leaf = (LeafFrame(task.hinge, catch.angle), LeafFrame(task.hinge, task.angle))
+            # The hand gives way: its elbow is nearest to the leaf where that comes to rest.
+            leaf = (LeafFrame(task.hinge, catch.lowest), LeafFrame(task.hinge, task.angle))
             hand = reach.choose(task.base, task.joints, leaf, share * task.width, travel)
             if hand is not None:
                 yield catch, hand
@@ -252,9 +261,9 @@ def _arm_course(
         LeafFrame(task.hinge, angle).point(hand.radius, hand.height, reach.hand_radius)
         for angle in angles[first:]])
     # Between the two postures that were chosen, so that the course is smooth.
-    way = max(task.angle - catch.angle, 1e-9)
-    part = ((angles - catch.angle) / way)[first:, None]
-    near = hand.catch + part * (hand.final - hand.catch)
+    way = max(task.angle - catch.lowest, 1e-9)
+    part = ((angles - catch.lowest) / way)[first:, None]
+    near = hand.nearest + part * (hand.final - hand.nearest)
     arm = np.empty((len(time), len(reach.columns)))
     arm[first:] = reach.follow(bases[first:], task.joints, near, targets)
     lost = np.flatnonzero(np.isnan(arm[first:, 0]))

@@ -44,6 +44,16 @@ class Knots:
         if k < 2 or np.any(np.diff(self.time) <= 0.0):
             raise ValueError("knots need at least two rising times")
 
+    def held_until(self, time: float) -> Knots:
+        """These, standing still from their end until a time [s]."""
+        still = np.zeros((1, self.position.shape[1]))
+        return Knots(
+            np.append(self.time, time),
+            np.vstack([self.position, self.position[-1:]]),
+            np.vstack([self.velocity, still]),
+            np.vstack([self.acceleration, still]),
+        )
+
     def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
         """Position, velocity and acceleration at times (N,), each (N, J).
 

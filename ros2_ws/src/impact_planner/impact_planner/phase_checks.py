@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .approach import StandingPhase
+from .clearance import Clearance, LeafCourse, require_clearance
 from .errors import PostureUnreachable
 from .knots import Knots, from_motion
 from .plan_types import PhasePlan
@@ -25,10 +26,25 @@ class PhaseLimits:
     Attributes:
         margin: Smallest ZMP margin [m].
         share: Of the joints' speed and torque limits.
+        clearance: Smallest distance between bodies that are not to touch [m].
     """
 
     margin: float
     share: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class LeafNearby:
+    """The leaf during a phase.
+
+    Attributes:
+        course: Where it is.
+        may_touch: Links that may touch it.
+    """
+
+    course: LeafCourse
+    may_touch: tuple[str, ...] = ()
 
 
 def checked_phase(
@@ -39,6 +55,7 @@ def checked_phase(
     until: float = np.inf,
     knots: Knots | None = None,
     load: Load | None = None,
+    leaf: LeafNearby | None = None,
 ) -> PhasePlan:
     """Check a motion against the limits of joints and floor, and reduce it to knots.
 
@@ -46,13 +63,15 @@ def checked_phase(
         robot: The robot.
         phase: The motion and the soles that carry it.
         limits: What it must keep.
-        until: Time up to which the ZMP counts [s].
+        until: Time up to which the ZMP and the leaf count [s].
         knots: Knots of the motion where they are made elsewhere.
         load: A force from outside.
+        leaf: The leaf, where it is near.
 
     Raises:
         JointLimit: Position, speed or torque.
-        PostureUnreachable: The ZMP comes too near to the edge of the support polygon.
+        PostureUnreachable: The ZMP comes too near to the edge of the support polygon, or bodies
+            to each other.
     """
     motion = phase.motion
     require_joint_limits(robot, motion, phase.name, share=limits.share)
@@ -69,6 +88,7 @@ def checked_phase(
         )
     torque = joint_torques(robot, motion, dynamics, phase.feet, phase.sides)
     require_torque_limits(robot, torque, phase.name, share=limits.share)
+    clearances = _clear(robot, phase, limits, until, leaf)
     if knots is None:
         knots, _ = from_motion(motion)
     com = com_course(robot, motion)
@@ -84,7 +104,25 @@ def checked_phase(
         friction=dynamics.friction,
         torque_ratio=float(np.max(np.abs(torque) / robot.effort_limit)),
         speed_ratio=float(np.max(np.abs(motion.joint_speed) / robot.speed_limit)),
+        clearances=clearances,
     )
+
+
+def _clear(
+    robot: RobotModel,
+    phase: StandingPhase,
+    limits: PhaseLimits,
+    until: float,
+    leaf: LeafNearby | None,
+) -> tuple[Clearance, ...]:
+    """Where bodies come nearest to each other and to the leaf."""
+    found = [robot.bodies.self_clearance(phase.motion, limits.clearance)]
+    if leaf is not None:
+        found.append(robot.bodies.leaf_clearance(
+            phase.motion, leaf.course, limits.clearance, may_touch=leaf.may_touch, until=until))
+    for clearance in found:
+        require_clearance(clearance, phase.name)
+    return tuple(found)
 
 
 def _at(time: Array, samples: Array, values: Array) -> Array:

@@ -2,52 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from . import momentum
-from .approach import StandingPhase, plan_approach, sample_times
-from .door_prediction import DoorPrediction
-from .hold import HoldTask, plan_hold
-from .phase_checks import PhaseLimits, checked_phase
-from .placement import Placement
-from .plan_types import KnownDoor, PhasePlan, PlannerSettings
-from .post import continue_from, path_time
+from .after_hit import (
+    plan_after_hit,
+    plan_branches,
+    require_leaving,
+    retreat_motion,
+)
+from .approach import StandingPhase, plan_approach
+from .clearance import LeafCourse
+from .errors import JointLimit, PlannerError, PostureUnreachable
+from .hit import Hit
+from .hold import LATE, HoldPlan, HoldTask, plan_hold
+from .phase_checks import LeafNearby, PhaseLimits, checked_phase
+from .plan_types import Branches, KnownDoor, PhasePlan, PlannerSettings
 from .request import ResolvedRequest
 from .robot_model import SIDES, RobotModel
-from .run_up import RunUpPlan
-from .stance import Contact, Stance
 
 Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Hit:
-    """All that is decided about the hit before trajectories are made.
-
-    Attributes:
-        placement: Where the door is.
-        stance: Feet and posture.
-        contact: Where the elbow meets the leaf.
-        door: What the door does.
-        mass: Effective mass planned with [kg].
-        mass_planar: By eq. (3) [kg].
-        speeds: Of B, along the leaf's normal.
-        run_up: The run-up.
-        v_com_post: Speed of the CoM after the hit, towards the door [m/s].
-    """
-
-    placement: Placement
-    stance: Stance
-    contact: Contact
-    door: DoorPrediction
-    mass: float
-    mass_planar: float
-    speeds: momentum.ImpactSpeeds
-    run_up: RunUpPlan
-    v_com_post: float
+_RETREAT_TIMES = (1.5, 1.2, 1.0, 0.8)  # tried in this order [s]
 
 
 def plan_phases(
@@ -56,65 +32,102 @@ def plan_phases(
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
-) -> tuple[PhasePlan, ...]:
-    """Plan and check prepare, shift, step, back, cam, post and hold.
+) -> tuple[tuple[PhasePlan, ...], Branches]:
+    """Plan and check prepare, shift, step, back, cam, post, and hold or retreat.
 
     Raises:
         PlannerError: A phase breaks a limit.
     """
     stance, run_up = hit.stance, hit.run_up
     approach = plan_approach(robot, stance, run_up.y_start, settings.timing, settings.period)
-    limits = PhaseLimits(settings.required_margin, settings.limit_share)
-    phases = [checked_phase(robot, phase, limits) for phase in approach]
+    limits = PhaseLimits(
+        settings.required_margin, settings.limit_share, settings.required_clearance)
+
+    def leaf_at(time: Array, *may_touch: str) -> LeafNearby:
+        """The leaf at times after the hit, (N,) [s]."""
+        hinge = hit.placement.hinge
+        return LeafNearby(LeafCourse(hinge, hit.door.angle_at(time), known.width), may_touch)
+
+    touching = robot.config.contact_link
+    phases = [
+        checked_phase(robot, phase, limits, leaf=leaf_at(0.0 * phase.motion.time))
+        for phase in approach
+    ]
     cam = checked_phase(
         robot,
         StandingPhase("cam", run_up.motion, stance.feet, SIDES),
         limits,
         until=run_up.contact_time,
+        leaf=leaf_at(0.0 * run_up.motion.time, touching),
     )
-    phases.append(cam)
-    post, end = _post(robot, settings, hit, cam, limits)
-    phases.append(post)
-    joints, base = end
-    hold = plan_hold(robot, HoldTask(
-        known.door, known.width, hit.placement.hinge, wanted.angle, joints, base, stance.feet,
-        settings.hand_force_limit, settings.limit_share, settings.period))
-    phases.append(checked_phase(robot, hold.phase, limits, load=hold.load))
-    return tuple(phases)
+    after = plan_after_hit(robot, settings, hit)
+    post = checked_phase(
+        robot,
+        StandingPhase("post", after.motion, stance.feet, SIDES),
+        limits,
+        knots=after.knots,
+        leaf=leaf_at(after.motion.time - settings.contact_lead, touching),
+    )
+    require_leaving(settings, hit, after.motion)
+    branches = plan_branches(robot, settings, hit, after.rest)
+    end = after.motion.joints[-1], after.motion.base[-1]
+    ending = _hold if wanted.ending == "hold" else _retreat
+    last = ending(robot, known, wanted, settings, hit, limits, end)
+    return (*phases, cam, post, last), branches
 
 
-def _post(
+def _hold(
     robot: RobotModel,
+    known: KnownDoor,
+    wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
-    cam: PhasePlan,
     limits: PhaseLimits,
-) -> tuple[PhasePlan, tuple[Array, Array]]:
-    """From the switch to the door's peak: on along the path from the reduced speed, to rest.
+    end: tuple[Array, Array],
+) -> PhasePlan:
+    """The arm goes out and holds the door."""
+    task = HoldTask(
+        known.door, known.width, hit.placement.hinge, wanted.angle, *end, hit.stance.feet,
+        settings.hand_force_limit, settings.limit_share, settings.period)
 
-    Returns:
-        The phase, and the joints and base at its end.
+    def check(hold: HoldPlan) -> PhasePlan:
+        time = hold.phase.motion.time
+        # Until the hand is there, the leaf where it is when its peak is felt late.
+        falling = hit.door.angle_at(hit.door.peak_time + time + LATE)
+        angle = np.where(
+            time < hold.catch.reach, falling, hold.catch.angle_at(time, wanted.angle))
+        leaf = LeafCourse(hit.placement.hinge, angle, known.width)
+        return checked_phase(
+            robot, hold.phase, limits, load=hold.load,
+            leaf=LeafNearby(leaf, (robot.config.hand_link,)))
+
+    return plan_hold(robot, task, check)
+
+
+def _retreat(
+    robot: RobotModel,
+    known: KnownDoor,
+    wanted: ResolvedRequest,
+    settings: PlannerSettings,
+    hit: Hit,
+    limits: PhaseLimits,
+    end: tuple[Array, Array],
+) -> PhasePlan:
+    """Back along the run-up, clear of the door that falls shut (Fig. 12 (f)): as slow as can be.
+
+    Raises:
+        PostureUnreachable: However fast, the door comes too near, or the ZMP to the soles' edge.
     """
-    run_up = hit.run_up
-    ratio = hit.v_com_post / run_up.law.speed
-    start = run_up.contact_time - settings.contact_lead
-    contact = settings.contact_duration
-    rest = settings.post_duration
-    if ratio > 0.0:  # the path ends with the overrun
-        reserve = float(cam.knots.time[-1]) - start - 0.5 * (1.0 + ratio) * contact
-        rest = min(rest, 1.99 * reserve / ratio)
-    total = max(settings.contact_lead + hit.door.peak_time, contact + rest)
-    knots = continue_from(cam.knots, start, ratio, rest, contact=contact, total=total)
-    # While the door pushes back, the ZMP is the hit's affair; here it counts from then on.
-    time = contact + sample_times(float(knots.time[-1]) - contact, settings.period)
-    scaled, rate, slope = path_time(time, start, ratio, rest, contact)
-    course = run_up.law.at(scaled)
-    motion = run_up.table.motion(
-        time,
-        run_up.y_start - course.s,
-        -course.v * rate,
-        -course.a * rate**2 - course.v * slope,
-    )
-    phase = checked_phase(
-        robot, StandingPhase("post", motion, hit.stance.feet, SIDES), limits, knots=knots)
-    return phase, (motion.joints[-1], motion.base[-1])
+    com = robot.com(robot.configuration(end[1], end[0]))
+    failure: PlannerError | None = None
+    for duration in _RETREAT_TIMES:
+        motion = retreat_motion(hit, float(com[1]), duration, settings.period)
+        angle = hit.door.angle_at(hit.door.peak_time + motion.time + LATE)
+        leaf = LeafNearby(LeafCourse(hit.placement.hinge, angle, known.width))
+        try:
+            return checked_phase(
+                robot, StandingPhase("retreat", motion, hit.stance.feet, SIDES), limits, leaf=leaf)
+        except (JointLimit, PostureUnreachable) as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure

@@ -16,13 +16,14 @@ from .errors import (
     PostureUnreachable,
     SpeedUnreachable,
 )
-from .phases import Hit, plan_phases
+from .hit import Hit
+from .phases import plan_phases
 from .placement import Placement, placement_for_step, stand
-from .plan_types import ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
+from .plan_types import Branches, ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
 from .posture import LegDemands, capable, waist_per_com
 from .request import ResolvedRequest, resolve
 from .robot_model import RobotModel
-from .run_up import RunUpWish, plan_run_up, point_of_no_return
+from .run_up import RunUpWish, plan_run_up
 from .stance import NOMINAL_STEP, SPARE_WAY, STEPS, Contact, Stance
 
 __all__ = [
@@ -66,11 +67,11 @@ def plan_impact(
     for step in STEPS if wanted.door_distance is None else (NOMINAL_STEP,):
         try:
             hit = _plan_hit(known, robot, wanted, settings, step)
-            phases = plan_phases(robot, known, wanted, settings, hit)
+            phases, branches = plan_phases(robot, known, wanted, settings, hit)
         except (JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # of the step that was wanted most
             continue
-        plan = _compose(known, robot, wanted, settings, hit, phases)
+        plan = _compose(known, wanted, settings, hit, phases, branches)
         return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
     assert failure is not None
     raise failure
@@ -104,10 +105,7 @@ def _plan_hit(
         period=settings.period,
         y_start=settings.y_start,
     ))
-    # By momentum: what the impulse leaves of the speed of the whole robot.
-    slant = -float(contact.normal[1])
-    v_com_post = run_up.law.speed - speeds.impulse * slant / robot.mass
-    return Hit(placement, stance, contact, door, *masses, speeds, run_up, v_com_post)
+    return Hit(placement, stance, contact, door, *masses, speeds, run_up)
 
 
 def _momentum(
@@ -131,11 +129,11 @@ def _momentum(
 
 def _compose(
     known: KnownDoor,
-    robot: RobotModel,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
     phases: tuple[PhasePlan, ...],
+    branches: Branches,
 ) -> ImpactPlan:
     """The plan, without its name and time."""
     stance, door, speeds, run_up = hit.stance, hit.door, hit.speeds, hit.run_up
@@ -152,7 +150,7 @@ def _compose(
         v_rb=speeds.v_rb,
         v_rb_post=speeds.v_rb_post,
         v_com=run_up.law.speed,
-        v_com_post=hit.v_com_post,
+        v_com_post=run_up.law.speed * speeds.v_rb_post / speeds.v_rb,
         effective_mass=hit.mass,
         effective_mass_planar=hit.mass_planar,
         required_impulse=speeds.impulse,
@@ -172,7 +170,7 @@ def _compose(
         peak_time_std=door.peak_time_std,
         peak_angle=door.peak_angle,
         peak_angle_std=door.peak_angle_std,
-        point_of_no_return=point_of_no_return(run_up, robot, stance),
+        branches=branches,
         warnings=known.warnings + _warnings(stance, settings),
         phases=phases,
         step=stance.step,

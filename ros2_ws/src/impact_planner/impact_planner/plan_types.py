@@ -9,6 +9,7 @@ from door_model.door import Door
 from numpy.typing import NDArray
 
 from .approach import ApproachTiming
+from .clearance import Clearance
 from .knots import Knots
 
 Array = NDArray[np.float64]
@@ -83,6 +84,8 @@ class PlannerSettings:
             run-up keeps its speed so far before and past the nominal contact.
         overrun: Way of the run-up past the nominal contact that is wished for [m].
         required_margin: Smallest ZMP margin of a phase [m].
+        required_clearance: Smallest distance between bodies of the robot, and from those that do
+            not touch the leaf to it [m].
         limit_share: Of the joints' speed and torque limits that a plan may use.
         post_duration: From the end of the contact to rest [s].
         contact_duration: Expected duration of the contact [s].
@@ -107,10 +110,11 @@ class PlannerSettings:
     door_uncertainty: float = 0.015
     overrun: float = 0.04
     required_margin: float = 0.02
+    required_clearance: float = 0.01
     limit_share: float = 0.9
     post_duration: float = 0.4
     contact_duration: float = 0.015
-    contact_lead: float = 0.003
+    contact_lead: float = 0.0018
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
     hand_force_limit: float = 60.0
@@ -132,6 +136,7 @@ class PhasePlan:
         friction: Largest ratio of tangential to normal floor force.
         torque_ratio: Largest joint torque as a share of its limit.
         speed_ratio: Largest joint speed as a share of its limit.
+        clearances: Nearest bodies of the robot, and nearest body to the leaf where there is one.
     """
 
     name: str
@@ -145,6 +150,33 @@ class PhasePlan:
     friction: float
     torque_ratio: float
     speed_ratio: float
+    clearances: tuple[Clearance, ...]
+
+
+@dataclass(frozen=True)
+class Branches:
+    """What if the door is not where it was said to be.
+
+    Attributes:
+        early_margin: Smallest ZMP margin after the hit of a door that is nearer by the stated
+            uncertainty [m].
+        late_margin: The same for one that is farther.
+        point_of_no_return: A stop later than this before the contact is no longer in balance [s];
+            negative where the robot can stop beyond the contact.
+        missed_margin: Distance of the capture point to the soles' edge where the contact is missed
+            for good, at the end of the stretch of constant speed [m]; negative: no stop on these
+            feet is possible.
+    """
+
+    early_margin: float
+    late_margin: float
+    point_of_no_return: float
+    missed_margin: float
+
+    @property
+    def recovery_step(self) -> float:
+        """How much nearer to the door a foot would have to be put after a missed contact [m]."""
+        return max(0.0, -self.missed_margin)
 
 
 @dataclass(frozen=True)
@@ -160,6 +192,7 @@ class ImpactPlan:
         door_distance: Planned with [m].
         hinge_x: Planned with [m].
         planning_time: [s].
+        branches: What if the door is not where it was said to be.
     """
 
     plan_id: str
@@ -193,7 +226,7 @@ class ImpactPlan:
     peak_time_std: float
     peak_angle: float
     peak_angle_std: float
-    point_of_no_return: float
+    branches: Branches
     warnings: tuple[str, ...]
     phases: tuple[PhasePlan, ...]
     step: float
@@ -201,6 +234,11 @@ class ImpactPlan:
     door_distance: float
     hinge_x: float
     planning_time: float
+
+    @property
+    def point_of_no_return(self) -> float:
+        """See `Branches` [s]."""
+        return self.branches.point_of_no_return
 
     @property
     def zmp_margins(self) -> dict[str, float]:

@@ -62,14 +62,7 @@ def sample_times(rest: float, contact: float) -> Array:
 
 
 def continue_from(
-    path: Knots,
-    start: float,
-    ratio: float,
-    rest: float,
-    *,
-    contact: float = 0.0,
-    total: float | None = None,
-    tolerance: float = TOLERANCE,
+    path: Knots, start: float, ratio: float, rest: float, tolerance: float = TOLERANCE
 ) -> Knots:
     """Trajectory from a switch at a given time of the run-up to rest.
 
@@ -77,9 +70,7 @@ def continue_from(
         path: The run-up with its extension (phase `cam`).
         start: Path time at the switch [s], by the clock of the run-up.
         ratio: Speed along the path after the hit over that before it.
-        rest: From the end of the contact until rest [s].
-        contact: Duration of the contact, over which the speed falls [s].
-        total: Length of the answer [s], at least `contact` + `rest`; None: it ends at rest.
+        rest: From the switch to rest [s].
         tolerance: Of the knots [rad].
 
     Returns:
@@ -88,10 +79,10 @@ def continue_from(
     Raises:
         ValueError: The path would be left at either end; or rest is not positive.
     """
-    if not (np.isfinite(rest) and rest > 0.0 and contact >= 0.0):
-        raise ValueError(f"rest must be above 0 and contact not below, not {rest} and {contact}")
-    time = sample_times(rest, contact)
-    scaled, rate, slope = path_time(time, start, ratio, rest, contact)
+    if not (np.isfinite(rest) and rest > 0.0):
+        raise ValueError(f"rest must be above 0, not {rest}")
+    time = sample_times(rest, 0.0)
+    scaled, rate, slope = path_time(time, start, ratio, rest)
     low, high = float(path.time[0]), float(path.time[-1])
     if not (low <= scaled.min() and scaled.max() <= high):
         raise ValueError(
@@ -106,12 +97,4 @@ def continue_from(
         acceleration * rate[:, None] ** 2 + velocity * slope[:, None],
         tolerance,
     )
-    if total is None or total <= time[-1]:
-        return knots
-    still = np.zeros((1, position.shape[1]))
-    return Knots(
-        np.append(knots.time, total),
-        np.vstack([knots.position, knots.position[-1:]]),
-        np.vstack([knots.velocity, still]),
-        np.vstack([knots.acceleration, still]),
-    )
+    return knots

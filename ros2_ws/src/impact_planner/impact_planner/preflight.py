@@ -106,12 +106,12 @@ def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None
     """
     _require_joined(robot, plan)
     _require_inside(robot, sent, "up to the door's peak")
-    _require_inside(robot, plan.phases["hold"], "in the phase hold")
+    _require_inside(robot, plan.phases[plan.ending], f"in the phase {plan.ending}")
 
 
 def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
     ends = {**plan.phases, "cam": cut(plan.phases["cam"], plan.switch_time)}
-    for before, after in zip(SENT_AT_START, (*SENT_AT_START[1:], "hold"), strict=True):
+    for before, after in zip(SENT_AT_START, (*SENT_AT_START[1:], plan.ending), strict=True):
         off = np.abs(plan.phases[after].position[0] - ends[before].position[-1])
         worst = int(np.argmax(off))
         if off[worst] > _JOIN:

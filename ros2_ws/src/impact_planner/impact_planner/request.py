@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .errors import InvalidRequest, NotSupported
+from .errors import InvalidRequest
 from .plan_types import ENDINGS, RUN_UPS, PlannerSettings, PlanRequest
 
 
@@ -28,7 +28,6 @@ def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
 
     Raises:
         InvalidRequest: A number is not finite or outside its range, a word is unknown.
-        NotSupported: A run-up or an ending that this version does not have.
     """
     angle = _number("desired_opening_angle [rad]", request.desired_opening_angle, 0.0, math.inf)
     initial = _number(
@@ -54,8 +53,8 @@ def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
         ),
         door_distance=_optional("door_distance [m]", request.door_distance, settings.door_distance),
         l_b=_optional("l_b [m]", request.l_b, None),
-        run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS, RUN_UPS),
-        ending=_word("ending", request.ending or settings.ending, ENDINGS, ("hold",)),
+        run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS),
+        ending=_word("ending", request.ending or settings.ending, ENDINGS),
     )
 
 
@@ -93,19 +92,12 @@ def _number(
     return number
 
 
-def _word(name: str, value: str, known: tuple[str, ...], supported: tuple[str, ...]) -> str:
+def _word(name: str, value: str, known: tuple[str, ...]) -> str:
     if value not in known:
         raise InvalidRequest(
             f"{name} must be {' or '.join(known)}, not {value!r}",
             quantity=name,
             value=value,
             limit=" ".join(known),
-        )
-    if value not in supported:
-        raise NotSupported(
-            f"{name} {value!r} comes with a later version; this one has {' and '.join(supported)}",
-            quantity=name,
-            value=value,
-            limit=" ".join(supported),
         )
     return value

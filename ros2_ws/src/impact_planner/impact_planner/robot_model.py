@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,6 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .chain import Chain
 from .leg_ik import LegGeometry
+
+if TYPE_CHECKING:
+    from .clearance import BodyGeometry
 
 Array = NDArray[np.float64]
 
@@ -73,6 +77,13 @@ class RobotModel:
         contact = self.model.frames[self._frame_id(config.contact_link)]
         self._contact_joint = int(contact.parentJoint)
         self._contact_offset = np.array(contact.placement.translation)
+
+    @cached_property
+    def bodies(self) -> BodyGeometry:
+        """Its collision shapes."""
+        from .clearance import BodyGeometry  # which imports this module
+
+        return BodyGeometry(self)
 
     # -- configuration ---------------------------------------------------------------------
 

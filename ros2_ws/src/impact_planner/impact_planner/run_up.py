@@ -14,7 +14,7 @@ from .cam_curve import RunUp
 from .errors import InvalidRequest, JointLimit, SpeedUnreachable
 from .posture_table import PostureTable
 from .robot_model import SIDES, RobotModel
-from .stance import Stance
+from .stance import Stance, sole_edges
 from .trajectories import Motion
 from .zmp import Dynamics, inverse_dynamics, margins
 from .zmp_run_up import SmoothRunUp, best_run_up, fastest_run_up
@@ -25,6 +25,7 @@ Law = RunUp | SmoothRunUp
 GRAVITY = 9.81  # [m/s^2]
 _SLOWEST = 0.05  # of point B [m/s]
 _SHORTEST_WAY = 0.05  # of a run-up [m]
+_REACH = 0.1  # past the hit, as far as the legs allow: slowly after it, or for a late contact [m]
 _SEARCH_SAMPLES = 100  # of a trial run-up's ZMP
 
 
@@ -99,14 +100,14 @@ def plan_run_up(robot: RobotModel, stance: Stance, wish: RunUpWish) -> RunUpPlan
         PostureUnreachable, JointLimit: The legs do not allow it.
     """
     _require_room_and_speed(wish, float(stance.posture.com[1]))
-    return time_run_up(robot, stance, PostureTable(robot, stance, wish.overrun), wish)
+    return time_run_up(robot, stance, PostureTable(robot, stance, _REACH), wish)
 
 
 def time_run_up(
     robot: RobotModel, stance: Stance, table: PostureTable, wish: RunUpWish
 ) -> RunUpPlan:
     """Time a run-up along postures that are known; arguments and errors as `plan_run_up`."""
-    edges = _edges(robot, stance)
+    edges = sole_edges(robot, stance.feet)
     speed = wish.v_rb / table.waist_per_com(table.y_hit)
     chosen = _best(table, edges, wish, speed)
     if chosen is None or chosen.margin < wish.required_margin:
@@ -131,7 +132,7 @@ def usable_overrun(
     Raises:
         JointLimit: Not even `wish.steady` keeps the joints' limits.
     """
-    longest = table.y_hit - table.low
+    longest = min(wish.overrun, table.y_hit - table.low)
     way = np.linspace(0.0, longest, 33)
     ratio = speed * np.abs(table.joint_slopes(table.y_hit - way)) / robot.speed_limit
     over = np.flatnonzero((ratio > wish.joint_share).any(axis=1))
@@ -170,12 +171,6 @@ def _require_room_and_speed(wish: RunUpWish, y_hit: float) -> None:
             value=wish.v_rb,
             limit=_SLOWEST,
         )
-
-
-def _edges(robot: RobotModel, stance: Stance) -> tuple[float, float]:
-    """Lower and upper y of the soles [m]."""
-    sides = [robot.feet[side].corners(stance.feet[side])[:, 1] for side in SIDES]
-    return float(np.min(sides)), float(np.max(sides))
 
 
 @dataclass(frozen=True)
@@ -280,18 +275,33 @@ def _fastest(table: PostureTable, edges: tuple[float, float], wish: RunUpWish) -
     return 0.0 if reserve(slow) < 0.0 else float(brentq(reserve, slow, too_fast, xtol=1e-4))
 
 
+def capture_reserve(
+    robot: RobotModel, stance: Stance, plan: RunUpPlan, way: Array, speed: Array
+) -> Array:
+    """Distance of the capture point to the soles' edge towards the door, (N,) [m].
+
+    By the capture point of the linear inverted pendulum (Pratt et al., 2006) the robot can come to
+    rest on its feet while y + ydot / sqrt(g / h) is inside the support polygon.
+
+    Args:
+        robot: The robot.
+        stance: Feet and posture at the hit.
+        plan: The run-up.
+        way: Of the CoM from the start of the run-up, (N,) [m].
+        speed: Of the CoM towards the door, (N,) [m/s].
+    """
+    omega = math.sqrt(GRAVITY / stance.posture.b_r)
+    return np.asarray(plan.y_start - way - speed / omega - sole_edges(robot, stance.feet)[0])
+
+
 def point_of_no_return(plan: RunUpPlan, robot: RobotModel, stance: Stance) -> float:
     """Time before the contact after which the run-up can no longer be stopped in balance [s].
 
-    By the capture point of the linear inverted pendulum (Pratt et al., 2006): the robot can come
-    to rest on its feet while y + ydot / sqrt(g / h) is inside the support polygon. Negative where
-    that holds beyond the nominal contact.
+    Negative where that holds beyond the nominal contact; see `capture_reserve`.
     """
-    edge = float(np.min(robot.feet["right"].corners(stance.feet["right"])[:, 1]))
-    omega = math.sqrt(GRAVITY / stance.posture.b_r)
     time = np.linspace(0.0, plan.motion.duration, 400)
     course = plan.law.at(time)
-    reserve = plan.y_start - course.s - course.v / omega - edge
+    reserve = capture_reserve(robot, stance, plan, course.s, course.v)
     lost = np.flatnonzero(reserve < 0.0)
     if not lost.size:
         return plan.contact_time - plan.motion.duration

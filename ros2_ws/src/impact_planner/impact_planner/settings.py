@@ -39,6 +39,7 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "door_uncertainty": (0.0, 0.05, "the door may be so much nearer or farther than planned [m]"),
     "overrun": (0.0, 0.2, "way of the run-up past the nominal contact [m]"),
     "required_margin": (-0.05, 0.10, "smallest ZMP margin of a phase [m]"),
+    "required_clearance": (0.0, 0.05, "smallest distance between bodies that do not touch [m]"),
     "limit_share": (0.1, 1.0, "of the joints' speed and torque limits that a plan may use"),
     "post_duration": (0.05, 2.0, "from the end of the contact to rest [s]"),
     "contact_duration": (0.0, 0.1, "expected duration of the contact [s]"),

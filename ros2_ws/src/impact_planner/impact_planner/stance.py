@@ -78,6 +78,12 @@ def initial_base(robot: RobotModel) -> Array:
     return np.asarray(-0.5 * (soles[0] + soles[1]))
 
 
+def sole_edges(robot: RobotModel, feet: dict[str, Array]) -> tuple[float, float]:
+    """Lower and upper y of both soles [m]."""
+    corners = [robot.feet[side].corners(feet[side])[:, 1] for side in SIDES]
+    return float(np.min(corners)), float(np.max(corners))
+
+
 def com_x(robot: RobotModel) -> float:
     """Where the CoM is kept along x: over the middle of the soles [m]."""
     x_min, x_max = robot.feet["right"].rectangle[:2]

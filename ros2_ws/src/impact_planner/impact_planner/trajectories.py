@@ -45,8 +45,15 @@ class Motion:
 
 def min_jerk(time: ArrayLike, duration: float) -> Array:
     """Minimum-jerk rise from 0 to 1 within a duration, any shape; 0 before, 1 after."""
+    return min_jerk_course(time, duration)[0]
+
+
+def min_jerk_course(time: ArrayLike, duration: float) -> tuple[Array, Array, Array]:
+    """`min_jerk` with its speed [1/s] and acceleration [1/s^2]."""
     x = np.clip(np.asarray(time, dtype=float) / duration, 0.0, 1.0)
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    way = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    speed = 30.0 * x**2 * (1.0 - x) ** 2 / duration
+    return way, speed, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
 
 
 def rest_to_rest(nodes: Array, joints: Array, base: Array, time: Array) -> Motion:

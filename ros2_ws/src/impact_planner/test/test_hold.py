@@ -25,7 +25,9 @@ def hold(robot, known, plan, hinge):
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
     task = HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
-    return plan_hold(robot, task)
+    found = []
+    plan_hold(robot, task, found.append)
+    return found[0]
 
 
 def body(robot, motion, i, frame):

@@ -106,7 +106,7 @@ def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) 
         ({"desired_opening_angle": 3.0}, Answer.ANGLE_UNREACHABLE),
         ({"desired_opening_angle": 1.1}, Answer.SPEED_UNREACHABLE),
         ({"desired_opening_angle": 0.4, "door_distance": 2.0}, Answer.POSTURE_UNREACHABLE),
-        ({"desired_opening_angle": 0.4, "ending": "retreat"}, Answer.NOT_SUPPORTED),
+        ({"desired_opening_angle": 0.4, "ending": "dance"}, Answer.INVALID_REQUEST),
     ):
         answer = rig.ask(**fields)
         assert not answer.success, fields

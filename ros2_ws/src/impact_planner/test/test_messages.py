@@ -130,4 +130,4 @@ def test_each_error_has_its_code():
         assert not response.success
         assert response.message == "because"
         codes.add(response.error_code)
-    assert codes == set(range(1, 8))
+    assert codes == set(range(1, 7))

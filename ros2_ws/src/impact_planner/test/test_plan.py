@@ -15,7 +15,6 @@ from impact_planner.door_prediction import predict
 from impact_planner.errors import (
     AngleUnreachable,
     InvalidRequest,
-    NotSupported,
     PlannerError,
     PostureUnreachable,
     SpeedUnreachable,
@@ -201,11 +200,23 @@ def test_each_bad_field_is_named(robot, known, field, value):
         plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
 
 
-@pytest.mark.parametrize(("field", "value"), [("ending", "retreat")])
-def test_what_a_later_version_brings_is_not_supported_yet(robot, known, field, value):
-    """A known word that this version lacks."""
-    with pytest.raises(NotSupported, match="later version"):
-        plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
+def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot, known):
+    """Fig. 12 (f): at rest, the leaf more than 10 cm from every body."""
+    plan = plan_impact(PlanRequest(TARGET, ending="retreat"), known, robot)
+    assert [phase.name for phase in plan.phases] == [*ORDER[:-1], "retreat"]
+    retreat = plan.phase("retreat")
+    assert retreat.com_samples[-1, 1] == pytest.approx(plan.y_start, abs=1e-6)
+    assert not np.any(retreat.knots.velocity[[0, -1]])
+    assert retreat.clearances[1].distance > 0.1
+
+
+def test_a_retreat_is_planned_where_the_hand_reaches_no_more(robot, known):
+    """8 deg: the door is shut before the arm is there, but the robot is gone by then."""
+    angle = math.radians(8.0)
+    with pytest.raises(AngleUnreachable):
+        plan_impact(PlanRequest(angle), known, robot)
+    plan = plan_impact(PlanRequest(angle, ending="retreat"), known, robot)
+    assert plan.peak_angle == pytest.approx(angle, abs=1e-6)
 
 
 def test_refusals_carry_value_and_limit(robot, known):

@@ -86,7 +86,6 @@ def test_text_tells_the_paper_s_symbols(capsys):
         (["--angle-deg", "25", "--hinge-x", "1"], "from the hinge"),
         (["--angle-deg", "25", "--restitution", "2"], "restitution"),
         (["--angle-deg", "60", "--door", "size4", "--run-up", "zmp_limited"], "rad/s"),
-        (["--angle-deg", "25", "--ending", "retreat"], "later version"),
         (["--angle-deg", "25", "--plot", "/no/such/folder/plan.png"], "cannot draw"),
     ],
 )

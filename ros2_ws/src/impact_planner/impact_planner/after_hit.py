@@ -1,0 +1,208 @@
+"""What follows the hit, section II.B: to rest from v'_rB, and what if the door stands elsewhere.
+
+The robot goes on along the run-up's postures from the reduced speed. The door must leave it
+(constraint 4 of section II.B), or w' would not be that of eqs. (2) to (4). Planned for besides:
+doors that are nearer or farther than stated, a contact that is missed, and the retreat of the
+paper's experiment.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .approach import sample_times
+from .errors import PostureUnreachable, SpeedUnreachable
+from .hit import Hit
+from .knots import Knots, from_samples
+from .leaf import LeafFrame
+from .plan_types import Branches, PlannerSettings
+from .post import path_time
+from .post import sample_times as contact_times
+from .robot_model import RobotModel
+from .run_up import RunUpPlan, capture_reserve, point_of_no_return
+from .stance import sole_edges
+from .trajectories import Motion, min_jerk_course
+
+Array = NDArray[np.float64]
+
+_REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
+_PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
+
+
+@dataclass(frozen=True)
+class AfterHit:
+    """The phase `post`.
+
+    Attributes:
+        motion: From the end of the contact on, while the door pushes back no longer.
+        knots: Of the whole phase, from the switch on.
+        rest: From the end of the contact to rest [s].
+    """
+
+    motion: Motion
+    knots: Knots
+    rest: float
+
+
+def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> AfterHit:
+    """From the switch to the door's peak: on along the run-up's postures from v'_rB, to rest.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+
+    Raises:
+        PostureUnreachable: The legs do not reach as far as it takes to come to rest, or the ZMP
+            would come too near to the soles' edge.
+    """
+    run_up, contact = hit.run_up, settings.contact_duration
+    edges = sole_edges(robot, hit.stance.feet)
+    start = run_up.contact_time - settings.contact_lead
+    best: tuple[float, float] | None = None
+    for share in _REST_SHARES:
+        rest = share * settings.post_duration
+        margin = _margin(settings, hit, edges, start, rest)
+        if best is None or margin > best[0]:
+            best = margin, rest
+        if margin >= settings.required_margin:
+            break
+    assert best is not None
+    margin, rest = best
+    if margin < settings.required_margin:
+        raise PostureUnreachable(
+            f"post: from v'_rB = {hit.speeds.v_rb_post:.3f} m/s the robot does not come to rest: "
+            f"the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
+            f"{1e3 * settings.required_margin:.1f} mm are required"
+            if math.isfinite(margin) else
+            f"post: from v'_rB = {hit.speeds.v_rb_post:.3f} m/s the robot does not come to rest "
+            f"within the {1e3 * (run_up.y_hit - run_up.table.low):.0f} mm past the hit that the "
+            "legs reach",
+            quantity="v_rb_post [m/s]",
+            value=hit.speeds.v_rb_post,
+            limit=settings.required_margin,
+        )
+    total = max(settings.contact_lead + hit.door.peak_time, contact + rest)
+    after = sample_times(total - contact, settings.period)
+    time = np.concatenate([contact_times(rest, contact)[: -1], [contact + rest]])
+    whole = _along(run_up, hit, time, start, rest, contact)
+    knots, _ = from_samples(time, whole.joints, whole.joint_speed, whole.joint_acceleration)
+    if total > float(time[-1]) + 1e-9:
+        knots = knots.held_until(total)
+    return AfterHit(_along(run_up, hit, contact + after, start, rest, contact), knots, rest)
+
+
+def _along(
+    run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, contact: float
+) -> Motion:
+    """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
+    return run_up.table.motion(time, *_course(run_up, hit, time, start, rest, contact))
+
+
+def _course(
+    run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, contact: float
+) -> tuple[Array, Array, Array]:
+    """Place, speed and acceleration of the CoM along y, (N,) each."""
+    ratio = hit.speeds.v_rb_post / hit.speeds.v_rb
+    scaled, rate, slope = path_time(time, start, ratio, rest, contact)
+    course = run_up.law.at(scaled)
+    return (run_up.y_start - course.s, -course.v * rate,
+            -course.a * rate**2 - course.v * slope)
+
+
+def _margin(
+    settings: PlannerSettings, hit: Hit, edges: tuple[float, float], start: float, rest: float
+) -> float:
+    """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
+    time = settings.contact_duration + np.linspace(0.0, rest, 60)
+    y, v, a = _course(hit.run_up, hit, time, start, rest, settings.contact_duration)
+    if y.min() < hit.run_up.table.low - 1e-9:
+        return -math.inf
+    zmp = hit.run_up.table.zmp(y, v, a)
+    return float(min(zmp.min() - edges[0], edges[1] - zmp.max()))
+
+
+def plan_branches(
+    robot: RobotModel,
+    settings: PlannerSettings,
+    hit: Hit,
+    rest: float,
+) -> Branches:
+    """Doors nearer and farther, and a missed contact.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+        rest: From the end of the contact to rest [s].
+
+    Raises:
+        PostureUnreachable: A door that is nearer or farther by the stated uncertainty would take
+            the ZMP too near to the soles' edge.
+    """
+    run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
+    nominal = run_up.contact_time - settings.contact_lead
+    offset = settings.door_uncertainty / run_up.law.speed
+    found = {}
+    for name, way in (("nearer", -offset), ("farther", offset)):
+        margin = max(_margin(settings, hit, edges, nominal + way, share * rest)
+                     for share in (1.0, 0.75, 0.5))
+        if margin < settings.required_margin:
+            raise PostureUnreachable(
+                f"post: after a hit of a door {1e3 * settings.door_uncertainty:.0f} mm {name} the "
+                f"ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
+                f"{1e3 * settings.required_margin:.1f} mm are required",
+                quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
+        found[name] = margin
+    end = np.array([run_up.law.distance + settings.door_uncertainty])
+    speed = np.array([run_up.law.speed])
+    missed = capture_reserve(robot, hit.stance, run_up, end, speed)
+    return Branches(
+        found["nearer"], found["farther"], point_of_no_return(run_up, robot, hit.stance),
+        float(missed[0]))
+
+
+def require_leaving(settings: PlannerSettings, hit: Hit, post: Motion) -> None:
+    """Check that the door leaves the robot after the hit (constraint 4 of section II.B).
+
+    Args:
+        settings: Configuration.
+        hit: The hit.
+        post: The motion from the end of the contact on.
+
+    Raises:
+        SpeedUnreachable: The robot would follow the door and push on, so that w' would not be that
+            of eqs. (2) to (4).
+    """
+    angle = hit.door.angle_at(post.time - settings.contact_lead)
+    elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
+    gap = np.array([
+        LeafFrame(hit.placement.hinge, float(a)).gap(place)
+        for a, place in zip(angle, elbow, strict=True)])
+    pushed = float(gap[0] - gap.min())
+    if pushed > _PUSHED:
+        raise SpeedUnreachable(
+            f"the door would not leave the robot: after the hit at v'_rB = "
+            f"{hit.speeds.v_rb_post:.3f} m/s it would be pushed on by {1e3 * pushed:.1f} mm",
+            quantity="pushed on [m]", value=pushed, limit=_PUSHED)
+
+
+def retreat_motion(
+    hit: Hit, y_end: float, duration: float, period: float
+) -> Motion:
+    """Back along the run-up, from the end of `post` to its start, minimum jerk (Fig. 12 (f)).
+
+    Args:
+        hit: The hit.
+        y_end: y of the CoM where `post` ends [m].
+        duration: [s].
+        period: Of the samples [s].
+    """
+    time = sample_times(duration, period)
+    way = hit.run_up.y_start - y_end
+    part, speed, acceleration = min_jerk_course(time, duration)
+    return hit.run_up.table.motion(time, y_end + way * part, way * speed, way * acceleration)

@@ -1,0 +1,36 @@
+"""All that is decided about the hit before trajectories are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import momentum
+from .door_prediction import DoorPrediction
+from .placement import Placement
+from .run_up import RunUpPlan
+from .stance import Contact, Stance
+
+
+@dataclass(frozen=True)
+class Hit:
+    """The hit.
+
+    Attributes:
+        placement: Where the door is.
+        stance: Feet and posture.
+        contact: Where the elbow meets the leaf.
+        door: What the door does.
+        mass: Effective mass planned with [kg].
+        mass_planar: By eq. (3) [kg].
+        speeds: Of B, along the leaf's normal.
+        run_up: The run-up.
+    """
+
+    placement: Placement
+    stance: Stance
+    contact: Contact
+    door: DoorPrediction
+    mass: float
+    mass_planar: float
+    speeds: momentum.ImpactSpeeds
+    run_up: RunUpPlan
