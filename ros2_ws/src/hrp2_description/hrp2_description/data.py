@@ -25,20 +25,26 @@ def data_path(name: str) -> Path:
         if path.is_file():
             return path
         tried.append(str(path))
+    share = share_folder(PACKAGE)
+    if share is None:
+        tried.append(f"ament index (no {PACKAGE})")
+    elif (share / name).is_file():
+        return share / name
+    else:
+        tried.append(str(share / name))
+    raise DataFileNotFoundError(f"no data file {name}", value=tried, limit=f"a file {name}")
+
+
+def share_folder(package: str) -> Path | None:
+    """Return the folder of a package's files by the ament index; None without the one or both."""
     try:
         from ament_index_python.packages import (
             PackageNotFoundError,
             get_package_share_directory,
         )
     except ImportError:
-        tried.append("ament_index_python (not importable)")
-    else:
-        try:
-            path = Path(get_package_share_directory(PACKAGE)) / name
-        except PackageNotFoundError:
-            tried.append(f"ament index (no {PACKAGE})")
-        else:
-            if path.is_file():
-                return path
-            tried.append(str(path))
-    raise DataFileNotFoundError(f"no data file {name}", value=tried, limit=f"a file {name}")
+        return None
+    try:
+        return Path(get_package_share_directory(package))
+    except PackageNotFoundError:
+        return None

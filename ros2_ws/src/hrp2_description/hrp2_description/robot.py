@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
+import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from hrp2_description.data import data_path
+from hrp2_description.data import data_path, share_folder
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
 
 Array = NDArray[np.float64]
 Rect = tuple[float, float, float, float]
-# Signs of mirrored joint angles, by number in the chain: yaws and rolls turn the other way.
-MIRROR_SIGNS = {
-    "LLEG": (-1.0, -1.0, 1.0, 1.0, 1.0, -1.0),
-    "LARM": (1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0),
-}
+T = TypeVar("T")
+SIDES = ("left", "right")
+LEG_JOINTS = 6
+_FIXED_TYPES = ("fixed", "floating", "planar")
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,50 @@ class Foot:
 
     Attributes:
         sole: Link of the sole (REP-120 ``l_sole`` or ``r_sole``), on the floor below the ankle.
-        ankle: Link that the ankle-roll joint moves.
-        sensor_joint: Fixed joint above the sole in which the force sensor sits.
+        ankle: Link that the ankle-roll joint moves; None: not stated.
+        sensor_joint: Fixed joint above the sole in which the force sensor sits; None: not stated.
     """
 
     sole: str
-    ankle: str
-    sensor_joint: str
+    ankle: str | None = None
+    sensor_joint: str | None = None
+
+
+@dataclass(frozen=True)
+class Arm:
+    """The right arm, which meets the leaf with its hand.
+
+    Attributes:
+        joints: Those that place the hand, from the shoulder on.
+        elbow: The one of them that bends the elbow.
+        straightest_elbow: Angle of it beyond which the arm counts as stretched [rad]; its sign is
+            that of a bent elbow.
+        wrist_link: Link that keeps as clear of the leaf as the elbow does.
+        heights: Lowest and highest place of the hand on the leaf [m].
+    """
+
+    joints: tuple[str, ...]
+    elbow: str
+    straightest_elbow: float
+    wrist_link: str
+    heights: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Step:
+    """The right foot's step towards the door.
+
+    Attributes:
+        shortest: [m].
+        nominal: Where no place of the door asks for another [m].
+        longest: [m].
+        lift: Height of the foot in the middle of the step [m].
+    """
+
+    shortest: float
+    nominal: float
+    longest: float
+    lift: float
 
 
 @dataclass(frozen=True)
@@ -55,73 +92,89 @@ class SoleRubber:
 
 @dataclass(frozen=True, eq=False)
 class RobotConfig:
-    """HRP-2 as the nodes need it. Arrays are (30,), in the order of ``joint_names``, read-only.
+    """A humanoid as the nodes need it. Arrays are (J,), in the order of ``joint_names``, read-only.
+
+    What is None by default only the simulation needs, a robot that is only planned for may leave
+    it out; see `needed`.
 
     Attributes:
         name: Name of the robot in its URDF.
         mass: Total mass [kg], the sum over the URDF.
-        joint_names: The robot's own order: RLEG, LLEG, CHEST, HEAD, RARM, LARM.
-        half_sitting: Initial posture [rad].
-        gear_ratio: Motor turns per joint turn [-].
-        rotor_inertia: Rotor inertia at the motor [kg m^2].
-        rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
-            without rotors puts the inertia of the joint's.
-        motor_encoder_counts: Counts of a motor's encoder a motor turn.
-        servo_time_constant: Of the decay of a servo's position error [s].
+        joint_names: The robot's own order.
+        half_sitting: Initial posture, soles level and parallel to the base [rad].
         lower: Lower joint limits [rad].
         upper: Upper joint limits [rad].
         velocity_limit: Largest joint speeds [rad/s].
         effort_limit: Largest joint torques [N m].
+        legs: ``left`` and ``right``: the joints from the hip to the ankle.
+        arm: The right arm.
+        step: The step towards the door.
+        run_up_start: Lowest and highest y of the CoM at the start of a run-up, in odom [m].
         soles: ``left`` and ``right``: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
-        sole_rubber: Rubber between an ankle and the floor.
         feet: ``left`` and ``right``: link and joint names.
-        imu_frame: Link in which the IMU sits.
         contact_link: Link whose origin is the middle of the body that hits the door.
         contact_radius: Radius of that body [m].
         hand_link: Link at the middle of the right hand.
         braced_posture: Right arm's joint angles during the hit [rad].
         braced_joints: Joints that the brace relieves.
         urdf_path: The URDF file.
+        hand_radius: Radius of the hand [m]; None: of the URDF's collision sphere.
+        gear_ratio: Motor turns per joint turn [-].
+        rotor_inertia: Rotor inertia at the motor [kg m^2].
+        rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
+            without rotors puts the inertia of the joint's.
+        motor_encoder_counts: Counts of a motor's encoder a motor turn.
+        servo_time_constant: Of the decay of a servo's position error [s].
+        sole_rubber: Rubber between an ankle and the floor.
+        imu_frame: Link in which the IMU sits.
     """
 
     name: str
     mass: float
     joint_names: tuple[str, ...]
     half_sitting: Array
-    gear_ratio: Array
-    rotor_inertia: Array
-    rotor_link: Mapping[str, str]
-    motor_encoder_counts: int
-    servo_time_constant: float
     lower: Array
     upper: Array
     velocity_limit: Array
     effort_limit: Array
+    legs: Mapping[str, tuple[str, ...]]
+    arm: Arm
+    step: Step
+    run_up_start: tuple[float, float]
     soles: Mapping[str, Rect]
-    sole_rubber: SoleRubber
     feet: Mapping[str, Foot]
-    imu_frame: str
     contact_link: str
     contact_radius: float
     hand_link: str
     braced_posture: Mapping[str, float]
     braced_joints: tuple[str, ...]
     urdf_path: Path
+    hand_radius: float | None = None
+    gear_ratio: Array | None = None
+    rotor_inertia: Array | None = None
+    rotor_link: Mapping[str, str] | None = None
+    motor_encoder_counts: int | None = None
+    servo_time_constant: float | None = None
+    sole_rubber: SoleRubber | None = None
+    imu_frame: str | None = None
 
     @property
     def armature(self) -> Array:
-        """Rotor inertia felt at the joint, gear^2 times rotor_inertia (30,) [kg m^2]."""
+        """Rotor inertia felt at the joint, gear^2 times rotor_inertia (J,) [kg m^2]; 0: unknown."""
+        if self.gear_ratio is None or self.rotor_inertia is None:
+            return np.zeros(len(self.joint_names))
         reflected: Array = self.gear_ratio**2 * self.rotor_inertia
         return reflected
 
     @property
     def joint_resolution(self) -> Array:
-        """Joint angle of a count of the motor's encoder (30,) [rad]."""
-        resolution: Array = 2.0 * np.pi / (self.motor_encoder_counts * self.gear_ratio)
+        """Joint angle of a count of the motor's encoder (J,) [rad]."""
+        counts = needed(self.motor_encoder_counts, "motor_encoder_counts")
+        resolution: Array = 2.0 * np.pi / (counts * needed(self.gear_ratio, "actuators"))
         return resolution
 
     def index(self, joint: str) -> int:
-        """Return the joint's place in the (30,) arrays.
+        """Return the joint's place in the (J,) arrays.
 
         Raises:
             RobotConfigError: If there is no such joint.
@@ -134,19 +187,36 @@ class RobotConfig:
             ) from None
 
     def posture(self, joints: Mapping[str, float], base: Array | None = None) -> Array:
-        """Return a (30,) posture [rad]: ``base`` (half-sitting by default) with some joints set."""
+        """Return a (J,) posture [rad]: ``base`` (half-sitting by default) with some joints set."""
         angles = np.array(self.half_sitting if base is None else base, dtype=float)
         for joint, angle in joints.items():
             angles[self.index(joint)] = angle
         return angles
 
 
+def needed(value: T | None, field: str) -> T:
+    """Return the value of a field that robot.yaml may leave out, where it is needed after all.
+
+    Raises:
+        RobotConfigError: If it is left out.
+    """
+    if value is None:
+        raise RobotConfigError(
+            f"the robot's configuration lacks {field}, which this needs", limit=f"a field {field}"
+        )
+    return value
+
+
 def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     """Read the robot's configuration.
 
+    Joints of the URDF that ``joint_names`` leaves out are an error, unless the file says
+    ``other_joints: fixed``: then they stay at zero (fingers, a head).
+
     Args:
         path: A YAML file like config/robot.yaml, which is the default. Its ``urdf`` is found
-            beside it, in its parent folder or among this package's data.
+            beside it, in its parent folder or among this package's data; or it begins with
+            ``package://`` and the name of a package that ROS or pip has installed.
 
     Raises:
         RobotConfigError: If a field is missing, unusable, or contradicts the URDF.
@@ -171,42 +241,75 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
 def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
     names = tuple(data["joint_names"])
     robot = ET.parse(urdf_path).getroot()
-    limits = _read_limits(robot, names)
-    gear = {chain: row["gear"] for chain, row in data["actuators"].items()}
-    rotor = {chain: row["rotor_inertia"] for chain, row in data["actuators"].items()}
-    half_sitting = np.deg2rad(_per_joint(data["half_sitting_deg"], names, mirror=True))
+    limits = _read_limits(robot, names, data.get("other_joints"))
     braced = {name: float(np.deg2rad(deg)) for name, deg in data["braced_posture_deg"].items()}
-    feet = {side: Foot(**data["feet"][side]) for side in ("left", "right")}
     x_min, x_max, y_min, y_max = (float(value) for value in data["sole"])
     config = RobotConfig(
         name=data["name"],
         mass=sum(float(element.attrib["value"]) for element in robot.iter("mass")),
         joint_names=names,
-        half_sitting=_frozen(half_sitting),
-        gear_ratio=_frozen(_per_joint(gear, names)),
-        rotor_inertia=_frozen(_per_joint(rotor, names)),
-        rotor_link=MappingProxyType(_rotor_links(data["rotor_link"])),
-        motor_encoder_counts=data["motor_encoder_counts"],
-        servo_time_constant=_positive(data, "servo_time_constant"),
+        half_sitting=_frozen(
+            np.deg2rad(_per_joint(data["half_sitting_deg"], names, "half_sitting_deg"))
+        ),
         lower=_frozen(limits[:, 0]),
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
         effort_limit=_frozen(limits[:, 3]),
+        legs=MappingProxyType({side: tuple(data["legs"][side]) for side in SIDES}),
+        arm=_arm(data["arm"]),
+        step=Step(**{name: float(value) for name, value in data["step"].items()}),
+        run_up_start=_range(data, "run_up_start"),
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        sole_rubber=_sole_rubber(data["sole_rubber"]),
-        feet=MappingProxyType(feet),
-        imu_frame=data["imu_frame"],
+        feet=MappingProxyType({side: Foot(**data["feet"][side]) for side in SIDES}),
         contact_link=data["contact_link"],
-        contact_radius=float(data["contact_radius"]),
+        contact_radius=_positive(data, "contact_radius"),
         hand_link=data["hand_link"],
         braced_posture=MappingProxyType(braced),
         braced_joints=tuple(data["braced_joints"]),
         urdf_path=urdf_path,
+        **_optional(data, names),
     )
-    _check(config, robot)
+    _check_names(config, robot)
+    _check_chains(config)
+    _check_postures(config)
     return config
+
+
+def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    """The fields that a file may leave out, as far as it has them."""
+    found: dict[str, Any] = {}
+    for name in ("hand_radius", "servo_time_constant"):
+        if name in data:
+            found[name] = _positive(data, name)
+    if "actuators" in data:
+        for key, field in (("gear", "gear_ratio"), ("rotor_inertia", "rotor_inertia")):
+            table = {start: row[key] for start, row in data["actuators"].items()}
+            found[field] = _frozen(_per_joint(table, names, key))
+    if "rotor_link" in data:
+        found["rotor_link"] = MappingProxyType(_rotor_links(data["rotor_link"], names))
+    if "motor_encoder_counts" in data:
+        counts = found["motor_encoder_counts"] = data["motor_encoder_counts"]
+        if type(counts) is not int or counts < 1:
+            raise RobotConfigError(
+                "motor_encoder_counts", value=counts, limit="a whole number, 1 or more"
+            )
+    if "sole_rubber" in data:
+        found["sole_rubber"] = _sole_rubber(data["sole_rubber"])
+    if "imu_frame" in data:
+        found["imu_frame"] = data["imu_frame"]
+    return found
+
+
+def _arm(data: dict[str, Any]) -> Arm:
+    return Arm(
+        joints=tuple(data["joints"]),
+        elbow=data["elbow"],
+        straightest_elbow=float(np.deg2rad(data["straightest_elbow_deg"])),
+        wrist_link=data["wrist_link"],
+        heights=_range(data, "heights"),
+    )
 
 
 def _sole_rubber(data: dict[str, Any]) -> SoleRubber:
@@ -217,24 +320,45 @@ def _sole_rubber(data: dict[str, Any]) -> SoleRubber:
     return rubber
 
 
-def _check(config: RobotConfig, robot: ET.Element) -> None:
+def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     links = {element.attrib["name"] for element in robot.findall("link")}
     joints = {element.attrib["name"] for element in robot.findall("joint")}
-    named_links = {config.imu_frame, config.contact_link, config.hand_link}
-    named_joints = {*config.braced_joints, *config.braced_posture, *config.rotor_link}
+    named_links = [config.contact_link, config.hand_link, config.arm.wrist_link, config.imu_frame]
+    named_joints: list[str | None] = [*config.braced_joints, *config.braced_posture]
     for foot in config.feet.values():
-        named_links |= {foot.sole, foot.ankle}
-        named_joints.add(foot.sensor_joint)
+        named_links += [foot.sole, foot.ankle]
+        named_joints.append(foot.sensor_joint)
     for what, named, known in (("links", named_links, links), ("joints", named_joints, joints)):
-        if named - known:
+        unknown = sorted({name for name in named if name is not None} - known)
+        if unknown:
             raise RobotConfigError(
-                f"{what} that the URDF lacks", value=sorted(named - known), limit=f"{what} of it"
+                f"{what} that the URDF lacks", value=unknown, limit=f"{what} of it"
             )
-    counts = config.motor_encoder_counts
-    if type(counts) is not int or counts < 1:
+
+
+def _check_chains(config: RobotConfig) -> None:
+    chains = {"the right arm": config.arm.joints}
+    chains |= {f"the {side} leg": joints for side, joints in config.legs.items()}
+    for what, joints in chains.items():
+        strange = sorted(set(joints) - set(config.joint_names))
+        if strange or (what != "the right arm" and len(joints) != LEG_JOINTS):
+            raise RobotConfigError(
+                f"joints of {what}",
+                value=strange or list(joints),
+                limit=f"of joint_names; {LEG_JOINTS} of a leg",
+            )
+    if config.arm.elbow not in config.arm.joints:
         raise RobotConfigError(
-            "motor_encoder_counts", value=counts, limit="a whole number, 1 or more"
+            "elbow of the right arm", value=config.arm.elbow, limit=list(config.arm.joints)
         )
+    step = config.step
+    if not 0.0 < step.shortest < step.nominal < step.longest or not step.lift > 0.0:
+        raise RobotConfigError(
+            "step", value=asdict(step), limit="0 < shortest < nominal < longest, lift > 0"
+        )
+
+
+def _check_postures(config: RobotConfig) -> None:
     postures = {
         "half_sitting": config.half_sitting,
         "braced": config.posture(config.braced_posture),
@@ -257,57 +381,93 @@ def _positive(data: dict[str, Any], name: str) -> float:
     return value
 
 
-def _rotor_links(chains: dict[str, list[str]]) -> dict[str, str]:
-    links = {
-        f"{chain}_JOINT{number}": link
-        for chain, row in chains.items()
-        for number, link in enumerate(row)
-    }
+def _range(data: dict[str, Any], name: str) -> tuple[float, float]:
+    low, high = (float(value) for value in data[name])
+    if not low < high:
+        raise RobotConfigError(name, value=(low, high), limit="two numbers, the lower one first")
+    return low, high
+
+
+def _rotor_links(table: dict[str, list[str]], names: tuple[str, ...]) -> dict[str, str]:
+    links = _by_joint(table, names, "rotor_link")
     for joint, link in links.items():
         if link not in ("child", "parent"):
             raise RobotConfigError(f"rotor_link of {joint}", value=link, limit="child or parent")
     return links
 
 
-def _read_limits(robot: ET.Element, names: tuple[str, ...]) -> Array:
-    rows: dict[str, list[float]] = {}
-    for joint in robot.findall("joint"):
-        limit = joint.find("limit")
-        if limit is not None:
-            keys = ("lower", "upper", "velocity", "effort")
-            rows[joint.attrib["name"]] = [float(limit.attrib[key]) for key in keys]
-    if set(rows) != set(names) or len(set(names)) != len(names):
-        different = sorted(set(rows) ^ set(names))
+def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) -> Array:
+    """Lower, upper, speed and torque of each joint, (J, 4)."""
+    if others not in (None, "fixed"):
+        raise RobotConfigError("other_joints", value=others, limit="fixed, or left out")
+    joints = {
+        joint.attrib["name"]: joint
+        for joint in robot.findall("joint")
+        if joint.attrib["type"] not in _FIXED_TYPES
+    }
+    different = set(names) - set(joints) if others else set(names) ^ set(joints)
+    if different or len(set(names)) != len(names):
         raise RobotConfigError(
-            "joint_names and the URDF's joints differ", value=different, limit="the same set"
+            "joint_names and the URDF's joints differ",
+            value=sorted(different),
+            limit="joints of the URDF, each once" if others else "the same set",
         )
-    return np.array([rows[name] for name in names])
+    rows = []
+    for name in names:
+        kind = joints[name].attrib["type"]
+        if kind != "revolute" or joints[name].find("mimic") is not None:
+            raise RobotConfigError(
+                f"{name} is no joint to plan for", value=kind, limit="revolute and no mimic"
+            )
+        limit = joints[name].find("limit")
+        found = {} if limit is None else limit.attrib
+        try:
+            rows.append([float(found[key]) for key in ("lower", "upper", "velocity", "effort")])
+        except KeyError as missing:
+            raise RobotConfigError(
+                f"the URDF limits {name} in part only", value=dict(found), limit=missing.args[0]
+            ) from None
+    return np.array(rows)
+
+
+def _by_joint(
+    table: Mapping[str, Sequence[T]], names: tuple[str, ...], what: str
+) -> dict[str, T]:
+    """Values by joint, of a table by the beginnings of the joints' names, e.g. RLEG: [0, ...]."""
+    values: dict[str, T] = {}
+    for beginning, row in table.items():
+        joints = [name for name in names if name.startswith(beginning)]
+        if not joints or len(row) != len(joints):
+            raise RobotConfigError(
+                f"{what} of {', '.join(joints) or f'{beginning}, with which no joint begins'}",
+                value=row,
+                limit=f"{len(joints)} values",
+            )
+        values |= zip(joints, row, strict=True)
+    return values
 
 
 def _per_joint(
-    chains: dict[str, list[float]], names: tuple[str, ...], *, mirror: bool = False
+    table: Mapping[str, Sequence[float]], names: tuple[str, ...], what: str
 ) -> Array:
-    values = []
-    for name in names:
-        chain, number = name.split("_JOINT")
-        source = chains.get(chain)
-        if source is None:
-            source = chains["R" + chain[1:]]
-        try:
-            value = float(source[int(number)])
-        except IndexError:
-            raise RobotConfigError(
-                f"no value for {name}", value=source, limit=f"at least {int(number) + 1} values"
-            ) from None
-        if mirror and chain in MIRROR_SIGNS and chain not in chains:
-            value *= MIRROR_SIGNS[chain][int(number)]
-        values.append(value + 0.0)
-    return np.array(values)
+    values = _by_joint(table, names, what)
+    missing = [name for name in names if name not in values]
+    if missing:
+        raise RobotConfigError(f"no {what} for some joints", value=missing, limit="one for each")
+    return np.array([float(values[name]) for name in names])
 
 
 def _find_urdf(name: str, config_file: Path) -> Path:
-    for folder in (config_file.parent, config_file.parent.parent):
-        if (folder / name).is_file():
+    if name.startswith("package://"):
+        package, _, rest = name.removeprefix("package://").partition("/")
+        # Packages that pip brings by cmeel, as Pinocchio is, have their share folder there.
+        shares = [Path(entry) / "cmeel.prefix" / "share" / package for entry in sys.path]
+        folders = [share_folder(package), *shares]
+        name = rest
+    else:
+        folders = [config_file.parent, config_file.parent.parent]
+    for folder in folders:
+        if folder is not None and (folder / name).is_file():
             return folder / name
     try:
         return data_path(name)

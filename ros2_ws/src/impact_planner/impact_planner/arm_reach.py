@@ -19,14 +19,10 @@ from .robot_model import RobotModel
 Array = NDArray[np.float64]
 
 CLEARANCE = 0.02  # of elbow and wrist from the leaf beyond their radius [m]
-_ARM_JOINTS = 6  # the seventh opens and closes the hand
 _RESERVE = np.deg2rad(4.0)  # kept from the joints' limits
-_STRAIGHTEST_ELBOW = np.deg2rad(-18.0)  # a stretched arm has no say along its length
 _EDGE = 0.02  # of the leaf beyond the hand [m]
-_HEIGHTS = (0.75, 1.25)  # of the hand [m]
 _EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
 _TOLERANCE = 1e-5  # [m]
-_ELBOW_JOINT = 3
 
 
 @dataclass(frozen=True)
@@ -34,7 +30,7 @@ class HandOnLeaf:
     """The two postures of the arm.
 
     Attributes:
-        catch: RARM_JOINT0..5 where the leaf is caught, (6,) [rad].
+        catch: The arm's joints where the leaf is caught, (A,) [rad].
         final: The same at the desired angle.
         radius: Distance of the hand from the hinge along the leaf [m].
         height: Of the hand [m].
@@ -52,15 +48,17 @@ class ArmReach:
     def __init__(self, robot: RobotModel) -> None:
         """Look up the arm in the model."""
         self._robot = robot
-        self.columns = robot.arm_columns["right"][:_ARM_JOINTS]
+        self.columns = robot.arm_columns
         self._v = robot.v_index[self.columns]
         self.hand_radius = robot.hand_radius()
         self.lower = robot.lower[self.columns] + _RESERVE
         self.upper = robot.upper[self.columns] - _RESERVE
-        self.upper[_ELBOW_JOINT] = _STRAIGHTEST_ELBOW
+        arm = robot.config.arm
+        bound = self.upper if arm.straightest_elbow < 0.0 else self.lower
+        bound[arm.joints.index(arm.elbow)] = arm.straightest_elbow
 
     def place(self, base: Array, joints: Array, arm: Array, frame: str) -> tuple[Array, Array]:
-        """Position (3,) [m] of a frame and its Jacobian (3, 6) to the arm's joints."""
+        """Position (3,) [m] of a frame and its Jacobian (3, A) to the arm's joints."""
         full = joints.copy()
         full[self.columns] = arm
         q = self._robot.configuration(base, full)
@@ -97,10 +95,10 @@ class ArmReach:
 
         Args:
             base: base_link at the catch and at the end, (3,) each [m].
-            joints: The robot with its arm braced, (30,) [rad].
+            joints: The robot with its arm braced, (J,) [rad].
             leaf: The leaf at the catch and at the end.
             width: Of the leaf [m].
-            travel: How far each joint of the arm can turn before the catch, (6,) [rad].
+            travel: How far each joint of the arm can turn before the catch, (A,) [rad].
 
         Returns:
             The postures; None where there are none.
@@ -143,7 +141,7 @@ class ArmReach:
         """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
         robot = self._robot
         hand, elbow = robot.config.hand_link, robot.config.contact_link
-        wrist = "RARM_LINK4"
+        wrist, (lowest, highest) = robot.config.arm.wrist_link, robot.config.arm.heights
         radius = self.hand_radius
 
         def equal(x: Array) -> Array:
@@ -174,7 +172,7 @@ class ArmReach:
             ]
             final = both(x, hand)[1][0]
             room = width - _EDGE - radius - leaf[1].radius(final)
-            return np.array([*gaps, room, final[2] - _HEIGHTS[0], _HEIGHTS[1] - final[2]])
+            return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
 
         def clear_slope(x: Array) -> Array:
             out = np.zeros((7, 2 * n))

@@ -13,7 +13,6 @@ from .plan_types import KnownDoor, PlannerSettings
 from .request import ResolvedRequest
 from .robot_model import RobotModel
 from .stance import (
-    NOMINAL_STEP,
     Contact,
     Stance,
     contact_with_leaf,
@@ -45,7 +44,7 @@ class Placement:
 
 def nominal_placement(robot: RobotModel, settings: PlannerSettings) -> Placement:
     """Where a door stands that the nominal step and the nominal l_B reach."""
-    stance = stance_for_step(robot, NOMINAL_STEP, settings.com_inside_edge)
+    stance = stance_for_step(robot, robot.config.step.nominal, settings.com_inside_edge)
     elbow = stance.posture.elbow
     return Placement(
         door_distance=robot.config.contact_radius - float(elbow[1]),

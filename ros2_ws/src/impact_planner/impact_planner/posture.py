@@ -17,8 +17,7 @@ from .whole_body import solve
 
 Array = NDArray[np.float64]
 
-# Heights of the waist that are tried [m]: from a deep squat to stretched legs.
-_LOWEST, _HIGHEST, _STEP = 0.42, 0.70, 0.02
+_STEP = 0.02  # between heights of the waist that are tried [m]
 
 
 @dataclass(frozen=True)
@@ -123,13 +122,13 @@ def percussion_posture(
         if np.isfinite(posture.percussion_error)
     ]
     if not found:
-        right = float(feet["right"][1])
+        right, (lowest, highest) = float(feet["right"][1]), robot.waist_heights()
         raise PostureUnreachable(
-            f"no waist height from {_LOWEST} to {_HIGHEST} m keeps the legs within their ranges "
-            f"with the right foot at y = {right:.3f} m",
+            f"no waist height from {lowest:.2f} to {highest:.2f} m keeps the legs within their "
+            f"ranges with the right foot at y = {right:.3f} m",
             quantity="y of the right foot [m]",
             value=right,
-            limit=(_LOWEST, _HIGHEST),
+            limit=(lowest, highest),
         )
     for lower, upper in itertools.pairwise(found):
         if lower.percussion_error * upper.percussion_error <= 0.0:
@@ -148,7 +147,8 @@ def _reachable(
     robot: RobotModel, com_xy: Array, feet: dict[str, Array], also: Sequence[Array]
 ) -> list[HitPosture]:
     """Postures whose legs reach every place of the CoM, by the height of the waist."""
-    heights = np.arange(_LOWEST, _HIGHEST + 1e-9, _STEP)
+    lowest, highest = robot.waist_heights()
+    heights = np.arange(lowest, highest + 1e-9, _STEP)
     places = np.array([com_xy, *also], dtype=float)
     joints, base = solve(
         robot,

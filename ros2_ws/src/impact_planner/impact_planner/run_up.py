@@ -33,7 +33,6 @@ GRAVITY = 9.81  # [m/s^2]
 _OVERRUN_STEP = 0.0025  # [m]
 _SLOWEST = 0.05  # of point B [m/s]
 _TABLE_STEP = 0.005  # [m]
-_START_RANGE = (-0.12, 0.11)  # y of the CoM where a run-up may start [m]
 _SHORTEST_WAY = 0.05  # of a run-up [m]
 _STEADY = 0.015  # at constant speed before the nominal contact, for a door that is nearer [m]
 _SEARCH_SAMPLES = 100  # of a trial run-up's ZMP
@@ -216,7 +215,8 @@ def _require_room_and_speed(v_rb: float, y_start: float | None, y_hit: float) ->
 
 def _highest_start(robot: RobotModel, stance: Stance, y_hit: float) -> float:
     """Leftmost start that the legs reach [m]."""
-    for y in np.arange(_START_RANGE[1], _START_RANGE[0], -0.01):
+    lowest, highest = robot.config.run_up_start
+    for y in np.arange(highest, lowest, -0.01):
         try:
             table = PostureTable(robot, stance, float(y), y_hit)
             still = np.zeros(1)
@@ -226,10 +226,10 @@ def _highest_start(robot: RobotModel, stance: Stance, y_hit: float) -> float:
             continue
     raise PostureUnreachable(
         "the legs reach no start of a run-up between "
-        f"y = {_START_RANGE[0]} and {_START_RANGE[1]} m",
+        f"y = {lowest} and {highest} m",
         quantity="y_start [m]",
         value=float("nan"),
-        limit=_START_RANGE,
+        limit=(lowest, highest),
     )
 
 
@@ -261,7 +261,7 @@ def _mcv50(
         return candidate(y_start)
     result = minimize_scalar(
         lambda y0: -candidate(y0).margin,
-        bounds=(max(_START_RANGE[0], y_hit + _SHORTEST_WAY), highest),
+        bounds=(max(robot.config.run_up_start[0], y_hit + _SHORTEST_WAY), highest),
         method="bounded",
         options={"xatol": 5e-4},
     )

@@ -19,8 +19,6 @@ from .robot_model import SIDES, RobotModel
 
 Array = NDArray[np.float64]
 
-MIN_STEP, MAX_STEP = 0.12, 0.30  # [m]; shorter: the feet's edges touch, longer: hip and ankle roll
-NOMINAL_STEP = 0.20  # [m]
 SHORTEST_OVERRUN = 0.02  # of the run-up past the nominal contact [m]
 # The CoM stays at least so far inside the left sole while the right foot is in the air [m].
 SINGLE_SUPPORT_MARGIN = 0.03
@@ -111,17 +109,17 @@ def stance_for_contact(robot: RobotModel, elbow_y: float, inside_edge: float) ->
         inside_edge: How far the CoM is inside the right sole's inner edge at the hit [m].
 
     Raises:
-        PostureUnreachable: The step would be shorter or longer than `MIN_STEP` and `MAX_STEP`,
-            or out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
+        PostureUnreachable: The step would be shorter or longer than `RobotConfig.step` says, or
+            out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
     """
-    start = initial_feet(robot)
-    stance = stance_for_step(robot, NOMINAL_STEP, inside_edge)
+    start, allowed = initial_feet(robot), robot.config.step
+    stance = stance_for_step(robot, allowed.nominal, inside_edge)
     for _ in range(8):
         height = stance.posture.waist_height
         error = stance.posture.elbow[1] - elbow_y
         # The elbow goes with the foot almost one to one; brentq does the rest.
         guess = stance.step + error
-        if not MIN_STEP - 0.05 < guess < MAX_STEP + 0.05:
+        if not allowed.shortest - 0.05 < guess < allowed.longest + 0.05:
             raise _out_of_reach(robot, elbow_y, guess, inside_edge)
 
         def miss(step: float, height: float = height) -> float:
@@ -133,7 +131,7 @@ def stance_for_contact(robot: RobotModel, elbow_y: float, inside_edge: float) ->
             step = float(brentq(miss, guess - 0.02, guess + 0.02, xtol=1e-9))
         except (ValueError, PostureUnreachable):
             raise _out_of_reach(robot, elbow_y, guess, inside_edge) from None
-        if not MIN_STEP <= step <= MAX_STEP:
+        if not allowed.shortest <= step <= allowed.longest:
             raise _out_of_reach(robot, elbow_y, step, inside_edge)
         try:
             stance = stance_for_step(robot, step, inside_edge)
@@ -146,8 +144,8 @@ def stance_for_contact(robot: RobotModel, elbow_y: float, inside_edge: float) ->
 
 def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:
     """Furthest and nearest y of the elbow that a step within its limits reaches [m]."""
-    reach = []
-    for step in np.arange(MIN_STEP, MAX_STEP + 1e-9, 0.01):
+    reach, allowed = [], robot.config.step
+    for step in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
         try:
             stance = stance_for_step(robot, float(step), inside_edge)
         except PostureUnreachable:
@@ -164,11 +162,11 @@ def _out_of_reach(
     robot: RobotModel, elbow_y: float, step: float, inside_edge: float
 ) -> PostureUnreachable:
     far, near = elbow_range(robot, inside_edge)
-    radius = robot.config.contact_radius
+    radius, allowed = robot.config.contact_radius, robot.config.step
     return PostureUnreachable(
         f"a door {radius - elbow_y:.3f} m from the origin is out of reach: the elbow would have to "
         f"be at y = {elbow_y:.3f} m, which needs a step of about "
-        f"{step:.3f} m; steps from {MIN_STEP:.2f} to {MAX_STEP:.2f} m put it at "
+        f"{step:.3f} m; steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m put it at "
         f"{near:.3f} to {far:.3f} m: a closed door must stand {radius - near:.3f} to "
         f"{radius - far:.3f} m from the origin",
         quantity="door_distance [m]",

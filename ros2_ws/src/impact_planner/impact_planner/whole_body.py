@@ -17,7 +17,8 @@ from .trajectories import Motion
 
 Array = NDArray[np.float64]
 
-# The waist moves about this much faster than the CoM, as the legs lag: the Newton step's slope.
+# The waist moves about this much faster than the CoM, as a humanoid's legs, some 30 % of its mass,
+# lag by half: the Newton step's slope, which needs no more than a rough value.
 _WAIST_PER_COM = 1.17
 _TOLERANCE = 1e-9  # [m]; far below what splines would make visible as acceleration
 _MAX_ITERATIONS = 25
