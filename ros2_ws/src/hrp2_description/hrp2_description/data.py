@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from hrp2_description.errors import DataFileNotFoundError
@@ -25,7 +26,7 @@ def data_path(name: str) -> Path:
         if path.is_file():
             return path
         tried.append(str(path))
-    share = share_folder(PACKAGE)
+    share = _ament_share(PACKAGE)
     if share is None:
         tried.append(f"ament index (no {PACKAGE})")
     elif (share / name).is_file():
@@ -35,8 +36,14 @@ def data_path(name: str) -> Path:
     raise DataFileNotFoundError(f"no data file {name}", value=tried, limit=f"a file {name}")
 
 
-def share_folder(package: str) -> Path | None:
-    """Return the folder of a package's files by the ament index; None without the one or both."""
+def share_folders(package: str) -> list[Path]:
+    """Return where ROS, and pip for a package built by cmeel as Pinocchio is, put its files."""
+    share = _ament_share(package)
+    by_pip = [Path(entry) / "cmeel.prefix" / "share" / package for entry in sys.path]
+    return by_pip if share is None else [share, *by_pip]
+
+
+def _ament_share(package: str) -> Path | None:
     try:
         from ament_index_python.packages import (
             PackageNotFoundError,

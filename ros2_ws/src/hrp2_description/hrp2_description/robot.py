@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -14,7 +13,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from hrp2_description.data import data_path, share_folder
+from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
 
 Array = NDArray[np.float64]
@@ -219,8 +218,8 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
             ``package://`` and the name of a package that ROS or pip has installed.
 
     Raises:
-        RobotConfigError: If a field is missing, unusable, or contradicts the URDF.
-        OSError: If the file cannot be opened.
+        RobotConfigError: If the file cannot be read, or a field is missing, unusable, or
+            contradicts the URDF.
     """
     file = Path(path) if path is not None else data_path("config/robot.yaml")
     try:
@@ -232,7 +231,7 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
         raise
     except KeyError as error:
         raise RobotConfigError(f"{file}: missing field", value=None, limit=error.args[0]) from error
-    except (yaml.YAMLError, ET.ParseError, AttributeError, TypeError, ValueError) as error:
+    except (OSError, yaml.YAMLError, ET.ParseError, AttributeError, TypeError, ValueError) as error:
         raise RobotConfigError(
             f"{file} cannot be read", value=str(error), limit="fields as in config/robot.yaml"
         ) from error
@@ -459,21 +458,20 @@ def _per_joint(
 
 def _find_urdf(name: str, config_file: Path) -> Path:
     if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        # Packages that pip brings by cmeel, as Pinocchio is, have their share folder there.
-        shares = [Path(entry) / "cmeel.prefix" / "share" / package for entry in sys.path]
-        folders = [share_folder(package), *shares]
-        name = rest
+        package, _, place = name.removeprefix("package://").partition("/")
+        tried = [folder / place for folder in share_folders(package)]
     else:
-        folders = [config_file.parent, config_file.parent.parent]
-    for folder in folders:
-        if folder is not None and (folder / name).is_file():
-            return folder / name
+        tried = [folder / name for folder in (config_file.parent, config_file.parent.parent)]
+    for path in tried:
+        if path.is_file():
+            return path
     try:
         return data_path(name)
     except DataFileNotFoundError:
         raise RobotConfigError(
-            "the URDF is missing", value=name, limit=f"a file beside {config_file}"
+            "the URDF is missing",
+            value=name,
+            limit=f"a file beside {config_file}, or package:// and an installed package",
         ) from None
 
 
