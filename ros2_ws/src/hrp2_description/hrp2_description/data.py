@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from hrp2_description.errors import DataFileNotFoundError
@@ -25,20 +26,32 @@ def data_path(name: str) -> Path:
         if path.is_file():
             return path
         tried.append(str(path))
+    share = _ament_share(PACKAGE)
+    if share is None:
+        tried.append(f"ament index (no {PACKAGE})")
+    elif (share / name).is_file():
+        return share / name
+    else:
+        tried.append(str(share / name))
+    raise DataFileNotFoundError(f"no data file {name}", value=tried, limit=f"a file {name}")
+
+
+def share_folders(package: str) -> list[Path]:
+    """Return where ROS, and pip for a package built by cmeel as Pinocchio is, put its files."""
+    share = _ament_share(package)
+    by_pip = [Path(entry) / "cmeel.prefix" / "share" / package for entry in sys.path]
+    return by_pip if share is None else [share, *by_pip]
+
+
+def _ament_share(package: str) -> Path | None:
     try:
         from ament_index_python.packages import (
             PackageNotFoundError,
             get_package_share_directory,
         )
     except ImportError:
-        tried.append("ament_index_python (not importable)")
-    else:
-        try:
-            path = Path(get_package_share_directory(PACKAGE)) / name
-        except PackageNotFoundError:
-            tried.append(f"ament index (no {PACKAGE})")
-        else:
-            if path.is_file():
-                return path
-            tried.append(str(path))
-    raise DataFileNotFoundError(f"no data file {name}", value=tried, limit=f"a file {name}")
+        return None
+    try:
+        return Path(get_package_share_directory(package))
+    except PackageNotFoundError:
+        return None

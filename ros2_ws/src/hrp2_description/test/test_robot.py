@@ -5,9 +5,15 @@ import pytest
 import yaml
 from hrp2_description.data import data_path
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import load_robot_config, needed
 
 ROBOT = load_robot_config()
+LEFT_LEG = list(ROBOT.legs["left"])
+ARM = {
+    "joints": list(ROBOT.arm.joints), "elbow": "RARM_JOINT3", "straightest_elbow_deg": -18,
+    "wrist_link": "RARM_LINK4", "heights": [0.75, 1.25],
+}  # fmt: skip
+STEP = {"shortest": 0.12, "nominal": 0.20, "longest": 0.30, "lift": 0.035}
 
 
 def _load_edited(folder, **changes):
@@ -119,14 +125,47 @@ def test_unknown_joint_is_an_error():
 
 
 @pytest.mark.parametrize(
-    "field",
-    ["joint_names", "sole", "sole_rubber", "feet", "urdf", "actuators", "motor_encoder_counts",
-     "rotor_link", "servo_time_constant"],
+    "field", ["joint_names", "sole", "feet", "urdf", "legs", "arm", "step", "run_up_start"]
 )
 def test_missing_field_is_named(tmp_path, field):
     """A configuration without a field says which."""
     with pytest.raises(RobotConfigError, match=field):
         _load_edited(tmp_path, **{field: None})
+
+
+@pytest.mark.parametrize(
+    "field", ["sole_rubber", "motor_encoder_counts", "rotor_link", "servo_time_constant",
+              "imu_frame"],
+)  # fmt: skip
+def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_path, field):
+    """The file loads; who needs the field is told its name."""
+    robot = _load_edited(tmp_path, **{field: None})
+    with pytest.raises(RobotConfigError, match=field):
+        needed(getattr(robot, field), field)
+
+
+def test_without_actuators_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp_path):
+    """Gears and rotors are unknown together."""
+    robot = _load_edited(tmp_path, actuators=None)
+    assert not robot.armature.any()
+    with pytest.raises(RobotConfigError, match="actuators"):
+        robot.joint_resolution
+
+
+def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
+    """Without `other_joints` the list has to be the URDF's."""
+    short = list(ROBOT.joint_names[:-1])
+    tables = {
+        key: yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))[key]
+        for key in ("half_sitting_deg", "actuators", "rotor_link")
+    }
+    tables["half_sitting_deg"]["LARM"].pop()
+    with pytest.raises(RobotConfigError, match="differ"):
+        _load_edited(tmp_path, joint_names=short, **tables)
+    tables["actuators"] = None
+    robot = _load_edited(tmp_path, joint_names=short, other_joints="fixed", **tables)
+    assert robot.joint_names == tuple(short)
+    assert robot.lower.shape == (29,)
 
 
 @pytest.mark.parametrize(
@@ -139,8 +178,20 @@ def test_missing_field_is_named(tmp_path, field):
         ({"joint_names": [*ROBOT.joint_names, "RLEG_JOINT0"]}, "differ"),
         ({"urdf": "urdf/none.urdf"}, "none.urdf"),
         ({"sole": [1, 2, 3]}, "cannot be read"),
-        ({"rotor_link": {"RLEG": ["sibling"]}}, "rotor_link of RLEG_JOINT0"),
-        ({"rotor_link": {"RFOOT": ["child"]}}, "RFOOT_JOINT0"),
+        ({"joint_names": ["NO_JOINT"], "other_joints": "fixed"}, "NO_JOINT"),
+        ({"other_joints": "free"}, "other_joints"),
+        ({"half_sitting_deg": {"RLEG": [0] * 6}}, "half_sitting_deg.*LLEG_JOINT0"),
+        ({"legs": {"right": ["RLEG_JOINT0"], "left": LEFT_LEG}}, "right leg"),
+        ({"legs": {"right": ["THIGH", *LEFT_LEG[1:]], "left": LEFT_LEG}}, "THIGH"),
+        ({"arm": {**ARM, "elbow": "RARM_JOINT6"}}, "elbow.*RARM_JOINT6"),
+        ({"arm": {**ARM, "wrist_link": "RARM_CUFF"}}, "RARM_CUFF"),
+        ({"arm": {**ARM, "heights": [1.25, 0.75]}}, "heights"),
+        ({"step": {**STEP, "shortest": 0.25}}, "shortest < nominal"),
+        ({"step": {**STEP, "stride": 0.4}}, "stride"),
+        ({"urdf": "package://no_such_package/robot.urdf"}, "robot.urdf"),
+        ({"rotor_link": {"RLEG": ["sibling"] * 6}}, "rotor_link of RLEG_JOINT0"),
+        ({"rotor_link": {"RLEG": ["child"]}}, "rotor_link of RLEG_JOINT0"),
+        ({"rotor_link": {"RFOOT": ["child"]}}, "RFOOT"),
         ({"servo_time_constant": 0.0}, "servo_time_constant"),
         ({"servo_time_constant": float("inf")}, "servo_time_constant"),
         ({"sole_rubber": {"stiffness": -1.0, "damping": 600.0}}, "stiffness of sole_rubber"),

@@ -15,7 +15,7 @@ from door_model.errors import DoorModelError
 from door_model.node_main import run_node
 from geometry_msgs.msg import WrenchStamped
 from hrp2_description.errors import DescriptionError
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import load_robot_config, needed
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -127,7 +127,8 @@ class SimBridge(Node):
         left, right = robot.feet["left"].sole, robot.feet["right"].sole
         self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
         self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
-        self._imu.publish(convert.imu(stamp, robot.imu_frame, sample.imu, self._imu_variances))
+        imu_frame = needed(robot.imu_frame, "imu_frame")
+        self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
         batch = self._encoder.add(sample.counts, now)
         if batch is not None:
             self._counts.publish(batch)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.frames import BodyState, cross, quaternion_product, rotation
@@ -56,21 +56,24 @@ class RobotBody:
         self.joint_index = {info[1].decode(): index for index, info in enumerate(infos)}
         self._joints = [self.joint_index[name] for name in robot.joint_names]
         self.soles = {side: self.link_index[robot.feet[side].sole] for side in SIDES}
-        self._sensors = [self.joint_index[robot.feet[side].sensor_joint] for side in SIDES]
-        self._imu = self.link_index[robot.imu_frame]
+        sensors = [needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES]
+        self._sensors = [self.joint_index[name] for name in sensors]
+        self._imu = self.link_index[needed(robot.imu_frame, "imu_frame")]
         self.contact_link = self.link_index[robot.contact_link]
         self._frames = [*self.soles.values(), self.contact_link, self._imu]
         self._quiet_defaults([info[2] for info in infos])
         self._anchor_soles()
         if rubber:
-            lay_rubber(client, self.body, self.soles.values(), robot.sole_rubber)
+            known = needed(robot.sole_rubber, "sole_rubber")
+            lay_rubber(client, self.body, self.soles.values(), known)
         for sensor in self._sensors:
             client.enableJointForceTorqueSensor(self.body, sensor, 1)
         offset = client.getDynamicsInfo(self.body, -1)[3:5]
         self._base_offset = offset
         self._offset_back = client.invertTransform(*offset)
         self.sole_mass, self.sole_inertia = self._sole_bodies()
-        time_constant = servo_time_constant or robot.servo_time_constant
+        time_constant = servo_time_constant or needed(
+            robot.servo_time_constant, "servo_time_constant")
         self.servos = JointServos(client, self.body, self._joints, robot, time_constant)
         self._place(posture)
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.frames import rotation
@@ -43,8 +43,9 @@ def link_inertias(robot: RobotConfig, rotor_scale: float) -> dict[str, Array]:
     root = ET.parse(robot.urdf_path).getroot()
     inertias = {link.attrib["name"]: _read(link) for link in root.findall("link")}
     armature = dict(zip(robot.joint_names, robot.armature, strict=True))
+    rotor_link = needed(robot.rotor_link, "rotor_link")
     for joint in root.findall("joint"):
-        side = robot.rotor_link.get(joint.attrib["name"])
+        side = rotor_link.get(joint.attrib["name"])
         if side is not None:
             link = _named(joint, side).attrib["link"]
             # Joint frames of the URDF are parallel to their parents': the axis is the same in both.

@@ -21,7 +21,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, needed
 
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.errors import SettingError
@@ -149,7 +149,7 @@ class Stabilizer:
         self._robot = robot
         self._model = StanceModel(robot)
         self._weight = robot.mass * GRAVITY
-        stiffness = robot.sole_rubber.stiffness
+        stiffness = needed(robot.sole_rubber, "sole_rubber").stiffness
         half = self._model.half_size
         self._stiffness = stiffness
         # A rigid sole on four springs at its corners, about x and y.

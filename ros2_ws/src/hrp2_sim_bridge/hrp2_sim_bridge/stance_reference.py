@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, needed
 
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.robot_world import SIDES
 from hrp2_sim_bridge.spline import Array, JointState
 
-_LEG_JOINTS = 6
 _LEAST_LOAD = 0.2  # share of the weight that the floor bears at least, however fast the motion
 _ON_FLOOR = 0.002  # a sole no higher than this over the other stands, too [m]
 
@@ -69,13 +68,9 @@ class StanceModel:
         self._q_index = [joint.idx_q for joint in joints]
         self._v_index = [joint.idx_v for joint in joints]
         self._soles = [self._model.getFrameId(robot.feet[side].sole) for side in SIDES]
-        self._imu = self._model.getFrameId(robot.imu_frame)
+        self._imu = self._model.getFrameId(needed(robot.imu_frame, "imu_frame"))
         self.leg_joints = np.array(
-            [
-                [robot.index(f"{side[0].upper()}LEG_JOINT{n}") for n in range(_LEG_JOINTS)]
-                for side in SIDES
-            ]
-        )
+            [[robot.index(name) for name in robot.legs[side]] for side in SIDES])
         self._leg_columns = np.array(self._v_index)[self.leg_joints]
         rectangles = np.array([robot.soles[side] for side in SIDES])
         self.middles = np.stack(

@@ -1,5 +1,8 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hrp2_description.errors import RobotConfigError
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.sensor_settings import SensorSettings
 
@@ -13,6 +16,15 @@ def stood(robot, paper_door):
     samples = [world.step() for _ in range(400)]
     yield world, world.log(), samples
     world.close()
+
+
+@pytest.mark.parametrize("field", ["rotor_link", "servo_time_constant", "imu_frame"])
+def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, paper_door, field):
+    """The field is named."""
+    from hrp2_sim_bridge.world import World
+
+    with pytest.raises(RobotConfigError, match=field):
+        World(replace(robot, **{field: None}), paper_door, 0.9, -0.42)
 
 
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:

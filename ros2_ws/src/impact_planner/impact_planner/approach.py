@@ -26,21 +26,19 @@ _NODES = 0.03  # postures are solved so often and a spline laid through them [s]
 
 @dataclass(frozen=True)
 class ApproachTiming:
-    """Durations of the slow phases [s] and the height of the step [m].
+    """Durations of the slow phases [s].
 
     Attributes:
         prepare: Half-sitting to the waist height of the run-up, right arm to the brace.
         shift: CoM over the left foot.
         step: Right foot to its place at the hit.
         back: CoM to the start of the run-up.
-        lift: Height of the right foot in the middle of the step.
     """
 
     prepare: float = 2.0
     shift: float = 1.5
     step: float = 1.2
     back: float = 1.5
-    lift: float = 0.035
 
 
 @dataclass(frozen=True)
@@ -170,7 +168,7 @@ def _step(
     travel = min_jerk((u - _TRAVEL[0]) / (_TRAVEL[1] - _TRAVEL[0]), 1.0)[:, None]
     begin, end = stance.feet_start["right"], stance.feet["right"]
     right = begin + travel * (end - begin)
-    right[:, 2] += timing.lift * (4.0 * u * (1.0 - u)) ** 3
+    right[:, 2] += robot.config.step.lift * (4.0 * u * (1.0 - u)) ** 3
     joints, base = solve(
         robot,
         upper=braced_upper_body(robot),

@@ -20,15 +20,10 @@ from .robot_model import RobotModel
 Array = NDArray[np.float64]
 
 CLEARANCE = 0.02  # of elbow and wrist from the leaf beyond their radius [m]
-_ARM_JOINTS = 6  # the seventh opens and closes the hand
 _RESERVE = np.deg2rad(4.0)  # kept from the joints' limits
-_STRAIGHTEST_ELBOW = np.deg2rad(-18.0)  # a stretched arm has no say along its length
 _EDGE = 0.02  # of the leaf beyond the hand [m]
-_HEIGHTS = (0.75, 1.25)  # of the hand [m]
 _EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
 _TOLERANCE = 1e-5  # [m]
-_ELBOW_JOINT = 3
-_WRIST = "RARM_LINK4"
 _HAND = 0  # place in what `_places` gives: hand, elbow, wrist
 
 
@@ -37,7 +32,7 @@ class HandOnLeaf:
     """The two postures of the arm.
 
     Attributes:
-        nearest: RARM_JOINT0..5 where the leaf comes nearest to the robot, (6,) [rad].
+        nearest: The arm's joints where the leaf comes nearest to the robot, (A,) [rad].
         final: The same at the desired angle.
         radius: Distance of the hand from the hinge along the leaf [m].
         height: Of the hand [m].
@@ -55,25 +50,28 @@ class ArmReach:
     def __init__(self, robot: RobotModel) -> None:
         """Look up the arm in the model."""
         self._robot = robot
-        self.columns = robot.arm_columns["right"][:_ARM_JOINTS]
+        self.columns = robot.arm_columns
         self._v = robot.v_index[self.columns]
-        self._frames = (robot.config.hand_link, robot.config.contact_link, _WRIST)
+        self._frames = (
+            robot.config.hand_link, robot.config.contact_link, robot.config.arm.wrist_link)
         self.hand_radius = robot.hand_radius()
         self.lower = robot.lower[self.columns] + _RESERVE
         self.upper = robot.upper[self.columns] - _RESERVE
-        self.upper[_ELBOW_JOINT] = _STRAIGHTEST_ELBOW
+        arm = robot.config.arm
+        bound = self.upper if arm.straightest_elbow < 0.0 else self.lower
+        bound[arm.joints.index(arm.elbow)] = arm.straightest_elbow
 
     def follow(self, bases: Array, joints: Array, arm: Array, targets: Array) -> Array:
         """Least change of the arm that puts the hand on targets; NaN where it does not get there.
 
         Args:
             bases: base_link (N, 3) [m].
-            joints: The robot (30,) [rad]; its arm is ignored.
-            arm: Postures of the arm near by (N, 6) [rad].
+            joints: The robot (J,) [rad]; its arm is ignored.
+            arm: Postures of the arm near by (N, A) [rad].
             targets: Middle of the hand (N, 3) [m].
 
         Returns:
-            (N, 6) [rad].
+            (N, A) [rad].
         """
         chain = self._robot.hand_chain
         mine = np.array([list(chain.columns).index(column) for column in self.columns])
@@ -105,10 +103,10 @@ class ArmReach:
 
         Args:
             base: base_link (3,) [m].
-            joints: The robot with its arm braced, (30,) [rad].
+            joints: The robot with its arm braced, (J,) [rad].
             leaf: The leaf where it comes nearest and at the end.
             width: Of the leaf [m].
-            travel: How far each joint of the arm can turn before the catch, (6,) [rad].
+            travel: How far each joint of the arm can turn before the catch, (A,) [rad].
 
         Returns:
             The postures; None where there are none.
@@ -153,7 +151,7 @@ class ArmReach:
         return HandOnLeaf(x[:n], x[n:], leaf[1].radius(final), float(final[2]))
 
     def _places(self, base: Array, joints: Array, arm: Array) -> list[tuple[Array, Array]]:
-        """Position (3,) [m] and Jacobian (3, 6) of hand, elbow and wrist."""
+        """Position (3,) [m] and Jacobian (3, A) of hand, elbow and wrist."""
         full = joints.copy()
         full[self.columns] = arm
         q = self._robot.configuration(base, full)
@@ -164,6 +162,7 @@ class ArmReach:
         """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
         robot, radius = self._robot, self.hand_radius
         hand, elbow, wrist = _HAND, 1, 2
+        lowest, highest = robot.config.arm.heights
 
         def equal(x: Array) -> Array:
             (a, _), (b, _) = both(x, hand)
@@ -193,7 +192,7 @@ class ArmReach:
             ]
             final = both(x, hand)[1][0]
             room = width - _EDGE - radius - leaf[1].radius(final)
-            return np.array([*gaps, room, final[2] - _HEIGHTS[0], _HEIGHTS[1] - final[2]])
+            return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
 
         def clear_slope(x: Array) -> Array:
             out = np.zeros((7, 2 * n))

@@ -1,8 +1,8 @@
-"""Closed-form inverse kinematics of HRP-2's legs, for many samples at once.
+"""Closed-form inverse kinematics of a humanoid's legs, for many samples at once.
 
-The three hip axes (z, x, y) intersect, and so do the ankle axes (y, x). Between knee and ankle
-the leg steps sideways, which is why the ankle roll is not simply the slope of the line from
-the ankle to the hip.
+The three hip axes (z, x, y) intersect, and so do the ankle axes (y, x). Between hip and ankle
+the leg may step sideways (HRP-2's does, at the knee), which is why the ankle roll is not simply
+the slope of the line from the ankle to the hip.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class LegGeometry:
         hip: Position of the hip centre in base_link, (3,) [m].
         thigh: Hip to knee [m].
         shank: Knee to ankle along the shank [m].
-        lateral: Knee to ankle along y [m]; negative for the right leg.
+        lateral: Hip to ankle along y, with all angles zero [m]; HRP-2's right leg: negative.
     """
 
     name: str

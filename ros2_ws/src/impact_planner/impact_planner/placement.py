@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from .errors import InvalidRequest, PostureUnreachable
 from .leaf import LeafFrame
 from .plan_types import KnownDoor, PlannerSettings
-from .posture import PLAIN, LegDemands
+from .posture import LegDemands
 from .request import ResolvedRequest
 from .robot_model import RobotModel
 from .stance import (
-    NOMINAL_STEP,
     Contact,
     Stance,
     contact_with_leaf,
@@ -71,8 +70,8 @@ def stand(
     known: KnownDoor,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
-    demands: LegDemands = PLAIN,
-    step: float = NOMINAL_STEP,
+    demands: LegDemands,
+    step: float,
 ) -> tuple[Placement, Stance, Contact]:
     """Find the placement of the door, the stance and the contact of a request.
 

@@ -24,7 +24,7 @@ from .posture import LegDemands, capable, waist_per_com
 from .request import ResolvedRequest, resolve
 from .robot_model import RobotModel
 from .run_up import RunUpWish, plan_run_up
-from .stance import NOMINAL_STEP, SPARE_WAY, STEPS, Contact, Stance
+from .stance import SPARE_WAY, STEP_SHARES, Contact, Stance
 
 __all__ = [
     "ImpactPlan",
@@ -64,7 +64,8 @@ def plan_impact(
     settings = settings or PlannerSettings()
     wanted = resolve(request, settings)
     failure: PlannerError | None = None
-    for step in STEPS if wanted.door_distance is None else (NOMINAL_STEP,):
+    for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
+        step = share * robot.config.step.nominal
         try:
             hit = _plan_hit(known, robot, wanted, settings, step)
             phases, branches = plan_phases(robot, known, wanted, settings, hit)

@@ -52,6 +52,12 @@ def build_parser() -> argparse.ArgumentParser:
         help=f"of {', '.join(door_names())}, or a YAML file (default: %(default)s)",
     )
     parser.add_argument(
+        "--robot",
+        metavar="YAML",
+        help="robot.yaml of another robot, whose nominal step says where the door stands "
+        "(default: HRP-2)",
+    )
+    parser.add_argument(
         "--run-up",
         choices=RUN_UPS,
         help="the paper's cam curve, or the course with the largest ZMP margin, for faster hits "
@@ -96,7 +102,8 @@ def main(args: list[str] | None = None) -> int:
 
 def _plan(options: argparse.Namespace) -> ImpactPlan:
     config = load_door(options.door)
-    settings = make_settings(configured_placement())
+    # The configured door was surveyed for HRP-2's stance.
+    settings = make_settings({} if options.robot else configured_placement())
     if options.hinge_x is not None:
         settings = replace(settings, hinge_x=options.hinge_x)
     request = PlanRequest(
@@ -108,7 +115,7 @@ def _plan(options: argparse.Namespace) -> ImpactPlan:
         ending=options.ending,
     )
     known = KnownDoor(config.name, config.door(), config.leaf.width)
-    return plan_impact(request, known, RobotModel(load_robot_config()), settings)
+    return plan_impact(request, known, RobotModel(load_robot_config(options.robot)), settings)
 
 
 def plan_object(plan: ImpactPlan) -> dict[str, Any]:

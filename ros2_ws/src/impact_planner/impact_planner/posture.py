@@ -17,8 +17,7 @@ from .whole_body import solve
 
 Array = NDArray[np.float64]
 
-# Heights of the waist that are tried [m]: from a deep squat to stretched legs.
-_LOWEST, _HIGHEST, _STEP = 0.42, 0.70, 0.02
+_STEP = 0.02  # between heights of the waist that are tried [m]
 # A lifted foot needs a little more hip roll than one on the floor, and servos room to err [rad].
 RESERVE = 0.015
 _REFINEMENTS, _FINER = 2, 20  # of the step, where the legs' reach ends
@@ -144,7 +143,8 @@ def percussion_posture(
         PostureUnreachable: No height of the waist is within reach.
         JointLimit: The legs reach, but not at the speed that is demanded.
     """
-    heights = np.arange(_LOWEST, _HIGHEST + 1e-9, _STEP)
+    lowest, highest = robot.waist_heights()
+    heights = np.arange(lowest, highest + 1e-9, _STEP)
     excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
     within = np.flatnonzero(excess.max(axis=1) <= 0.0)
     if not within.size:
@@ -241,13 +241,13 @@ def _incapable(
 ) -> PlannerError:
     """Why no height of the waist will do: out of reach, or a joint too slow."""
     if demands.joint_speed is None or not np.isfinite(excess).any():
-        right = float(feet["right"][1])
+        right, (lowest, highest) = float(feet["right"][1]), robot.waist_heights()
         return PostureUnreachable(
-            f"no waist height from {_LOWEST} to {_HIGHEST} m keeps the legs within their ranges "
-            f"with the right foot at y = {right:.3f} m",
+            f"no waist height from {lowest:.2f} to {highest:.2f} m keeps the legs within their "
+            f"ranges with the right foot at y = {right:.3f} m",
             quantity="y of the right foot [m]",
             value=right,
-            limit=(_LOWEST, _HIGHEST),
+            limit=(lowest, highest),
         )
     best = int(np.argmin(excess.max(axis=1)))
     joint = int(np.argmax(excess[best]))

@@ -26,7 +26,6 @@ from .zmp import floor_wrenches
 Array = NDArray[np.float64]
 
 _STEP = 0.005  # [m]
-_START_RANGE = (-0.12, 0.11)  # y of the CoM where a run-up may start [m]
 _FEWEST = 8  # places that a spline needs
 
 
@@ -50,7 +49,8 @@ class PostureTable:
     def __init__(self, robot: RobotModel, stance: Stance, overrun: float) -> None:
         self._robot = robot
         self.y_hit = float(stance.posture.com[1])
-        before = max(0.0, _START_RANGE[1] - self.y_hit)
+        lowest, highest = robot.config.run_up_start
+        before = max(0.0, highest - self.y_hit)
         y = self.y_hit + np.concatenate([
             -np.linspace(overrun, 0.0, math.ceil(overrun / _STEP) + 1)[:-1],
             np.linspace(0.0, before, math.ceil(before / _STEP) + 1)])
@@ -64,13 +64,13 @@ class PostureTable:
         )
         inside = np.all((joints >= robot.lower) & (joints <= robot.upper), axis=1)  # no NaN is
         rows = _around(inside, int(np.argmin(np.abs(y - self.y_hit))))
-        if rows.stop - rows.start < _FEWEST or y[rows.stop - 1] < _START_RANGE[0]:
+        if rows.stop - rows.start < _FEWEST or y[rows.stop - 1] < lowest:
             raise PostureUnreachable(
                 "the legs reach no start of a run-up between "
-                f"y = {_START_RANGE[0]} and {_START_RANGE[1]} m",
+                f"y = {lowest} and {highest} m",
                 quantity="y_start [m]",
                 value=float(y[rows][-1]) if rows.stop > rows.start else math.nan,
-                limit=_START_RANGE,
+                limit=(lowest, highest),
             )
         self.low, self.high = float(y[rows][0]), float(y[rows][-1])
         self._nodes = y[rows]

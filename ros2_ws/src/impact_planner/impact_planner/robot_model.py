@@ -1,7 +1,8 @@
-"""HRP-2 as the planner needs it: a thin layer over Pinocchio.
+"""A humanoid as the planner needs it: a thin layer over Pinocchio.
 
-Joint vectors are in the robot's own order (RLEG 0-5, LLEG 0-5, CHEST, HEAD, RARM, LARM). The base
-is a free joint; in every planned motion its axes stay parallel to those of odom.
+Joint vectors are in the robot's own order, `RobotConfig.joint_names`; (J,) is one entry a joint.
+Joints of the URDF that are not among them are fixed at zero. The base is a free joint; in every
+planned motion its axes stay parallel to those of odom.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig
 from hrp2_description.support import sole_corners
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +30,16 @@ Array = NDArray[np.float64]
 
 SIDES = ("right", "left")
 TOWARDS_DOOR = (0.0, -1.0, 0.0)
+_BELOW = "yz"
+# Joints of a leg that `leg_ik` solves, and along which axes each may stand off the one before: the
+# hip's axes meet in a point, so do the ankle's, and knee and ankle lie below hip and knee.
+_LEG_KIND = (
+    ("hip yaw", "RZ", "xyz"), ("hip roll", "RX", ""), ("hip pitch", "RY", ""),
+    ("knee", "RY", _BELOW), ("ankle pitch", "RY", _BELOW), ("ankle roll", "RX", ""),
+)  # fmt: skip
+_PARALLEL = 1e-6  # of offsets [m] and of the entries of a rotation
+_LEVEL = 1e-4  # of the soles of half-sitting [rad], [m]
+_SQUAT = 0.525  # of the leg's length between hip and ankle: the deepest squat of a hit
 
 
 @dataclass(frozen=True)
@@ -57,9 +69,14 @@ class RobotModel:
     """
 
     def __init__(self, config: RobotConfig) -> None:
-        """Load the URDF that the robot's configuration names."""
+        """Load the URDF that the robot's configuration names.
+
+        Raises:
+            RobotConfigError: A leg or a sole is of another kind than `leg_ik` solves, or soles
+                of half-sitting are not on one floor.
+        """
         self.config = config
-        self.model: Any = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
+        self.model: Any = _load(config)
         self.data: Any = self.model.createData()
         self.joint_names: tuple[str, ...] = tuple(config.joint_names)
         ids = [self.model.getJointId(name) for name in self.joint_names]
@@ -70,13 +87,14 @@ class RobotModel:
         self.mass = float(pin.computeTotalMass(self.model))
         self.legs = {side: self._leg(side) for side in SIDES}
         self.feet = {side: self._foot(side) for side in SIDES}
-        self.leg_columns = {side: self._columns(f"{side[0].upper()}LEG_JOINT") for side in SIDES}
-        self.arm_columns = {side: self._columns(f"{side[0].upper()}ARM_JOINT") for side in SIDES}
+        self.leg_columns = {side: self.indices(config.legs[side]) for side in SIDES}
+        self.arm_columns = self.indices(config.arm.joints)
         self.leg_chains = {side: self._chain(self.feet[side].frame) for side in SIDES}
         self.hand_chain = self._chain(config.hand_link)
         contact = self.model.frames[self._frame_id(config.contact_link)]
         self._contact_joint = int(contact.parentJoint)
         self._contact_offset = np.array(contact.placement.translation)
+        self._require_level_soles()
 
     @cached_property
     def bodies(self) -> BodyGeometry:
@@ -88,7 +106,7 @@ class RobotModel:
     # -- configuration ---------------------------------------------------------------------
 
     def configuration(self, base: ArrayLike, joints: ArrayLike) -> Array:
-        """Pinocchio's q for an upright base at a position (3,) [m] and joints (30,) [rad]."""
+        """Pinocchio's q for an upright base at a position (3,) [m] and joints (J,) [rad]."""
         q = np.array(pin.neutral(self.model))
         q[:3] = base
         q[self.q_index] = joints
@@ -203,13 +221,24 @@ class RobotModel:
         return found
 
     def hand_radius(self) -> float:
-        """Radius of the sphere that is the right hand's collision shape [m]."""
+        """Radius of the right hand [m]: the configured one, or of its collision sphere."""
+        if self.config.hand_radius is not None:
+            return self.config.hand_radius
         link = self.config.hand_link
         root = ElementTree.parse(self.config.urdf_path).getroot()
         sphere = root.find(f"./link[@name='{link}']/collision/geometry/sphere")
         if sphere is None:
-            raise ValueError(f"the URDF gives {link!r} no collision sphere")
+            raise RobotConfigError(
+                f"the URDF gives {link!r} no collision sphere", limit="one, or a hand_radius"
+            )
         return float(sphere.attrib["radius"])
+
+    def waist_heights(self) -> tuple[float, float]:
+        """Heights of the base above the floor from a deep squat to stretched legs [m]."""
+        leg, sole = self.legs["right"], self.feet["right"].sole
+        length = leg.thigh + leg.shank
+        floor = float(leg.hip[2] + sole[2])
+        return _SQUAT * length - floor, length - floor
 
     # -- reading the model --------------------------------------------------------------------
 
@@ -222,31 +251,88 @@ class RobotModel:
         self._frame_id(frame)
         return Chain(self.model, self.joint_names, frame)
 
-    def _columns(self, prefix: str) -> NDArray[np.int_]:
-        return np.array([i for i, n in enumerate(self.joint_names) if n.startswith(prefix)])
-
     def _leg(self, side: str) -> LegGeometry:
-        offset = [
-            np.array(self.model.jointPlacements[self.model.getJointId(name)].translation)
-            for name in (f"{side[0].upper()}LEG_JOINT{i}" for i in range(6))
-        ]
-        shank = offset[4]
-        flat = np.abs(np.concatenate([offset[1], offset[2], offset[3][:2], shank[:1], offset[5]]))
-        if np.any(flat > 1e-9):
-            raise ValueError(f"the {side} leg of the URDF is not of HRP-2's kind")
+        names = ["root_joint", *self.config.legs[side]]
+        offset = [self._leg_offset(i, names[i + 1], names[i]) for i in range(len(_LEG_KIND))]
         return LegGeometry(
             name=f"{side} leg",
             hip=offset[0],
             thigh=float(-offset[3][2]),
-            shank=float(-shank[2]),
-            lateral=float(shank[1]),
+            shank=float(-offset[4][2]),
+            lateral=float(offset[3][1] + offset[4][1]),
         )
 
+    def _leg_offset(self, place: int, name: str, before: str) -> Array:
+        """Place of a leg's joint in the one before, (3,) [m]; it must be as `_LEG_KIND` says."""
+        what, axis, free = _LEG_KIND[place]
+
+        def require(fits: bool, quantity: str, value: object, limit: str) -> None:
+            if not fits:
+                raise RobotConfigError(
+                    f"{name} is not the {what} of a leg that the planner solves: {quantity}",
+                    value=value,
+                    limit=limit,
+                )
+
+        index = self.model.getJointId(name)
+        parent = str(self.model.names[self.model.parents[index]])
+        require(parent == before, "joint before it", parent, before)
+        kind = str(self.model.joints[index].shortname())
+        require(kind == f"JointModel{axis}", "axis", kind, f"JointModel{axis}")
+        placement = self.model.jointPlacements[index]
+        require(
+            _is_parallel(placement), "frame in the zero posture",
+            np.round(placement.rotation, 3).tolist(), "parallel to the base",
+        )  # fmt: skip
+        offset = np.array(placement.translation)
+        aside = [abs(x) for x, letter in zip(offset, "xyz", strict=True) if letter not in free]
+        require(
+            max(aside, default=0.0) < _PARALLEL and (free != _BELOW or offset[2] < 0.0),
+            "offset [m]", offset.round(4).tolist(), f"along {free or 'no axis'} only, not upwards",
+        )  # fmt: skip
+        return offset
+
     def _foot(self, side: str) -> Foot:
-        frame = self.config.feet[side].sole
-        placement = self.model.frames[self._frame_id(frame)].placement
+        name = self.config.feet[side].sole
+        frame = self.model.frames[self._frame_id(name)]
+        last, carrier = self.config.legs[side][-1], str(self.model.names[frame.parentJoint])
+        if carrier != last:
+            raise RobotConfigError(f"{name} hangs on another joint", value=carrier, limit=last)
+        if not _is_parallel(frame.placement):
+            raise RobotConfigError(
+                f"{name} is not parallel to the base in the zero posture",
+                value=np.round(frame.placement.rotation, 3).tolist(),
+                limit="parallel",
+            )
         return Foot(
-            frame=frame,
-            sole=np.array(placement.translation),
+            frame=name,
+            sole=np.array(frame.placement.translation),
             rectangle=self.config.soles[side],
         )
+
+    def _require_level_soles(self) -> None:
+        """Motions begin in half-sitting, with soles level and parallel to the base."""
+        q = self.configuration(np.zeros(3), self.config.half_sitting)
+        poses = {side: self.frame_pose(q, self.feet[side].frame) for side in SIDES}
+        for side, (position, rotation) in poses.items():
+            tilt = float(np.abs(rotation - np.eye(3)).max())
+            step = float(abs(position[2] - poses[SIDES[0]][0][2]))
+            if max(tilt, step) > _LEVEL:
+                raise RobotConfigError(
+                    f"half_sitting: the {side} sole is not level, parallel to the base and on one "
+                    "floor with the other: tilt [rad] and height [m]",
+                    value=(round(tilt, 5), round(step, 5)),
+                    limit=_LEVEL,
+                )
+
+
+def _load(config: RobotConfig) -> Any:
+    """Pinocchio's model on a free base, with the joints that are not listed fixed at zero."""
+    model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
+    moving = {"universe", "root_joint", *config.joint_names}
+    fixed = [model.getJointId(name) for name in model.names if name not in moving]
+    return pin.buildReducedModel(model, fixed, pin.neutral(model)) if fixed else model
+
+
+def _is_parallel(placement: Any) -> bool:
+    return bool(np.abs(placement.rotation - np.eye(3)).max() < _PARALLEL)

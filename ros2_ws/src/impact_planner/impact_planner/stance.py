@@ -18,10 +18,9 @@ from .robot_model import SIDES, RobotModel
 
 Array = NDArray[np.float64]
 
-MIN_STEP, MAX_STEP = 0.12, 0.30  # [m]; shorter: the feet's edges touch, longer: hip and ankle roll
-NOMINAL_STEP = 0.20  # [m]
-# Tried in this order where the door's place is left open: a shorter step has slower knees [m].
-STEPS = (NOMINAL_STEP, 0.18, 0.16, 0.14)
+# Of the nominal step, tried in this order where the door's place is left open: the shorter the
+# step, the slower the knees.
+STEP_SHARES = (1.0, 0.9, 0.8, 0.7)
 SPARE_WAY = 0.005  # past the last contact that is planned for: the contact itself [m]
 # The CoM stays at least so far inside the left sole while the right foot is in the air [m].
 SINGLE_SUPPORT_MARGIN = 0.03
@@ -121,10 +120,11 @@ def stance_for_contact(
         demands: What the legs must do past the hit.
 
     Raises:
-        PostureUnreachable: The step would be shorter or longer than `MIN_STEP` and `MAX_STEP`,
-            or out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
+        PostureUnreachable: The step would be shorter or longer than `RobotConfig.step` says, or
+            out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
     """
-    step, last = NOMINAL_STEP, None
+    allowed = robot.config.step
+    step, last = allowed.nominal, None
     for _ in range(_PASSES):
         try:
             stance = stance_for_step(robot, step, inside_edge, demands)
@@ -137,15 +137,15 @@ def stance_for_contact(
         slope = -1.0 if last is None else (miss - last[1]) / (step - last[0])
         last = step, miss
         step -= miss / slope
-        if not MIN_STEP <= step <= MAX_STEP:
+        if not allowed.shortest <= step <= allowed.longest:
             raise _out_of_reach(robot, elbow_y, step, inside_edge)
     raise _out_of_reach(robot, elbow_y, step, inside_edge)
 
 
 def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:
     """Furthest and nearest y of the elbow that a step within its limits reaches [m]."""
-    reach = []
-    for step in np.arange(MIN_STEP, MAX_STEP + 1e-9, 0.01):
+    reach, allowed = [], robot.config.step
+    for step in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
         try:
             stance = stance_for_step(robot, float(step), inside_edge)
         except PostureUnreachable:
@@ -162,11 +162,11 @@ def _out_of_reach(
     robot: RobotModel, elbow_y: float, step: float, inside_edge: float
 ) -> PostureUnreachable:
     far, near = elbow_range(robot, inside_edge)
-    radius = robot.config.contact_radius
+    radius, allowed = robot.config.contact_radius, robot.config.step
     return PostureUnreachable(
         f"a door {radius - elbow_y:.3f} m from the origin is out of reach: the elbow would have to "
         f"be at y = {elbow_y:.3f} m, which needs a step of about "
-        f"{step:.3f} m; steps from {MIN_STEP:.2f} to {MAX_STEP:.2f} m put it at "
+        f"{step:.3f} m; steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m put it at "
         f"{near:.3f} to {far:.3f} m: a closed door must stand {radius - near:.3f} to "
         f"{radius - far:.3f} m from the origin",
         quantity="door_distance [m]",

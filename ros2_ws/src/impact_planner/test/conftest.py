@@ -7,7 +7,7 @@ from hrp2_description.robot import load_robot_config
 from impact_planner.plan import plan_impact
 from impact_planner.plan_types import KnownDoor, PlanRequest
 from impact_planner.robot_model import RobotModel
-from impact_planner.stance import NOMINAL_STEP, stance_for_step
+from impact_planner.stance import stance_for_step
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +19,7 @@ def robot():
 @pytest.fixture(scope="session")
 def stance(robot):
     """The nominal stance."""
-    return stance_for_step(robot, NOMINAL_STEP, 0.01)
+    return stance_for_step(robot, robot.config.step.nominal, 0.01)
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,6 @@ from impact_planner.leaf import LeafFrame
 from impact_planner.plan import placement_for_step, plan_impact
 from impact_planner.plan_types import RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
 from impact_planner.robot_model import SIDES
-from impact_planner.stance import NOMINAL_STEP
 
 ORDER = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
 TARGET = math.radians(25.0)
@@ -293,7 +292,7 @@ def test_uncertain_parameters_spread_the_peak(known):
 
 def test_nominal_placement_asks_for_the_nominal_step(robot, known, plan):
     """A plan at the nominal placement and one without placement are the same."""
-    nominal = placement_for_step(robot, PlannerSettings(), NOMINAL_STEP)
+    nominal = placement_for_step(robot, PlannerSettings(), robot.config.step.nominal)
     placed = plan_impact(
         PlanRequest(TARGET),
         known,

@@ -1,9 +1,13 @@
-"""Pinocchio wrapper: masses, inertia, effective mass."""
+"""Pinocchio wrapper: masses, inertia, effective mass, kinds of legs."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hrp2_description.errors import RobotConfigError
 from impact_planner import momentum
-from impact_planner.robot_model import SIDES
+from impact_planner.robot_model import SIDES, RobotModel
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +91,77 @@ def test_unknown_frames_are_named(robot, at_hit):
         robot.frame_position(at_hit, "no_such_frame")
 
 
-def test_hand_radius_is_read_from_the_urdf(robot):
+def test_hand_radius_is_read_from_the_urdf_unless_it_is_configured(robot):
     """The hand is a sphere of a few centimetres."""
     assert 0.02 < robot.hand_radius() < 0.1
+    assert RobotModel(replace(robot.config, hand_radius=0.07)).hand_radius() == 0.07
+    with pytest.raises(RobotConfigError, match="imu_link"):
+        RobotModel(replace(robot.config, hand_link="imu_link")).hand_radius()
+
+
+def test_waist_heights_go_from_a_squat_to_stretched_legs(robot):
+    """HRP-2's ankles are 0.105 m above the floor, its legs 0.6 m long."""
+    low, high = robot.waist_heights()
+    assert high == pytest.approx(0.705)
+    assert low == pytest.approx(0.42)
+
+
+@pytest.mark.parametrize(
+    ("joint", "tag", "changes", "message"),
+    [
+        ("RLEG_JOINT1", "axis", {"xyz": "0 1 0"}, "RLEG_JOINT1 .*hip roll.*axis.*RY.*RX"),
+        ("LLEG_JOINT3", "axis", {"xyz": "0 -1 0"}, "LLEG_JOINT3 .*knee.*axis"),
+        ("RLEG_JOINT2", "origin", {"xyz": "0 0 -0.02"}, "RLEG_JOINT2 .*offset.*-0.02.*no axis"),
+        ("RLEG_JOINT3", "origin", {"xyz": "0.01 0 -0.3"}, "RLEG_JOINT3 .*offset.*0.01.*yz"),
+        ("LLEG_JOINT4", "origin", {"xyz": "0 0 0.3"}, "LLEG_JOINT4 .*offset.*not upwards"),
+        ("LLEG_JOINT0", "origin", {"rpy": "0 0 0.1"}, "LLEG_JOINT0 .*frame.*parallel"),
+        ("r_sole_joint", "origin", {"rpy": "0 0 0.1"}, "r_sole is not parallel"),
+    ],
+)
+def test_a_leg_of_another_kind_is_refused_by_the_joint_and_what_differs(
+    robot, tmp_path, joint, tag, changes, message
+):
+    """The closed form would place the foot wrongly."""
+    tree = ElementTree.parse(robot.config.urdf_path)
+    element = tree.find(f"./joint[@name='{joint}']/{tag}")
+    element.attrib.update(changes)
+    tree.write(tmp_path / "other.urdf")
+    with pytest.raises(RobotConfigError, match=message):
+        RobotModel(replace(robot.config, urdf_path=tmp_path / "other.urdf"))
+
+
+def test_a_leg_given_in_another_order_is_refused(robot):
+    """From the hip to the ankle; and each sole hangs on its own."""
+    legs = dict(robot.config.legs)
+    swapped = {"left": legs["right"], "right": legs["left"]}
+    with pytest.raises(RobotConfigError, match="_sole hangs on another joint"):
+        RobotModel(replace(robot.config, legs=swapped))
+    with pytest.raises(RobotConfigError, match=r"RLEG_JOINT5 .*joint before it"):
+        RobotModel(replace(robot.config, legs=legs | {"right": legs["right"][::-1]}))
+
+
+@pytest.mark.parametrize("joint", ["RLEG_JOINT5", "LLEG_JOINT0", "LLEG_JOINT3"])
+def test_half_sitting_on_a_tilted_or_turned_sole_is_refused(robot, joint):
+    """Motions that begin there would begin with a jump."""
+    angle = robot.config.half_sitting[robot.config.index(joint)]
+    tilted = robot.config.posture({joint: angle + 0.01})
+    with pytest.raises(RobotConfigError, match=r"half_sitting: the (left|right) sole"):
+        RobotModel(replace(robot.config, half_sitting=tilted))
+
+
+def test_joints_that_are_not_listed_stay_at_zero_and_weigh_as_before(robot):
+    """A head that is left out is part of the trunk."""
+    config = robot.config
+    kept = [i for i, name in enumerate(config.joint_names) if "HEAD" not in name]
+    arrays = {
+        name: getattr(config, name)[kept]
+        for name in ("half_sitting", "lower", "upper", "velocity_limit", "effort_limit")
+    }
+    names = tuple(config.joint_names[i] for i in kept)
+    headless = RobotModel(replace(config, joint_names=names, **arrays))
+    assert headless.mass == pytest.approx(robot.mass)
+    np.testing.assert_allclose(
+        headless.com(headless.configuration(np.zeros(3), arrays["half_sitting"])),
+        robot.com(robot.configuration(np.zeros(3), config.half_sitting)),
+        atol=1e-12,
+    )

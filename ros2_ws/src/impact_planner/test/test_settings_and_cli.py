@@ -82,6 +82,7 @@ def test_text_tells_the_paper_s_symbols(capsys):
         (["--angle-deg", "70"], "mcv50 reaches"),
         (["--angle-deg", "25", "--door", "nowhere.yaml"], "nowhere.yaml"),
         (["--angle-deg", "25", "--door-distance", "2"], "door must stand"),
+        (["--angle-deg", "25", "--robot", "nowhere.yaml"], "nowhere.yaml"),
         (["--angle-deg", "25", "--hinge-x", "nan"], "hinge_x"),
         (["--angle-deg", "25", "--hinge-x", "1"], "from the hinge"),
         (["--angle-deg", "25", "--restitution", "2"], "restitution"),

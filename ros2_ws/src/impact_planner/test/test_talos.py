@@ -1,0 +1,162 @@
+"""A second robot, Talos: the same door and the same code, another robot.yaml."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hrp2_description.data import share_folders
+from hrp2_description.robot import load_robot_config
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_planner import plan_cli
+from impact_planner.knots import TOLERANCE
+from impact_planner.leaf import LeafFrame
+from impact_planner.leg_ik import leg_ik
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import PlanRequest
+from impact_planner.robot_model import SIDES, RobotModel
+from impact_planner.stance import initial_feet
+
+YAML = Path(__file__).with_name("talos.yaml")
+TARGET = math.radians(25.0)
+pytestmark = pytest.mark.skipif(
+    not any(folder.is_dir() for folder in share_folders("example-robot-data")),
+    reason="example-robot-data is not installed",
+)
+
+
+@pytest.fixture(scope="module")
+def talos():
+    """Talos, its fingers and head fixed."""
+    return RobotModel(load_robot_config(YAML))
+
+
+@pytest.fixture(scope="module")
+def talos_plan(talos, known):
+    """25 deg of the paper's door, which stands where Talos' nominal step ends."""
+    return plan_impact(PlanRequest(TARGET), known, talos)
+
+
+def along(plan):
+    """Phases, with the driver's joints at many times, (N, J)."""
+    for phase in plan.phases:
+        yield phase, phase.knots.at(np.linspace(0.0, phase.knots.time[-1], 80))
+
+
+def test_fingers_and_head_are_fixed_and_weigh(talos):
+    """28 joints of 44 move; the mass is the URDF's."""
+    assert len(talos.joint_names) == talos.model.nv - 6 == 28
+    assert talos.mass == pytest.approx(talos.config.mass) == pytest.approx(93.34, abs=0.01)
+
+
+@pytest.mark.parametrize("side", SIDES)
+@given(
+    angles=st.tuples(
+        st.floats(-0.3, 0.3), st.floats(-0.5, 0.5), st.floats(-1.8, 0.6), st.floats(0.02, 2.4),
+        st.floats(-1.2, 0.6), st.floats(-0.5, 0.5),
+    )
+)  # fmt: skip
+@settings(max_examples=60, deadline=None)
+def test_its_legs_have_the_closed_form(talos, side, angles):
+    """Pinocchio's forward kinematics of the answer is the pose that was asked for."""
+
+    def pose(leg):
+        joints = np.zeros(len(talos.joint_names))
+        joints[talos.leg_columns[side]] = leg
+        q = talos.configuration(np.zeros(3), joints)
+        sole, rotation = talos.frame_pose(q, talos.feet[side].frame)
+        return sole - rotation @ talos.feet[side].sole, rotation
+
+    ankle, rotation = pose(angles)
+    again, turned = pose(leg_ik(talos.legs[side], ankle, rotation)[0])
+    np.testing.assert_allclose(again, ankle, atol=1e-9)
+    np.testing.assert_allclose(turned, rotation, atol=1e-9)
+
+
+def test_the_papers_door_is_planned_for(talos, talos_plan):
+    """Eqs. (3), (5) and restitution, with an effective mass below its own."""
+    plan = talos_plan
+    assert plan.warnings == ()
+    assert plan.effective_mass < plan.effective_mass_planar < talos.mass
+    assert plan.required_impulse == pytest.approx(
+        plan.effective_mass * (plan.v_rb - plan.v_rb_post)
+    )
+    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
+    assert plan.b_r == pytest.approx(plan.b_r_percussion, abs=1e-5)
+    assert plan.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
+
+
+def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
+    """I_A w' = l_B m_re (v_rB - v'_rB); the CoM's speed falls by the impulse over the mass."""
+    plan = talos_plan
+    assert known.door.i_a * plan.omega_door == pytest.approx(plan.l_b * plan.required_impulse)
+    assert plan.v_com - plan.v_com_post == pytest.approx(plan.required_impulse / talos.mass)
+
+
+def test_a_heavier_robot_hits_more_slowly(plan, talos_plan):
+    """The same door to the same angle as HRP-2."""
+    assert talos_plan.omega_door == plan.omega_door
+    assert talos_plan.effective_mass > plan.effective_mass
+    assert talos_plan.v_rb < plan.v_rb
+
+
+def test_com_and_zmp_stay_inside_the_soles(talos, talos_plan):
+    """The ZMP by 15 mm, in the run-up up to the contact; the CoM at rest likewise."""
+    for phase in talos_plan.phases:
+        assert phase.margin > 0.015, phase.name
+    final = talos_plan.phase("hold").com_samples[-1]
+    corners = [talos.feet[s].corners(getattr(talos_plan, f"{s}_foot")) for s in SIDES]
+    corners = np.vstack(corners)
+    assert np.all(corners.min(axis=0) < final[:2])
+    assert np.all(final[:2] < corners.max(axis=0))
+
+
+def test_the_splines_keep_the_limits_of_the_joints(talos, talos_plan):
+    """Position, speed and torque of the URDF."""
+    for phase, (position, velocity, _) in along(talos_plan):
+        assert np.all(position >= talos.lower - TOLERANCE), phase.name
+        assert np.all(position <= talos.upper + TOLERANCE), phase.name
+        assert np.all(np.abs(velocity) <= talos.speed_limit * 1.001), phase.name
+        assert phase.torque_ratio < 1.0
+
+
+def test_feet_do_not_move_but_for_the_step(talos, talos_plan):
+    """The right sole seen from the left one, level, parallel and where it was or will be."""
+    start = initial_feet(talos)
+    before = start["right"] - start["left"]
+    placed = talos_plan.right_foot - talos_plan.left_foot
+    for phase, (position, _, _) in along(talos_plan):
+        if phase.name == "step":
+            continue
+        expected = before if phase.name in ("prepare", "shift") else placed
+        for joints in position:
+            q = talos.configuration(np.zeros(3), joints)
+            poses = [talos.frame_pose(q, talos.feet[side].frame) for side in SIDES]
+            np.testing.assert_allclose(poses[0][0] - poses[1][0], expected, atol=2e-4)
+            for _, rotation in poses:
+                assert np.linalg.norm(pin.log3(rotation)) < 1e-3
+
+
+def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
+    """Its sphere touches the face, elbow and wrist keep clear of it."""
+    q = talos.configuration(np.zeros(3), talos_plan.phase("hold").knots.position[-1])
+    shift = talos_plan.left_foot - talos.frame_position(q, talos.feet["left"].frame)
+    leaf = LeafFrame(np.array([talos_plan.hinge_x, -talos_plan.door_distance]), TARGET)
+    config = talos.config
+    hand = talos.frame_position(q, config.hand_link) + shift
+    assert leaf.gap(hand) == pytest.approx(talos.hand_radius(), abs=1e-3)
+    assert config.arm.heights[0] <= hand[2] <= config.arm.heights[1]
+    for link in (config.contact_link, config.arm.wrist_link):
+        gap = leaf.gap(talos.frame_position(q, link) + shift)
+        assert gap > config.contact_radius + 0.01, link
+
+
+def test_the_command_takes_its_robot_yaml(capsys, talos_plan):
+    """--robot places the door where this robot's step ends."""
+    assert plan_cli.main(["--angle-deg", "25", "--robot", str(YAML), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["plan_id"] == talos_plan.plan_id
+    assert found["door_distance"] == pytest.approx(talos_plan.door_distance)
