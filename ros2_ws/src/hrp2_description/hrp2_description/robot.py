@@ -105,7 +105,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
 def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
     """The fields that a file may leave out, as far as it has them."""
     found: dict[str, Any] = {}
-    for name in ("hand_radius", "servo_time_constant"):
+    for name in ("hand_radius", "clearance", "servo_time_constant"):
         if name in data:
             found[name] = _positive(data, name)
     if "actuators" in data:
@@ -122,6 +122,8 @@ def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
             )
     if "sole_rubber" in data:
         found["sole_rubber"] = _sole_rubber(data["sole_rubber"])
+    if "disabled_collisions" in data:
+        found["disabled_collisions"] = tuple((a, b) for a, b in data["disabled_collisions"])
     if "imu_frame" in data:
         found["imu_frame"] = data["imu_frame"]
     return found
@@ -149,6 +151,7 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     links = {element.attrib["name"] for element in robot.findall("link")}
     joints = {element.attrib["name"] for element in robot.findall("joint")}
     named_links = [config.contact_link, config.hand_link, config.arm.wrist_link, config.imu_frame]
+    named_links += [link for pair in config.disabled_collisions for link in pair]
     named_joints: list[str | None] = [*config.braced_joints, *config.braced_posture]
     for foot in config.feet.values():
         named_links += [foot.sole, foot.ankle]

@@ -111,6 +111,8 @@ class RobotConfig:
         braced_joints: Joints that the brace relieves.
         urdf_path: The URDF file.
         hand_radius: Radius of the hand [m]; None: of the URDF's collision sphere.
+        clearance: That bodies keep from each other and from the leaf [m].
+        disabled_collisions: Pairs of links that are not kept apart, as an SRDF's of that name.
         gear_ratio: Motor turns per joint turn [-].
         rotor_inertia: Rotor inertia at the motor [kg m^2].
         rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
@@ -142,6 +144,8 @@ class RobotConfig:
     braced_joints: tuple[str, ...]
     urdf_path: Path
     hand_radius: float | None = None
+    clearance: float = 0.01
+    disabled_collisions: tuple[tuple[str, str], ...] = ()
     gear_ratio: Array | None = None
     rotor_inertia: Array | None = None
     rotor_link: Mapping[str, str] | None = None

@@ -7,7 +7,8 @@ joints in one place with shapeless links between them (hip, waist, neck, shoulde
 the covers of a real robot slide in each other, boxes would collide within the joints' ranges, and
 these ranges are the check. Every other pair counts, the braced arm against trunk and thighs too.
 Pairs that are nearer than the limit in half-sitting or in the braced posture rest against each
-other by design: they may come as near as they are there, and no nearer.
+other by design: they may come as near as they are there, and no nearer. Pairs that overlap there
+are left out, as shapes that only wrap what is joined.
 
 Why few samples are computed. A point of a body moves by at most its distance from a joint's axis
 times the joint's way, so two bodies d_a and d_b apart at samples a and b are at least
@@ -117,7 +118,8 @@ class BodyGeometry:
     Not safe to share between threads: Pinocchio's work space is reused.
 
     Attributes:
-        excluded: Pairs of links left out because a joint, or joints in one place, join them.
+        excluded: Pairs of links left out because a joint, or joints in one place, join them,
+            because they overlap there by design, or because the robot's configuration says so.
         left_out: Links with meshes, where one of them is missing: nothing is known of these.
         links: Link of each shape.
     """
@@ -134,14 +136,22 @@ class BodyGeometry:
         joints = [int(item.parentJoint) for item in objects]
         joined = _joined(robot.model, set(joints))
         counted, excluded = [], set()
+        disabled = {frozenset(pair) for pair in robot.config.disabled_collisions}
         for a, b in itertools.combinations(range(len(objects)), 2):
-            if (joints[a], joints[b]) in joined or (joints[b], joints[a]) in joined:
+            pair = frozenset((self.links[a], self.links[b]))
+            if {(joints[a], joints[b]), (joints[b], joints[a])} & joined or pair in disabled:
                 excluded.add((self.links[a], self.links[b]))
             elif joints[a] != joints[b]:
                 counted.append((a, b))
+        rest = self._resting(self._self_pairs(counted))
+        for (a, b), distance in zip(counted, rest, strict=True):
+            if distance < 0.0:
+                excluded.add((self.links[a], self.links[b]))
         self.excluded = tuple(sorted(excluded))
-        self._pairs = self._self_pairs(counted)
-        self._rest = self._resting()
+        self._model.removeAllCollisionPairs()
+        self._pairs = self._self_pairs(
+            [pair for pair, distance in zip(counted, rest, strict=True) if distance >= 0.0])
+        self._rest = rest[rest >= 0.0]
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
@@ -229,11 +239,11 @@ class BodyGeometry:
         """What each pair of shapes must keep, (P,) [m]."""
         return np.minimum(limit, self._rest - _REST_TOLERANCE)
 
-    def _resting(self) -> Array:
+    def _resting(self, pairs: _Pairs) -> Array:
         """Smallest distance of each pair in half-sitting and in the braced posture, (P,) [m]."""
         postures = np.array([self._robot.config.half_sitting, braced_upper_body(self._robot)])
-        at = self._distances(self._pairs, self._configurations(np.zeros((2, 3)), postures))
-        every = np.arange(len(self._pairs.names))
+        at = self._distances(pairs, self._configurations(np.zeros((2, 3)), postures))
+        every = np.arange(len(pairs.names))
         return np.minimum(at(0, every), at(1, every))
 
     def _configurations(self, base: Array, joints: Array) -> Array:

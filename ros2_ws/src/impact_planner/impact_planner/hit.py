@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from . import momentum
 from .door_prediction import DoorPrediction
+from .floor_load import FloorLoad
 from .placement import Placement
 from .run_up import RunUpPlan
 from .stance import Contact, Stance
@@ -21,8 +22,9 @@ class Hit:
         contact: Where the elbow meets the leaf.
         door: What the door does.
         mass: Effective mass planned with [kg].
-        mass_planar: By eq. (3) [kg].
         speeds: Of B, along the leaf's normal.
+        floor: What the feet must bear.
+        brace: Impulse of the torque at each braced joint [N m s].
         run_up: The run-up.
     """
 
@@ -31,6 +33,7 @@ class Hit:
     contact: Contact
     door: DoorPrediction
     mass: float
-    mass_planar: float
     speeds: momentum.ImpactSpeeds
+    floor: FloorLoad
+    brace: dict[str, float]
     run_up: RunUpPlan

@@ -32,7 +32,7 @@ _NUMBERS = (
     "v_com", "v_com_post", "effective_mass", "effective_mass_planar", "required_impulse",
     "required_friction", "a_r", "b_r", "b_r_percussion", "l_b", "i_rob", "waist_height",
     "contact_time", "switch_time", "peak_time", "peak_time_std", "peak_angle", "peak_angle_std",
-    "point_of_no_return",
+    "point_of_no_return", "steady_way",
 )  # fmt: skip
 _TEXTS = ("plan_id", "door", "run_up", "ending")
 
@@ -95,11 +95,26 @@ def plan_message(
         setattr(message, field, float(getattr(plan, field)))
     for field in _TEXTS:
         setattr(message, field, getattr(plan, field))
+    message.foot_impulse = plan.floor.impulse
+    message.foot_impulse_planar = plan.floor.impulse_planar
+    message.foot_yaw_impulse = plan.floor.yaw_impulse
+    message.brace_joint, message.brace_impulse = plan.hardest_braced
+    message.early_margin = plan.branches.early_margin
+    message.late_margin = plan.branches.late_margin
+    message.missed_margin = plan.branches.missed_margin
     message.left_foot = _pose(plan.left_foot)
     message.right_foot = _pose(plan.right_foot)
     message.contact_point = _point(plan.contact_point)
     message.zmp_margins = [
-        PhaseMargin(phase=name, margin=margin) for name, margin in plan.zmp_margins.items()
+        PhaseMargin(
+            phase=phase.name,
+            margin=phase.margin,
+            speed_ratio=phase.speed_ratio,
+            torque_ratio=phase.torque_ratio,
+            body_clearance=phase.clearances[0].distance,
+            leaf_clearance=phase.clearances[1].distance,
+        )
+        for phase in plan.phases
     ]
     message.warnings = list(plan.warnings)
     if trajectories:

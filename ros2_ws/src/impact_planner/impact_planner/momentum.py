@@ -54,6 +54,16 @@ def percussion_offset(mass: float, i_rob: float, b_r: float) -> float:
     return i_rob / (mass * b_r)
 
 
+def foot_impulse_planar(mass: float, i_rob: float, a_r: float, b_r: float) -> float:
+    """Impulse of the floor at C along the door's normal for 1 N s given to the door.
+
+    A rigid robot that turns about C, a height b_r under its CoM: zero where eq. (5) holds;
+    positive where the floor pushes it on, towards the door.
+    """
+    _require_positive(mass=mass, i_rob=i_rob, b_r=b_r)
+    return (i_rob - mass * a_r * b_r) / (i_rob + mass * b_r**2)
+
+
 def speeds_for(
     omega: float, *, i_a: float, l_b: float, effective_mass: float, restitution: float
 ) -> ImpactSpeeds:

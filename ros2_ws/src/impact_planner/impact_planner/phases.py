@@ -14,6 +14,7 @@ from .after_hit import (
 from .approach import StandingPhase, plan_approach
 from .clearance import LeafCourse
 from .errors import JointLimit, PlannerError, PostureUnreachable
+from .floor_load import require_grip
 from .hit import Hit
 from .hold import LATE, HoldPlan, HoldTask, plan_hold
 from .phase_checks import LeafNearby, PhaseLimits, checked_phase
@@ -41,7 +42,7 @@ def plan_phases(
     stance, run_up = hit.stance, hit.run_up
     approach = plan_approach(robot, stance, run_up.y_start, settings.timing, settings.period)
     limits = PhaseLimits(
-        settings.required_margin, settings.limit_share, settings.required_clearance)
+        settings.required_margin, settings.limit_share, robot.config.clearance)
 
     def leaf_at(time: Array, *may_touch: str) -> LeafNearby:
         """The leaf at times after the hit, (N,) [s]."""
@@ -73,7 +74,9 @@ def plan_phases(
     end = after.motion.joints[-1], after.motion.base[-1]
     ending = _hold if wanted.ending == "hold" else _retreat
     last = ending(robot, known, wanted, settings, hit, limits, end)
-    return (*phases, cam, post, last), branches
+    every = (*phases, cam, post, last)
+    require_grip(max(phase.friction for phase in every), settings.sole_friction)
+    return every, branches
 
 
 def _hold(

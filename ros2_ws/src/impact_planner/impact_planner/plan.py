@@ -16,13 +16,14 @@ from .errors import (
     PostureUnreachable,
     SpeedUnreachable,
 )
+from .floor_load import FloorLoad, floor_load, require_grip
 from .hit import Hit
 from .phases import plan_phases
 from .placement import Placement, placement_for_step, stand
 from .plan_types import Branches, ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
 from .posture import LegDemands, capable, waist_per_com
 from .request import ResolvedRequest, resolve
-from .robot_model import RobotModel
+from .robot_model import Blow, RobotModel
 from .run_up import RunUpWish, plan_run_up
 from .stance import SPARE_WAY, STEP_SHARES, Contact, Stance
 
@@ -72,7 +73,7 @@ def plan_impact(
         except (JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # of the step that was wanted most
             continue
-        plan = _compose(known, wanted, settings, hit, phases, branches)
+        plan = _compose(known, robot, wanted, settings, hit, phases, branches)
         return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
     assert failure is not None
     raise failure
@@ -89,16 +90,21 @@ def _plan_hit(
     door = predict(known, wanted.angle, wanted.initial_angle)
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_WAY)
     placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-    masses, speeds, v_rob = _momentum(robot, known, wanted, stance, contact, door.omega)
+    mass, speeds, brace, floor = _momentum(
+        robot, known, wanted, settings, stance, contact, door.omega)
     demands = replace(
-        demands, speed=_SPEED_RESERVE * v_rob / waist_per_com(robot, stance.posture, stance.feet),
+        demands,
+        speed=_SPEED_RESERVE * _along_y(speeds.v_rb, contact)
+        / waist_per_com(robot, stance.posture, stance.feet),
         joint_speed=settings.limit_share * robot.speed_limit)
     if not capable(robot, stance.posture, stance.feet, demands):
         placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-        masses, speeds, v_rob = _momentum(robot, known, wanted, stance, contact, door.omega)
+        mass, speeds, brace, floor = _momentum(
+            robot, known, wanted, settings, stance, contact, door.omega)
+    require_grip(floor.friction, settings.sole_friction)
     run_up = plan_run_up(robot, stance, RunUpWish(
         kind=wanted.run_up,
-        v_rb=v_rob,
+        v_rb=_along_y(speeds.v_rb, contact),
         steady=settings.door_uncertainty,
         overrun=settings.overrun,
         required_margin=settings.required_margin,
@@ -106,30 +112,41 @@ def _plan_hit(
         period=settings.period,
         y_start=settings.y_start,
     ))
-    return Hit(placement, stance, contact, door, *masses, speeds, run_up)
+    return Hit(placement, stance, contact, door, mass, speeds, floor, brace, run_up)
+
+
+def _along_y(speed: float, contact: Contact) -> float:
+    """The speed along y, where the run-up goes, of one along the leaf's normal, of eqs. (2) to (4).
+    """
+    return speed / -float(contact.normal[1])
 
 
 def _momentum(
     robot: RobotModel,
     known: KnownDoor,
     wanted: ResolvedRequest,
+    settings: PlannerSettings,
     stance: Stance,
     contact: Contact,
     omega: float,
-) -> tuple[tuple[float, float], momentum.ImpactSpeeds, float]:
-    """Section II.C.3: masses (planned with, planar), speeds along the leaf's normal, v_rB along y.
-
-    The run-up goes along y, eqs. (2) to (4) along the normal.
-    """
-    masses = _effective_masses(robot, stance, contact, wanted)
+) -> tuple[float, momentum.ImpactSpeeds, dict[str, float], FloorLoad]:
+    """Section II.C.3: effective mass, speeds along the leaf's normal, what brace and floor bear."""
+    posture = stance.posture
+    blow = robot.blow(
+        robot.configuration(posture.base, posture.joints), locked=robot.config.braced_joints,
+        direction=contact.normal, rotors=1.0)
+    mass = _mass_to_plan_with(robot, wanted, blow)
     speeds = momentum.speeds_for(
-        omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=masses[0],
+        omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=mass,
         restitution=wanted.restitution)
-    return masses, speeds, speeds.v_rb / -float(contact.normal[1])
+    brace = {joint: speeds.impulse * each for joint, each in blow.brace.items()}
+    return mass, speeds, brace, floor_load(
+        robot, stance, blow, speeds.impulse, settings.contact_duration)
 
 
 def _compose(
     known: KnownDoor,
+    robot: RobotModel,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
@@ -153,9 +170,12 @@ def _compose(
         v_com=run_up.law.speed,
         v_com_post=run_up.law.speed * speeds.v_rb_post / speeds.v_rb,
         effective_mass=hit.mass,
-        effective_mass_planar=hit.mass_planar,
+        effective_mass_planar=momentum.effective_mass_planar(
+            robot.mass, posture.i_rob, posture.a_r),
         required_impulse=speeds.impulse,
-        required_friction=max(phase.friction for phase in phases),
+        required_friction=max(hit.floor.friction, *(phase.friction for phase in phases)),
+        floor=hit.floor,
+        brace=hit.brace,
         a_r=posture.a_r,
         b_r=posture.b_r,
         b_r_percussion=posture.b_r_percussion,
@@ -172,7 +192,8 @@ def _compose(
         peak_angle=door.peak_angle,
         peak_angle_std=door.peak_angle_std,
         branches=branches,
-        warnings=known.warnings + _warnings(stance, settings),
+        warnings=known.warnings + _warnings(stance, branches),
+        steady_way=2.0 * settings.door_uncertainty,
         phases=phases,
         step=stance.step,
         y_start=run_up.y_start,
@@ -182,29 +203,22 @@ def _compose(
     )
 
 
-def _effective_masses(
-    robot: RobotModel, stance: Stance, contact: Contact, wanted: ResolvedRequest
-) -> tuple[float, float]:
-    """The one to plan with, and that of eq. (3)."""
-    posture = stance.posture
-    planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
-    if wanted.effective_mass is not None:
-        if wanted.effective_mass > robot.mass:
-            raise InvalidRequest(
-                f"effective_mass {wanted.effective_mass:g} kg is more than the robot's "
-                f"{robot.mass:g} kg",
-                quantity="effective_mass [kg]",
-                value=wanted.effective_mass,
-                limit=robot.mass,
-            )
-        return wanted.effective_mass, planar
-    q = robot.configuration(posture.base, posture.joints)
-    mass = robot.effective_mass(
-        q, locked=robot.config.braced_joints, direction=contact.normal, rotors=1.0)
-    return mass, planar
+def _mass_to_plan_with(robot: RobotModel, wanted: ResolvedRequest, blow: Blow) -> float:
+    """The effective mass of the whole robot, or the one that is asked for [kg]."""
+    if wanted.effective_mass is None:
+        return blow.mass
+    if wanted.effective_mass > robot.mass:
+        raise InvalidRequest(
+            f"effective_mass {wanted.effective_mass:g} kg is more than the robot's "
+            f"{robot.mass:g} kg",
+            quantity="effective_mass [kg]",
+            value=wanted.effective_mass,
+            limit=robot.mass,
+        )
+    return wanted.effective_mass
 
 
-def _warnings(stance: Stance, settings: PlannerSettings) -> tuple[str, ...]:
+def _warnings(stance: Stance, branches: Branches) -> tuple[str, ...]:
     posture = stance.posture
     found = []
     if stance.percussion_error:
@@ -217,6 +231,12 @@ def _warnings(stance: Stance, settings: PlannerSettings) -> tuple[str, ...]:
         found.append(
             f"B is {1e3 * offset:+.0f} mm from the CoM along x, more than "
             f"{1e3 * _LARGEST_OFFSET:.0f} mm: the hit turns the robot"
+        )
+    if branches.missed_margin < 0.0:
+        found.append(
+            f"a contact that is missed cannot be stopped on these feet: the capture point would be "
+            f"{1e3 * branches.recovery_step:.0f} mm beyond the soles, and there is no step to "
+            "recover with"
         )
     return tuple(found)
 

@@ -8,7 +8,6 @@ import math
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from door_model.config import door_names, load_door
 from door_model.errors import DoorModelError
@@ -17,16 +16,10 @@ from hrp2_description.robot import load_robot_config
 
 from .errors import PlannerError
 from .plan import plan_impact
+from .plan_text import plan_object, plan_text
 from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlanRequest
 from .robot_model import RobotModel
 from .settings import configured_placement, make_settings
-
-# The contract's keys of `plan` in summary.json.
-_JSON_KEYS = (
-    "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
-    "i_rob", "l_b",
-)  # fmt: skip
-
 
 _EXAMPLE = """\
 example, the paper's door, then one that identify has written:
@@ -116,68 +109,6 @@ def _plan(options: argparse.Namespace) -> ImpactPlan:
     )
     known = KnownDoor(config.name, config.door(), config.leaf.width)
     return plan_impact(request, known, RobotModel(load_robot_config(options.robot)), settings)
-
-
-def plan_object(plan: ImpactPlan) -> dict[str, Any]:
-    """The contract's `plan` object and what else a caller may want."""
-    found: dict[str, Any] = {key: float(getattr(plan, key)) for key in _JSON_KEYS}
-    found["planning_ms"] = 1e3 * plan.planning_time
-    found |= {
-        "plan_id": plan.plan_id,
-        "door": plan.door,
-        "run_up": plan.run_up,
-        "ending": plan.ending,
-        "target_deg": math.degrees(plan.desired_opening_angle),
-        "restitution": plan.restitution,
-        "v_com": plan.v_com,
-        "required_impulse": plan.required_impulse,
-        "required_friction": plan.required_friction,
-        "b_r_percussion": plan.b_r_percussion,
-        "waist_height": plan.waist_height,
-        "step": plan.step,
-        "door_distance": plan.door_distance,
-        "hinge_x": plan.hinge_x,
-        "contact_time": plan.contact_time,
-        "peak_time": plan.peak_time,
-        "point_of_no_return": plan.point_of_no_return,
-        "planned_margin_mm": {name: 1e3 * m for name, m in plan.zmp_margins.items()},
-        "warnings": list(plan.warnings),
-    }
-    return found
-
-
-def plan_text(plan: ImpactPlan) -> str:
-    """The plan for people to read, each row with the paper's equation or section."""
-    target = math.degrees(plan.desired_opening_angle)
-    margins = ", ".join(f"{name} {1e3 * margin:.0f}" for name, margin in plan.zmp_margins.items())
-    back = 1e3 * plan.point_of_no_return
-    peak = f"{math.degrees(plan.peak_angle):.2f}"
-    if plan.peak_angle_std > 0.0:
-        peak += f" +- {math.degrees(plan.peak_angle_std):.2f}"
-    rows = [
-        ("door, opening angle", "", f"{plan.door}, {target:.1f} deg"),
-        ("w' of the door", "(1), II.C.2", f"{plan.omega_door:.3f} rad/s"),
-        ("predicted peak", "(1)", f"{peak} deg, {plan.peak_time:.2f} s after the hit"),
-        ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
-        ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
-        ("m_re planned with", "J M^-1 J^T", f"{plan.effective_mass:.1f} kg, feet on the floor"),
-        ("b_r, b_r that (5) asks for", "(5)",
-         f"{plan.b_r:.3f}, {plan.b_r_percussion:.3f} m, waist at {plan.waist_height:.3f} m"),
-        ("impulse at B, l_B", "(2)", f"{plan.required_impulse:.1f} N s, {plan.l_b:.3f} m"),
-        ("v_rB", "(4) corrected", f"{plan.v_rb:.3f} m/s"),
-        ("v'_rB", "restitution", f"{plan.v_rb_post:.3f} m/s, e = {plan.restitution:.2f}"),
-        ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
-         f"{plan.run_up}, CoM to {plan.v_com:.3f} m/s in {plan.contact_time:.2f} s"),
-        ("stance", "II.C.1, Fig. 5",
-         f"step {plan.step:.3f} m, door {plan.door_distance:.3f} m from the origin"),
-        ("friction, feet", "", f"{plan.required_friction:.2f}"),
-        ("ZMP margin [mm]", "", margins),
-        ("point of no return", "", f"{abs(back):.0f} ms {'before' if back > 0.0 else 'after'} the "
-         "contact"),
-        ("planned in", "", f"{1e3 * plan.planning_time:.0f} ms"),
-    ]  # fmt: skip
-    lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
-    return "\n".join(lines + [f"warning: {warning}" for warning in plan.warnings])
 
 
 if __name__ == "__main__":

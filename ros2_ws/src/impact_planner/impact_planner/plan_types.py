@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .approach import ApproachTiming
 from .clearance import Clearance
+from .floor_load import FloorLoad
 from .knots import Knots
 
 Array = NDArray[np.float64]
@@ -84,10 +85,9 @@ class PlannerSettings:
             run-up keeps its speed so far before and past the nominal contact.
         overrun: Way of the run-up past the nominal contact that is wished for [m].
         required_margin: Smallest ZMP margin of a phase [m].
-        required_clearance: Smallest distance between bodies of the robot, and from those that do
-            not touch the leaf to it [m].
         limit_share: Of the joints' speed and torque limits that a plan may use.
         post_duration: From the end of the contact to rest [s].
+        sole_friction: Coefficient of friction that soles and floor are taken to have.
         contact_duration: Expected duration of the contact [s].
         contact_lead: So long before the nominal contact the legs begin to slow down [s]; chosen
             so that they neither push nor brake, because the contact takes up speed sooner than
@@ -110,9 +110,9 @@ class PlannerSettings:
     door_uncertainty: float = 0.015
     overrun: float = 0.04
     required_margin: float = 0.02
-    required_clearance: float = 0.01
     limit_share: float = 0.9
     post_duration: float = 0.4
+    sole_friction: float = 0.5
     contact_duration: float = 0.015
     contact_lead: float = 0.0018
     period: float = 0.005
@@ -192,6 +192,9 @@ class ImpactPlan:
         door_distance: Planned with [m].
         hinge_x: Planned with [m].
         planning_time: [s].
+        floor: What the feet must bear in the hit.
+        brace: Impulse of the torque that the brace carries at each of its joints [N m s].
+        steady_way: At constant speed around the nominal contact [m].
         branches: What if the door is not where it was said to be.
     """
 
@@ -211,6 +214,8 @@ class ImpactPlan:
     effective_mass_planar: float
     required_impulse: float
     required_friction: float
+    floor: FloorLoad
+    brace: dict[str, float]
     a_r: float
     b_r: float
     b_r_percussion: float
@@ -227,6 +232,7 @@ class ImpactPlan:
     peak_angle: float
     peak_angle_std: float
     branches: Branches
+    steady_way: float
     warnings: tuple[str, ...]
     phases: tuple[PhasePlan, ...]
     step: float
@@ -239,6 +245,12 @@ class ImpactPlan:
     def point_of_no_return(self) -> float:
         """See `Branches` [s]."""
         return self.branches.point_of_no_return
+
+    @property
+    def hardest_braced(self) -> tuple[str, float]:
+        """The joint at which the brace carries most, and its impulse [N m s]."""
+        joint = max(self.brace, key=lambda name: abs(self.brace[name]), default="")
+        return joint, self.brace.get(joint, 0.0)
 
     @property
     def zmp_margins(self) -> dict[str, float]:

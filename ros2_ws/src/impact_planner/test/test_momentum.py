@@ -83,3 +83,15 @@ def test_restitution_lies_between_0_and_1(bad):
         momentum.speeds_for(0.6, restitution=bad, **law)
     assert momentum.speeds_for(0.6, restitution=0.0, **law).v_rb_post == pytest.approx(0.252)
     assert momentum.speeds_for(0.6, restitution=1.0, **law).v_rb > 0.0
+
+
+@given(mass=st.floats(20.0, 120.0), i_rob=st.floats(2.0, 20.0), a_r=st.floats(0.05, 0.4),
+       b_r=st.floats(0.4, 1.0))
+def test_a_rigid_robot_that_turns_about_c_needs_this_impulse_there(mass, i_rob, a_r, b_r):
+    """Linear and angular momentum of the body after the blow; none where eq. (5) holds."""
+    foot = momentum.foot_impulse_planar(mass, i_rob, a_r, b_r)
+    v_com, spin = (foot - 1.0) / mass, (-a_r - b_r * foot) / i_rob
+    assert v_com - b_r * spin == pytest.approx(0.0, abs=1e-12)
+    held = momentum.foot_impulse_planar(
+        mass, i_rob, a_r, momentum.percussion_height(mass, i_rob, a_r))
+    assert held == pytest.approx(0.0, abs=1e-12)

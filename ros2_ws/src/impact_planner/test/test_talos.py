@@ -90,10 +90,12 @@ def test_the_papers_door_is_planned_for(talos, talos_plan):
 
 
 def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
-    """I_A w' = l_B m_re (v_rB - v'_rB); the CoM's speed falls by the impulse over the mass."""
+    """I_A w' = l_B m_re (v_rB - v'_rB); the legs go on at v'_rB."""
     plan = talos_plan
     assert known.door.i_a * plan.omega_door == pytest.approx(plan.l_b * plan.required_impulse)
-    assert plan.v_com - plan.v_com_post == pytest.approx(plan.required_impulse / talos.mass)
+    lost = plan.effective_mass * (plan.v_rb - plan.v_rb_post)
+    assert lost == pytest.approx(plan.required_impulse)
+    assert plan.v_com_post / plan.v_com == pytest.approx(plan.v_rb_post / plan.v_rb)
 
 
 def test_a_heavier_robot_hits_more_slowly(plan, talos_plan):
