@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from . import bench_bridge, bench_door
+from . import bench_bridge, bench_door, bench_planner
 from .errors import DemoError
 
 
@@ -68,6 +68,27 @@ def _simulate_1000_doors(_: Path) -> Measurement:
         "one solve_ivp a door", peer, "at least 50 times as fast as its peer")
 
 
+def _plan_service(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_service()
+    return Measurement(
+        ours, "ms a request, median over random angles, messages included", False,
+        "inverse kinematics, Newton-Euler and ZMP sample by sample, without hold, checks, search",
+        peer, "under 100 ms; 250 ms are published for whole-body pushing postures")
+
+
+def _plan_longer(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_longer()
+    return Measurement(
+        ours, "ms for a plan with slow phases twice as long", False, "the usual plan", peer)
+
+
+def _plan_retime(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_retime()
+    return Measurement(
+        ours, "ms to time the run-up anew for another v_rB, median", False,
+        "inverse kinematics, Newton-Euler and ZMP sample by sample", peer, "under 10 ms")
+
+
 def _bridge_overhead(out: Path) -> Measurement:
     bridge, bare = bench_bridge.overhead(out / "bridge.npz")
     return Measurement(
@@ -87,6 +108,9 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "identify_twenty_swings": _identify_twenty_swings,
     "identify_6000_samples": _identify_6000_samples,
     "simulate_1000_doors": _simulate_1000_doors,
+    "plan_service": _plan_service,
+    "plan_longer": _plan_longer,
+    "plan_retime": _plan_retime,
     "bridge_overhead": _bridge_overhead,
     "real_time_factor": _real_time_factor,
 }

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 # Part of the step's time in which the foot travels; it rises before and sinks after that.
 _TRAVEL = (0.12, 0.88)
-_NODES = 0.03  # postures are solved so often and a spline laid through them [s]
+_NODES = 0.05  # postures are solved so often and a spline laid through them [s]
 
 
 @dataclass(frozen=True)

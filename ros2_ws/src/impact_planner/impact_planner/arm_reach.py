@@ -148,6 +148,8 @@ class ArmReach:
         if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
             return None
         final = both(x, _HAND)[1][0]
+        if leaf[1].radius(final) < self.hand_radius + _EDGE:
+            return None  # behind the hinge, where there is no leaf
         return HandOnLeaf(x[:n], x[n:], leaf[1].radius(final), float(final[2]))
 
     def _places(self, base: Array, joints: Array, arm: Array) -> list[tuple[Array, Array]]:

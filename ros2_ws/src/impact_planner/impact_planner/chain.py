@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_STRAIGHT = np.eye(3)
+
 
 @dataclass(frozen=True)
 class ChainPose:
@@ -60,8 +62,8 @@ class Chain:
             joints.insert(0, joint)
             joint = int(model.parents[joint])
         self.columns = np.array([joint_names.index(model.names[j]) for j in joints])
-        self._placements = [(np.array(model.jointPlacements[j].rotation),
-                             np.array(model.jointPlacements[j].translation)) for j in joints]
+        self._offsets = [np.array(model.jointPlacements[j].translation) for j in joints]
+        self._turned = [np.array(model.jointPlacements[j].rotation) for j in joints]
         self._axes = [_axis(model.joints[j]) for j in joints]
         self._end = np.array(end.placement.translation)
 
@@ -69,11 +71,11 @@ class Chain:
         """Pose for joints (N, J) [rad] and an upright base_link at places (N, 3) [m]."""
         n, count = len(joints), len(self.columns)
         axes, origins = np.empty((n, count, 3)), np.empty((n, count, 3))
-        rotation, place = np.broadcast_to(np.eye(3), (n, 3, 3)), np.asarray(base, dtype=float)
+        rotation, place = np.broadcast_to(_STRAIGHT, (n, 3, 3)), np.asarray(base, dtype=float)
         for i, (column, axis) in enumerate(zip(self.columns, self._axes, strict=True)):
-            fixed, offset = self._placements[i]
-            place = place + rotation @ offset
-            rotation = rotation @ fixed
+            place = place + rotation @ self._offsets[i]
+            if not np.array_equal(self._turned[i], _STRAIGHT):
+                rotation = rotation @ self._turned[i]
             axes[:, i], origins[:, i] = rotation @ axis, place
             rotation = rotation @ _turn(axis, joints[:, column])
         return ChainPose(axes, origins, place + rotation @ self._end)
@@ -90,4 +92,4 @@ def _turn(axis: Array, angle: Array) -> Array:
     """Rotations about an axis (3,) by angles (N,), (N, 3, 3), by Rodrigues' formula."""
     skew = np.array(pin.skew(axis))
     sine, versed = np.sin(angle)[:, None, None], (1.0 - np.cos(angle))[:, None, None]
-    return np.eye(3) + sine * skew + versed * (skew @ skew)
+    return _STRAIGHT + sine * skew + versed * (skew @ skew)

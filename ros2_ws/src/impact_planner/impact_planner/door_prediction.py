@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_model.door import Door
-from door_model.dynamics import Swing, initial_velocity, simulate
+from door_model.dynamics import follow_free, initial_velocity
 from door_model.errors import DoorModelError, DoorParameterError
+from door_model.free_motion import FreeMotion
 from door_model.prediction import predict_peak
 from numpy.typing import NDArray
 
@@ -17,8 +18,7 @@ from .plan_types import KnownDoor
 
 Array = NDArray[np.float64]
 
-_AFTER_PEAK = 4.0  # the swing is followed so long [s]
-_PERIOD = 0.02  # between its samples [s]
+_FOLLOWED = 12.0  # the swing, if it does not fall shut before that [s]
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class DoorPrediction:
     peak_time_std: float
     peak_angle: float
     peak_angle_std: float
-    swing: Swing
+    swing: FreeMotion
 
     def angle_at(self, time: Array) -> Array:
         """Angle at times after the hit, (N,) [rad]; before and after the swing as at its ends."""
-        return np.asarray(np.interp(time, self.swing.t, self.swing.theta))
+        return self.swing.at(np.maximum(time, 0.0))[0][:, 0]
 
 
 def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPrediction:
@@ -65,8 +65,11 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
     door = known.door
     try:
         omega = initial_velocity(door, angle, initial_angle)
-        covariance = np.zeros((0, 0)) if known.covariance is None else known.covariance
-        summit = predict_peak(door, known.parameters, covariance, omega, initial_angle)
+        swing = follow_free(door, initial_angle, omega, until=_FOLLOWED)
+        time_std, angle_std = 0.0, 0.0
+        if known.covariance is not None:
+            summit = predict_peak(door, known.parameters, known.covariance, omega, initial_angle)
+            time_std, angle_std = summit.time_std, summit.angle_std
     except DoorParameterError as error:
         raise InvalidRequest(
             str(error), quantity="desired_opening_angle [rad]", value=angle, limit=str(error.limit)
@@ -80,10 +83,8 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
             value=angle,
             limit=limit,
         ) from error
-    swing = simulate(
-        door, initial_angle, omega, summit.time + _AFTER_PEAK, period=_PERIOD, stop=True)
     return DoorPrediction(
-        omega, summit.time, summit.time_std, summit.angle, summit.angle_std, swing)
+        omega, float(swing.peak_time[0]), time_std, float(swing.peak_angle[0]), angle_std, swing)
 
 
 def _opening_limit(door: Door) -> float:

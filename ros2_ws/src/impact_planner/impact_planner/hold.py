@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from door_model.door import Door
-from door_model.dynamics import simulate
+from door_model.dynamics import follow_free
+from door_model.free_motion import FreeMotion
 from numpy.typing import NDArray
 
 from .approach import StandingPhase, sample_times
@@ -30,7 +31,7 @@ from .zmp import Load
 
 Array = NDArray[np.float64]
 
-_NODES = 0.02  # postures are solved so often and a spline laid through them [s]
+_NODES = 0.035  # postures are solved so often and a spline laid through them [s]
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
 _WIDTH_SHARES = (1.0, 0.9, 0.8, 0.7)  # of the leaf's width, within which the hand may be
 LATE = 0.12  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
@@ -148,7 +149,22 @@ def plan_hold(
             return check(HoldPlan(phase, load, catch, hand, force))
         except (AngleUnreachable, JointLimit, PostureUnreachable) as error:
             failure = failure or error  # of the choice that was wanted most
-    raise failure or _unreachable(robot, reach, task)
+    raise failure or _unreachable(robot, task)
+
+
+def can_hold(robot: RobotModel, task: HoldTask) -> bool:
+    """Whether the arm reaches the leaf in time and bears the closer's force; no motion is made."""
+
+    def bearable(catch: Catch, hand: HandOnLeaf) -> bool:
+        try:
+            _require_force(task, catch, hand)
+        except AngleUnreachable:
+            return False
+        return True
+
+    if float(task.door.restoring_torque(task.angle)) <= 0.0:
+        return False  # it would not fall back on the hand
+    return any(bearable(*choice) for choice in _choices(robot, ArmReach(robot), task))
 
 
 def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
@@ -166,23 +182,24 @@ def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
     return force
 
 
-def _catch(door: Door, angle: float, reach: float) -> Catch | None:
-    """Where the leaf is when the arm arrives; None if it is shut by then."""
-    swing = simulate(door, angle, 0.0, reach + LATE, period=0.01, stop=True)
-    speed = _SPEED_SHARE * float(swing.omega[-1])
-    lowest = float(swing.theta[-1]) + 0.5 * speed * _GIVE_WAY
-    if swing.t[-1] < reach + LATE - 0.011 or lowest < _NEARLY_SHUT:
+def _catch(fall: FreeMotion, reach: float) -> Catch | None:
+    """Where the falling leaf is when the arm arrives; None if it is shut by then."""
+    if fall.end_time[0] < reach + LATE:
         return None
-    return Catch(reach, float(swing.theta[-1]), speed, lowest)
+    theta, omega = fall.at(np.array([reach + LATE]))
+    angle, speed = float(theta[0, 0]), _SPEED_SHARE * float(omega[0, 0])
+    lowest = angle + 0.5 * speed * _GIVE_WAY
+    return None if lowest < _NEARLY_SHUT else Catch(reach, angle, speed, lowest)
 
 
 def _choices(
     robot: RobotModel, reach: ArmReach, task: HoldTask
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
     """Ways to meet the leaf, the hand furthest from the hinge first."""
+    fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
     for share in _WIDTH_SHARES:
         for duration in _REACH_TIMES:
-            catch = _catch(task.door, task.angle, duration)
+            catch = _catch(fall, duration)
             if catch is None:
                 continue
             travel = task.joint_share * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
@@ -193,15 +210,10 @@ def _choices(
                 yield catch, hand
 
 
-def _unreachable(robot: RobotModel, reach: ArmReach, task: HoldTask) -> AngleUnreachable:
+def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
     tries = np.radians(np.arange(2.0, math.degrees(task.angle) + 60.0, 2.0))
     tries = tries[tries < task.door.closer.opening_limit() - 0.02]
-    held = [
-        float(other)
-        for other in tries
-        if float(task.door.restoring_torque(other)) > 0.0
-        and any(_choices(robot, reach, replace(task, angle=float(other))))
-    ]
+    held = [float(other) for other in tries if can_hold(robot, replace(task, angle=float(other)))]
     limits = (min(held), max(held)) if held else (math.nan, math.nan)
     return AngleUnreachable(
         f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg; it can "

@@ -80,8 +80,6 @@ def floor_wrenches(robot: RobotModel, motion: Motion) -> tuple[Array, Array]:
 def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Array]:
     """Floor's force and its moment about odom's origin, (N, 3) each, joint torques (N, J)."""
     n = len(motion)
-    wrench = np.empty((n, 6))
-    torque = np.empty((n, len(robot.joint_names)))
     q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
     q[:, :3] = motion.base
     q[:, robot.q_index] = motion.joints
@@ -91,11 +89,12 @@ def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Arra
     a = np.zeros((n, robot.model.nv))
     a[:, :3] = motion.base_acceleration
     a[:, robot.v_index] = motion.joint_acceleration
+    tau = np.empty_like(v)
+    model, data = robot.model, robot.data
     for i in range(n):
-        tau = pin.rnea(robot.model, robot.data, q[i], v[i], a[i])
-        wrench[i] = tau[:6]
-        torque[i] = tau[robot.v_index]
-    return wrench[:, :3], wrench[:, 3:] + np.cross(motion.base, wrench[:, :3]), torque
+        tau[i] = pin.rnea(model, data, q[i], v[i], a[i])
+    force = tau[:, :3]
+    return force, tau[:, 3:6] + np.cross(motion.base, force), tau[:, robot.v_index]
 
 
 def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
