@@ -144,15 +144,18 @@ def percussion_posture(
         JointLimit: The legs reach, but not at the speed that is demanded.
     """
     lowest, highest = robot.waist_heights()
-    heights = np.arange(lowest, highest + 1e-9, _STEP)
-    excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
-    within = np.flatnonzero(excess.max(axis=1) <= 0.0)
-    if not within.size:
+    for step in (_STEP, _STEP / _FINER):  # the finer one where what is possible is little
+        heights: Array = np.arange(lowest, highest + 1e-9, step)
+        excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
+        within = np.flatnonzero(excess.max(axis=1) <= 0.0)
+        if within.size:
+            break
+    else:
         raise _incapable(robot, excess, feet, demands)
     ends = _bracket([_figures(robot, float(heights[i]), joints[i], base[i]) for i in within])
     if ends[0].percussion_error * ends[1].percussion_error > 0.0:
         near = int(abs(ends[1].percussion_error) < abs(ends[0].percussion_error))
-        step = (-_STEP, _STEP)[near]
+        step = (-step, step)[near]
         last = ends[near].waist_height
         for _ in range(_REFINEMENTS):  # as far towards eq. (5) as the legs allow
             step /= _FINER
