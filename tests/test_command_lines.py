@@ -134,13 +134,17 @@ def test_curves_draws_the_appendix_or_refuses_with_a_sentence(
 # -- demo -----------------------------------------------------------------------------------------
 
 
-def test_the_example_of_docs_door_runs(python: Callable[..., Any]) -> None:
-    """Its code block, on the recording that comes along."""
-    text = (Path(__file__).parents[1] / "docs" / "door.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("page", "printed"),
+    [("door.md", "'tau_c0_prime'"), ("planner.md", "a_r 0.149 m, m_re 47.92 kg, w' 0.707 rad/s")])
+def test_the_example_of_a_page_of_docs_runs(
+        python: Callable[..., Any], page: str, printed: str) -> None:
+    """Its code block; door.md's on the recording that comes along."""
+    text = (Path(__file__).parents[1] / "docs" / page).read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     done = python(code.replace("my_door.csv", sample()))
     assert done.status == 0, done.err
-    assert "'tau_c0_prime'" in done.out
+    assert printed in done.out
 
 
 @pytest.mark.parametrize(

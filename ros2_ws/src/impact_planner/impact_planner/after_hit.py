@@ -74,26 +74,32 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
     assert best is not None
     margin, rest = best
     if margin < settings.required_margin:
-        raise PostureUnreachable(
-            f"post: from v'_rB = {hit.speeds.v_rb_post:.3f} m/s the robot does not come to rest: "
-            f"the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
-            f"{1e3 * settings.required_margin:.1f} mm are required"
-            if math.isfinite(margin) else
-            f"post: from v'_rB = {hit.speeds.v_rb_post:.3f} m/s the robot does not come to rest "
-            f"within the {1e3 * (run_up.y_hit - run_up.table.low):.0f} mm past the hit that the "
-            "legs reach",
-            quantity="v_rb_post [m/s]",
-            value=hit.speeds.v_rb_post,
-            limit=settings.required_margin,
-        )
+        raise _no_rest(settings, hit, margin)
     total = max(settings.contact_lead + hit.door.peak_time, contact + rest)
     after = sample_times(total - contact, settings.period)
-    time = np.concatenate([contact_times(rest, contact)[: -1], [contact + rest]])
+    time = contact_times(rest, contact)
     whole = _along(run_up, hit, time, start, rest, contact)
     knots, _ = from_samples(time, whole.joints, whole.joint_speed, whole.joint_acceleration)
     if total > float(time[-1]) + 1e-9:
         knots = knots.held_until(total)
     return AfterHit(_along(run_up, hit, contact + after, start, rest, contact), knots, rest)
+
+
+def _no_rest(settings: PlannerSettings, hit: Hit, margin: float) -> PostureUnreachable:
+    """Why the robot does not come to rest after the hit."""
+    run_up, speed = hit.run_up, hit.speeds.v_rb_post
+    reach = run_up.y_hit - run_up.table.low
+    start = f"post: from v'_rB = {speed:.3f} m/s the robot does not come to rest"
+    if not math.isfinite(margin):
+        shortest = min(_REST_SHARES) * settings.post_duration
+        way = 0.5 * shortest * speed / hit.speeds.v_rb * run_up.law.speed
+        return PostureUnreachable(
+            f"{start} within the {1e3 * reach:.0f} mm past the hit that the legs reach",
+            quantity="way to rest [m]", value=way, limit=reach)
+    return PostureUnreachable(
+        f"{start}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
+        f"{1e3 * settings.required_margin:.1f} mm are required",
+        quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
 
 
 def _along(

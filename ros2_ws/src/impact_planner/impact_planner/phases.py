@@ -40,6 +40,9 @@ def plan_phases(
         PlannerError: A phase breaks a limit.
     """
     stance, run_up = hit.stance, hit.run_up
+    after = plan_after_hit(robot, settings, hit)  # first what refuses most
+    require_leaving(settings, hit, after.motion)
+    branches = plan_branches(robot, settings, hit, after.rest)
     approach = plan_approach(robot, stance, run_up.y_start, settings.timing, settings.period)
     limits = PhaseLimits(
         settings.required_margin, settings.limit_share, robot.config.clearance)
@@ -61,7 +64,6 @@ def plan_phases(
         until=run_up.contact_time,
         leaf=leaf_at(0.0 * run_up.motion.time, touching),
     )
-    after = plan_after_hit(robot, settings, hit)
     post = checked_phase(
         robot,
         StandingPhase("post", after.motion, stance.feet, SIDES),
@@ -69,8 +71,6 @@ def plan_phases(
         knots=after.knots,
         leaf=leaf_at(after.motion.time - settings.contact_lead, touching),
     )
-    require_leaving(settings, hit, after.motion)
-    branches = plan_branches(robot, settings, hit, after.rest)
     end = after.motion.joints[-1], after.motion.base[-1]
     ending = _hold if wanted.ending == "hold" else _retreat
     last = ending(robot, known, wanted, settings, hit, limits, end)
