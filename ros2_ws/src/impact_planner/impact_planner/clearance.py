@@ -154,6 +154,11 @@ class BodyGeometry:
         self._rest = rest[rest >= 0.0]
 
     @property
+    def shapes(self) -> Any:
+        """Pinocchio's geometry of the shapes, in the order of `links`; to be read only."""
+        return self._model
+
+    @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Pairs of links that count, sorted."""
         return tuple(sorted(set(self._pairs.names)))

@@ -105,6 +105,7 @@ def checked_phase(
         torque_ratio=float(np.max(np.abs(torque) / robot.effort_limit)),
         speed_ratio=float(np.max(np.abs(motion.joint_speed) / robot.speed_limit)),
         clearances=clearances,
+        leaf=None if leaf is None else leaf.course,
     )
 
 

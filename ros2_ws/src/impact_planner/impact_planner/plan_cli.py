@@ -17,7 +17,7 @@ from hrp2_description.robot import load_robot_config
 from .errors import PlannerError
 from .plan import plan_impact
 from .plan_text import plan_object, plan_text
-from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlanRequest
+from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlannerSettings, PlanRequest
 from .robot_model import RobotModel
 from .settings import configured_placement, make_settings
 
@@ -78,11 +78,13 @@ def main(args: list[str] | None = None) -> int:
     """Plan and print; 1 where there is no plan, with the reason on stderr."""
     options = build_parser().parse_args(args)
     try:
-        plan = _plan(options)
+        robot = RobotModel(load_robot_config(options.robot))
+        settings = _settings(options)
+        plan = _plan(options, robot, settings)
         if options.plot is not None:
             from .plotting import draw_plan
 
-            draw_plan(plan, options.plot)
+            draw_plan(plan, robot, settings, options.plot)
     except (PlannerError, DoorModelError, DescriptionError) as error:
         print(f"plan: {error}", file=sys.stderr)
         return 1
@@ -93,12 +95,16 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def _plan(options: argparse.Namespace) -> ImpactPlan:
-    config = load_door(options.door)
+def _settings(options: argparse.Namespace) -> PlannerSettings:
     # The configured door was surveyed for HRP-2's stance.
     settings = make_settings({} if options.robot else configured_placement())
-    if options.hinge_x is not None:
-        settings = replace(settings, hinge_x=options.hinge_x)
+    return settings if options.hinge_x is None else replace(settings, hinge_x=options.hinge_x)
+
+
+def _plan(
+    options: argparse.Namespace, robot: RobotModel, settings: PlannerSettings
+) -> ImpactPlan:
+    config = load_door(options.door)
     request = PlanRequest(
         desired_opening_angle=math.radians(options.angle_deg),
         restitution=config.restitution if options.restitution is None else options.restitution,
@@ -108,7 +114,7 @@ def _plan(options: argparse.Namespace) -> ImpactPlan:
         ending=options.ending,
     )
     known = KnownDoor(config.name, config.door(), config.leaf.width)
-    return plan_impact(request, known, RobotModel(load_robot_config(options.robot)), settings)
+    return plan_impact(request, known, robot, settings)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from door_model.door import Door
 from numpy.typing import NDArray
 
 from .approach import ApproachTiming
-from .clearance import Clearance
+from .clearance import Clearance, LeafCourse
 from .floor_load import FloorLoad
 from .knots import Knots
 
@@ -137,6 +137,8 @@ class PhasePlan:
         torque_ratio: Largest joint torque as a share of its limit.
         speed_ratio: Largest joint speed as a share of its limit.
         clearances: Nearest bodies of the robot, and nearest body to the leaf where there is one.
+        leaf: Where the leaf is at the dense samples; None where it was not looked at. After the
+            peak it has fallen for `hold.LATE` more.
     """
 
     name: str
@@ -151,6 +153,7 @@ class PhasePlan:
     torque_ratio: float
     speed_ratio: float
     clearances: tuple[Clearance, ...]
+    leaf: LeafCourse | None = None
 
 
 @dataclass(frozen=True)
