@@ -15,11 +15,14 @@ from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 
 from .errors import PlannerError
+from .placement import Placement
 from .plan import plan_impact
 from .plan_text import plan_object, plan_text
 from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlannerSettings, PlanRequest
+from .reach import furthest_contact, largest_angle
 from .robot_model import RobotModel
 from .settings import configured_placement, make_settings
+from .stance import stance_for_step
 
 _EXAMPLE = """\
 example, the paper's door, then one that identify has written:
@@ -69,6 +72,13 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--hinge-x", type=float, help="x of the hinge in odom [m] (default: as configured)")
+    parser.add_argument(
+        "--anywhere", action="store_true",
+        help="choose where to stand, whatever is configured: the nominal step, or a shorter one")
+    parser.add_argument(
+        "--reach", action="store_true",
+        help="say too at what largest angle the arm could hold this door from there, and from what "
+        "furthest l_B at this angle (some seconds)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the plan (PNG, PDF, SVG)")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
@@ -80,7 +90,9 @@ def main(args: list[str] | None = None) -> int:
     try:
         robot = RobotModel(load_robot_config(options.robot))
         settings = _settings(options)
-        plan = _plan(options, robot, settings)
+        known, request = _asked(options)
+        plan = plan_impact(request, known, robot, settings)
+        reach = _reach(plan, known, robot, settings) if options.reach else {}
         if options.plot is not None:
             from .plotting import draw_plan
 
@@ -91,19 +103,21 @@ def main(args: list[str] | None = None) -> int:
     except (OSError, ValueError, ImportError) as error:  # of the drawing alone
         print(f"plan: cannot draw {options.plot}: {error}", file=sys.stderr)
         return 1
-    print(json.dumps(plan_object(plan)) if options.json else plan_text(plan))
+    if options.json:
+        print(json.dumps(plan_object(plan) | reach))
+    else:
+        print(plan_text(plan), *(f"{name}: {value:.2f}" for name, value in reach.items()), sep="\n")
     return 0
 
 
 def _settings(options: argparse.Namespace) -> PlannerSettings:
     # The configured door was surveyed for HRP-2's stance.
-    settings = make_settings({} if options.robot else configured_placement())
+    own = options.robot or options.anywhere
+    settings = make_settings({} if own else configured_placement())
     return settings if options.hinge_x is None else replace(settings, hinge_x=options.hinge_x)
 
 
-def _plan(
-    options: argparse.Namespace, robot: RobotModel, settings: PlannerSettings
-) -> ImpactPlan:
+def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
     config = load_door(options.door)
     request = PlanRequest(
         desired_opening_angle=math.radians(options.angle_deg),
@@ -113,8 +127,19 @@ def _plan(
         run_up=options.run_up,
         ending=options.ending,
     )
-    known = KnownDoor(config.name, config.door(), config.leaf.width)
-    return plan_impact(request, known, robot, settings)
+    return KnownDoor(config.name, config.door(), config.leaf.width), request
+
+
+def _reach(
+    plan: ImpactPlan, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
+) -> dict[str, float]:
+    """How far the door could be opened and held from the plan's stance."""
+    placement = Placement(plan.door_distance, plan.hinge_x)
+    stance = stance_for_step(robot, plan.step, settings.com_inside_edge)
+    angle = largest_angle(robot, known, settings, placement, stance)
+    l_b = furthest_contact(
+        robot, known, settings, placement, stance, plan.desired_opening_angle)
+    return {"largest_held_angle_deg": math.degrees(angle), "furthest_l_b": l_b}
 
 
 if __name__ == "__main__":

@@ -124,3 +124,18 @@ def test_planning_needs_no_ros_and_no_matplotlib():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_anywhere_finds_a_step_for_what_the_surveyed_door_is_too_far_for(monkeypatch, capsys):
+    """size4 to 30 deg: the knee is too fast with the surveyed door's step, not with a shorter."""
+    monkeypatch.setattr(
+        plan_cli, "configured_placement", lambda: {"door_distance": 0.753, "hinge_x": -0.4056})
+    request = ["--angle-deg", "30", "--door", "size4", "--run-up", "zmp_limited",
+               "--ending", "retreat", "--json"]
+    assert plan_cli.main(request) == 1
+    assert "LLEG_JOINT3" in capsys.readouterr().err
+    assert plan_cli.main([*request, "--anywhere", "--reach"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["step"] < 0.19
+    assert found["largest_held_angle_deg"] > 60.0
+    assert found["furthest_l_b"] > found["l_b"]
