@@ -35,7 +35,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         ((name, (row["carried_nms"], row["motor_could_nms"]))
          for name, row in hit["braced_joints"].items()), key=lambda entry: entry[1][0])
     target = f"{door['target_deg']:g}"
-    nominal = door["target_deg"] == 25.0
+    nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
     lines = [
         Row("door: moment of inertia I_A", "12.75", value("i_a", 2), "kg m²"),
         Row("closer: viscosity c_c", "0.06", value("c_c", 4), "N m s/rad"),
@@ -59,9 +59,10 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",
             f"{door['peak_deg']:.2f}", "deg"),
         Row("error of it", "<= 2 (experiment)", f"{door['error_deg']:+.2f}", "deg"),
-        Row("fell back, until the hand stopped it, to", "-", f"{caught_deg:.1f}", "deg"),
+        Row("fell back, until the hand stopped it, to", "-",
+            f"{caught_deg:.1f}" if held else "-", "deg"),
         Row("pushed back and held at", "25" if nominal else "-",
-            "-" if door["held_deg"] is None else f"{door['held_deg']:.2f}", "deg"),
+            f"{door['held_deg']:.2f}" if held else "-", "deg"),
         Row("ZMP (mean of 20 ms) in the support polygon", "inside",
             "inside" if margin > 1.0 else "on the edge" if margin > -1.0 else "outside", ""),
         Row(f"smallest margin of it, in {phase}", "-", f"{margin:.1f}", "mm"),
