@@ -58,9 +58,8 @@ class Posture:
 
 def posture_at_hit(plan: ImpactPlan) -> Posture:
     """Posture at the planned contact."""
-    knots = next(phase.knots for phase in plan.phases if phase.name == "cam")
-    at = int(np.argmin(np.abs(knots.time - plan.contact_time)))
-    return Posture(np.array(knots.position[at]), np.array([0.0, 0.0, plan.waist_height]))
+    joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
+    return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
 
 
 def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any]:
