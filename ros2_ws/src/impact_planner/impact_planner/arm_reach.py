@@ -141,7 +141,7 @@ class ArmReach:
             method="SLSQP",
             bounds=list(zip(low, high, strict=True)),
             constraints=self._constraints(both, leaf, width, n),
-            options={"maxiter": 120, "ftol": 1e-6},
+            options={"maxiter": 120, "ftol": 1e-5},
         )
         x = np.asarray(result.x)
         equal, clear = self._constraints(both, leaf, width, n)

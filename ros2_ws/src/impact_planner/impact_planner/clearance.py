@@ -331,7 +331,10 @@ def _nearest(
             heapq.heappush(heap, row)
 
     every, last = np.arange(len(pairs.names)), len(course) - 1
-    add(0, last, every, spare(0, every), spare(last, every))
+    moving = np.flatnonzero(pairs.slopes @ way[last] > 0.0)
+    at_first = spare(0, every)[moving]
+    if moving.size:
+        add(0, last, moving, at_first, spare(last, moving))
     while heap and heap[0][0] < best[0] - _RESOLUTION:
         _, a, b, which, at_a, at_b = heapq.heappop(heap)
         middle = (a + b) // 2
