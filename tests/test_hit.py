@@ -78,6 +78,18 @@ def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
     assert motion.door_angle[-1] < np.radians(1.0)
 
 
+def test_a_stop_past_the_point_of_no_return_ends_in_a_retreat_not_in_a_fall(tmp_path: Any) -> None:
+    """20 ms before the contact of a fast hit: it is completed, then the robot goes back."""
+    other = rehearse(
+        25.0, tmp_path / "run.npz", door="size3", run_up="zmp_limited", stop_before=0.02)
+    motion = other.log.motion
+    assert other.plan.point_of_no_return > 0.02
+    assert other.execution.outcome is Outcome.STOPPED
+    assert "back from the door" in other.execution.reason
+    assert not other.log.fell
+    assert motion.contact_force[other.impact.peak:].max() == 0.0
+
+
 def test_the_robot_stands_and_touches_the_door_once(run: Rehearsal) -> None:
     assert run.execution.outcome is Outcome.SUCCESS
     assert run.log.fell == ""

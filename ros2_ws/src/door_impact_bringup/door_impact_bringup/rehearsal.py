@@ -45,7 +45,8 @@ class Rehearsal:
 
 def rehearse(
     target_deg: float, path: Path, *, door: str = "paper", door_offset: float = 0.0,
-    run_up: str = "mcv50", ending: str = "hold", watch: Watch | None = None, **settings: Any,
+    run_up: str = "mcv50", ending: str = "hold", stop_before: float | None = None,
+    watch: Watch | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
@@ -56,6 +57,7 @@ def rehearse(
         door_offset: How much farther away the simulated door stands than surveyed [m].
         run_up: mcv50 or zmp_limited.
         ending: hold or retreat.
+        stop_before: A stop is asked for so long before the planned contact [s]; None: none is.
         watch: Called after each tick with the world and what its sensors said.
         settings: Of the simulated world (`WorldSettings`).
 
@@ -74,7 +76,7 @@ def rehearse(
         config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
         **settings)
     try:
-        execution = _run(world, plan, PointB(robot).speed, watch or _nobody)
+        execution = _run(world, plan, PointB(robot).speed, watch or _nobody, stop_before)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -87,7 +89,9 @@ def _nobody(world: World, sample: TickSample) -> None:
     """Watches nothing."""
 
 
-def _run(world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch) -> Execution:
+def _run(
+    world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch, stop_before: float | None,
+) -> Execution:
     def send(command: Command) -> None:
         knots = command.knots
         message = TrajectoryArrays((), (), ()) if knots is None else TrajectoryArrays(
@@ -96,7 +100,7 @@ def _run(world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch) -> Execu
         world.follow(message, command.stamp)
 
     execution = Execution(
-        ExecutablePlan({phase.name: phase.knots for phase in plan.phases}, plan.contact_time,
+        ExecutablePlan({phase.name: phase.knots for phase in plan.all_phases}, plan.contact_time,
                        plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
                        plan.desired_opening_angle),
         speed_of_b)
@@ -109,6 +113,9 @@ def _run(world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch) -> Execu
         if execution.outcome is not Outcome.RUNNING:
             end = min(end, world.time + AFTERWARDS)
             continue
+        if stop_before is not None and sample.time > execution.planned_contact - stop_before:
+            execution.stop()
+            stop_before = None
         for command in execution.on_joint_state(sample.time, sample.position, sample.velocity):
             send(command)
         heard.append((sample.time, world.door_state.angle, world.door_state.velocity))

@@ -27,6 +27,7 @@ from .execution_types import (
     Outcome,
 )
 from .knots import Knots
+from .plan_types import ENDINGS
 from .post import continue_from
 from .splice import concatenate, cut, duration, slowed, without_first
 
@@ -118,13 +119,13 @@ class Execution:
         """
         if self.outcome is not Outcome.RUNNING:
             return []
-        if self.phase != self.plan.ending:  # it begins with the door's peak, not by the clock
+        if self.phase not in ENDINGS:  # it begins with the door's peak, not by the clock
             for name, start in self._starts.items():
                 if now >= start:
                     self.phase = name
         if self._stop_asked and not self.past_no_return(now):
             return self._stop(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
-        if self.phase == self.plan.ending:
+        if self.phase in ENDINGS:
             if now >= self._end:
                 self._judge_ending()
             return []
@@ -134,7 +135,10 @@ class Execution:
 
     def _judge_ending(self) -> None:
         """Ends with success; a hold only where the door stands still near the desired angle."""
-        if self.plan.ending != "hold":
+        if self.phase != self.plan.ending:
+            self.outcome, self.reason = Outcome.STOPPED, "stopped after the hit, back from the door"
+            return
+        if self.phase != "hold":
             self.outcome = Outcome.SUCCESS
             return
         held, spread = float(np.mean(self._held)), float(np.ptp(self._held))
@@ -221,9 +225,11 @@ class Execution:
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
         if measured.peak_angle - angle < self.settings.peak_drop:
             return []
-        if self._stop_asked:
-            return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
         self.phase = self.plan.ending
+        if self._stop_asked:
+            if "retreat" not in self.plan.phases:
+                return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
+            self.phase, self._stop_asked = "retreat", False  # a second stop is one in the retreat
         ending = without_first(self.plan.phases[self.phase])  # the driver starts from where it is
         self._starts[self.phase] = now
         self._end = now + self.settings.judged_after + float(ending.time[-1])
@@ -236,12 +242,12 @@ class Execution:
 
         From shortly before the hit until the door's peak; what follows can be stopped again.
         """
-        if self.phase == self.plan.ending or now < self._starts.get("cam", np.inf):
+        if self.phase in ENDINGS or now < self._starts.get("cam", np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
     def stop(self) -> None:
-        """Asks for a stop: at the next joint state, or at the door's peak past no return."""
+        """Asks for a stop: at the next joint state; past no return, for a retreat after the hit."""
         self._stop_asked = True
 
     def on_silence(self, now: float, topic: str, seconds: float) -> list[Command]:

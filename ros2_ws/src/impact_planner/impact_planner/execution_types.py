@@ -79,7 +79,8 @@ class ExecutablePlan:
     """What the execution needs of a plan.
 
     Attributes:
-        phases: Knots of each phase by name; those of `cam` go on past the switch.
+        phases: Knots of each phase by name; those of `cam` go on past the switch. With a hold, a
+            retreat is what a cancel past the point of no return ends in.
         contact_time: Planned, from the start of the run-up [s].
         switch_time: From the start of the run-up to that of `post` [s].
         post_ratio: Speed along the path after the hit over that before it.

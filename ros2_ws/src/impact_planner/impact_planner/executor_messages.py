@@ -73,7 +73,8 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
         GoalRefused: A phase is missing or makes no sense.
     """
     try:
-        phases = {phase.name: knots_from_message(phase.trajectory, names) for phase in plan.phases}
+        phases = {phase.name: knots_from_message(phase.trajectory, names)
+                  for phase in (*plan.phases, *plan.branches)}
         return ExecutablePlan(phases, plan.contact_time, plan.switch_time,
                               plan.v_com_post / plan.v_com, plan.point_of_no_return,
                               plan.desired_opening_angle)

@@ -119,6 +119,8 @@ def plan_message(
     message.warnings = list(plan.warnings)
     if trajectories:
         message.phases = [_phase(phase, names) for phase in plan.phases]
+        branches = plan.all_phases[len(plan.phases):]
+        message.branches = [_phase(phase, names) for phase in branches]
     return message
 
 

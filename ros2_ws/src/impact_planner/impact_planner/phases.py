@@ -33,8 +33,12 @@ def plan_phases(
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
-) -> tuple[tuple[PhasePlan, ...], Branches]:
+) -> tuple[tuple[PhasePlan, ...], PhasePlan, Branches]:
     """Plan and check prepare, shift, step, back, cam, post, and hold or retreat.
+
+    Returns:
+        The phases; the retreat, which a cancel past the point of no return ends in; what if the
+        door is elsewhere.
 
     Raises:
         PlannerError: A phase breaks a limit.
@@ -72,11 +76,13 @@ def plan_phases(
         leaf=leaf_at(after.motion.time - settings.contact_lead, touching),
     )
     end = after.motion.joints[-1], after.motion.base[-1]
-    ending = _hold if wanted.ending == "hold" else _retreat
-    last = ending(robot, known, wanted, settings, hit, limits, end)
+    retreat = _retreat(robot, known, settings, hit, limits, end)
+    last = retreat
+    if wanted.ending == "hold":
+        last = _hold(robot, known, wanted, settings, hit, limits, end)
     every = (*phases, cam, post, last)
-    require_grip(max(phase.friction for phase in every), settings.sole_friction)
-    return every, branches
+    require_grip(max(phase.friction for phase in (*every, retreat)), settings.sole_friction)
+    return every, retreat, branches
 
 
 def _hold(
@@ -110,7 +116,6 @@ def _hold(
 def _retreat(
     robot: RobotModel,
     known: KnownDoor,
-    wanted: ResolvedRequest,
     settings: PlannerSettings,
     hit: Hit,
     limits: PhaseLimits,

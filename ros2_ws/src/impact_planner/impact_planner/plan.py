@@ -69,11 +69,12 @@ def plan_impact(
         step = share * robot.config.step.nominal
         try:
             hit = _plan_hit(known, robot, wanted, settings, step)
-            phases, branches = plan_phases(robot, known, wanted, settings, hit)
+            phases, retreat, branches = plan_phases(robot, known, wanted, settings, hit)
         except (JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # of the step that was wanted most
             continue
-        plan = _compose(known, robot, wanted, settings, hit, phases, branches)
+        plan = replace(
+            _compose(known, robot, wanted, settings, hit, phases, branches), retreat=retreat)
         return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
     assert failure is not None
     raise failure

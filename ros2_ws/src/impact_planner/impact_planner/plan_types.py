@@ -199,6 +199,7 @@ class ImpactPlan:
         brace: Impulse of the torque that the brace carries at each of its joints [N m s].
         steady_way: At constant speed around the nominal contact [m].
         branches: What if the door is not where it was said to be.
+        retreat: In place of the last phase, for a cancel past the point of no return.
     """
 
     plan_id: str
@@ -243,6 +244,7 @@ class ImpactPlan:
     door_distance: float
     hinge_x: float
     planning_time: float
+    retreat: PhasePlan | None = None
 
     @property
     def point_of_no_return(self) -> float:
@@ -254,6 +256,13 @@ class ImpactPlan:
         """The joint at which the brace carries most, and its impulse [N m s]."""
         joint = max(self.brace, key=lambda name: abs(self.brace[name]), default="")
         return joint, self.brace.get(joint, 0.0)
+
+    @property
+    def all_phases(self) -> tuple[PhasePlan, ...]:
+        """The phases, and the retreat where it is not one of them."""
+        if self.retreat is None or self.ending == self.retreat.name:
+            return self.phases
+        return (*self.phases, self.retreat)
 
     @property
     def zmp_margins(self) -> dict[str, float]:

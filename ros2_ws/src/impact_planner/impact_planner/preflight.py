@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from .errors import GoalRefused
 from .execution_types import SENT_AT_START, ExecutablePlan
 from .knots import Knots
+from .plan_types import ENDINGS
 from .robot_model import RobotModel
 from .splice import cut
 
@@ -106,12 +108,15 @@ def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None
     """
     _require_joined(robot, plan)
     _require_inside(robot, sent, "up to the door's peak")
-    _require_inside(robot, plan.phases[plan.ending], f"in the phase {plan.ending}")
+    for name in sorted(set(ENDINGS) & set(plan.phases)):
+        _require_inside(robot, plan.phases[name], f"in the phase {name}")
 
 
 def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
     ends = {**plan.phases, "cam": cut(plan.phases["cam"], plan.switch_time)}
-    for before, after in zip(SENT_AT_START, (*SENT_AT_START[1:], plan.ending), strict=True):
+    joints = list(itertools.pairwise(SENT_AT_START))
+    joints += [(SENT_AT_START[-1], name) for name in ENDINGS if name in plan.phases]
+    for before, after in joints:
         off = np.abs(plan.phases[after].position[0] - ends[before].position[-1])
         worst = int(np.argmax(off))
         if off[worst] > _JOIN:

@@ -164,6 +164,25 @@ def test_a_stop_past_the_point_of_no_return_comes_after_the_hit() -> None:
     assert "after the hit" in execution.reason
 
 
+def test_it_ends_in_the_plans_retreat_which_can_be_stopped_again() -> None:
+    back = straight(SPEED * (SWITCH - 0.1), 0.0, 1.2)
+    for again in (False, True):
+        execution = Execution(plan(retreat=back), lambda position, velocity: float(velocity[0]))
+        cam = execution.start(10.0).stamp + 4.0
+        joints(execution, cam + CONTACT - 0.05)
+        execution.stop()
+        now = opened(execution, cam + CONTACT)
+        assert execution.phase == "retreat"
+        assert execution.outcome is Outcome.RUNNING
+        if again:
+            execution.stop()
+        commands = joints(execution, now + 0.5, 0.0)
+        assert [command.knots for command in commands] == ([None] if again else [])
+        joints(execution, now + 2.0, 0.0)
+        assert execution.outcome is Outcome.STOPPED
+        assert again or "back from the door" in execution.reason
+
+
 def test_the_hold_can_be_stopped() -> None:
     execution, cam = started()
     now = opened(execution, cam + CONTACT)
