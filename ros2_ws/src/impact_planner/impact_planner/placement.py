@@ -25,6 +25,8 @@ from .stance import (
 
 Array = NDArray[np.float64]
 
+_PASSES = 30  # of where the elbow meets a door that is ajar; each leaves a part of the error
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -97,7 +99,7 @@ def stand(
         )
     elbow_x = 0.0  # a first guess; it only matters for a door that is ajar
     radius = robot.config.contact_radius
-    for _ in range(3):
+    for _ in range(_PASSES):
         placement = Placement(distance, hinge_x)
         elbow_y = elbow_y_at_contact(elbow_x, radius, placement.hinge, wanted.initial_angle)
         stance = stance_for_contact(robot, elbow_y, settings.com_inside_edge, demands)

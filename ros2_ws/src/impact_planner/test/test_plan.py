@@ -161,6 +161,17 @@ def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
     assert ajar.omega_door < predict(known, TARGET, 0.0).omega
 
 
+@pytest.mark.parametrize("initial_deg", [5.0, 15.0, 25.0])
+def test_b_is_where_it_was_asked_for_however_far_the_door_is_ajar(robot, known, initial_deg):
+    """To a micrometre from the hinge, and on the leaf."""
+    initial = math.radians(initial_deg)
+    plan = plan_impact(
+        PlanRequest(initial + 0.2, initial_angle=initial, l_b=0.42, ending="retreat"), known, robot)
+    assert plan.l_b == pytest.approx(0.42, abs=2e-6)
+    leaf = LeafFrame(np.array([plan.hinge_x, -plan.door_distance]), initial)
+    assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_same_request_same_plan_id_other_request_another(robot, known, plan):
     """The name tells plans apart."""
     assert plan_impact(PlanRequest(TARGET), known, robot).plan_id == plan.plan_id
