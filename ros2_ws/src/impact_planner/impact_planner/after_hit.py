@@ -30,6 +30,8 @@ from .trajectories import Motion, min_jerk_course
 Array = NDArray[np.float64]
 
 _REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
+_BRANCH_SHARES = (1.0, 0.75, 0.5)  # of that of the nominal door, where the door is elsewhere
+_TRIALS = 60  # samples of a motion to rest that is tried
 _PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
 
 
@@ -74,7 +76,8 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
     assert best is not None
     margin, rest = best
     if margin < settings.required_margin:
-        raise _no_rest(settings, hit, margin)
+        shortest = min(_REST_SHARES) * settings.post_duration
+        raise _no_rest(settings, hit, start, shortest, margin)
     total = max(settings.contact_lead + hit.door.peak_time, contact + rest)
     after = sample_times(total - contact, settings.period)
     time = contact_times(rest, contact)
@@ -85,19 +88,32 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
     return AfterHit(_along(run_up, hit, contact + after, start, rest, contact), knots, rest)
 
 
-def _no_rest(settings: PlannerSettings, hit: Hit, margin: float) -> PostureUnreachable:
-    """Why the robot does not come to rest after the hit."""
-    run_up, speed = hit.run_up, hit.speeds.v_rb_post
-    reach = run_up.y_hit - run_up.table.low
-    start = f"post: from v'_rB = {speed:.3f} m/s the robot does not come to rest"
+def _no_rest(
+    settings: PlannerSettings, hit: Hit, start: float, rest: float, margin: float, where: str = ""
+) -> PostureUnreachable:
+    """Why the robot does not come to rest after a switch at a path time [s].
+
+    Args:
+        settings: Configuration.
+        hit: The hit.
+        start: Path time at the switch [s].
+        rest: Shortest time in which it may come to rest [s].
+        margin: What its ZMP keeps [m]; -inf where the legs do not reach so far.
+        where: Which door, where it is not the nominal one.
+    """
+    reach = hit.run_up.y_hit - hit.run_up.table.low
+    speed = hit.speeds.v_rb_post
+    begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
     if not math.isfinite(margin):
-        shortest = min(_REST_SHARES) * settings.post_duration
-        way = 0.5 * shortest * speed / hit.speeds.v_rb * run_up.law.speed
+        time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
+        y, _, _ = _course(hit.run_up, hit, time, start, rest, settings.contact_duration)
+        way = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
-            f"{start} within the {1e3 * reach:.0f} mm past the hit that the legs reach",
+            f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
+            f"{1e3 * reach:.0f} mm",
             quantity="way to rest [m]", value=way, limit=reach)
     return PostureUnreachable(
-        f"{start}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
+        f"{begin}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
         f"{1e3 * settings.required_margin:.1f} mm are required",
         quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
 
@@ -124,7 +140,7 @@ def _margin(
     settings: PlannerSettings, hit: Hit, edges: tuple[float, float], start: float, rest: float
 ) -> float:
     """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
-    time = settings.contact_duration + np.linspace(0.0, rest, 60)
+    time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
     y, v, a = _course(hit.run_up, hit, time, start, rest, settings.contact_duration)
     if y.min() < hit.run_up.table.low - 1e-9:
         return -math.inf
@@ -156,13 +172,11 @@ def plan_branches(
     found = {}
     for name, way in (("nearer", -offset), ("farther", offset)):
         margin = max(_margin(settings, hit, edges, nominal + way, share * rest)
-                     for share in (1.0, 0.75, 0.5))
+                     for share in _BRANCH_SHARES)
         if margin < settings.required_margin:
-            raise PostureUnreachable(
-                f"post: after a hit of a door {1e3 * settings.door_uncertainty:.0f} mm {name} the "
-                f"ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
-                f"{1e3 * settings.required_margin:.1f} mm are required",
-                quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
+            where = f" at a door {1e3 * settings.door_uncertainty:.0f} mm {name}"
+            raise _no_rest(
+                settings, hit, nominal + way, min(_BRANCH_SHARES) * rest, margin, where)
         found[name] = margin
     end = np.array([run_up.law.distance + settings.door_uncertainty])
     speed = np.array([run_up.law.speed])

@@ -54,6 +54,15 @@ def test_a_plastic_hit_that_cannot_be_stopped_is_refused(robot, known):
     assert caught.value.limit is not None
 
 
+def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
+    """By way and reach, not by an infinite margin."""
+    request = PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited")
+    with pytest.raises(PostureUnreachable, match="mm past the nominal contact") as caught:
+        plan_impact(request, known, robot, PlannerSettings(post_duration=2.0))
+    assert caught.value.quantity == "way to rest [m]"
+    assert caught.value.value > caught.value.limit > 0.0
+
+
 def test_an_uncertain_door_costs_margin(robot, known):
     """A nearer door leaves more way to stop, a farther one less; the more so the less sure."""
     found = [
