@@ -213,14 +213,23 @@ def _choices(
 def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
     tries = np.radians(np.arange(2.0, math.degrees(task.angle) + 60.0, 2.0))
     tries = tries[tries < task.door.closer.opening_limit() - 0.02]
-    held = [float(other) for other in tries if can_hold(robot, replace(task, angle=float(other)))]
-    limits = (min(held), max(held)) if held else (math.nan, math.nan)
+
+    def first_held(angles: Array) -> float | None:
+        return next((float(angle) for angle in angles
+                     if can_hold(robot, replace(task, angle=float(angle)))), None)
+
+    lowest = first_held(tries)
+    highest = None if lowest is None else first_held(tries[::-1])
+    begin = f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
+    if lowest is None or highest is None:
+        return AngleUnreachable(
+            f"{begin}, and at no angle from here",
+            quantity="desired_opening_angle [rad]", value=task.angle, limit=0.0)
     return AngleUnreachable(
-        f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg; it can "
-        f"from about {math.degrees(limits[0]):.0f} to {math.degrees(limits[1]):.0f} deg",
+        f"{begin}; it can from about {math.degrees(lowest):.0f} to {math.degrees(highest):.0f} deg",
         quantity="desired_opening_angle [rad]",
         value=task.angle,
-        limit=limits,
+        limit=(lowest, highest),
     )
 
 
@@ -281,10 +290,13 @@ def _arm_course(
     lost = np.flatnonzero(np.isnan(arm[first:, 0]))
     if lost.size:
         i = int(lost[0])
+        at, kept = float(angles[first + i]), float(angles[first + max(i - 1, 0)])
         raise AngleUnreachable(
-            f"the arm loses the leaf {time[first + i]:.2f} s after the door has turned round",
-            quantity="hand position [m]",
-            value=float(np.linalg.norm(targets[i] - bases[first + i])),
+            f"the arm loses the leaf at {math.degrees(at):.1f} deg, {time[first + i]:.2f} s after "
+            f"the door has turned round; it follows to {math.degrees(kept):.1f} deg",
+            quantity="leaf angle [rad]",
+            value=at,
+            limit=kept,
         )
     step = float(time[1] - time[0])
     # One-sided, second order: speed and acceleration with which the arc is entered.

@@ -5,8 +5,12 @@ import math
 import numpy as np
 import pytest
 from door_model.dynamics import simulate
+from impact_planner.arm_reach import ArmReach
+from impact_planner.errors import AngleUnreachable
 from impact_planner.hold import HoldTask, plan_hold
 from impact_planner.leaf import LeafFrame
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import PlannerSettings, PlanRequest
 
 TARGET = math.radians(25.0)
 
@@ -102,3 +106,26 @@ def test_com_leans_against_the_force(robot, hold):
     expected = -hold.load.force[-1] * hold.hand.height / (robot.mass * 9.81)
     np.testing.assert_allclose(lean[:2], expected[:2], atol=2e-4)
     assert lean[1] < 0.0
+
+
+def test_a_leaf_that_the_arm_loses_is_named_by_its_angle(robot, known, monkeypatch):
+    """Where it is lost, and up to where it was followed."""
+    follow = ArmReach.follow
+
+    def loses(*args):
+        found = follow(*args)
+        found[30:] = np.nan
+        return found
+
+    monkeypatch.setattr(ArmReach, "follow", loses)
+    with pytest.raises(AngleUnreachable, match="loses the leaf") as caught:
+        plan_impact(PlanRequest(TARGET), known, robot)
+    assert 0.0 < caught.value.limit < caught.value.value < TARGET
+
+
+def test_a_door_that_can_be_held_nowhere_says_so(robot, known):
+    """A hand that bears nothing; the refusal's limit is no angle, and no NaN."""
+    with pytest.raises(AngleUnreachable, match="at no angle") as caught:
+        plan_impact(PlanRequest(math.radians(8.0), restitution=0.7), known, robot,
+                    PlannerSettings(hand_force_limit=0.1))
+    assert caught.value.limit == 0.0
