@@ -61,6 +61,10 @@ class ArmReach:
         bound = self.upper if arm.straightest_elbow < 0.0 else self.lower
         bound[arm.joints.index(arm.elbow)] = arm.straightest_elbow
 
+    def furthest(self, width: float) -> float:
+        """Largest distance of the hand from the hinge on a leaf of a width [m]."""
+        return width - _EDGE - self.hand_radius
+
     def follow(self, bases: Array, joints: Array, arm: Array, targets: Array) -> Array:
         """Least change of the arm that puts the hand on targets; NaN where it does not get there.
 
@@ -96,7 +100,7 @@ class ArmReach:
         base: Array,
         joints: Array,
         leaf: tuple[LeafFrame, LeafFrame],
-        width: float,
+        furthest: float,
         travel: Array,
     ) -> HandOnLeaf | None:
         """Choose the spot on the leaf and both postures.
@@ -105,7 +109,7 @@ class ArmReach:
             base: base_link (3,) [m].
             joints: The robot with its arm braced, (J,) [rad].
             leaf: The leaf where it comes nearest and at the end.
-            width: Of the leaf [m].
+            furthest: Largest distance of the hand from the hinge [m].
             travel: How far each joint of the arm can turn before the catch, (A,) [rad].
 
         Returns:
@@ -140,11 +144,11 @@ class ArmReach:
             jac=True,
             method="SLSQP",
             bounds=list(zip(low, high, strict=True)),
-            constraints=self._constraints(both, leaf, width, n),
+            constraints=self._constraints(both, leaf, furthest, n),
             options={"maxiter": 120, "ftol": 1e-5},
         )
         x = np.asarray(result.x)
-        equal, clear = self._constraints(both, leaf, width, n)
+        equal, clear = self._constraints(both, leaf, furthest, n)
         if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
             return None
         final = both(x, _HAND)[1][0]
@@ -160,7 +164,7 @@ class ArmReach:
         return [(place, jacobian[:3, self._v])
                 for place, jacobian in self._robot.frames_at(q, self._frames)]
 
-    def _constraints(self, both, leaf, width, n):  # type: ignore[no-untyped-def]
+    def _constraints(self, both, leaf, furthest, n):  # type: ignore[no-untyped-def]
         """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
         robot, radius = self._robot, self.hand_radius
         hand, elbow, wrist = _HAND, 1, 2
@@ -193,7 +197,7 @@ class ArmReach:
                 for i in (0, 1)
             ]
             final = both(x, hand)[1][0]
-            room = width - _EDGE - radius - leaf[1].radius(final)
+            room = furthest - leaf[1].radius(final)
             return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
 
         def clear_slope(x: Array) -> Array:

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 _NODES = 0.035  # postures are solved so often and a spline laid through them [s]
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # tried in this order [s]
-_WIDTH_SHARES = (1.0, 0.9, 0.8, 0.7)  # of the leaf's width, within which the hand may be
+_NEARER, _NEARER_TRIES = 0.06, 4  # to the hinge, where the furthest spot does not do [m]
 LATE = 0.12  # the leaf has fallen this much longer when the arm arrives: the peak is felt late [s]
 _GIVE_WAY = 0.35  # from the hand's arrival to its rest [s]
 _SPEED_SHARE = 0.8  # of the leaf's speed that the hand has when it arrives
@@ -197,17 +197,20 @@ def _choices(
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
     """Ways to meet the leaf, the hand furthest from the hinge first."""
     fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
-    for share in _WIDTH_SHARES:
-        for duration in _REACH_TIMES:
-            catch = _catch(fall, duration)
-            if catch is None:
-                continue
-            travel = task.joint_share * robot.speed_limit[reach.columns] * duration / _PEAK_SPEED
+    catches = [catch for duration in _REACH_TIMES if (catch := _catch(fall, duration)) is not None]
+    furthest = dict.fromkeys(range(len(catches)), reach.furthest(task.width))
+    for _ in range(_NEARER_TRIES):
+        for i, radius in list(furthest.items()):
+            catch = catches[i]
+            travel = task.joint_share * robot.speed_limit[reach.columns] * catch.reach / _PEAK_SPEED
             # The hand gives way: its elbow is nearest to the leaf where that comes to rest.
             leaf = (LeafFrame(task.hinge, catch.lowest), LeafFrame(task.hinge, task.angle))
-            hand = reach.choose(task.base, task.joints, leaf, share * task.width, travel)
-            if hand is not None:
-                yield catch, hand
+            hand = reach.choose(task.base, task.joints, leaf, radius, travel)
+            if hand is None:
+                del furthest[i]
+                continue
+            yield catch, hand
+            furthest[i] = hand.radius - _NEARER  # a less stretched arm
 
 
 def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
