@@ -22,6 +22,7 @@ setup(
             "impact_planner = impact_planner.impact_planner_node:main",
             "impact_executor = impact_planner.impact_executor_node:main",
             "plan = impact_planner.plan_cli:main",
+            "impact_map = impact_planner.impact_map_cli:main",
         ],
     },
 )

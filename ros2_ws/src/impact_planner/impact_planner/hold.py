@@ -42,6 +42,7 @@ _REST = 0.3  # at the desired angle [s]
 _NEARLY_SHUT = math.radians(1.0)  # the hand would be caught in a door less open
 _LEANS = (1.0, 0.5)  # of what keeps the ZMP where it was, tried where the legs do not reach
 _PEAK_SPEED = 1.875  # of a minimum-jerk motion over its mean
+_COARSE = 5  # of the steps in which the largest angle that can be held is looked for
 _PASSES = 3  # of arm against base: each moves the other a little
 
 
@@ -164,7 +165,7 @@ def can_hold(robot: RobotModel, task: HoldTask) -> bool:
 
     if float(task.door.restoring_torque(task.angle)) <= 0.0:
         return False  # it would not fall back on the hand
-    return any(bearable(*choice) for choice in _choices(robot, ArmReach(robot), task))
+    return any(bearable(*choice) for choice in _choices(robot, ArmReach(robot), task, 1))
 
 
 def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
@@ -193,13 +194,16 @@ def _catch(fall: FreeMotion, reach: float) -> Catch | None:
 
 
 def _choices(
-    robot: RobotModel, reach: ArmReach, task: HoldTask
+    robot: RobotModel,
+    reach: ArmReach,
+    task: HoldTask,
+    tries: int = _NEARER_TRIES,
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
-    """Ways to meet the leaf, the hand furthest from the hinge first."""
+    """Ways to meet the leaf, the hand furthest from the hinge first, then nearer spots."""
     fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
     catches = [catch for duration in _REACH_TIMES if (catch := _catch(fall, duration)) is not None]
     furthest = dict.fromkeys(range(len(catches)), reach.furthest(task.width))
-    for _ in range(_NEARER_TRIES):
+    for _ in range(tries):
         for i, radius in list(furthest.items()):
             catch = catches[i]
             travel = task.joint_share * robot.speed_limit[reach.columns] * catch.reach / _PEAK_SPEED
@@ -217,17 +221,21 @@ def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
     tries = np.radians(np.arange(2.0, math.degrees(task.angle) + 60.0, 2.0))
     tries = tries[tries < task.door.closer.opening_limit() - 0.02]
 
-    def first_held(angles: Array) -> float | None:
-        return next((float(angle) for angle in angles
-                     if can_hold(robot, replace(task, angle=float(angle)))), None)
+    def held(angle: float) -> bool:
+        return can_hold(robot, replace(task, angle=float(angle)))
 
-    lowest = first_held(tries)
-    highest = None if lowest is None else first_held(tries[::-1])
     begin = f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
-    if lowest is None or highest is None:
+    lowest = next((float(angle) for angle in tries if held(angle)), None)
+    if lowest is None:
         return AngleUnreachable(
             f"{begin}, and at no angle from here",
             quantity="desired_opening_angle [rad]", value=task.angle, limit=0.0)
+    # From above in larger steps: there, where nothing is found, the search takes long.
+    falling = tries[tries >= lowest][::-1]
+    last = len(falling) - 1
+    first = next((i for i in range(0, last, _COARSE) if held(falling[i])), last)
+    near = falling[max(first - _COARSE + 1, 0) : first]
+    highest = next((float(angle) for angle in near if held(angle)), float(falling[first]))
     return AngleUnreachable(
         f"{begin}; it can from about {math.degrees(lowest):.0f} to {math.degrees(highest):.0f} deg",
         quantity="desired_opening_angle [rad]",
