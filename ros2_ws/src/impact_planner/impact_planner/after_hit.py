@@ -24,6 +24,7 @@ from .post import path_time
 from .post import sample_times as contact_times
 from .robot_model import RobotModel
 from .run_up import RunUpPlan, capture_reserve, point_of_no_return
+from .splice import concatenate
 from .stance import sole_edges
 from .trajectories import Motion, min_jerk_course
 
@@ -82,7 +83,14 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
     after = sample_times(total - contact, settings.period)
     time = contact_times(rest, contact)
     whole = _along(run_up, hit, time, start, rest, contact)
-    knots, _ = from_samples(time, whole.joints, whole.joint_speed, whole.joint_acceleration)
+    # A knot where the contact ends: a spline across it would go on braking.
+    end = int(np.searchsorted(time, contact - 1e-9))
+    parts = [
+        from_samples(time[rows], whole.joints[rows], whole.joint_speed[rows],
+                     whole.joint_acceleration[rows])[0]
+        for rows in (slice(0, end + 1), slice(end, None)) if len(time[rows]) > 1
+    ]
+    knots = concatenate(parts)
     if total > float(time[-1]) + 1e-9:
         knots = knots.held_until(total)
     return AfterHit(_along(run_up, hit, contact + after, start, rest, contact), knots, rest)

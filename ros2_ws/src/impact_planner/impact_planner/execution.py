@@ -79,6 +79,7 @@ class Execution:
         self._speeds: deque[float] = deque(maxlen=6)
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
+        self._heard = -np.inf
 
     # -- motion -------------------------------------------------------------------------------
 
@@ -117,6 +118,7 @@ class Execution:
             position: (30,) [rad].
             velocity: (30,) [rad/s].
         """
+        self._heard = now
         if self.outcome is not Outcome.RUNNING:
             return []
         if self.phase not in ENDINGS:  # it begins with the door's peak, not by the clock
@@ -139,7 +141,7 @@ class Execution:
             self.outcome, self.reason = Outcome.STOPPED, "stopped after the hit, back from the door"
             return
         if self.phase != "hold":
-            self.outcome = Outcome.SUCCESS
+            self.outcome, self.reason = Outcome.SUCCESS, "the door was opened, the robot went back"
             return
         held, spread = float(np.mean(self._held)), float(np.ptp(self._held))
         self.measured.held_angle = held
@@ -208,7 +210,8 @@ class Execution:
         if now > self._starts["post"] - self.settings.early:
             return []
         self.phase = "post"
-        stamp = now + self.settings.splice
+        # The angle comes later than the joint states of its time: from where the robot is by now.
+        stamp = max(now, self._heard) + self.settings.splice
         path_time = float(np.clip(stamp - self._starts["cam"], 0.0, self.plan.switch_time))
         knots = continue_from(self.plan.phases["cam"], path_time, self.plan.post_ratio,
                               self.settings.brake)

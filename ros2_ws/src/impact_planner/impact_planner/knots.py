@@ -15,8 +15,8 @@ from .trajectories import Motion
 
 Array = NDArray[np.float64]
 
-# [rad]; at 0.2 mrad the accelerations, and with them the ZMP, would stray visibly.
-TOLERANCE = 2e-5
+# [rad]; at 20 microradians the accelerations stray so far that the ZMP is 2 mm off in the run-up.
+TOLERANCE = 5e-6
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from .errors import PostureUnreachable
 from .knots import Knots, from_motion
 from .plan_types import PhasePlan
 from .robot_model import RobotModel
-from .whole_body import com_course, require_joint_limits, require_torque_limits
+from .whole_body import com_course, require_joint_limits, require_torque_limits, shares
 from .zmp import Load, inverse_dynamics, joint_torques, margins
 
 Array = NDArray[np.float64]
@@ -102,8 +102,8 @@ def checked_phase(
         zmp_samples=dynamics.zmp,
         margin=margin,
         friction=dynamics.friction,
-        torque_ratio=float(np.max(np.abs(torque) / robot.effort_limit)),
-        speed_ratio=float(np.max(np.abs(motion.joint_speed) / robot.speed_limit)),
+        torque_ratio=float(np.max(shares(torque, robot.effort_limit))),
+        speed_ratio=float(np.max(shares(motion.joint_speed, robot.speed_limit))),
         clearances=clearances,
         leaf=None if leaf is None else leaf.course,
     )

@@ -193,7 +193,7 @@ def _compose(
         peak_angle=door.peak_angle,
         peak_angle_std=door.peak_angle_std,
         branches=branches,
-        warnings=known.warnings + _warnings(stance, branches),
+        warnings=known.warnings + _warnings(robot, stance, branches),
         steady_way=2.0 * settings.door_uncertainty,
         phases=phases,
         step=stance.step,
@@ -219,7 +219,7 @@ def _mass_to_plan_with(robot: RobotModel, wanted: ResolvedRequest, blow: Blow) -
     return wanted.effective_mass
 
 
-def _warnings(stance: Stance, branches: Branches) -> tuple[str, ...]:
+def _warnings(robot: RobotModel, stance: Stance, branches: Branches) -> tuple[str, ...]:
     posture = stance.posture
     found = []
     if stance.percussion_error:
@@ -233,6 +233,11 @@ def _warnings(stance: Stance, branches: Branches) -> tuple[str, ...]:
             f"B is {1e3 * offset:+.0f} mm from the CoM along x, more than "
             f"{1e3 * _LARGEST_OFFSET:.0f} mm: the hit turns the robot"
         )
+    unseen = robot.bodies.left_out
+    if unseen or not robot.bodies.links:
+        found.append(
+            f"no collision shapes of {', '.join(unseen) or 'any link'}: their clearance is not "
+            "checked")
     if branches.missed_margin < 0.0:
         found.append(
             f"a contact that is missed cannot be stopped on these feet: the capture point would be "

@@ -6,18 +6,20 @@ import argparse
 import json
 import math
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from door_model.config import door_names, load_door
 from door_model.errors import DoorModelError
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 
-from .errors import PlannerError
+from .errors import AngleUnreachable, PlannerError
 from .placement import Placement
 from .plan import plan_impact
-from .plan_text import plan_object, plan_text
+from .plan_text import finite, plan_object, plan_text
 from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlannerSettings, PlanRequest
 from .reach import furthest_contact, largest_angle
 from .robot_model import RobotModel
@@ -93,21 +95,38 @@ def main(args: list[str] | None = None) -> int:
         known, request = _asked(options)
         plan = plan_impact(request, known, robot, settings)
         reach = _reach(plan, known, robot, settings) if options.reach else {}
-        if options.plot is not None:
-            from .plotting import draw_plan
-
-            draw_plan(plan, robot, settings, options.plot)
     except (PlannerError, DoorModelError, DescriptionError) as error:
         print(f"plan: {error}", file=sys.stderr)
         return 1
-    except (OSError, ValueError, ImportError) as error:  # of the drawing alone
-        print(f"plan: cannot draw {options.plot}: {error}", file=sys.stderr)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
+        if options.robot is None:
+            raise
+        print(f"plan: {options.robot} describes no robot to plan for: {error}", file=sys.stderr)
+        return 1
+    if options.plot is not None and not _drawn(plan, robot, settings, options.plot):
         return 1
     if options.json:
-        print(json.dumps(plan_object(plan) | reach))
+        print(json.dumps(finite(plan_object(plan) | reach), allow_nan=False))
     else:
-        print(plan_text(plan), *(f"{name}: {value:.2f}" for name, value in reach.items()), sep="\n")
+        print(plan_text(plan), *(f"{name}: {'none' if value is None else f'{value:.2f}'}"
+                                for name, value in reach.items()), sep="\n")
     return 0
+
+
+def _drawn(
+    plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, path: Path
+) -> bool:
+    """Whether the figure was written; if not, says why."""
+    try:
+        from .plotting import draw_plan
+
+        if path.is_dir() or not path.name:
+            raise IsADirectoryError("it is a folder")
+        draw_plan(plan, robot, settings, path)
+    except (OSError, ValueError, ImportError) as error:
+        print(f"plan: cannot draw {path}: {error}", file=sys.stderr)
+        return False
+    return True
 
 
 def _settings(options: argparse.Namespace) -> PlannerSettings:
@@ -132,14 +151,18 @@ def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
 
 def _reach(
     plan: ImpactPlan, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
-) -> dict[str, float]:
+) -> dict[str, float | None]:
     """How far the door could be opened and held from the plan's stance."""
     placement = Placement(plan.door_distance, plan.hinge_x)
     stance = stance_for_step(robot, plan.step, settings.com_inside_edge)
-    angle = largest_angle(robot, known, settings, placement, stance)
-    l_b = furthest_contact(
-        robot, known, settings, placement, stance, plan.desired_opening_angle)
-    return {"largest_held_angle_deg": math.degrees(angle), "furthest_l_b": l_b}
+    found: dict[str, float | None] = {"largest_held_angle_deg": None, "furthest_l_b": None}
+    with suppress(AngleUnreachable):  # a retreat may be planned where nothing can be held
+        found["largest_held_angle_deg"] = math.degrees(
+            largest_angle(robot, known, settings, placement, stance))
+    with suppress(AngleUnreachable):
+        found["furthest_l_b"] = furthest_contact(
+            robot, known, settings, placement, stance, plan.desired_opening_angle)
+    return found
 
 
 if __name__ == "__main__":

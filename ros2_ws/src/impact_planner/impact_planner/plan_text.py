@@ -44,6 +44,15 @@ def plan_object(plan: ImpactPlan) -> dict[str, Any]:
     return found
 
 
+def finite(value: Any) -> Any:
+    """A JSON value with null where a number is not finite, as JSON has no such numbers."""
+    if isinstance(value, dict):
+        return {key: finite(each) for key, each in value.items()}
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
 def plan_text(plan: ImpactPlan) -> str:
     """The plan for people to read, each row with the paper's equation or section."""
     rows = [*_door_rows(plan), *_hit_rows(plan), *_motion_rows(plan)]

@@ -232,6 +232,8 @@ def _timed(
     law, y0 = chosen.law, chosen.y_start
     end = law.duration + overrun / law.speed
     time = np.append(np.arange(0.0, end - 0.25 * period, period), end)
+    time = np.union1d(time, [law.duration])
+    time = time[np.append(True, np.diff(time) > 1e-6)]
     course = law.at(time)
     motion = table.motion(time, y0 - course.s, -course.v, -course.a)
     dynamics = inverse_dynamics(robot, motion)

@@ -42,7 +42,7 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "limit_share": (0.1, 1.0, "of the joints' speed and torque limits that a plan may use"),
     "post_duration": (0.05, 2.0, "from the end of the contact to rest [s]"),
     "sole_friction": (0.05, 2.0, "coefficient of friction that soles and floor are taken to have"),
-    "contact_duration": (0.0, 0.1, "expected duration of the contact [s]"),
+    "contact_duration": (0.001, 0.1, "expected duration of the contact [s]"),
     "contact_lead": (0.0, 0.05, "the legs slow down so long before the contact [s]"),
     "hand_force_limit": (0.0, 500.0, "largest force of the held door on the hand [N]"),
 }  # fmt: skip

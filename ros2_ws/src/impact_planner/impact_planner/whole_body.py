@@ -139,7 +139,7 @@ def require_joint_limits(
             value=value,
             limit=(low, high),
         )
-    ratio = np.abs(motion.joint_speed) / robot.speed_limit
+    ratio = shares(motion.joint_speed, robot.speed_limit)
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[i, j] > share + 1e-9:
         value, limit = float(abs(motion.joint_speed[i, j])), share * float(robot.speed_limit[j])
@@ -164,7 +164,7 @@ def require_torque_limits(
     Raises:
         JointLimit: Naming the joint, the value and the limit.
     """
-    ratio = np.abs(torque) / robot.effort_limit
+    ratio = shares(torque, robot.effort_limit)
     ratio[:, np.asarray(held, dtype=int)] = 0.0
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     if ratio[i, j] > share + 1e-9:
@@ -178,6 +178,14 @@ def require_torque_limits(
             value=value,
             limit=limit,
         )
+
+
+def shares(values: Array, limits: Array) -> Array:
+    """Sizes of values (N, J) over their limits (J,); infinite beyond a limit of 0, and for NaN."""
+    size = np.abs(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(size == 0.0, 0.0, size / limits)
+    return np.where(np.isnan(ratio), np.inf, ratio)
 
 
 def _allowed(limit: float, unit: str, share: float) -> str:
