@@ -78,6 +78,23 @@ def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
     assert motion.door_angle[-1] < np.radians(1.0)
 
 
+@pytest.mark.parametrize(("door", "run_up"), [("paper", "mcv50"), ("size3", "zmp_limited")])
+def test_a_stop_before_the_point_of_no_return_stands_still_and_touches_nothing(
+        tmp_path: Any, door: str, run_up: str) -> None:
+    """10 ms before it: no contact, no slip, and the ZMP well inside the soles."""
+    plan = rehearse(25.0, tmp_path / "run.npz", door=door, run_up=run_up, stop_before=9.0).plan
+    other = rehearse(25.0, tmp_path / "run.npz", door=door, run_up=run_up,
+                     stop_before=plan.point_of_no_return + 0.01)
+    motion = other.log.motion
+    assert other.execution.outcome is Outcome.STOPPED
+    assert not other.log.fell
+    assert motion.contact_force.max() == 0.0
+    stopped = motion.t[-1]
+    assert evaluation.slip(motion, stopped - 1.0, stopped) < 0.002
+    margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
+    assert np.nanmin(margin[-1500:-50]) > 0.005
+
+
 def test_a_stop_past_the_point_of_no_return_ends_in_a_retreat_not_in_a_fall(tmp_path: Any) -> None:
     """20 ms before the contact of a fast hit: it is completed, then the robot goes back."""
     other = rehearse(

@@ -102,7 +102,7 @@ def _run(
     execution = Execution(
         ExecutablePlan({phase.name: phase.knots for phase in plan.all_phases}, plan.contact_time,
                        plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
-                       plan.desired_opening_angle),
+                       plan.desired_opening_angle, plan.stop_duration),
         speed_of_b)
     send(execution.start(world.step().time))
     end = LONGEST

@@ -23,7 +23,7 @@ from .plan_types import Branches, PlannerSettings
 from .post import path_time
 from .post import sample_times as contact_times
 from .robot_model import RobotModel
-from .run_up import RunUpPlan, capture_reserve, point_of_no_return
+from .run_up import RunUpPlan, capture_reserve
 from .splice import concatenate
 from .stance import sole_edges
 from .trajectories import Motion, min_jerk_course
@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 _REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
 _BRANCH_SHARES = (1.0, 0.75, 0.5)  # of that of the nominal door, where the door is elsewhere
 _TRIALS = 60  # samples of a motion to rest that is tried
+_STOP_TIMES = (0.3, 0.4, 0.5, 0.6, 0.8)  # of a stop of the run-up, tried [s]
+_STOPS, _STOP_SAMPLES = 60, 40  # begins of a stop that are tried, and samples of each
 _PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
 
 
@@ -189,9 +191,46 @@ def plan_branches(
     end = np.array([run_up.law.distance + settings.door_uncertainty])
     speed = np.array([run_up.law.speed])
     missed = capture_reserve(robot, hit.stance, run_up, end, speed)
+    stop_duration, no_return = plan_stop(robot, settings, hit)
     return Branches(
-        found["nearer"], found["farther"], point_of_no_return(run_up, robot, hit.stance),
-        float(missed[0]))
+        found["nearer"], found["farther"], no_return, stop_duration, float(missed[0]))
+
+
+def plan_stop(
+    robot: RobotModel, settings: PlannerSettings, hit: Hit
+) -> tuple[float, float]:
+    """How a run-up is stopped: on along its postures, the rate of its time falling to zero.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+
+    Returns:
+        Time from the stop's begin to rest, and the point of no return: begun later than so long
+        before the nominal contact, a stop would take the ZMP nearer to the soles' edge than
+        allowed, or B nearer to the leaf than bodies may be [s].
+    """
+    run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
+    clear = run_up.law.distance - robot.config.clearance / run_up.table.waist_per_com(run_up.y_hit)
+    begins = np.linspace(0.0, run_up.contact_time, _STOPS)
+    best = (_STOP_TIMES[0], 0.0)
+    for duration in _STOP_TIMES:
+        time = np.linspace(0.0, duration, _STOP_SAMPLES)
+        scaled, rate, slope = (
+            np.array(rows) for rows in zip(
+                *(path_time(time, begin, 1.0, duration) for begin in begins.tolist()), strict=True))
+        course = run_up.law.at(scaled)
+        y = run_up.y_start - course.s
+        zmp = run_up.table.zmp(
+            y.ravel(), (-course.v * rate).ravel(),
+            (-course.a * rate**2 - course.v * slope).ravel()).reshape(y.shape)
+        margin = np.minimum(zmp.min(axis=1) - edges[0], edges[1] - zmp.max(axis=1))
+        good = (margin >= settings.required_margin) & (course.s[:, -1] <= clear)
+        last = int(np.argmin(np.append(good, False))) - 1
+        if last >= 0 and begins[last] >= best[1]:
+            best = duration, float(begins[last])
+    return best[0], run_up.contact_time - best[1]
 
 
 def require_leaving(settings: PlannerSettings, hit: Hit, post: Motion) -> None:

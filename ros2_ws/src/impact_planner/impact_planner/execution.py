@@ -80,6 +80,7 @@ class Execution:
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
         self._heard = -np.inf
+        self._at_rest = np.inf  # after a stop in the run-up
 
     # -- motion -------------------------------------------------------------------------------
 
@@ -121,11 +122,15 @@ class Execution:
         self._heard = now
         if self.outcome is not Outcome.RUNNING:
             return []
+        if self._at_rest < np.inf:
+            return self._come_to_rest(now, position)
         if self.phase not in ENDINGS:  # it begins with the door's peak, not by the clock
             for name, start in self._starts.items():
                 if now >= start:
                     self.phase = name
         if self._stop_asked and not self.past_no_return(now):
+            if self.phase == "cam":
+                return self._brake(now)
             return self._stop(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
         if self.phase in ENDINGS:
             if now >= self._end:
@@ -194,6 +199,8 @@ class Execution:
         self._held.append(angle)
         if self.outcome is not Outcome.RUNNING or self.phase not in ("cam", "post"):
             return []
+        if self._at_rest < np.inf:
+            return []
         if not np.isnan(self.measured.contact_time):
             return self._follow_opening(now, angle, velocity)
         if velocity > self.settings.door_moves:
@@ -245,7 +252,8 @@ class Execution:
 
         From shortly before the hit until the door's peak; what follows can be stopped again.
         """
-        if self.phase in ENDINGS or now < self._starts.get("cam", np.inf):
+        stopping = self._at_rest < np.inf
+        if stopping or self.phase in ENDINGS or now < self._starts.get("cam", np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
@@ -267,6 +275,23 @@ class Execution:
         if not self.past_no_return(now):
             return self._stop(Outcome.STOPPED, f"stopped: {silence}")
         self.give_up(f"given up, the driver finishes what it was sent: {silence}")
+        return []
+
+    def _brake(self, now: float) -> list[Command]:
+        """Slows the run-up down as the plan says: the driver's own stop is too hard for it."""
+        self._stop_asked = False
+        stamp = now + self.settings.splice
+        knots = continue_from(
+            self.plan.phases["cam"], stamp - self._starts["cam"], 1.0, self.plan.stop_duration)
+        self._sent = (stamp, knots)
+        self._at_rest = stamp + duration(knots) + self.settings.settle
+        return [Command(stamp, knots)]
+
+    def _come_to_rest(self, now: float, position: Array) -> list[Command]:
+        """The end of a stop in the run-up."""
+        if now < self._at_rest:
+            return self._watch_tracking(now, position)
+        self.outcome, self.reason = Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked"
         return []
 
     def give_up(self, reason: str) -> None:

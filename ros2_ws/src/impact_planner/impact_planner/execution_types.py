@@ -86,6 +86,7 @@ class ExecutablePlan:
         post_ratio: Speed along the path after the hit over that before it.
         point_of_no_return: Later than this before the contact a stop loses balance [s].
         desired_angle: That the door is to be held at [rad].
+        stop_duration: In which a stop slows the run-up down to rest [s].
 
     Raises:
         InvalidRequest: One of the phases is missing.
@@ -97,6 +98,7 @@ class ExecutablePlan:
     post_ratio: float
     point_of_no_return: float
     desired_angle: float
+    stop_duration: float
 
     def __post_init__(self) -> None:
         """Checks the phases."""

@@ -40,8 +40,7 @@ class PlanScene:
         com_course: Of the run-up from its start to the contact, (N, 3) [m].
         zmp_course: The same of the ZMP, (N, 2) [m].
         steady: CoM at the ends of the stretch of constant speed that is asked for, (2, 3) [m].
-        no_return: CoM where the run-up can no longer be stopped, (3,) [m]; None where it always
-            can.
+        no_return: CoM where the run-up can no longer be stopped, (3,) [m].
     """
 
     q_hit: Array
@@ -60,7 +59,7 @@ class PlanScene:
     com_course: Array
     zmp_course: Array
     steady: Array
-    no_return: Array | None
+    no_return: Array
 
     def leaf_corners(self, angle: float) -> Array:
         """The leaf from above at an opening angle [rad], the face first, (4, 2) [m]."""
@@ -91,7 +90,7 @@ def plan_scene(plan: ImpactPlan, robot: RobotModel) -> PlanScene:
     leaf = plan.phase("post").leaf
     assert leaf is not None
     com = robot.com(q_hit)
-    lost = no_return_time(plan)
+    lost = plan.contact_time - plan.point_of_no_return
 
     steady = np.tile(com, (2, 1))
     steady[:, 1] += [0.5 * plan.steady_way, -0.5 * plan.steady_way]
@@ -112,15 +111,9 @@ def plan_scene(plan: ImpactPlan, robot: RobotModel) -> PlanScene:
         com_course=cam.com_samples[before],
         zmp_course=cam.zmp_samples[before],
         steady=steady,
-        no_return=None if lost is None else np.array(
+        no_return=np.array(
             [np.interp(lost, cam.time, column) for column in cam.com_samples.T]),
     )
-
-
-def no_return_time(plan: ImpactPlan) -> float | None:
-    """When the run-up can no longer be stopped, from its start [s]; None: it always can."""
-    time = plan.contact_time - plan.point_of_no_return
-    return time if time < float(plan.phase("cam").time[-1]) - 1e-9 else None
 
 
 def configuration_at(

@@ -105,8 +105,8 @@ def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("door nearer, farther", "",
          f"by {500.0 * plan.steady_way:.0f} mm: ZMP margin {1e3 * branches.early_margin:.0f}, "
          f"{1e3 * branches.late_margin:.0f} mm"),
-        ("point of no return", "", f"{abs(back):.0f} ms {'before' if back > 0.0 else 'after'} the "
-         "contact"),
+        ("point of no return", "",
+         f"{back:.0f} ms before the contact; a stop before it takes {plan.stop_duration:.1f} s"),
         ("missed contact", "",
          f"{'can' if missed >= 0.0 else 'cannot'} be stopped: capture point {abs(missed):.0f} mm "
          f"{'inside' if missed >= 0.0 else 'beyond'} the soles"),

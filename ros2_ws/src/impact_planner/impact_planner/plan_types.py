@@ -164,8 +164,9 @@ class Branches:
         early_margin: Smallest ZMP margin after the hit of a door that is nearer by the stated
             uncertainty [m].
         late_margin: The same for one that is farther.
-        point_of_no_return: A stop later than this before the contact is no longer in balance [s];
-            negative where the robot can stop beyond the contact.
+        point_of_no_return: A stop begun later than this before the contact no longer keeps the
+            ZMP margin, or comes to the leaf [s].
+        stop_duration: From the begin of a stop before that to rest [s].
         missed_margin: Distance of the capture point to the soles' edge where the contact is missed
             for good, at the end of the stretch of constant speed [m]; negative: no stop on these
             feet is possible.
@@ -174,6 +175,7 @@ class Branches:
     early_margin: float
     late_margin: float
     point_of_no_return: float
+    stop_duration: float
     missed_margin: float
 
     @property
@@ -250,6 +252,11 @@ class ImpactPlan:
     def point_of_no_return(self) -> float:
         """See `Branches` [s]."""
         return self.branches.point_of_no_return
+
+    @property
+    def stop_duration(self) -> float:
+        """See `Branches` [s]."""
+        return self.branches.stop_duration
 
     @property
     def hardest_braced(self) -> tuple[str, float]:

@@ -195,8 +195,7 @@ def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
     marks = [
         ("start", com[0], "o", BLUE, (0, 26)), ("hit", scene.com, "o", BLUE, (26, 20)),
         ("C", scene.c, "o", "k", (-16, 20))]
-    if scene.no_return is not None:
-        marks.append(("point of no return", scene.no_return, "x", "k", (-10, -36)))
+    marks.append(("point of no return", scene.no_return, "x", "k", (-10, -36)))
     for name, place, marker, color, offset in marks:
         axis.plot(place[1], place[0], marker, color=color, markersize=5, markeredgewidth=1.4,
                   zorder=9)

@@ -11,7 +11,7 @@ from door_model.drawing import BLUE, GREEN, GREY, ORANGE, PINK
 from hrp2_description.support import support_polygon
 
 from .hold import LATE
-from .plan_scene import PlanScene, caught_after, door_course, no_return_time, plan_scene
+from .plan_scene import PlanScene, caught_after, door_course, plan_scene
 from .plan_types import ImpactPlan, PhasePlan, PlannerSettings
 from .plan_views import draw_floor, draw_front, draw_top, legend_below
 from .robot_model import SIDES, RobotModel
@@ -85,9 +85,8 @@ def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
     axis.plot(cam.time, np.gradient(speed, cam.time) / 10.0, color=ORANGE,
               label="acceleration / 10 [m/s²]")
     axis.axvline(plan.contact_time, color=PINK, linestyle="--", label="nominal contact")
-    lost = no_return_time(plan)
-    if lost is not None:
-        axis.axvline(lost, color="k", linestyle=":", label="point of no return")
+    axis.axvline(plan.contact_time - plan.point_of_no_return, color="k", linestyle=":",
+                 label="point of no return")
     course = "first half of MCV50 (Fig. 6)" if plan.run_up == "mcv50" else "largest ZMP margin"
     axis.set(title=f"(d) run-up: {course}, then constant speed", xlabel="time in the phase cam [s]")
     axis.set_xlim(0.0, cam.time[-1])

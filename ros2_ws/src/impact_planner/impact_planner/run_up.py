@@ -294,21 +294,3 @@ def capture_reserve(
     """
     omega = math.sqrt(GRAVITY / stance.posture.b_r)
     return np.asarray(plan.y_start - way - speed / omega - sole_edges(robot, stance.feet)[0])
-
-
-def point_of_no_return(plan: RunUpPlan, robot: RobotModel, stance: Stance) -> float:
-    """Time before the contact after which the run-up can no longer be stopped in balance [s].
-
-    Negative where that holds beyond the nominal contact; see `capture_reserve`.
-    """
-    time = np.linspace(0.0, plan.motion.duration, 400)
-    course = plan.law.at(time)
-    reserve = capture_reserve(robot, stance, plan, course.s, course.v)
-    lost = np.flatnonzero(reserve < 0.0)
-    if not lost.size:
-        return plan.contact_time - plan.motion.duration
-    i = int(lost[0])
-    if i == 0:
-        return plan.contact_time
-    part = reserve[i - 1] / (reserve[i - 1] - reserve[i])
-    return float(plan.contact_time - (time[i - 1] + part * (time[i] - time[i - 1])))

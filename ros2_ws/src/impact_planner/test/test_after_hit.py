@@ -9,8 +9,13 @@ from door_model.config import load_door
 from impact_planner.errors import JointLimit, PlannerError, PostureUnreachable
 from impact_planner.plan import plan_impact
 from impact_planner.plan_types import KnownDoor, PlannerSettings, PlanRequest
+from impact_planner.post import continue_from
 from impact_planner.posture import LegDemands, capable, waist_per_com
+from impact_planner.robot_model import SIDES
 from impact_planner.stance import stance_for_step
+from impact_planner.trajectories import Motion
+from impact_planner.zmp import inverse_dynamics, margins
+from scipy.interpolate import make_interp_spline
 
 TARGET = math.radians(25.0)
 
@@ -88,6 +93,29 @@ def test_a_robot_that_can_still_stop_does_not_warn_of_a_missed_contact(robot, kn
     assert fast.branches.missed_margin < -0.03
     assert fast.branches.recovery_step == -fast.branches.missed_margin
     assert any("missed" in warning for warning in fast.warnings)
+
+
+@pytest.mark.parametrize("run_up", ["mcv50", "zmp_limited"])
+def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
+    robot, known, run_up
+):
+    """By the whole body's dynamics along the executor's spline; begun 40 ms later it does not."""
+    plan = plan_impact(PlanRequest(TARGET, run_up=run_up), known, robot)
+    cam, contact = plan.phase("cam").knots, plan.contact_point[1]
+    feet = {"left": plan.left_foot, "right": plan.right_foot}
+    for late, good in ((-0.05, True), (0.0, True), (0.04, False)):
+        start = plan.contact_time - plan.point_of_no_return + late
+        knots = continue_from(cam, start, 1.0, plan.stop_duration)
+        time = np.arange(0.0, plan.stop_duration, 0.005)
+        joints, speed, acceleration = knots.at(time)
+        base = plan.left_foot - robot.leg_chains["left"].place(joints, np.zeros((len(time), 3))).end
+        spline = make_interp_spline(time, base, k=5)
+        motion = Motion(
+            time, joints, speed, acceleration, base, spline(time, 1), spline(time, 2))
+        margin = margins(robot, inverse_dynamics(robot, motion).zmp, feet, SIDES)[4:-4].min()
+        q = robot.configuration(base[-1], joints[-1])
+        gap = robot.contact_position(q)[1] - robot.config.contact_radius - contact
+        assert bool(margin > 0.018 and gap > 0.009) is good
 
 
 def test_a_slippery_floor_is_refused(robot, known):

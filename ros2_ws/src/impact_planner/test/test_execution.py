@@ -34,7 +34,7 @@ def plan(**changes: Knots) -> ExecutablePlan:
     phases["cam"] = run_up()
     phases["post"] = straight(SPEED * (SWITCH - 0.1), SPEED * (SWITCH - 0.1), 1.4)
     phases["hold"] = straight(SPEED * (SWITCH - 0.1), 0.5, 2.0)
-    return ExecutablePlan({**phases, **changes}, CONTACT, SWITCH, 0.15, 0.1, DESIRED)
+    return ExecutablePlan({**phases, **changes}, CONTACT, SWITCH, 0.15, 0.1, DESIRED, 0.2)
 
 
 def started(**options: float) -> tuple[Execution, float]:
@@ -87,7 +87,7 @@ def test_a_plan_without_hold_is_refused() -> None:
     whole = plan()
     phases = {name: knots for name, knots in whole.phases.items() if name != "hold"}
     with pytest.raises(InvalidRequest, match="hold"):
-        Execution(ExecutablePlan(phases, CONTACT, SWITCH, 0.15, 0.1, DESIRED), lambda *_: 0.0)
+        Execution(ExecutablePlan(phases, CONTACT, SWITCH, 0.15, 0.1, DESIRED, 0.2), lambda *_: 0.0)
 
 
 def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
@@ -145,7 +145,14 @@ def test_a_stop_before_the_point_of_no_return_stops_and_after_it_completes_the_h
     joints(execution, cam + 0.3)
     execution.stop()
     (command,) = joints(execution, cam + 0.305)
-    assert command.knots is None
+    assert not command.knots.velocity[-1].any()  # by a motion of its own, not by the driver's stop
+    begin = run_up().at(command.stamp - cam)
+    np.testing.assert_allclose(command.knots.position[0], begin[0][0], atol=1e-6)
+    np.testing.assert_allclose(command.knots.velocity[0], begin[1][0], atol=1e-6)
+    execution.stop()
+    assert execution.on_joint_state(cam + 0.4, command.knots.at(0.09)[0][0], np.zeros(1)) == []
+    assert execution.outcome is Outcome.RUNNING
+    execution.on_joint_state(cam + 0.6, command.knots.position[-1], np.zeros(1))
     assert execution.outcome is Outcome.STOPPED
 
     execution, cam = started()

@@ -16,7 +16,6 @@ from impact_planner.plan_scene import (
     caught_after,
     configuration_at,
     door_course,
-    no_return_time,
     plan_scene,
 )
 from impact_planner.plan_types import KnownDoor, PlannerSettings, PlanRequest
@@ -168,22 +167,13 @@ def test_the_run_up_goes_from_its_start_to_the_hit(case):
     assert np.all(scene.zmp_course < high)
 
 
-def test_the_point_of_no_return_is_on_the_run_up_or_nowhere(case):
-    """Nowhere where the run-up can be stopped up to its end."""
+def test_the_point_of_no_return_is_on_the_run_up_before_the_hit(case):
+    """Where the CoM is then."""
     plan, _, scene = case
-    time = no_return_time(plan)
-    assert (time is None) == (scene.no_return is None)
-    if time is not None:
-        assert time == pytest.approx(plan.contact_time - plan.point_of_no_return)
-        before = scene.no_return[1] > scene.com[1]
-        assert before == (plan.point_of_no_return > 0.0)
-
-
-def test_a_slow_run_up_can_always_be_stopped():
-    """So its figure has no such point."""
-    plan, _ = planned("stoppable")
-    assert plan.branches.missed_margin > 0.0
-    assert no_return_time(plan) is None
+    cam = plan.phase("cam")
+    time = plan.contact_time - plan.point_of_no_return
+    assert scene.no_return[1] == pytest.approx(np.interp(time, cam.time, cam.com_samples[:, 1]))
+    assert scene.no_return[1] > scene.com[1]
 
 
 def test_the_door_opens_to_the_peak_and_falls_back(case):

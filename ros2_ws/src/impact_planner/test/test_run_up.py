@@ -8,7 +8,7 @@ import pytest
 from impact_planner.errors import InvalidRequest, JointLimit, SpeedUnreachable
 from impact_planner.posture_table import PostureTable
 from impact_planner.robot_model import SIDES
-from impact_planner.run_up import RunUpWish, plan_run_up, point_of_no_return, usable_overrun
+from impact_planner.run_up import RunUpWish, capture_reserve, plan_run_up, usable_overrun
 from impact_planner.whole_body import com_course, require_joint_limits
 from impact_planner.zmp import inverse_dynamics, margins
 from impact_planner.zmp_run_up import best_run_up, fastest_run_up
@@ -211,18 +211,11 @@ def test_whole_run_up_keeps_joint_limits(robot, run_up):
     require_joint_limits(robot, run_up.motion, "cam")
 
 
-def test_point_of_no_return_is_where_the_capture_point_crosses_the_sole_s_edge(
-    robot, stance, run_up
-):
-    """There, y - v / omega equals the outer edge."""
-    before = point_of_no_return(run_up, robot, stance)
-    course = run_up.law.at(run_up.contact_time - before)
-    omega = math.sqrt(9.81 / stance.posture.b_r)
+def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, stance, run_up):
+    """y - v / omega to the outer edge; less of it at a higher speed."""
+    course = run_up.law.at(np.array([0.0, run_up.contact_time]))
+    reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
     edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
-    assert run_up.y_start - course.s - course.v / omega == pytest.approx(edge, abs=2e-4)
-
-
-def test_a_faster_run_up_can_be_stopped_for_less_long(robot, stance, run_up):
-    """Speed moves the point of no return away from the contact."""
-    faster = plan_run_up(robot, stance, wish(0.52))
-    assert point_of_no_return(faster, robot, stance) > point_of_no_return(run_up, robot, stance)
+    assert reserve[0] == pytest.approx(run_up.y_start - edge)
+    omega = math.sqrt(9.81 / stance.posture.b_r)
+    assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)
