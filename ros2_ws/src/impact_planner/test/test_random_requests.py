@@ -88,7 +88,7 @@ def test_every_answer_is_a_sound_plan_or_a_refusal_that_names_its_limit(robot, a
     require_equations(known, found)
     require_steady(found)
     require_joined(found)
-    for phase in found.phases:
+    for phase in found.all_phases:
         require_limits(robot, phase)
     require_zmp(robot, found)
 
