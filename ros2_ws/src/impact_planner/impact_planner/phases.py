@@ -24,7 +24,7 @@ from .robot_model import SIDES, RobotModel
 
 Array = NDArray[np.float64]
 
-_RETREAT_TIMES = (1.5, 1.2, 1.0, 0.8)  # tried in this order [s]
+_RETREAT_TIMES = (1.5, 2.0, 1.2, 1.0, 0.8)  # tried in this order [s]
 
 
 def plan_phases(
@@ -121,7 +121,7 @@ def _retreat(
     limits: PhaseLimits,
     end: tuple[Array, Array],
 ) -> PhasePlan:
-    """Back along the run-up, clear of the door that falls shut (Fig. 12 (f)): as slow as can be.
+    """Back along the run-up, clear of the door that falls shut (Fig. 12 (f)).
 
     Raises:
         PostureUnreachable: However fast, the door comes too near, or the ZMP to the soles' edge.
