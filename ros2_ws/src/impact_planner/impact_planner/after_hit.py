@@ -33,8 +33,8 @@ Array = NDArray[np.float64]
 _REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
 _BRANCH_SHARES = (1.0, 0.75, 0.5)  # of that of the nominal door, where the door is elsewhere
 _TRIALS = 60  # samples of a motion to rest that is tried
-_STOP_TIMES = (0.3, 0.4, 0.5, 0.6, 0.8)  # of a stop of the run-up, tried [s]
-_STOPS, _STOP_SAMPLES = 60, 40  # begins of a stop that are tried, and samples of each
+_STOP_TIMES = (0.4, 0.5, 0.6)  # of a stop of the run-up, tried [s]
+_STOPS, _STOP_SAMPLES = 50, 30  # begins of a stop that are tried, and samples of each
 _PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
 
 
@@ -217,9 +217,7 @@ def plan_stop(
     best = (_STOP_TIMES[0], 0.0)
     for duration in _STOP_TIMES:
         time = np.linspace(0.0, duration, _STOP_SAMPLES)
-        scaled, rate, slope = (
-            np.array(rows) for rows in zip(
-                *(path_time(time, begin, 1.0, duration) for begin in begins.tolist()), strict=True))
+        scaled, rate, slope = path_time(time, begins[:, None], 1.0, duration)
         course = run_up.law.at(scaled)
         y = run_up.y_start - course.s
         zmp = run_up.table.zmp(

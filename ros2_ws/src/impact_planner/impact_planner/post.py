@@ -21,7 +21,7 @@ _SAMPLES_OF_CONTACT = 31
 
 
 def path_time(
-    time: Array, start: float, ratio: float, rest: float, contact: float = 0.0
+    time: Array, start: float | Array, ratio: float, rest: float, contact: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Path time and its first two derivatives while the rate falls to zero.
 
@@ -30,13 +30,13 @@ def path_time(
 
     Args:
         time: From the switch to this motion, (N,) [s].
-        start: Path time at the switch [s].
+        start: Path time at the switch, a number or (M, 1) [s].
         ratio: Rate after the contact; negative where the robot bounces back.
         rest: From the end of the contact until rest [s].
         contact: Duration of the contact [s]; 0: the rate drops at once.
 
     Returns:
-        Path time, its rate and the rate of that, (N,) each.
+        Path time, (N,) or (M, N), its rate and the rate of that, (N,) each.
     """
     inside = time < contact
     phase = np.pi * np.where(inside, time, 0.0) / max(contact, 1e-12)

@@ -209,7 +209,7 @@ def test_the_command_writes_what_it_says(tmp_path, capsys):
 
 def test_json_has_every_request(tmp_path, capsys):
     """One object without NaN."""
-    assert run(tmp_path, "--angles", "20", "150", "--json") == 0
+    assert run(tmp_path, "--angles", "20", "170", "--json") == 0
     found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert [cell["feasible"] for cell in found["cells"]] == [True, False, True, False]
     assert all(cell["reason"] for cell in found["cells"] if not cell["feasible"])
