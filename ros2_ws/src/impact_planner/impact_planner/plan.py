@@ -8,8 +8,9 @@ import zlib
 from dataclasses import replace
 
 from . import momentum
-from .door_prediction import predict
+from .door_prediction import DoorPrediction, predict
 from .errors import (
+    AngleUnreachable,
     InvalidRequest,
     JointLimit,
     PlannerError,
@@ -64,13 +65,14 @@ def plan_impact(
     begin = clock.perf_counter()
     settings = settings or PlannerSettings()
     wanted = resolve(request, settings)
+    door = predict(known, wanted.angle, wanted.initial_angle)
     failure: PlannerError | None = None
     for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
         step = share * robot.config.step.nominal
         try:
-            hit = _plan_hit(known, robot, wanted, settings, step)
+            hit = _plan_hit(known, door, robot, wanted, settings, step)
             phases, retreat, branches = plan_phases(robot, known, wanted, settings, hit)
-        except (JointLimit, SpeedUnreachable, PostureUnreachable) as error:
+        except (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # of the step that was wanted most
             continue
         plan = replace(
@@ -82,13 +84,13 @@ def plan_impact(
 
 def _plan_hit(
     known: KnownDoor,
+    door: DoorPrediction,
     robot: RobotModel,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     step: float,
 ) -> Hit:
-    """Sections II.C.1 to II.C.4: stance, w', v_rB, posture and run-up."""
-    door = predict(known, wanted.angle, wanted.initial_angle)
+    """Sections II.C.1, II.C.3 and II.C.4: stance, v_rB, posture and run-up."""
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_WAY)
     placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
     mass, speeds, brace, floor = _momentum(
