@@ -87,7 +87,7 @@ def cam(path: Path) -> None:
     curves = (("displacement", curve.s), ("velocity", curve.v), ("acceleration", curve.a))
     for axes, (name, values) in zip(panels, curves, strict=True):
         axes.plot(T, values, color=BLUE)
-        axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="used for the run-up")
+        axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="its first half: the run-up mcv50")
         axes.set_ylabel(name)
         axes.grid(alpha=0.3)
     panels[0].legend()

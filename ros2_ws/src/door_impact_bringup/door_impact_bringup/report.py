@@ -15,13 +15,13 @@ figure{margin:1.5rem 0}img{max-width:100%}figcaption{color:#555}
 """
 
 PICTURES = (
-    ("impact.gif", "The hit, at half speed: run-up, impact, opening, hold."),
+    ("impact.gif", "The hit, at half speed: run-up, impact, opening, and what followed."),
     ("door_angle.png", "The door after the impact, with the desired angle (paper, Fig. 9)."),
     ("zmp.png", "ZMP from the two foot sensors inside the support polygon (paper, Fig. 8)."),
     ("identification.png", "Swings after pushes by hand, and eq. (1) fitted (paper, Fig. 11)."),
     ("restoring_torque.png", "Restoring torque of the closer (paper, Fig. 16)."),
     ("closer_angle.png", "Angle of the closer against that of the door (paper, Fig. 15)."),
-    ("cam_curve.png", "The run-up's cam curve (paper, Fig. 6)."),
+    ("cam_curve.png", "The cam curve MCV50; its first half is the run-up mcv50 (paper, Fig. 6)."),
 )
 RECORDING = "run.mcap"
 OTHERS = (

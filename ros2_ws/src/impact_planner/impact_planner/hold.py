@@ -42,7 +42,7 @@ _REST = 0.3  # at the desired angle [s]
 _NEARLY_SHUT = math.radians(1.0)  # the hand would be caught in a door less open
 _LEANS = (1.0, 0.5)  # of what keeps the ZMP where it was, tried where the legs do not reach
 _PEAK_SPEED = 1.875  # of a minimum-jerk motion over its mean
-_COARSE = 5  # of the steps in which the largest angle that can be held is looked for
+_FURTHER = 30.0  # beyond an angle that cannot be held one is looked for that can [deg]
 _PASSES = 3  # of arm against base: each moves the other a little
 
 
@@ -218,29 +218,24 @@ def _choices(
 
 
 def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
-    tries = np.radians(np.arange(2.0, math.degrees(task.angle) + 60.0, 2.0))
+    """The error that names the nearest angles that can be held, if there are any."""
+    tries = np.radians(np.arange(2.0, math.degrees(task.angle) + _FURTHER, 2.0))
     tries = tries[tries < task.door.closer.opening_limit() - 0.02]
-
-    def held(angle: float) -> bool:
-        return can_hold(robot, replace(task, angle=float(angle)))
-
-    begin = f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
-    lowest = next((float(angle) for angle in tries if held(angle)), None)
-    if lowest is None:
-        return AngleUnreachable(
-            f"{begin}, and at no angle from here",
-            quantity="desired_opening_angle [rad]", value=task.angle, limit=0.0)
-    # From above in larger steps: there, where nothing is found, the search takes long.
-    falling = tries[tries >= lowest][::-1]
-    last = len(falling) - 1
-    first = next((i for i in range(0, last, _COARSE) if held(falling[i])), last)
-    near = falling[max(first - _COARSE + 1, 0) : first]
-    highest = next((float(angle) for angle in near if held(angle)), float(falling[first]))
+    sides = (tries[tries < task.angle][::-1], tries[tries > task.angle])
+    nearest = [
+        next((float(angle) for angle in side if can_hold(robot, replace(task, angle=angle))), None)
+        for side in sides
+    ]
+    known = [angle for angle in nearest if angle is not None]
+    named = " and ".join(
+        f"{where} about {math.degrees(angle):.0f} deg"
+        for where, angle in zip(("up to", "from"), nearest, strict=True) if angle is not None)
     return AngleUnreachable(
-        f"{begin}; it can from about {math.degrees(lowest):.0f} to {math.degrees(highest):.0f} deg",
+        f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
+        + (f"; it can {named}" if named else ", and at no angle near by"),
         quantity="desired_opening_angle [rad]",
         value=task.angle,
-        limit=(lowest, highest),
+        limit=min(known, key=lambda angle: abs(angle - task.angle), default=0.0),
     )
 
 

@@ -19,7 +19,7 @@ from hrp2_description.robot import load_robot_config
 from .errors import AngleUnreachable, PlannerError
 from .placement import Placement
 from .plan import plan_impact
-from .plan_text import finite, plan_object, plan_text
+from .plan_text import finite, plan_object, plan_text, reach_lines
 from .plan_types import ENDINGS, RUN_UPS, ImpactPlan, KnownDoor, PlannerSettings, PlanRequest
 from .reach import furthest_contact, largest_angle
 from .robot_model import RobotModel
@@ -108,8 +108,7 @@ def main(args: list[str] | None = None) -> int:
     if options.json:
         print(json.dumps(finite(plan_object(plan) | reach), allow_nan=False))
     else:
-        print(plan_text(plan), *(f"{name}: {'none' if value is None else f'{value:.2f}'}"
-                                for name, value in reach.items()), sep="\n")
+        print(plan_text(plan), *reach_lines(reach), sep="\n")
     return 0
 
 

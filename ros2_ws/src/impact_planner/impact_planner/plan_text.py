@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from .plan_types import ImpactPlan
@@ -59,6 +60,15 @@ def plan_text(plan: ImpactPlan) -> str:
     lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
     return "\n".join(
         [*lines, "", *_phase_lines(plan), *(f"warning: {warning}" for warning in plan.warnings)])
+
+
+def reach_lines(reach: Mapping[str, float | None]) -> list[str]:
+    """What `plan --reach` adds, by the arm's reach and the closer's torque alone."""
+    names = {"largest_held_angle_deg": ("largest angle that the arm could hold", "deg"),
+             "furthest_l_b": ("furthest l_B from which it could hold this angle", "m")}
+    return [
+        f"{names[key][0]}: {'none' if value is None else f'{value:.3g} {names[key][1]}'}"
+        for key, value in reach.items()]
 
 
 def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:

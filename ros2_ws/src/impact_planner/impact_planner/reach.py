@@ -28,6 +28,9 @@ def largest_angle(
 ) -> float:
     """The largest angle at which the arm can catch and hold the door from a stance, to 0.25 deg.
 
+    By the arm's reach and the closer's torque alone: smaller angles may be out of reach, the hit
+    may be too fast, and a frame beside the door is not known.
+
     Args:
         robot: The robot.
         known: The door.
