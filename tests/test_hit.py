@@ -16,7 +16,10 @@ from hrp2_sim_bridge.sensors import TickSample
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from impact_planner.execution import Outcome
-from impact_planner.settings import configured_placement
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import KnownDoor, PlanRequest
+from impact_planner.robot_model import RobotModel
+from impact_planner.settings import configured_placement, make_settings
 
 
 class TiltWatch:
@@ -82,7 +85,11 @@ def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
 def test_a_stop_before_the_point_of_no_return_stands_still_and_touches_nothing(
         tmp_path: Any, door: str, run_up: str) -> None:
     """10 ms before it: no contact, no slip, and the ZMP well inside the soles."""
-    plan = rehearse(25.0, tmp_path / "run.npz", door=door, run_up=run_up, stop_before=9.0).plan
+    config = load_door(door)
+    plan = plan_impact(
+        PlanRequest(np.radians(25.0), run_up=run_up),
+        KnownDoor(config.name, config.door(), config.leaf.width),
+        RobotModel(load_robot_config()), make_settings(configured_placement()))
     other = rehearse(25.0, tmp_path / "run.npz", door=door, run_up=run_up,
                      stop_before=plan.point_of_no_return + 0.01)
     motion = other.log.motion

@@ -1,6 +1,6 @@
 """Random doors and requests: a sound plan or a refusal that names its limit, never anything else.
 
-250 by default, in less than a minute; RANDOM_REQUESTS=2000 in the environment for more of them.
+150 by default, in half a minute; RANDOM_REQUESTS=2000 in the environment for more of them.
 """
 
 import math
@@ -23,7 +23,7 @@ from impact_planner.trajectories import Motion
 from impact_planner.zmp import inverse_dynamics, margins
 
 SEED = 2015
-COUNT = int(os.environ.get("RANDOM_REQUESTS", "250"))
+COUNT = int(os.environ.get("RANDOM_REQUESTS", "150"))
 SHARE, MARGIN = 0.9, 0.02  # of joints' limits, and of the ZMP [m]: PlannerSettings' defaults
 PERIOD = 0.005  # of what is computed anew from the knots [s]
 PRESETS = {name: load_door(name) for name in door_names()}
