@@ -27,6 +27,7 @@ from .run_up import RunUpPlan, capture_reserve
 from .splice import concatenate
 from .stance import sole_edges
 from .trajectories import Motion, min_jerk_course
+from .zmp import edge_margin
 
 Array = NDArray[np.float64]
 
@@ -116,7 +117,8 @@ def _no_rest(
     begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
     if not math.isfinite(margin):
         time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
-        y, _, _ = _course(hit.run_up, hit, time, start, rest, settings.contact_duration)
+        y, _, _ = _course(
+        hit.run_up, hit.speeds.ratio, time, start, rest, settings.contact_duration)
         way = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
             f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
@@ -132,14 +134,18 @@ def _along(
     run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, contact: float
 ) -> Motion:
     """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
-    return run_up.table.motion(time, *_course(run_up, hit, time, start, rest, contact))
+    return run_up.table.motion(time, *_course(run_up, hit.speeds.ratio, time, start, rest, contact))
 
 
 def _course(
-    run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, contact: float
+    run_up: RunUpPlan,
+    ratio: float,
+    time: Array,
+    start: float | Array,
+    rest: float,
+    contact: float,
 ) -> tuple[Array, Array, Array]:
-    """Place, speed and acceleration of the CoM along y, (N,) each."""
-    ratio = hit.speeds.v_rb_post / hit.speeds.v_rb
+    """Place, speed and acceleration of the CoM along y; arguments and shapes as `path_time`."""
     scaled, rate, slope = path_time(time, start, ratio, rest, contact)
     course = run_up.law.at(scaled)
     return (run_up.y_start - course.s, -course.v * rate,
@@ -151,11 +157,11 @@ def _margin(
 ) -> float:
     """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
     time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
-    y, v, a = _course(hit.run_up, hit, time, start, rest, settings.contact_duration)
+    y, v, a = _course(
+        hit.run_up, hit.speeds.ratio, time, start, rest, settings.contact_duration)
     if y.min() < hit.run_up.table.low - 1e-9:
         return -math.inf
-    zmp = hit.run_up.table.zmp(y, v, a)
-    return float(min(zmp.min() - edges[0], edges[1] - zmp.max()))
+    return float(edge_margin(hit.run_up.table.zmp(y, v, a), edges))
 
 
 def plan_branches(
@@ -217,14 +223,9 @@ def plan_stop(
     best = (_STOP_TIMES[0], 0.0)
     for duration in _STOP_TIMES:
         time = np.linspace(0.0, duration, _STOP_SAMPLES)
-        scaled, rate, slope = path_time(time, begins[:, None], 1.0, duration)
-        course = run_up.law.at(scaled)
-        y = run_up.y_start - course.s
-        zmp = run_up.table.zmp(
-            y.ravel(), (-course.v * rate).ravel(),
-            (-course.a * rate**2 - course.v * slope).ravel()).reshape(y.shape)
-        margin = np.minimum(zmp.min(axis=1) - edges[0], edges[1] - zmp.max(axis=1))
-        good = (margin >= settings.required_margin) & (course.s[:, -1] <= clear)
+        y, v, a = _course(run_up, 1.0, time, begins[:, None], duration, 0.0)
+        margin = edge_margin(run_up.table.zmp(y, v, a), edges)
+        good = (margin >= settings.required_margin) & (run_up.y_start - y[:, -1] <= clear)
         last = int(np.argmin(np.append(good, False))) - 1
         if last >= 0 and begins[last] >= best[1]:
             best = duration, float(begins[last])

@@ -75,7 +75,7 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
             str(error), quantity="desired_opening_angle [rad]", value=angle, limit=str(error.limit)
         ) from error
     except DoorModelError as error:
-        limit = _opening_limit(door)
+        limit = opening_limit(door)
         raise AngleUnreachable(
             f"{math.degrees(angle):.1f} deg: {error}; the linkage opens to "
             f"{math.degrees(limit):.1f} deg",
@@ -87,7 +87,8 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
         omega, float(swing.peak_time[0]), time_std, float(swing.peak_angle[0]), angle_std, swing)
 
 
-def _opening_limit(door: Door) -> float:
+def opening_limit(door: Door) -> float:
+    """Largest angle that the linkage allows; 0 where it allows none [rad]."""
     try:
         return float(door.closer.opening_limit())
     except DoorModelError:

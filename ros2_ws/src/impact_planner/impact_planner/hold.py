@@ -22,7 +22,7 @@ from .approach import StandingPhase, sample_times
 from .arm_reach import ArmReach, HandOnLeaf
 from .errors import AngleUnreachable, JointLimit, PlannerError, PostureUnreachable
 from .leaf import LeafFrame
-from .plan_types import PhasePlan
+from .plan_types import KnownDoor, PhasePlan, PlannerSettings
 from .robot_model import SIDES, RobotModel
 from .run_up import GRAVITY
 from .trajectories import Motion, min_jerk, rest_to_rest
@@ -121,6 +121,20 @@ class HoldPlan:
     catch: Catch
     hand: HandOnLeaf
     force: float
+
+
+def hold_task(
+    known: KnownDoor,
+    settings: PlannerSettings,
+    hinge: Array,
+    feet: dict[str, Array],
+    angle: float,
+    start: tuple[Array, Array],
+) -> HoldTask:
+    """The task for a door, as configured; `start`: joints (30,) [rad] and base_link (3,) [m]."""
+    return HoldTask(
+        known.door, known.width, hinge, angle, *start, feet, settings.hand_force_limit,
+        settings.limit_share, settings.period)
 
 
 def plan_hold(

@@ -26,6 +26,11 @@ class ImpactSpeeds:
     v_rb_post: float
     impulse: float
 
+    @property
+    def ratio(self) -> float:
+        """Speed of B after the hit over that before it."""
+        return self.v_rb_post / self.v_rb
+
 
 def effective_mass_planar(mass: float, i_rob: float, a_r: float) -> float:
     """Effective mass at B of a free rigid body in the frontal plane, eq. (3).

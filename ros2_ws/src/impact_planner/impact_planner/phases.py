@@ -16,7 +16,7 @@ from .clearance import LeafCourse
 from .errors import JointLimit, PlannerError, PostureUnreachable
 from .floor_load import require_grip
 from .hit import Hit
-from .hold import LATE, HoldPlan, HoldTask, plan_hold
+from .hold import LATE, HoldPlan, hold_task, plan_hold
 from .phase_checks import LeafNearby, PhaseLimits, checked_phase
 from .plan_types import Branches, KnownDoor, PhasePlan, PlannerSettings
 from .request import ResolvedRequest
@@ -95,9 +95,8 @@ def _hold(
     end: tuple[Array, Array],
 ) -> PhasePlan:
     """The arm goes out and holds the door."""
-    task = HoldTask(
-        known.door, known.width, hit.placement.hinge, wanted.angle, *end, hit.stance.feet,
-        settings.hand_force_limit, settings.limit_share, settings.period)
+    task = hold_task(
+        known, settings, hit.placement.hinge, hit.stance.feet, wanted.angle, end)
 
     def check(hold: HoldPlan) -> PhasePlan:
         time = hold.phase.motion.time

@@ -171,7 +171,7 @@ def _compose(
         v_rb=speeds.v_rb,
         v_rb_post=speeds.v_rb_post,
         v_com=run_up.law.speed,
-        v_com_post=run_up.law.speed * speeds.v_rb_post / speeds.v_rb,
+        v_com_post=run_up.law.speed * speeds.ratio,
         effective_mass=hit.mass,
         effective_mass_planar=momentum.effective_mass_planar(
             robot.mass, posture.i_rob, posture.a_r),

@@ -97,11 +97,11 @@ class PostureTable:
         return np.asarray(self._spline[1](np.asarray(y, dtype=float))[..., :-3])
 
     def zmp(self, y: Array, v: Array, a: Array) -> Array:
-        """ZMP along y for places, speeds and accelerations of the CoM, (N,) each, (N,) [m]."""
-        spline = self._wrench
-        rows = spline(y)
-        wrench = rows[:, 0] + rows[:, 1] * (v**2)[:, None] + rows[:, 2] * a[:, None]
-        return np.asarray(wrench[:, 1] / wrench[:, 0])
+        """ZMP along y for places, speeds and accelerations of the CoM, all of one shape [m]."""
+        rows = self._wrench(y)
+        still, fast, pushed = (rows[..., i, :] for i in range(3))
+        wrench = still + fast * (v**2)[..., None] + pushed * a[..., None]
+        return np.asarray(wrench[..., 1] / wrench[..., 0])
 
     @cached_property
     def _wrench(self):  # type: ignore[no-untyped-def]

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from door_model.errors import DoorModelError
 
+from .door_prediction import opening_limit
 from .errors import AngleUnreachable
-from .hold import HoldTask, can_hold
+from .hold import HoldTask, can_hold, hold_task
 from .placement import Placement
 from .plan_types import KnownDoor, PlannerSettings
 from .robot_model import RobotModel
@@ -45,10 +45,7 @@ def largest_angle(
         AngleUnreachable: The door can be held at none.
     """
     task = _task(known, settings, placement, stance)
-    try:
-        limit = float(known.door.closer.opening_limit())
-    except DoorModelError:
-        limit = 0.0
+    limit = opening_limit(known.door)
 
     def held(angle: float) -> bool:
         return can_hold(robot, replace(task, angle=angle))
@@ -108,10 +105,9 @@ def furthest_contact(
 def _task(
     known: KnownDoor, settings: PlannerSettings, placement: Placement, stance: Stance
 ) -> HoldTask:
-    return HoldTask(
-        known.door, known.width, placement.hinge, 0.0, stance.posture.joints,
-        stance.posture.base, stance.feet, settings.hand_force_limit, settings.limit_share,
-        settings.period)
+    """Holding from the posture at the hit; the angle is still open."""
+    start = stance.posture.joints, stance.posture.base
+    return hold_task(known, settings, placement.hinge, stance.feet, 0.0, start)
 
 
 def _last(held: Callable[[float], bool], tries: list[float], tolerance: float) -> float | None:

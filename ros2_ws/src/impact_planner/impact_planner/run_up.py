@@ -16,7 +16,7 @@ from .posture_table import PostureTable
 from .robot_model import SIDES, RobotModel
 from .stance import Stance, sole_edges
 from .trajectories import Motion
-from .zmp import Dynamics, inverse_dynamics, margins
+from .zmp import Dynamics, edge_margin, inverse_dynamics, margins
 from .zmp_run_up import SmoothRunUp, best_run_up, fastest_run_up
 
 Array = NDArray[np.float64]
@@ -207,7 +207,7 @@ def _mcv50(
         law = RunUp(speed=speed, distance=y0 - table.y_hit)
         course = law.at(np.linspace(0.0, law.duration, _SEARCH_SAMPLES))
         zmp = table.zmp(y0 - course.s, -course.v, -course.a)
-        return _Candidate(law, y0, float(min(zmp.min() - edges[0], edges[1] - zmp.max())))
+        return _Candidate(law, y0, float(edge_margin(zmp, edges)))
 
     if wish.y_start is not None:
         return candidate(_highest(table, wish))

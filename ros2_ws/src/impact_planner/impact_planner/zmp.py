@@ -113,6 +113,11 @@ def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequen
     return np.asarray(polygon_margin(zmp, hull), dtype=float)
 
 
+def edge_margin(zmp: Array, edges: tuple[float, float]) -> Array:
+    """Smallest distance of courses of the ZMP along y, (..., N), from two edges, (...) [m]."""
+    return np.minimum(zmp.min(axis=-1) - edges[0], edges[1] - zmp.max(axis=-1))
+
+
 def joint_torques(
     robot: RobotModel,
     motion: Motion,

@@ -18,6 +18,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import linprog
 
 from .cam_curve import CamSample
+from .zmp import edge_margin
 
 Array = NDArray[np.float64]
 Zmp = Callable[[Array, Array, Array], Array]
@@ -198,7 +199,7 @@ class _Course:
         found = x[:_COEFFICIENTS]
         y, v, a, jerk = (row @ found for row in self.rows)
         at = zmp(y, v, a)
-        margin = float(min((edges[1] - at).min(), (at - edges[0]).min()))
+        margin = float(edge_margin(at, edges))
         return _Answer(
             found, float(x[-1]), margin, margin - _JERK_PRICE * float(np.abs(jerk).max()))
 
