@@ -246,9 +246,7 @@ def require_leaving(settings: PlannerSettings, hit: Hit, post: Motion) -> None:
     """
     angle = hit.door.angle_at(post.time - settings.contact_lead)
     elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
-    gap = np.array([
-        LeafFrame(hit.placement.hinge, float(a)).gap(place)
-        for a, place in zip(angle, elbow, strict=True)])
+    gap = LeafFrame(hit.placement.hinge, angle).gap(elbow)
     pushed = float(gap[0] - gap.min())
     if pushed > _PUSHED:
         raise SpeedUnreachable(

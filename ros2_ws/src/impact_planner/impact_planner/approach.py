@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import PlannerError
 from .posture import RESERVE, braced_upper_body
 from .robot_model import SIDES, RobotModel
 from .stance import SINGLE_SUPPORT_MARGIN, Stance, com_x, initial_base
@@ -102,23 +101,24 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
     edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
     middle, inner = float(edges.mean()), float(edges.min())
     candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -0.0025)
-    failure: PlannerError | None = None
-    for y in candidates:
-        try:
-            joints, base = solve(
-                robot,
-                upper=braced_upper_body(robot),
-                com_xy=np.array([com_x(robot), y]),
-                waist_z=stance.posture.waist_height,
-                feet=stance.feet,
-            )
-            posture = still(joints[0], base[0])
-            require_joint_limits(robot, posture, "step", reserve=RESERVE)
-            return float(y)
-        except PlannerError as error:
-            failure = error
-    assert failure is not None
-    raise failure
+
+    def standing(y: Array, strict: bool) -> tuple[Array, Array]:
+        return solve(
+            robot,
+            upper=braced_upper_body(robot),
+            com_xy=np.column_stack([np.full(len(y), com_x(robot)), y]),
+            waist_z=stance.posture.waist_height,
+            feet=stance.feet,
+            strict=strict,
+        )
+
+    joints, _ = standing(candidates, strict=False)
+    within = np.all(
+        (joints >= robot.lower + RESERVE) & (joints <= robot.upper - RESERVE), axis=1)  # no NaN is
+    if not within.any():  # say why not
+        joints, base = standing(candidates[-1:], strict=True)
+        require_joint_limits(robot, still(joints[0], base[0]), "step", reserve=RESERVE)
+    return float(candidates[np.argmax(within)])
 
 
 def _prepare(

@@ -24,6 +24,7 @@ _RESERVE = np.deg2rad(4.0)  # kept from the joints' limits
 _EDGE = 0.02  # of the leaf beyond the hand [m]
 _EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
 _TOLERANCE = 1e-5  # [m]
+_NEWTON_STEPS = 10  # they converge within seven, or the hand is out of reach
 _HAND = 0  # place in what `_places` gives: hand, elbow, wrist
 
 
@@ -81,7 +82,7 @@ class ArmReach:
         mine = np.array([list(chain.columns).index(column) for column in self.columns])
         whole = np.tile(joints, (len(arm), 1))
         whole[:, self.columns] = arm
-        for _ in range(20):
+        for _ in range(_NEWTON_STEPS):
             pose = chain.place(whole, bases)
             error = targets - pose.end
             if np.abs(error).max() < 1e-9:
@@ -122,25 +123,28 @@ class ArmReach:
         if np.any(low > high):
             return None
 
+        # Unknowns x in which the cost of travel is half their square: SLSQP's first guess of it.
+        unit = np.tile(travel, 2) / np.sqrt(_EFFORT)
+        low, high = ((bound - np.tile(start, 2)) / unit for bound in (low, high))
+
         @lru_cache(maxsize=2)  # cost, constraints and their slopes are asked for in turn
         def places(x: bytes) -> list[list[tuple[Array, Array]]]:
-            """Hand, elbow and wrist at both leaves: position and Jacobian."""
-            arms = np.frombuffer(x).reshape(2, n)
-            return [self._places(base, joints, arm) for arm in arms]
+            """Hand, elbow and wrist at both leaves: position and Jacobian to the unknowns."""
+            arms = start + (np.frombuffer(x) * unit).reshape(2, n)
+            return [self._places(base, joints, arm, unit[:n]) for arm in arms]
 
         def both(x: Array, frame: int) -> list[tuple[Array, Array]]:
             return [place[frame] for place in places(x.tobytes())]
 
         def cost(x: Array) -> tuple[float, Array]:
-            change = (x - np.tile(start, 2)) / np.tile(travel, 2)
             (_, _), (final, jacobian) = both(x, _HAND)
-            slope = _EFFORT * change / np.tile(travel, 2)
+            slope = x.copy()
             slope[n:] -= leaf[1].along @ jacobian
-            return 0.5 * _EFFORT * float(change @ change) - leaf[1].radius(final), slope
+            return 0.5 * float(x @ x) - float(leaf[1].radius(final)), slope
 
         result = minimize(
             cost,
-            np.clip(np.tile(start, 2), low, high),
+            np.clip(0.0, low, high),
             jac=True,
             method="SLSQP",
             bounds=list(zip(low, high, strict=True)),
@@ -152,16 +156,20 @@ class ArmReach:
         if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
             return None
         final = both(x, _HAND)[1][0]
-        if leaf[1].radius(final) < self.hand_radius + _EDGE:
+        radius = float(leaf[1].radius(final))
+        if radius < self.hand_radius + _EDGE:
             return None  # behind the hinge, where there is no leaf
-        return HandOnLeaf(x[:n], x[n:], leaf[1].radius(final), float(final[2]))
+        nearest, last = start + (x * unit).reshape(2, n)
+        return HandOnLeaf(nearest, last, radius, float(final[2]))
 
-    def _places(self, base: Array, joints: Array, arm: Array) -> list[tuple[Array, Array]]:
-        """Position (3,) [m] and Jacobian (3, A) of hand, elbow and wrist."""
+    def _places(
+        self, base: Array, joints: Array, arm: Array, unit: Array
+    ) -> list[tuple[Array, Array]]:
+        """Position (3,) [m] of hand, elbow and wrist, Jacobian to joints over units (A,) [m]."""
         full = joints.copy()
         full[self.columns] = arm
         q = self._robot.configuration(base, full)
-        return [(place, jacobian[:3, self._v])
+        return [(place, jacobian[:3, self._v] * unit)
                 for place, jacobian in self._robot.frames_at(q, self._frames)]
 
     def _constraints(self, both, leaf, furthest, n):  # type: ignore[no-untyped-def]

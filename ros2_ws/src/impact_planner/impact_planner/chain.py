@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_STRAIGHT = np.eye(3)
-
 
 @dataclass(frozen=True)
 class ChainPose:
@@ -63,22 +61,29 @@ class Chain:
             joint = int(model.parents[joint])
         self.columns = np.array([joint_names.index(model.names[j]) for j in joints])
         self._offsets = [np.array(model.jointPlacements[j].translation) for j in joints]
-        self._turned = [np.array(model.jointPlacements[j].rotation) for j in joints]
+        turned = [np.array(model.jointPlacements[j].rotation) for j in joints]
+        self._turned = [None if np.array_equal(turn, np.eye(3)) else turn for turn in turned]
         self._axes = [_axis(model.joints[j]) for j in joints]
+        self._skews = [np.array(pin.skew(axis)) for axis in self._axes]
         self._end = np.array(end.placement.translation)
 
     def place(self, joints: Array, base: Array) -> ChainPose:
         """Pose for joints (N, J) [rad] and an upright base_link at places (N, 3) [m]."""
         n, count = len(joints), len(self.columns)
         axes, origins = np.empty((n, count, 3)), np.empty((n, count, 3))
-        rotation, place = np.broadcast_to(_STRAIGHT, (n, 3, 3)), np.asarray(base, dtype=float)
-        for i, (column, axis) in enumerate(zip(self.columns, self._axes, strict=True)):
-            place = place + rotation @ self._offsets[i]
-            if not np.array_equal(self._turned[i], _STRAIGHT):
-                rotation = rotation @ self._turned[i]
-            axes[:, i], origins[:, i] = rotation @ axis, place
-            rotation = rotation @ _turn(axis, joints[:, column])
-        return ChainPose(axes, origins, place + rotation @ self._end)
+        angle = joints[:, self.columns]
+        sine, versed = np.sin(angle)[:, :, None, None], (1.0 - np.cos(angle))[:, :, None, None]
+        rotation, place = np.tile(np.eye(3), (n, 1, 1)), np.asarray(base, dtype=float)
+        for i, (turned, axis, skew) in enumerate(
+            zip(self._turned, self._axes, self._skews, strict=True)
+        ):
+            place = place + _times(rotation, self._offsets[i])
+            if turned is not None:
+                rotation = _times(rotation, turned)
+            axes[:, i], origins[:, i] = _times(rotation, axis), place
+            across = _times(rotation, skew)  # Rodrigues' formula
+            rotation = rotation + sine[:, i] * across + versed[:, i] * _times(across, skew)
+        return ChainPose(axes, origins, place + _times(rotation, self._end))
 
 
 def _axis(joint: Any) -> Array:
@@ -88,8 +93,6 @@ def _axis(joint: Any) -> Array:
     return np.array(data.S).reshape(6)[3:]
 
 
-def _turn(axis: Array, angle: Array) -> Array:
-    """Rotations about an axis (3,) by angles (N,), (N, 3, 3), by Rodrigues' formula."""
-    skew = np.array(pin.skew(axis))
-    sine, versed = np.sin(angle)[:, None, None], (1.0 - np.cos(angle))[:, None, None]
-    return _STRAIGHT + sine * skew + versed * (skew @ skew)
+def _times(matrices: Array, constant: Array) -> Array:
+    """Matrices (N, 3, 3) times one matrix or vector; as one product, N small ones are slow."""
+    return (matrices.reshape(-1, 3) @ constant).reshape(len(matrices), *constant.shape)

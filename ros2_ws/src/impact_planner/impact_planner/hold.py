@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .approach import StandingPhase, sample_times
 from .arm_reach import ArmReach, HandOnLeaf
 from .errors import AngleUnreachable, JointLimit, PlannerError, PostureUnreachable
+from .knots import quintic
 from .leaf import LeafFrame
 from .plan_types import KnownDoor, PhasePlan, PlannerSettings
 from .robot_model import SIDES, RobotModel
@@ -43,7 +44,7 @@ _NEARLY_SHUT = math.radians(1.0)  # the hand would be caught in a door less open
 _LEANS = (1.0, 0.5)  # of what keeps the ZMP where it was, tried where the legs do not reach
 _PEAK_SPEED = 1.875  # of a minimum-jerk motion over its mean
 _FURTHER = 30.0  # beyond an angle that cannot be held one is looked for that can [deg]
-_PASSES = 3  # of arm against base: each moves the other a little
+_PASSES = 2  # of base against arm: each moves the other a little
 
 
 @dataclass(frozen=True)
@@ -275,69 +276,51 @@ def _whole_body(
     lean = -lean_share * pressing(time[-1:])[0, :2] * hand.height / (robot.mass * GRAVITY)
     com = robot.com(robot.configuration(task.base, task.joints))[:2]
     com_xy = com + min_jerk(time, catch.reach + _GIVE_WAY)[:, None] * lean
+    first = int(np.argmax(time >= catch.reach))
+    targets = LeafFrame(task.hinge, angles[first:]).point(
+        hand.radius, hand.height, reach.hand_radius)
+    # Between the two postures that were chosen, so that the course is smooth.
+    way = max(task.angle - catch.lowest, 1e-9)
+    part = ((angles - catch.lowest) / way)[first:, None]
+    arc = hand.nearest + part * (hand.final - hand.nearest)
     whole, bases = np.tile(task.joints, (len(time), 1)), np.tile(task.base, (len(time), 1))
     for _ in range(_PASSES):
-        whole[:, reach.columns] = _arm_course(reach, task, catch, hand, time, angles, bases)
+        whole[:, reach.columns] = _with_way_out(task.joints[reach.columns], time, arc)
         whole, bases = solve(
             robot, upper=whole, com_xy=com_xy, waist_z=float(task.base[2]), feet=task.feet,
             near=bases)
+        arc = reach.follow(bases[first:], task.joints, arc, targets)
+        _require_followed(arc, angles[first:], time[first:])
+    whole[:, reach.columns] = _with_way_out(task.joints[reach.columns], time, arc)
     dense = sample_times(catch.duration, task.period)
     motion = rest_to_rest(time, whole, bases, dense)
     point = robot.hand_chain.place(motion.joints, motion.base).end
     return motion, Load(point, pressing(dense))
 
 
-def _arm_course(
-    reach: ArmReach,
-    task: HoldTask,
-    catch: Catch,
-    hand: HandOnLeaf,
-    time: Array,
-    angles: Array,
-    bases: Array,
-) -> Array:
-    """Joints of the arm: out to the leaf in joint space, then along the leaf's arc, (N, 6)."""
-    first = int(np.argmax(time >= catch.reach))
-    targets = np.array([
-        LeafFrame(task.hinge, angle).point(hand.radius, hand.height, reach.hand_radius)
-        for angle in angles[first:]])
-    # Between the two postures that were chosen, so that the course is smooth.
-    way = max(task.angle - catch.lowest, 1e-9)
-    part = ((angles - catch.lowest) / way)[first:, None]
-    near = hand.nearest + part * (hand.final - hand.nearest)
-    arm = np.empty((len(time), len(reach.columns)))
-    arm[first:] = reach.follow(bases[first:], task.joints, near, targets)
-    lost = np.flatnonzero(np.isnan(arm[first:, 0]))
+def _require_followed(arc: Array, angles: Array, time: Array) -> None:
+    """Check that the arm (N, A) [rad] stays with the leaf at angles [rad] and times [s], (N,)."""
+    lost = np.flatnonzero(np.isnan(arc[:, 0]))
     if lost.size:
         i = int(lost[0])
-        at, kept = float(angles[first + i]), float(angles[first + max(i - 1, 0)])
+        at, kept = float(angles[i]), float(angles[max(i - 1, 0)])
         raise AngleUnreachable(
-            f"the arm loses the leaf at {math.degrees(at):.1f} deg, {time[first + i]:.2f} s after "
+            f"the arm loses the leaf at {math.degrees(at):.1f} deg, {time[i]:.2f} s after "
             f"the door has turned round; it follows to {math.degrees(kept):.1f} deg",
             quantity="leaf angle [rad]",
             value=at,
             limit=kept,
         )
+
+
+def _with_way_out(start: Array, time: Array, arc: Array) -> Array:
+    """The arm from `start` (A,) in joint space to its course along the leaf's arc, (N, A) [rad]."""
+    first = len(time) - len(arc)
     step = float(time[1] - time[0])
     # One-sided, second order: speed and acceleration with which the arc is entered.
-    a, b, c, d = arm[first : first + 4]
+    a, b, c, d = arc[:4]
     speed = (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / (6.0 * step)
     curve = (2.0 * a - 5.0 * b + 4.0 * c - d) / step**2
-    arm[:first] = _quintic(
-        time[:first] / time[first],
-        task.joints[reach.columns],
-        a,
-        speed * time[first],
-        curve * time[first] ** 2,
-    )
-    return arm
-
-
-def _quintic(x: Array, start: Array, end: Array, speed: Array, curve: Array) -> Array:
-    """From rest at `start` to `end` with a speed and an acceleration, over x from 0 to 1."""
-    way = end - start
-    c3 = 10.0 * way - 4.0 * speed + 0.5 * curve
-    c4 = -15.0 * way + 7.0 * speed - curve
-    c5 = 6.0 * way - 3.0 * speed + 0.5 * curve
-    s = x[:, None]
-    return start + s**3 * (c3 + s * (c4 + s * c5))
+    still, end = np.zeros_like(start), time[first]
+    out = quintic(start, still, still, a, speed * end, curve * end**2)
+    return np.vstack([np.vander(time[:first] / end, 6, increasing=True) @ out, arc])

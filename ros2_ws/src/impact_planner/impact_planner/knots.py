@@ -18,6 +18,16 @@ Array = NDArray[np.float64]
 # [rad]; at 20 microradians the accelerations stray so far that the ZMP is 2 mm off in the run-up.
 TOLERANCE = 5e-6
 
+# Coefficients of a quintic on [0, 1] from value, first and second derivative at both ends.
+_QUINTIC = np.array([
+    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
+    [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
+    [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
+    [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
+])
+
 
 @dataclass(frozen=True)
 class Knots:
@@ -62,9 +72,9 @@ class Knots:
         t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
         i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
         h = (self.time[i + 1] - self.time[i])[:, None]
-        c = _coefficients(
-            (self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2),
-            (self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2),
+        c = quintic(
+            self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2,
+            self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2,
         )
         x = ((t - self.time[i]) / h[:, 0])[:, None]
         position = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
@@ -73,21 +83,13 @@ class Knots:
         return position, velocity / h, acceleration / h**2
 
 
-def _coefficients(
-    start: tuple[Array, Array, Array], end: tuple[Array, Array, Array]
-) -> tuple[Array, ...]:
-    """Quintic on [0, 1] with given values and first and second derivatives at both ends."""
-    p0, v0, a0 = start
-    p1, v1, a1 = end
-    d = p1 - p0
-    return (
-        p0,
-        v0,
-        0.5 * a0,
-        10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
-        -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
-        6.0 * d - 3.0 * (v0 + v1) + 0.5 * (a1 - a0),
-    )
+def quintic(*ends: Array) -> Array:
+    """Quintic on [0, 1] with given value, first and second derivative, each (...), at both ends.
+
+    Returns:
+        Coefficients of rising powers, (6, ...).
+    """
+    return np.tensordot(_QUINTIC, np.array(ends), axes=1)
 
 
 def from_samples(
@@ -123,11 +125,10 @@ def from_samples(
             if j <= i + 1:
                 return True
             h = time[j] - time[i]
-            spline = _coefficients(
-                (p[i], v[i] * h, a[i] * h**2), (p[j], v[j] * h, a[j] * h**2))
+            spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
             powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
-            error = powers @ np.array(spline) - p[i + 1 : j]
-            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)
+            error = powers @ spline - p[i + 1 : j]
+            return bool(np.abs(error).max() <= tolerance)
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)
         while low < high:

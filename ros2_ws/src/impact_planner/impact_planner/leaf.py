@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,35 +13,45 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LeafFrame:
-    """The leaf at an opening angle.
+    """The leaf at an opening angle, or at several.
 
     Attributes:
         hinge: x and y of the hinge in odom, (2,) [m]; it lies in the plane of the face.
-        angle: Opening angle [rad].
+        angle: Opening angle, a number or (N,) [rad].
     """
 
     hinge: Array
-    angle: float
+    angle: float | Array
 
-    @property
+    @cached_property
     def along(self) -> Array:
-        """From the hinge to the free edge, (3,)."""
-        return np.array([math.cos(self.angle), -math.sin(self.angle), 0.0])
+        """From the hinge to the free edge, (3,) or (N, 3)."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([cosine, -sine, np.zeros_like(sine)], axis=-1)
 
-    @property
+    @cached_property
     def normal(self) -> Array:
-        """Of the face, into the door, (3,)."""
-        return np.array([-math.sin(self.angle), -math.cos(self.angle), 0.0])
+        """Of the face, into the door, (3,) or (N, 3)."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([-sine, -cosine, np.zeros_like(sine)], axis=-1)
 
-    def gap(self, point: Array) -> float:
-        """Distance of a point from the face, positive on the robot's side [m]."""
-        return float(self.normal[:2] @ (self.hinge - np.asarray(point)[:2]))
+    def gap(self, point: Array) -> Array:
+        """Distance of points (3,) or (N, 3) from the face, positive on the robot's side [m]."""
+        return self._across(self.normal, self.hinge - point[..., :2])
 
-    def radius(self, point: Array) -> float:
-        """Distance of a point from the hinge, along the leaf [m]."""
-        return float(self.along[:2] @ (np.asarray(point)[:2] - self.hinge))
+    def radius(self, point: Array) -> Array:
+        """Distance of points (3,) or (N, 3) from the hinge, along the leaf [m]."""
+        return self._across(self.along, point[..., :2] - self.hinge)
 
     def point(self, radius: float, height: float, gap: float) -> Array:
-        """Point at a distance from the hinge, a height and a distance from the face, (3,) [m]."""
-        place = np.append(self.hinge, height)
-        return place + radius * self.along - gap * self.normal
+        """Points at a distance from the hinge, a height and a distance from the face [m].
+
+        Returns:
+            (3,) or (N, 3) [m].
+        """
+        return np.append(self.hinge, height) + radius * self.along - gap * self.normal
+
+    @staticmethod
+    def _across(direction: Array, way: Array) -> Array:
+        product: Array = direction[..., 0] * way[..., 0] + direction[..., 1] * way[..., 1]
+        return product

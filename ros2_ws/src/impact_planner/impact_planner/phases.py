@@ -21,6 +21,7 @@ from .phase_checks import LeafNearby, PhaseLimits, checked_phase
 from .plan_types import Branches, KnownDoor, PhasePlan, PlannerSettings
 from .request import ResolvedRequest
 from .robot_model import SIDES, RobotModel
+from .trajectories import Motion
 
 Array = NDArray[np.float64]
 
@@ -51,14 +52,16 @@ def plan_phases(
     limits = PhaseLimits(
         settings.required_margin, settings.limit_share, robot.config.clearance)
 
-    def leaf_at(time: Array, *may_touch: str) -> LeafNearby:
-        """The leaf at times after the hit, (N,) [s]."""
-        hinge = hit.placement.hinge
-        return LeafNearby(LeafCourse(hinge, hit.door.angle_at(time), known.width), may_touch)
+    def leaf_at(angle: Array, *may_touch: str) -> LeafNearby:
+        """The leaf at opening angles, (N,) [rad]."""
+        return LeafNearby(LeafCourse(hit.placement.hinge, angle, known.width), may_touch)
+
+    def unmoved(motion: Motion) -> Array:
+        return np.full(len(motion), wanted.initial_angle)
 
     touching = robot.config.contact_link
     phases = [
-        checked_phase(robot, phase, limits, leaf=leaf_at(0.0 * phase.motion.time))
+        checked_phase(robot, phase, limits, leaf=leaf_at(unmoved(phase.motion)))
         for phase in approach
     ]
     cam = checked_phase(
@@ -66,14 +69,14 @@ def plan_phases(
         StandingPhase("cam", run_up.motion, stance.feet, SIDES),
         limits,
         until=run_up.contact_time,
-        leaf=leaf_at(0.0 * run_up.motion.time, touching),
+        leaf=leaf_at(unmoved(run_up.motion), touching),
     )
     post = checked_phase(
         robot,
         StandingPhase("post", after.motion, stance.feet, SIDES),
         limits,
         knots=after.knots,
-        leaf=leaf_at(after.motion.time - settings.contact_lead, touching),
+        leaf=leaf_at(hit.door.angle_at(after.motion.time - settings.contact_lead), touching),
     )
     end = after.motion.joints[-1], after.motion.base[-1]
     retreat = _retreat(robot, known, settings, hit, limits, end)

@@ -70,9 +70,7 @@ class PlanScene:
 
     def arc(self, radius: float, low: float, high: float) -> Array:
         """Course of a point of the face between two opening angles [rad], (N, 2) [m]."""
-        return np.array([
-            LeafFrame(self.hinge, angle).point(radius, 0.0, 0.0)[:2]
-            for angle in np.linspace(low, high, 40)])
+        return LeafFrame(self.hinge, np.linspace(low, high, 40)).point(radius, 0.0, 0.0)[:, :2]
 
 
 def plan_scene(plan: ImpactPlan, robot: RobotModel) -> PlanScene:
@@ -156,8 +154,6 @@ def caught_after(plan: ImpactPlan, robot: RobotModel) -> float:
     still = np.zeros((len(joints), 3))
     base = plan.left_foot - robot.leg_chains["left"].place(joints, still).end
     hand = robot.hand_chain.place(joints, base).end
-    gap = np.array([
-        LeafFrame(hold.leaf.hinge, float(angle)).gap(place)
-        for angle, place in zip(hold.leaf.angle, hand, strict=True)])
+    gap = LeafFrame(hold.leaf.hinge, hold.leaf.angle).gap(hand)
     apart = np.flatnonzero(gap > robot.hand_radius() + _TOUCH)
     return float(hold.time[apart[-1] + 1]) if apart.size else 0.0
