@@ -78,13 +78,18 @@ class RobotBody:
         self._place(posture)
 
     def _quiet_defaults(self, joint_types: list[int]) -> None:
-        """No damping, no default motors."""
+        """No damping, no default motors, friction as the floor has it."""
         client = self._client
         for index in range(-1, len(joint_types)):
-            client.changeDynamics(
-                self.body, index, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0,
-                lateralFriction=1.0, restitution=0.0, maxJointVelocity=_FASTEST_JOINT,
-            )
+            # One call each: with a damping or a speed, PyBullet drops the friction without a word
+            # (github.com/bulletphysics/bullet3, issues 3314 and 4133).
+            for setting in (
+                {"linearDamping": 0.0, "angularDamping": 0.0},
+                {"jointDamping": 0.0},
+                {"maxJointVelocity": _FASTEST_JOINT},
+                {"lateralFriction": 1.0, "restitution": 0.0},
+            ):
+                client.changeDynamics(self.body, index, **setting)
             if index >= 0 and joint_types[index] != client.JOINT_FIXED:
                 client.setJointMotorControl2(self.body, index, client.VELOCITY_CONTROL, force=0.0)
 

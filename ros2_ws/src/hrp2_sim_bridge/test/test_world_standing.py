@@ -5,6 +5,7 @@ import pytest
 from hrp2_description.errors import RobotConfigError
 from hrp2_sim_bridge.engine import GRAVITY
 from hrp2_sim_bridge.sensor_settings import SensorSettings
+from hrp2_sim_bridge.settings import WorldSettings
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +26,15 @@ def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, pap
 
     with pytest.raises(RobotConfigError, match=field):
         World(replace(robot, **{field: None}), paper_door, 0.9, -0.42)
+
+
+def test_the_friction_of_soles_and_floor_is_the_one_that_was_asked_for(stood) -> None:
+    """PyBullet multiplies the two bodies'; a link's friction is easily lost."""
+    world = stood[0]
+    floor = world.client.getDynamicsInfo(0, -1)[1]
+    for sole in world.robot.soles.values():
+        pair = floor * world.client.getDynamicsInfo(world.robot.body, sole)[1]
+        assert pair == pytest.approx(WorldSettings.friction)
 
 
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
