@@ -128,7 +128,7 @@ def from_samples(
             spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
             powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
             error = powers @ spline - p[i + 1 : j]
-            return bool(np.abs(error).max() <= tolerance)
+            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)  # nothing may move
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)
         while low < high:

@@ -33,6 +33,13 @@ def test_few_knots_do_for_a_smooth_motion():
     assert len(knots.time) < 30
 
 
+def test_two_knots_do_where_nothing_moves():
+    """A robot that stands still after the hit."""
+    still = np.zeros((50, 3))
+    knots, _ = from_samples(np.linspace(0.0, 0.3, 50), still + 0.1, still, still)
+    np.testing.assert_array_equal(knots.time, [0.0, 0.3])
+
+
 def test_a_quintic_needs_two_knots():
     """A polynomial of the spline's own degree is kept exactly."""
     time = np.linspace(0.0, 1.0, 101)
