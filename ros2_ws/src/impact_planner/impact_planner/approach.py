@@ -115,10 +115,11 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
     joints, _ = standing(candidates, strict=False)
     within = np.all(
         (joints >= robot.lower + RESERVE) & (joints <= robot.upper - RESERVE), axis=1)  # no NaN is
-    if not within.any():  # say why not
-        joints, base = standing(candidates[-1:], strict=True)
-        require_joint_limits(robot, still(joints[0], base[0]), "step", reserve=RESERVE)
-    return float(candidates[np.argmax(within)])
+    if within.any():
+        return float(candidates[np.argmax(within)])
+    joints, base = standing(candidates[-1:], strict=True)  # says why not
+    require_joint_limits(robot, still(joints[0], base[0]), "step", reserve=RESERVE)
+    return float(candidates[-1])
 
 
 def _prepare(

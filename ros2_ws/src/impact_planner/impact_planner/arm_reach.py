@@ -123,7 +123,7 @@ class ArmReach:
         if np.any(low > high):
             return None
 
-        # Unknowns x in which the cost of travel is half their square: SLSQP's first guess of it.
+        # Unknowns in which the cost of travel is half their square, as SLSQP takes it at first.
         unit = np.tile(travel, 2) / np.sqrt(_EFFORT)
         low, high = ((bound - np.tile(start, 2)) / unit for bound in (low, high))
 
