@@ -117,8 +117,7 @@ def _robot() -> RobotModel:
 
 
 def _door() -> KnownDoor:
-    config = load_door("paper")
-    return KnownDoor(config.name, config.door(), config.leaf.width)
+    return KnownDoor.configured(load_door("paper"))
 
 
 def _require_same(phase: PhasePlan, zmp: Array) -> None:

@@ -67,7 +67,7 @@ def rehearse(
     """
     config, simulated = load_robot_config(), load_door(door)
     robot = RobotModel(config)
-    known = KnownDoor(simulated.name, simulated.door(), simulated.leaf.width)
+    known = KnownDoor.configured(simulated)
     placement = configured_placement()
     plan = plan_impact(
         PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,

@@ -121,7 +121,7 @@ def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis
 
 def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, moving) -> None:
     """On rigid soles, which follow the reference, both ZMPs are the same within millimeters."""
-    world = make_world()
+    world = make_world(friction=0.4)  # soles that grip harder chatter for single ticks
     path = np.array([sway(y) for y in (0.0, 0.03, -0.03, 0.0)])
     world.follow(moving(np.array([0.1, 0.8, 1.6, 2.3]), path), 0.0)
     model, said, felt = StanceModel(world.robot_config), [], []
@@ -137,7 +137,7 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
     error = np.abs(np.array(said) - felt)
     assert np.ptp(np.array(said)[:, 1]) > 0.08
     assert np.median(error) < 1e-3
-    assert np.percentile(error, 90.0) < 5e-3  # rigid soles chatter for single ticks
+    assert np.percentile(error, 95.0) < 5e-3
 
 
 def test_corrections_move_the_soles_as_asked(robot) -> None:

@@ -116,9 +116,7 @@ def _no_rest(
     speed = hit.speeds.v_rb_post
     begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
     if not math.isfinite(margin):
-        time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
-        y, _, _ = _course(
-        hit.run_up, hit.speeds.ratio, time, start, rest, settings.contact_duration)
+        y, _, _ = _to_rest(settings, hit, start, rest)
         way = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
             f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
@@ -152,13 +150,20 @@ def _course(
             -course.a * rate**2 - course.v * slope)
 
 
+def _to_rest(
+    settings: PlannerSettings, hit: Hit, start: float, rest: float
+) -> tuple[Array, Array, Array]:
+    """`_course` from the end of the contact to rest, at `_TRIALS` samples."""
+    contact = settings.contact_duration
+    time = contact + np.linspace(0.0, rest, _TRIALS)
+    return _course(hit.run_up, hit.speeds.ratio, time, start, rest, contact)
+
+
 def _margin(
     settings: PlannerSettings, hit: Hit, edges: tuple[float, float], start: float, rest: float
 ) -> float:
     """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
-    time = settings.contact_duration + np.linspace(0.0, rest, _TRIALS)
-    y, v, a = _course(
-        hit.run_up, hit.speeds.ratio, time, start, rest, settings.contact_duration)
+    y, v, a = _to_rest(settings, hit, start, rest)
     if y.min() < hit.run_up.table.low - 1e-9:
         return -math.inf
     return float(edge_margin(hit.run_up.table.zmp(y, v, a), edges))

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from .posture import RESERVE, braced_upper_body
 from .robot_model import SIDES, RobotModel
-from .stance import SINGLE_SUPPORT_MARGIN, Stance, com_x, initial_base
+from .stance import SINGLE_SUPPORT_MARGIN, Stance, braced_over, com_x, initial_base
 from .trajectories import Motion, min_jerk, rest_to_rest, still
-from .whole_body import require_joint_limits, solve
+from .whole_body import require_joint_limits, solve, within_ranges
 
 Array = NDArray[np.float64]
 
@@ -80,9 +80,9 @@ def plan_approach(
     x, height = com_x(robot), stance.posture.waist_height
     over_left = _over_left_foot(robot, stance)
     prepare = _prepare(robot, stance, np.array([x, 0.0]), timing.prepare, period)
-    shift = _sway(robot, start, x, height, (0.0, over_left), timing.shift, period)
+    shift = _sway(robot, start, height, (0.0, over_left), timing.shift, period)
     step = _step(robot, stance, np.array([x, over_left]), timing, period)
-    back = _sway(robot, placed, x, height, (over_left, y_run_up), timing.back, period)
+    back = _sway(robot, placed, height, (over_left, y_run_up), timing.back, period)
     return [
         StandingPhase("prepare", prepare, start, SIDES),
         StandingPhase("shift", shift, start, SIDES),
@@ -101,23 +101,12 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
     edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
     middle, inner = float(edges.mean()), float(edges.min())
     candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -0.0025)
-
-    def standing(y: Array, strict: bool) -> tuple[Array, Array]:
-        return solve(
-            robot,
-            upper=braced_upper_body(robot),
-            com_xy=np.column_stack([np.full(len(y), com_x(robot)), y]),
-            waist_z=stance.posture.waist_height,
-            feet=stance.feet,
-            strict=strict,
-        )
-
-    joints, _ = standing(candidates, strict=False)
-    within = np.all(
-        (joints >= robot.lower + RESERVE) & (joints <= robot.upper - RESERVE), axis=1)  # no NaN is
+    height = stance.posture.waist_height
+    joints, _ = braced_over(robot, candidates, height, stance.feet, strict=False)
+    within = np.all(within_ranges(robot, joints, RESERVE), axis=1)
     if within.any():
         return float(candidates[np.argmax(within)])
-    joints, base = standing(candidates[-1:], strict=True)  # says why not
+    joints, base = braced_over(robot, candidates[-1:], height, stance.feet)  # says why not
     require_joint_limits(robot, still(joints[0], base[0]), "step", reserve=RESERVE)
     return float(candidates[-1])
 
@@ -143,7 +132,6 @@ def _prepare(
 def _sway(
     robot: RobotModel,
     feet: dict[str, Array],
-    x: float,
     height: float,
     y: tuple[float, float],
     duration: float,
@@ -151,13 +139,7 @@ def _sway(
 ) -> Motion:
     time = sample_times(duration, _NODES)
     course = y[0] + min_jerk(time, duration) * (y[1] - y[0])
-    joints, base = solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=np.column_stack([np.full(len(time), x), course]),
-        waist_z=height,
-        feet=feet,
-    )
+    joints, base = braced_over(robot, course, height, feet)
     return rest_to_rest(time, joints, base, sample_times(duration, period))
 
 

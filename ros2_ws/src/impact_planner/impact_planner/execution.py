@@ -122,7 +122,7 @@ class Execution:
         self._heard = now
         if self.outcome is not Outcome.RUNNING:
             return []
-        if self._at_rest < np.inf:
+        if self._stopping:
             return self._come_to_rest(now, position)
         if self.phase not in ENDINGS:  # it begins with the door's peak, not by the clock
             for name, start in self._starts.items():
@@ -199,7 +199,7 @@ class Execution:
         self._held.append(angle)
         if self.outcome is not Outcome.RUNNING or self.phase not in ("cam", "post"):
             return []
-        if self._at_rest < np.inf:
+        if self._stopping:
             return []
         if not np.isnan(self.measured.contact_time):
             return self._follow_opening(now, angle, velocity)
@@ -252,8 +252,7 @@ class Execution:
 
         From shortly before the hit until the door's peak; what follows can be stopped again.
         """
-        stopping = self._at_rest < np.inf
-        if stopping or self.phase in ENDINGS or now < self._starts.get("cam", np.inf):
+        if self._stopping or self.phase in ENDINGS or now < self._starts.get("cam", np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
@@ -276,6 +275,11 @@ class Execution:
             return self._stop(Outcome.STOPPED, f"stopped: {silence}")
         self.give_up(f"given up, the driver finishes what it was sent: {silence}")
         return []
+
+    @property
+    def _stopping(self) -> bool:
+        """Whether the run-up is being slowed down to rest."""
+        return self._at_rest < np.inf
 
     def _brake(self, now: float) -> list[Command]:
         """Slows the run-up down as the plan says: the driver's own stop is too hard for it."""

@@ -269,8 +269,7 @@ def _whole_body(
         """Force of the leaf on the hand, (N, 3) [N]."""
         at = catch.angle_at(when, task.angle)
         torque = np.where(when >= catch.reach, task.door.restoring_torque(at), 0.0)
-        away = np.column_stack([np.sin(at), np.cos(at), np.zeros(len(at))])
-        return (torque / hand.radius)[:, None] * away
+        return -(torque / hand.radius)[:, None] * LeafFrame(task.hinge, at).normal
 
     # Lean against the force that is there at the end, so that the ZMP stays where it was.
     lean = -lean_share * pressing(time[-1:])[0, :2] * hand.height / (robot.mass * GRAVITY)

@@ -98,8 +98,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _known(name_or_path: str) -> KnownDoor:
-    config = load_door(name_or_path)
-    return KnownDoor(config.name, config.door(), config.leaf.width)
+    return KnownDoor.configured(load_door(name_or_path))
 
 
 def _answer(over: MapRange, cells: Sequence[Cell], files: Sequence[str], as_json: bool) -> str:

@@ -130,10 +130,7 @@ class ImpactPlanner(Node):
 
 
 def _configured_door(name: str) -> KnownDoor | None:
-    if not name:
-        return None
-    config = load_door(name)
-    return KnownDoor(config.name, config.door(), config.leaf.width)
+    return KnownDoor.configured(load_door(name)) if name else None
 
 
 def main(args: list[str] | None = None) -> int:

@@ -75,8 +75,7 @@ def plan_impact(
         except (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # of the step that was wanted most
             continue
-        plan = replace(
-            _compose(known, robot, wanted, settings, hit, phases, branches), retreat=retreat)
+        plan = _compose(known, robot, wanted, settings, hit, phases, retreat, branches)
         return replace(plan, plan_id=_identity(plan), planning_time=clock.perf_counter() - begin)
     assert failure is not None
     raise failure
@@ -154,6 +153,7 @@ def _compose(
     settings: PlannerSettings,
     hit: Hit,
     phases: tuple[PhasePlan, ...],
+    retreat: PhasePlan,
     branches: Branches,
 ) -> ImpactPlan:
     """The plan, without its name and time."""
@@ -203,6 +203,7 @@ def _compose(
         door_distance=hit.placement.door_distance,
         hinge_x=hit.placement.hinge_x,
         planning_time=0.0,
+        retreat=retreat,
     )
 
 

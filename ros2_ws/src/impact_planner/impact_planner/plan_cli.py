@@ -145,7 +145,7 @@ def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
         run_up=options.run_up,
         ending=options.ending,
     )
-    return KnownDoor(config.name, config.door(), config.leaf.width), request
+    return KnownDoor.configured(config), request
 
 
 def _reach(

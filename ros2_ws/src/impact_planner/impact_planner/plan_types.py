@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from door_model.config import DoorConfig
 from door_model.door import Door
 from numpy.typing import NDArray
 
@@ -63,6 +64,11 @@ class KnownDoor:
     parameters: tuple[str, ...] = ()
     covariance: Array | None = None
     warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def configured(cls, config: DoorConfig) -> KnownDoor:
+        """A door that is exactly as its configuration says."""
+        return cls(config.name, config.door(), config.leaf.width)
 
 
 @dataclass(frozen=True)
@@ -246,7 +252,7 @@ class ImpactPlan:
     door_distance: float
     hinge_x: float
     planning_time: float
-    retreat: PhasePlan | None = None
+    retreat: PhasePlan
 
     @property
     def point_of_no_return(self) -> float:
@@ -267,7 +273,7 @@ class ImpactPlan:
     @property
     def all_phases(self) -> tuple[PhasePlan, ...]:
         """The phases, and the retreat where it is not one of them."""
-        if self.retreat is None or self.ending == self.retreat.name:
+        if self.ending == self.retreat.name:
             return self.phases
         return (*self.phases, self.retreat)
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from . import momentum
 from .errors import JointLimit, PlannerError, PostureUnreachable
 from .robot_model import RobotModel
-from .whole_body import solve
+from .whole_body import solve, within_ranges
 
 Array = NDArray[np.float64]
 
@@ -233,9 +233,7 @@ def _at_heights(
         slope = np.abs(joints[:, 1] - joints[:, 0]) / _DIFFERENCE
         excess = slope * demands.speed / demands.joint_speed - 1.0
     reserve = np.where(np.arange(len(places)) < 3, 0.0, RESERVE)[:, None]
-    inside = np.all(
-        (joints >= robot.lower + reserve) & (joints <= robot.upper - reserve), axis=(1, 2)
-    )  # no NaN is
+    inside = np.all(within_ranges(robot, joints, reserve), axis=(1, 2))
     return np.where(inside[:, None], excess, np.inf), joints[:, 2], base[:, 2]
 
 

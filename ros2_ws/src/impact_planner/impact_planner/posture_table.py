@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
 from .errors import PostureUnreachable
-from .posture import braced_upper_body
 from .robot_model import RobotModel
-from .stance import Stance, com_x
+from .stance import Stance, braced_over
 from .trajectories import Motion, from_derivatives
-from .whole_body import solve
+from .whole_body import within_ranges
 from .zmp import floor_wrenches
 
 Array = NDArray[np.float64]
@@ -54,15 +53,9 @@ class PostureTable:
         y = self.y_hit + np.concatenate([
             -np.linspace(overrun, 0.0, math.ceil(overrun / _STEP) + 1)[:-1],
             np.linspace(0.0, before, math.ceil(before / _STEP) + 1)])
-        joints, base = solve(
-            robot,
-            upper=braced_upper_body(robot),
-            com_xy=np.column_stack([np.full(len(y), com_x(robot)), y]),
-            waist_z=stance.posture.waist_height,
-            feet=stance.feet,
-            strict=False,
-        )
-        inside = np.all((joints >= robot.lower) & (joints <= robot.upper), axis=1)  # no NaN is
+        joints, base = braced_over(
+            robot, y, stance.posture.waist_height, stance.feet, strict=False)
+        inside = np.all(within_ranges(robot, joints), axis=1)
         rows = _around(inside, int(np.argmin(np.abs(y - self.y_hit))))
         if rows.stop - rows.start < _FEWEST or y[rows.stop - 1] < lowest:
             raise PostureUnreachable(

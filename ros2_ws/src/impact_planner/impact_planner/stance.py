@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import PostureUnreachable
-from .posture import PLAIN, HitPosture, LegDemands, percussion_posture
+from .leaf import LeafFrame
+from .posture import PLAIN, HitPosture, LegDemands, braced_upper_body, percussion_posture
 from .robot_model import SIDES, RobotModel
+from .whole_body import solve
 
 Array = NDArray[np.float64]
 
@@ -87,6 +89,20 @@ def com_x(robot: RobotModel) -> float:
     """Where the CoM is kept along x: over the middle of the soles [m]."""
     x_min, x_max = robot.feet["right"].rectangle[:2]
     return 0.5 * (x_min + x_max)
+
+
+def braced_over(
+    robot: RobotModel, y: Array, waist_z: float, feet: dict[str, Array], *, strict: bool = True
+) -> tuple[Array, Array]:
+    """The braced robot with its CoM at `com_x` and places along y, (N,) [m]; see `solve`."""
+    return solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.column_stack([np.full(len(y), com_x(robot)), y]),
+        waist_z=waist_z,
+        feet=feet,
+        strict=strict,
+    )
 
 
 def com_at_hit(robot: RobotModel, right_foot: Array, inside_edge: float) -> Array:
@@ -184,10 +200,9 @@ def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -
         hinge: x and y of the hinge, which lies in the plane of the face, (2,) [m].
         angle: Opening angle of the door [rad].
     """
-    along = np.array([math.cos(angle), -math.sin(angle)])
-    normal = np.array([-math.sin(angle), -math.cos(angle), 0.0])
-    point = elbow + radius * normal
-    return Contact(point=point, normal=normal, l_b=float(along @ (point[:2] - hinge)))
+    leaf = LeafFrame(hinge, angle)
+    point = elbow + radius * leaf.normal
+    return Contact(point=point, normal=leaf.normal, l_b=float(leaf.radius(point)))
 
 
 def elbow_y_at_contact(elbow_x: float, radius: float, hinge: Array, angle: float) -> float:

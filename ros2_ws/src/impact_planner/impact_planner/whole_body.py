@@ -117,6 +117,16 @@ def com_course(robot: RobotModel, motion: Motion) -> Array:
     return np.asarray(make_interp_spline(motion.time[rows], com, k=5)(motion.time))
 
 
+def within_ranges(
+    robot: RobotModel, joints: Array, reserve: float | Array = 0.0
+) -> NDArray[np.bool_]:
+    """Whether joints (..., J) [rad] keep a reserve [rad] from the ends of their ranges, (..., J).
+
+    NaN, a leg that does not reach, is outside.
+    """
+    return np.asarray((joints >= robot.lower + reserve) & (joints <= robot.upper - reserve))
+
+
 def require_joint_limits(
     robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0, share: float = 1.0
 ) -> None:

@@ -151,7 +151,7 @@ def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
     hand = talos.frame_position(q, config.hand_link) + shift
     assert leaf.gap(hand) == pytest.approx(talos.hand_radius(), abs=1e-3)
     lowest, highest = config.arm.heights
-    assert lowest - 1e-4 <= hand[2] <= highest + 1e-4
+    assert lowest - 1e-6 <= hand[2] <= highest + 1e-6
     for link in (config.contact_link, config.arm.wrist_link):
         gap = leaf.gap(talos.frame_position(q, link) + shift)
         assert gap > config.contact_radius + 0.01, link
