@@ -100,9 +100,7 @@ def _run(
         world.follow(message, command.stamp)
 
     execution = Execution(
-        ExecutablePlan({phase.name: phase.knots for phase in plan.all_phases}, plan.contact_time,
-                       plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
-                       plan.desired_opening_angle, plan.stop_duration),
+        ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
         speed_of_b)
     send(execution.start(world.step().time))
     end = LONGEST
@@ -116,7 +114,10 @@ def _run(
         if stop_before is not None and sample.time > execution.planned_contact - stop_before:
             execution.stop()
             stop_before = None
-        for command in execution.on_joint_state(sample.time, sample.position, sample.velocity):
+        execution.on_imu(0.0, sample.imu.angular_velocity)
+        towards_door = -float(sample.left_wrench[1] + sample.right_wrench[1])
+        for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
+                        *execution.on_foot_forces(sample.time, towards_door)):
             send(command)
         heard.append((sample.time, world.door_state.angle, world.door_state.velocity))
         if len(heard) > ENCODER_DELAY:

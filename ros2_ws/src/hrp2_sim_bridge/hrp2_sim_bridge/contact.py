@@ -21,7 +21,7 @@ from hrp2_sim_bridge.settings import WorldSettings
 
 _PHASES = 16  # first contact falls anywhere within a step: the mean over so many places
 _SOFTEST, _STIFFEST = 0.0, 8.0  # range of the damping ratio
-_ROBOT_MASS = 47.0  # free mass at point B that a leaf is designed for [kg]
+_ROBOT_MASS = 58.0  # free mass at point B that a leaf is designed for: what it shows in a hit [kg]
 _LEAST_LEVER = 0.1  # of a hit [m]
 _ROUNDS = 4  # of matching the duration
 _SETTLED = 200.0  # longest contact followed, in units of 1 / natural frequency

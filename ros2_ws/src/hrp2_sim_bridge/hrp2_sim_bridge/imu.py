@@ -17,6 +17,8 @@ from hrp2_sim_bridge.spline import Array
 # gyro allows because it is calibrated at rest.
 PROPORTIONAL_GAIN = 0.15  # k_P [1/s]
 INTEGRAL_GAIN = 0.002  # k_I [1/s^2]
+# Of more than this the accelerometer does not correct the attitude: the robot accelerates.
+LARGEST_CORRECTION = 0.01  # [rad]
 ACCELERATION_LIMIT = 1.0  # | |f| - g | from which the accelerometer does not count [m/s^2]
 _ANY_HEADING = math.pi**2 / 3.0  # variance of an angle of which nothing is known [rad^2]
 
@@ -161,9 +163,12 @@ class AttitudeFilter:
         weight = max(0.0, 1.0 - abs(length - GRAVITY) / ACCELERATION_LIMIT)
         ux, uy, uz = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
         scale = weight / length if weight > 0.0 else 0.0
-        error = (
+        error = [
             scale * (fy * uz - fz * uy), scale * (fz * ux - fx * uz), scale * (fx * uy - fy * ux),
-        )
+        ]
+        wide = math.hypot(*error) / LARGEST_CORRECTION
+        if wide > 1.0:
+            error = [wrong / wide for wrong in error]
         # Half the rotation of this sample, and then its quaternion, applied on the body's side.
         a, b, c = (
             0.5 * duration * (omega - bias + PROPORTIONAL_GAIN * wrong)

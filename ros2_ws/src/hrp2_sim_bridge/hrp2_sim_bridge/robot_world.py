@@ -11,7 +11,7 @@ from hrp2_description.robot import RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.frames import BodyState, cross, quaternion_product, rotation
-from hrp2_sim_bridge.rotors import load_robot
+from hrp2_sim_bridge.rotors import load_robot, moments_by_link
 from hrp2_sim_bridge.rubber import lay_rubber
 from hrp2_sim_bridge.servos import JointServos
 from hrp2_sim_bridge.spline import Array
@@ -50,6 +50,10 @@ class RobotBody:
         self._client = client
         self.robot = robot
         self.body = load_robot(client, robot, rotor_scale)
+        self._moments = {
+            held: moments_by_link(client, self.body, robot, 0.0 if held else rotor_scale)
+            for held in (True, False)}
+        self._rotors_held = False
         infos = [client.getJointInfo(self.body, i) for i in range(client.getNumJoints(self.body))]
         self.link_names = tuple(info[12].decode() for info in infos)
         self.link_index = {name: index for index, name in enumerate(self.link_names)}
@@ -124,6 +128,17 @@ class RobotBody:
             position.tolist(), [0.0, 0.0, 0.0, 1.0], *self._base_offset
         )
         self._client.resetBasePositionAndOrientation(self.body, *pose)
+
+    def hold_rotors(self, held: bool) -> None:
+        """Take the rotors' inertia off the links while the joints hold, or put it back.
+
+        A rotor weighs on turns of its joint alone. On a link it also weighs on those of the robot
+        as a whole: of a robot whose joints hold in a hit, 3.5 % too much at point B.
+        """
+        if held != self._rotors_held:
+            for index, moments in enumerate(self._moments[held], start=-1):
+                self._client.changeDynamics(self.body, index, localInertiaDiagonal=moments)
+            self._rotors_held = held
 
     def read_reactions(self) -> tuple[Sequence[float], Sequence[float]]:
         """What each ankle exerts on its sole (left, right), in the sole's frame, by PyBullet."""

@@ -72,8 +72,7 @@ def load_robot(client: Any, robot: RobotConfig, rotor_scale: float) -> int:
         body = int(client.loadURDF(str(path), flags=client.URDF_USE_INERTIA_FROM_FILE))
     for index in range(-1, client.getNumJoints(body)):
         name = _link_name(client, body, index)
-        axes = rotation(client.getDynamicsInfo(body, index)[4])
-        inertia = axes.T @ wanted[name] @ axes
+        inertia = _about_principal_axes(client, body, index, wanted[name])
         moments = np.diag(inertia)
         left_out = float(np.abs(inertia - np.diag(moments)).max())
         if left_out > _TOLERANCE * moments.max():
@@ -81,6 +80,33 @@ def load_robot(client: Any, robot: RobotConfig, rotor_scale: float) -> int:
         client.changeDynamics(body, index, localInertiaDiagonal=moments.tolist())
     _check(client, robot, body, wanted)
     return body
+
+
+def moments_by_link(
+    client: Any, body: int, robot: RobotConfig, rotor_scale: float
+) -> list[list[float]]:
+    """Moments of inertia about the axes that each link of a loaded robot has there, base first.
+
+    Where the rotors are others than the robot was loaded with, products of less than 1e-3 kg m^2
+    are left out.
+
+    Args:
+        client: Of PyBullet.
+        body: The robot there.
+        robot: Configuration.
+        rotor_scale: Multiple of the rotors' inertia, 0 for none.
+    """
+    wanted = link_inertias(robot, rotor_scale)
+    return [
+        np.diag(_about_principal_axes(
+            client, body, index, wanted[_link_name(client, body, index)])).tolist()
+        for index in range(-1, client.getNumJoints(body))
+    ]
+
+
+def _about_principal_axes(client: Any, body: int, index: int, inertia: Array) -> Array:
+    axes = rotation(client.getDynamicsInfo(body, index)[4])
+    return np.asarray(axes.T @ inertia @ axes)
 
 
 def _check(client: Any, robot: RobotConfig, body: int, wanted: dict[str, Array]) -> None:

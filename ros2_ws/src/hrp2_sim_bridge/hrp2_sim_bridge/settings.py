@@ -36,7 +36,7 @@ class WorldSettings:
         encoder_bits: width of the door's counter, 16 or 32.
         log_seconds: length of motion that the log keeps [s].
         sensors: how well the robot's sensors measure.
-        sole: "rigid", or "rubber" as `RobotConfig.sole_rubber` says.
+        sole: "rubber" as `RobotConfig.sole_rubber` says, or "rigid".
         stabilizer: whether it runs on rubber; rigid soles need none.
     """
 
@@ -54,7 +54,7 @@ class WorldSettings:
     encoder_bits: int = 16
     log_seconds: float = 600.0
     sensors: SensorSettings = field(default_factory=SensorSettings)
-    sole: str = "rigid"
+    sole: str = "rubber"
     stabilizer: bool = True
 
     @property

@@ -61,7 +61,7 @@ class StabilizerSettings:
         largest_angle: the same [rad].
     """
 
-    frequency: float = 6.0
+    frequency: float = 5.0
     damping: float = 0.9
     integral_time: float = 2.0
     force_rate: float = 24.0
@@ -149,14 +149,17 @@ class Stabilizer:
         self._robot = robot
         self._model = StanceModel(robot)
         self._weight = robot.mass * GRAVITY
-        stiffness = needed(robot.sole_rubber, "sole_rubber").stiffness
+        rubber = needed(robot.sole_rubber, "sole_rubber")
+        stiffness = rubber.stiffness
         half = self._model.half_size
         self._stiffness = stiffness
         # A rigid sole on four springs at its corners, about x and y.
         self._turn_stiffness = stiffness * half[::-1] ** 2
         self._reach = half - self.settings.edge
-        # A command is reached a tick later and smoothed: so far ahead the reference is looked at.
-        self._lead = 1 + round(self.settings.smoothing / TICK)
+        # A command is reached a tick later and smoothed, but the rubber's damping answers early: so
+        # far ahead the reference is looked at.
+        early = rubber.damping / stiffness
+        self._lead = max(1, 1 + round((self.settings.smoothing - early) / TICK))
         angle = self.settings.largest_angle
         self._bound = np.array([self.settings.largest_lift, angle, angle])
         self.reset()

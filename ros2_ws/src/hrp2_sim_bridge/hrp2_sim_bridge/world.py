@@ -197,6 +197,7 @@ class World:
             reference[0], brace=self.settings.brace and fine and not self.fell,
             share=_FALLEN_TORQUE if self.fell else 1.0,
         )
+        self.robot.hold_rotors(braced)
         targets = self.robot.servos.within_speed(reference, self._joints[0], step)
         speeds = (targets[1:] - targets[:-1]) / step
         readings = TickReadings([self._frames])

@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 from .approach import sample_times
 from .errors import PostureUnreachable, SpeedUnreachable
 from .hit import Hit
-from .knots import Knots, from_samples
+from .knots import Knots
 from .leaf import LeafFrame
 from .plan_types import Branches, PlannerSettings
-from .post import path_time
-from .post import sample_times as contact_times
+from .post import knots_to_rest, path_time
+from .post import sample_times as slowing_times
 from .robot_model import RobotModel
 from .run_up import RunUpPlan, capture_reserve
-from .splice import concatenate
 from .stance import sole_edges
 from .trajectories import Motion, min_jerk_course
 from .zmp import edge_margin
@@ -44,9 +43,9 @@ class AfterHit:
     """The phase `post`.
 
     Attributes:
-        motion: From the end of the contact on, while the door pushes back no longer.
+        motion: From when the legs have slowed down on, while the door pushes back no longer.
         knots: Of the whole phase, from the switch on.
-        rest: From the end of the contact to rest [s].
+        rest: From there to rest [s].
     """
 
     motion: Motion
@@ -66,9 +65,9 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
         PostureUnreachable: The legs do not reach as far as it takes to come to rest, or the ZMP
             would come too near to the soles' edge.
     """
-    run_up, contact = hit.run_up, settings.contact_duration
+    run_up, slow = hit.run_up, settings.slow_down
     edges = sole_edges(robot, hit.stance.feet)
-    start = run_up.contact_time - settings.contact_lead
+    start = run_up.contact_time + settings.switch_delay
     best: tuple[float, float] | None = None
     for share in _REST_SHARES:
         rest = share * settings.post_duration
@@ -82,21 +81,15 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: Hit) -> Af
     if margin < settings.required_margin:
         shortest = min(_REST_SHARES) * settings.post_duration
         raise _no_rest(settings, hit, start, shortest, margin)
-    total = max(settings.contact_lead + hit.door.peak_time, contact + rest)
-    after = sample_times(total - contact, settings.period)
-    time = contact_times(rest, contact)
-    whole = _along(run_up, hit, time, start, rest, contact)
-    # A knot where the contact ends: a spline across it would go on braking.
-    end = int(np.searchsorted(time, contact - 1e-9))
-    parts = [
-        from_samples(time[rows], whole.joints[rows], whole.joint_speed[rows],
-                     whole.joint_acceleration[rows])[0]
-        for rows in (slice(0, end + 1), slice(end, None)) if len(time[rows]) > 1
-    ]
-    knots = concatenate(parts)
+    total = max(hit.door.peak_time - settings.switch_delay, slow + rest)
+    after = sample_times(total - slow, settings.period)
+    time = slowing_times(rest, slow)
+    whole = _along(run_up, hit, time, start, rest, slow)
+    knots = knots_to_rest(
+        time, whole.joints, whole.joint_speed, whole.joint_acceleration, slow)
     if total > float(time[-1]) + 1e-9:
         knots = knots.held_until(total)
-    return AfterHit(_along(run_up, hit, contact + after, start, rest, contact), knots, rest)
+    return AfterHit(_along(run_up, hit, slow + after, start, rest, slow), knots, rest)
 
 
 def _no_rest(
@@ -129,10 +122,10 @@ def _no_rest(
 
 
 def _along(
-    run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, contact: float
+    run_up: RunUpPlan, hit: Hit, time: Array, start: float, rest: float, slow: float
 ) -> Motion:
     """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
-    return run_up.table.motion(time, *_course(run_up, hit.speeds.ratio, time, start, rest, contact))
+    return run_up.table.motion(time, *_course(run_up, hit.speeds.ratio, time, start, rest, slow))
 
 
 def _course(
@@ -141,10 +134,10 @@ def _course(
     time: Array,
     start: float | Array,
     rest: float,
-    contact: float,
+    slow: float,
 ) -> tuple[Array, Array, Array]:
     """Place, speed and acceleration of the CoM along y; arguments and shapes as `path_time`."""
-    scaled, rate, slope = path_time(time, start, ratio, rest, contact)
+    scaled, rate, slope = path_time(time, start, ratio, rest, slow)
     course = run_up.law.at(scaled)
     return (run_up.y_start - course.s, -course.v * rate,
             -course.a * rate**2 - course.v * slope)
@@ -153,10 +146,10 @@ def _course(
 def _to_rest(
     settings: PlannerSettings, hit: Hit, start: float, rest: float
 ) -> tuple[Array, Array, Array]:
-    """`_course` from the end of the contact to rest, at `_TRIALS` samples."""
-    contact = settings.contact_duration
-    time = contact + np.linspace(0.0, rest, _TRIALS)
-    return _course(hit.run_up, hit.speeds.ratio, time, start, rest, contact)
+    """`_course` from when the legs have slowed down to rest, at `_TRIALS` samples."""
+    slow = settings.slow_down
+    time = slow + np.linspace(0.0, rest, _TRIALS)
+    return _course(hit.run_up, hit.speeds.ratio, time, start, rest, slow)
 
 
 def _margin(
@@ -181,14 +174,14 @@ def plan_branches(
         robot: The robot.
         settings: Configuration.
         hit: The hit.
-        rest: From the end of the contact to rest [s].
+        rest: From when the legs have slowed down to rest [s].
 
     Raises:
         PostureUnreachable: A door that is nearer or farther by the stated uncertainty would take
             the ZMP too near to the soles' edge.
     """
     run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
-    nominal = run_up.contact_time - settings.contact_lead
+    nominal = run_up.contact_time + settings.switch_delay
     offset = settings.door_uncertainty / run_up.law.speed
     found = {}
     for name, way in (("nearer", -offset), ("farther", offset)):
@@ -204,7 +197,7 @@ def plan_branches(
     missed = capture_reserve(robot, hit.stance, run_up, end, speed)
     stop_duration, no_return = plan_stop(robot, settings, hit)
     return Branches(
-        found["nearer"], found["farther"], no_return, stop_duration, float(missed[0]))
+        found["nearer"], found["farther"], no_return, stop_duration, float(missed[0]), rest)
 
 
 def plan_stop(
@@ -243,13 +236,13 @@ def require_leaving(settings: PlannerSettings, hit: Hit, post: Motion) -> None:
     Args:
         settings: Configuration.
         hit: The hit.
-        post: The motion from the end of the contact on.
+        post: The motion from when the legs have slowed down on.
 
     Raises:
         SpeedUnreachable: The robot would follow the door and push on, so that w' would not be that
             of eqs. (2) to (4).
     """
-    angle = hit.door.angle_at(post.time - settings.contact_lead)
+    angle = hit.door.angle_at(post.time + settings.switch_delay)
     elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
     gap = LeafFrame(hit.placement.hinge, angle).gap(elbow)
     pushed = float(gap[0] - gap.min())

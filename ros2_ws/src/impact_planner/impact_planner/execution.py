@@ -1,9 +1,10 @@
 """Runs a plan: what to send to the driver, and when, from what a robot can feel.
 
-A state machine without ROS: it is told joint states and door angles and answers with trajectories.
-The motion up to the door's peak goes out as one trajectory, because the switch from the run-up to
-the motion after the hit must be right to a millisecond; a door that moves earlier than planned
-brings the switch forward. The arm goes out, or the robot back, on the door's measured peak.
+A state machine without ROS: it is told what the robot and the door feel and answers with
+trajectories. Everything up to the end of the run-up goes out as one. The contact is felt by the
+feet, else by the door's encoder, and the motion after the hit takes over a fixed time after its
+begin, wherever the door stands. Without a contact the run-up comes to rest by itself. The arm goes
+out, or the robot back, on the door's measured peak.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from .errors import InvalidRequest
 from .execution_types import (
     APPROACH,
     SCALED,
-    SENT_AT_START,
     Command,
     ExecutablePlan,
     ExecutionSettings,
@@ -28,10 +28,13 @@ from .execution_types import (
 )
 from .knots import Knots
 from .plan_types import ENDINGS
-from .post import continue_from
-from .splice import concatenate, cut, duration, slowed, without_first
+from .post import continue_from, to_rest_within
+from .splice import concatenate, duration, slowed, without_first
 
 Array = NDArray[np.float64]
+
+_IN_CONTACT = 2  # newest speeds of B, which may be of the contact already
+
 
 
 @dataclass
@@ -40,7 +43,8 @@ class Execution:
 
     Args:
         plan: The plan.
-        speed_of_b: Speed of point B towards the door from joint positions and speeds [m/s].
+        speed_of_b: Speed of point B towards the door [m/s] from joint positions, joint speeds and
+            the IMU's angular velocity, (30,), (30,) and (3,).
         settings: Thresholds.
         speed_scale: Slows down the phases before the run-up, 0 < speed_scale <= 1.
         joint_names: In the order of the knots' columns, for what is told about a joint.
@@ -57,7 +61,7 @@ class Execution:
     """
 
     plan: ExecutablePlan
-    speed_of_b: Callable[[Array, Array], float]
+    speed_of_b: Callable[[Array, Array, Array], float]
     settings: ExecutionSettings = field(default_factory=ExecutionSettings)
     speed_scale: float = 1.0
     joint_names: Sequence[str] = ()
@@ -76,7 +80,8 @@ class Execution:
         self._starts: dict[str, float] = {}
         self._end = np.inf
         self._sent: tuple[float, Knots] | None = None
-        self._speeds: deque[float] = deque(maxlen=6)
+        self._speeds: deque[float] = deque(maxlen=8)
+        self._rate = np.zeros(3)  # the IMU's
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
         self._heard = -np.inf
@@ -85,19 +90,17 @@ class Execution:
     # -- motion -------------------------------------------------------------------------------
 
     def start(self, now: float) -> Command:
-        """Everything up to the door's peak, as one trajectory.
+        """Everything up to the end of the run-up, as one trajectory.
 
         Args:
             now: The robot's clock [s].
         """
         stamp = at = now + self.settings.lead
         parts = []
-        for name in SENT_AT_START:
+        for name in APPROACH:
             knots = self.plan.phases[name]
             if name in SCALED:
                 knots = slowed(knots, self.speed_scale)
-            elif name == "cam":
-                knots = cut(knots, self.plan.switch_time)
             self._starts[name] = at
             at += duration(knots)
             parts.append(knots)
@@ -124,7 +127,7 @@ class Execution:
             return []
         if self._stopping:
             return self._come_to_rest(now, position)
-        if self.phase not in ENDINGS:  # it begins with the door's peak, not by the clock
+        if self.phase in APPROACH:  # what follows begins with contact and peak, not by the clock
             for name, start in self._starts.items():
                 if now >= start:
                     self.phase = name
@@ -137,8 +140,15 @@ class Execution:
                 self._judge_ending()
             return []
         if self.phase in ("cam", "post"):
-            self._watch_b(now, self.speed_of_b(position, velocity))
+            self._watch_b(now, self.speed_of_b(position, velocity, self._rate))
+        if self.phase == "cam" and now > self._end + self.settings.late:
+            return self._missed()
         return self._watch_tracking(now, position)
+
+    def _missed(self) -> list[Command]:
+        """The run-up has come to rest and the door has not moved."""
+        self.outcome = Outcome.NO_CONTACT
+        return []
 
     def _judge_ending(self) -> None:
         """Ends with success; a hold only where the door stands still near the desired angle."""
@@ -178,14 +188,29 @@ class Execution:
 
     def _watch_b(self, now: float, speed: float) -> None:
         """Speeds of B around the hit."""
-        if self.phase == "cam":
+        measured, felt = self.measured, not np.isnan(self.measured.contact_time)
+        if not felt and now <= self.planned_contact + self.plan.steady_time:
             self._speeds.append(speed)
-            self.measured.v_rb = float(np.mean(self._speeds))
-        elif now >= self.planned_contact + self.settings.settle and np.isnan(
-                self.measured.v_rb_post):
-            self.measured.v_rb_post = speed
+            measured.v_rb = float(np.mean([*self._speeds][:-_IN_CONTACT] or [speed]))
+        elif felt and np.isnan(measured.v_rb_post) and (
+                now >= measured.contact_time + self.settings.settle):
+            measured.v_rb_post = speed
 
-    # -- door ---------------------------------------------------------------------------------
+    # -- contact ------------------------------------------------------------------------------
+
+    def on_foot_forces(self, now: float, force: float) -> list[Command]:
+        """Takes what the floor does to the feet and answers with what to send.
+
+        Args:
+            now: Stamp of the wrenches [s].
+            force: Of the floor on both feet towards the door [N]. The leaf that pushes the robot
+                back makes the legs, which keep their speed, push the floor away from the door.
+        """
+        if self.outcome is not Outcome.RUNNING or self.phase != "cam" or self._stopping:
+            return []
+        if now < self.planned_contact - self.plan.steady_time or force < self.settings.felt_force:
+            return []
+        return self._contact(now - self.settings.felt_after)
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Takes an angle of the door and answers with what to send.
@@ -205,23 +230,24 @@ class Execution:
             return self._follow_opening(now, angle, velocity)
         if velocity > self.settings.door_moves:
             return self._contact(now)
-        # By the stamp of the angle: it may come much later than the joint state of that time.
-        if now > self.planned_contact + self.settings.late:
-            self.outcome = Outcome.NO_CONTACT
         return []
 
-    def _contact(self, now: float) -> list[Command]:
-        """The door moves: as planned, or so early that the robot must not push on."""
-        self.measured.contact_time = now
-        self.measured.contact_delay = now - self.planned_contact
-        if now > self._starts["post"] - self.settings.early:
-            return []
+    def _contact(self, begin: float) -> list[Command]:
+        """The contact has begun: the switch to the motion after the hit.
+
+        Args:
+            begin: When, by the robot's clock [s].
+        """
+        plan, cam = self.plan, self.plan.phases["cam"]
         self.phase = "post"
-        # The angle comes later than the joint states of its time: from where the robot is by now.
-        stamp = max(now, self._heard) + self.settings.splice
-        path_time = float(np.clip(stamp - self._starts["cam"], 0.0, self.plan.switch_time))
-        knots = continue_from(self.plan.phases["cam"], path_time, self.plan.post_ratio,
-                              self.settings.brake)
+        # What tells of it may be so late that the switch must be later, too.
+        stamp = max(begin + plan.switch_delay, self._heard + self.settings.splice)
+        path_time = float(np.clip(stamp - self._starts["cam"], 0.0, cam.time[-1]))
+        knots = to_rest_within(
+            cam, path_time, plan.post_ratio, plan.rest_duration, plan.slow_down)
+        self.measured.contact_time = begin
+        self.measured.contact_delay = begin - self.planned_contact
+        self.measured.switch_latency = stamp - begin
         self._starts["post"] = stamp
         self._end = stamp + duration(knots)
         self._sent = (stamp, knots)
@@ -308,8 +334,14 @@ class Execution:
         self.outcome, self.reason = outcome, reason
         return [Command(0.0, None)]
 
-    def on_tilt(self, tilt: float) -> list[Command]:
-        """Takes the trunk's tilt [rad] and stops where the robot falls."""
+    def on_imu(self, tilt: float, rate: Array) -> list[Command]:
+        """Takes a reading of the IMU and stops where the robot falls.
+
+        Args:
+            tilt: Of the trunk [rad].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+        """
+        self._rate = rate
         if self.outcome is Outcome.RUNNING and tilt > self.settings.fall_tilt:
             return self._stop(Outcome.FELL)
         return []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from .knots import Knots
 from .plan_types import ENDINGS
 
 APPROACH = ("prepare", "shift", "step", "back", "cam")
-SCALED = APPROACH[:-1]  # the run-up and what follows keep their speed
-SENT_AT_START = (*APPROACH, "post")
+SCALED = APPROACH[:-1]  # the run-up keeps its speed
+PLANNED = (*APPROACH, "post")
 
 
 class Outcome(enum.Enum):
@@ -47,13 +48,14 @@ class ExecutionSettings:
 
     Attributes:
         lead: From sending the whole motion to its start; a loaded machine takes its time [s].
-        splice: The same for an early contact [s].
+        splice: The same for a stop, or for a contact that was felt late [s].
         judged_after: From the last point of the hold to its judgement [s].
-        early: A door that moves so long before the switch is an early contact [s].
-        door_moves: Angular velocity of the door that tells of a contact [rad/s].
-        late: A door that has not moved so long after the planned contact is missed [s].
-        settle: Time after the planned contact at which v'_rB is read [s].
-        brake: Duration of coming to rest after an early contact [s].
+        felt_force: Force of the floor on the feet towards the door that tells of a contact [N].
+        felt_after: From the contact's begin to the stamp of the wrenches that tell of it: a mean
+            over a tick passes `felt_force` 2 to 7 ms after the begin [s].
+        door_moves: Angular velocity of the door that tells of a contact that was not felt [rad/s].
+        late: A door that has not moved so long after the end of the run-up is missed [s].
+        settle: Time after the contact's begin at which v'_rB is read [s].
         peak_drop: Angle below the largest one at which the door has stopped opening [rad].
         fall_tilt: Tilt of the trunk that counts as a fall [rad].
         tracking: A joint further than this from its reference does not follow [rad].
@@ -63,11 +65,11 @@ class ExecutionSettings:
     lead: float = 0.5
     splice: float = 0.005
     judged_after: float = 0.2
-    early: float = 0.01
+    felt_force: float = 80.0
+    felt_after: float = 0.0045
     door_moves: float = 0.15
-    late: float = 0.3
+    late: float = 0.1
     settle: float = 0.03
-    brake: float = 0.3
     peak_drop: float = 0.0009
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
@@ -79,10 +81,13 @@ class ExecutablePlan:
     """What the execution needs of a plan.
 
     Attributes:
-        phases: Knots of each phase by name; those of `cam` go on past the switch. With a hold, a
-            retreat is what a cancel past the point of no return ends in.
+        phases: Knots of each phase by name; those of `cam` go on past the contact, to rest. With a
+            hold, a retreat is what a cancel past the point of no return ends in.
         contact_time: Planned, from the start of the run-up [s].
-        switch_time: From the start of the run-up to that of `post` [s].
+        steady_time: So long before that the run-up has its full speed at least [s].
+        switch_delay: So long after the contact's begin the legs keep their speed [s].
+        slow_down: In which they then take up the speed after the hit [s].
+        rest_duration: From there to rest [s].
         post_ratio: Speed along the path after the hit over that before it.
         point_of_no_return: Later than this before the contact a stop loses balance [s].
         desired_angle: That the door is to be held at [rad].
@@ -94,15 +99,34 @@ class ExecutablePlan:
 
     phases: dict[str, Knots]
     contact_time: float
-    switch_time: float
+    steady_time: float
+    switch_delay: float
+    slow_down: float
+    rest_duration: float
     post_ratio: float
     point_of_no_return: float
     desired_angle: float
     stop_duration: float
 
+    @classmethod
+    def of(cls, plan: Any, phases: dict[str, Knots]) -> ExecutablePlan:
+        """From a plan or its message, which have the same names, and its phases' knots."""
+        return cls(
+            phases=phases,
+            contact_time=plan.contact_time,
+            steady_time=0.5 * plan.steady_way / plan.v_com,
+            switch_delay=plan.switch_time - plan.contact_time,
+            slow_down=plan.slow_down,
+            rest_duration=plan.rest_duration,
+            post_ratio=plan.v_com_post / plan.v_com,
+            point_of_no_return=plan.point_of_no_return,
+            desired_angle=plan.desired_opening_angle,
+            stop_duration=plan.stop_duration,
+        )
+
     def __post_init__(self) -> None:
         """Checks the phases."""
-        missing = [name for name in SENT_AT_START if name not in self.phases]
+        missing = [name for name in PLANNED if name not in self.phases]
         if not set(ENDINGS) & set(self.phases):
             missing.append(" or ".join(ENDINGS))
         if missing:
@@ -114,15 +138,22 @@ class ExecutablePlan:
         """Name of the phase that follows the door's peak."""
         return next(name for name in ENDINGS if name in self.phases)
 
+    @property
+    def switch_time(self) -> float:
+        """From the start of the run-up to that of `post` at the planned contact [s]."""
+        return self.contact_time + self.switch_delay
+
 
 @dataclass
 class Measured:
     """What the execution felt; NaN where it did not get that far.
 
     Attributes:
-        contact_time: When the door was seen to move, on the robot's clock [s].
+        contact_time: When the contact began, as the feet or the door told, on the robot's clock
+            [s].
         contact_delay: The same against the plan [s].
-        v_rb: Speed of B before the contact, from the joints [m/s].
+        switch_latency: From there to the switch to the motion after the hit [s].
+        v_rb: Speed of B before the contact, from joints and gyro [m/s].
         v_rb_post: And after it [m/s].
         omega_door: Largest angular velocity of the door [rad/s].
         peak_angle: Largest angle of the door [rad].
@@ -132,6 +163,7 @@ class Measured:
 
     contact_time: float = np.nan
     contact_delay: float = np.nan
+    switch_latency: float = np.nan
     v_rb: float = np.nan
     v_rb_post: float = np.nan
     omega_door: float = np.nan

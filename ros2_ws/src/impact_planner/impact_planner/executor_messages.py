@@ -75,9 +75,7 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names)
                   for phase in (*plan.phases, *plan.branches)}
-        return ExecutablePlan(phases, plan.contact_time, plan.switch_time,
-                              plan.v_com_post / plan.v_com, plan.point_of_no_return,
-                              plan.desired_opening_angle, plan.stop_duration)
+        return ExecutablePlan.of(plan, phases)
     except InvalidRequest as error:
         raise GoalRefused("NO_PLAN", str(error), quantity=error.quantity,
                           value=error.value) from error

@@ -6,15 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import momentum
 from .errors import PostureUnreachable
-from .robot_model import Blow, RobotModel
+from .hit_response import HitResponse
+from .posture import HitPosture
 from .run_up import GRAVITY
-from .stance import Stance
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -22,11 +19,12 @@ class FloorLoad:
     """The floor's part in the hit, both feet together.
 
     Attributes:
-        impulse: Horizontal impulse of the floor, of the whole robot with free legs [N s].
-        impulse_planar: The same of a rigid robot that turns about C: 0 where eq. (5) holds [N s].
+        impulse: Horizontal impulse of the floor on the whole robot [N s].
+        impulse_planar: The same of a rigid robot that turns about C and is hit on a smooth leaf: 0
+            where eq. (5) holds [N s].
         yaw_impulse: Impulse of its moment about the vertical through the CoM [N m s].
-        friction: Largest ratio of its horizontal to its vertical force, with the impulses spread
-            over the contact as half a sine.
+        friction: Ratio of its horizontal to its vertical impulse over the contact: a sole that
+            slips for a part of it comes to rest again where this is less than the coefficient.
     """
 
     impulse: float
@@ -36,29 +34,22 @@ class FloorLoad:
 
 
 def floor_load(
-    robot: RobotModel, stance: Stance, blow: Blow, impulse: float, contact: float
+    mass: float, posture: HitPosture, response: HitResponse, impulse: float, contact: float
 ) -> FloorLoad:
     """What an impulse on the door asks of the floor.
 
     Args:
-        robot: The robot.
-        stance: Feet and posture at the hit.
-        blow: What a blow on point B meets.
+        mass: Of the robot [kg].
+        posture: At the hit.
+        response: What 1 N s does.
         impulse: Given to the door [N s].
         contact: Duration of the contact [s].
     """
-    posture = stance.posture
-    total, yaw = np.zeros(3), 0.0
-    for side, each in blow.floor.items():
-        arm = np.append(stance.feet[side][:2] - posture.com[:2], 0.0)
-        total += impulse * each[:3]
-        yaw += impulse * float(each[5] + np.cross(arm, each[:3])[2])
-    planar = momentum.foot_impulse_planar(robot.mass, posture.i_rob, posture.a_r, posture.b_r)
-    peak = 0.5 * math.pi / contact if contact > 0.0 else math.inf  # of half a sine of area 1 [1/s]
-    horizontal = float(np.hypot(*total[:2]))
-    upright = robot.mass * GRAVITY + min(0.0, peak * float(total[2]))
-    friction = peak * horizontal / upright if upright > 0.0 else math.inf
-    return FloorLoad(horizontal, impulse * planar, yaw, friction)
+    planar = momentum.foot_impulse_planar(mass, posture.i_rob, posture.a_r, posture.b_r)
+    horizontal = impulse * float(np.hypot(*response.floor[:2]))
+    upright = mass * GRAVITY * contact + impulse * float(response.floor[2])
+    friction = horizontal / upright if upright > 0.0 else math.inf
+    return FloorLoad(horizontal, impulse * planar, impulse * response.floor_yaw, friction)
 
 
 def require_grip(friction: float, available: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
 from door_model.node_main import run_node
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, WrenchStamped
 from hrp2_description.errors import DescriptionError
 from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin
@@ -35,7 +35,7 @@ from .freshness import Freshness
 from .messages import trajectory_message
 from .point_b import PointB
 from .preflight import require_ready, require_speed_scale
-from .robot_model import RobotModel
+from .robot_model import SIDES, RobotModel
 
 Array = NDArray[np.float64]
 Result = ExecuteDoorImpact.Result
@@ -68,6 +68,7 @@ class ImpactExecutor(Node):
         self._stop_asked = False
         self._joints: tuple[float, Array, Array] | None = None
         self._door_angle = math.nan
+        self._forces: dict[str, tuple[float, float]] = {}  # by foot: stamp [s], towards the door [N]
         self._zmp: tuple[float, float] | None = None
         self._fed_back = -math.inf
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -76,6 +77,9 @@ class ImpactExecutor(Node):
         self.create_subscription(JointState, JOINTS, self._on_joints, 50)
         self.create_subscription(JointState, DOOR, self._on_door, 50)
         self.create_subscription(Imu, IMU, self._on_imu, 50)
+        for side in SIDES:
+            self.create_subscription(
+                WrenchStamped, f"/{side}_foot/wrench", partial(self._on_wrench, side), 50)
         self.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
         self.create_service(Trigger, "/stop", self._on_stop)
         self.create_timer(WATCH_PERIOD, self._watch)
@@ -130,7 +134,16 @@ class ImpactExecutor(Node):
             return
         self._fresh.heard(IMU, now)
         if self._execution is not None:
-            self._after(now, self._execution.on_tilt(tilt))
+            turn = message.angular_velocity
+            self._after(now, self._execution.on_imu(tilt, np.array([turn.x, turn.y, turn.z])))
+
+    def _on_wrench(self, side: str, message: WrenchStamped) -> None:
+        """Both feet's of one tick together; soles are parallel to odom, the door is towards -y."""
+        now = seconds(message.header.stamp)
+        self._forces[side] = (now, -message.wrench.force.y)
+        stamps, forces = zip(*self._forces.values(), strict=True)
+        if self._execution is not None and stamps == (now,) * len(SIDES):
+            self._after(now, self._execution.on_foot_forces(now, sum(forces)))
 
     def _watch(self) -> None:
         """Ends a motion whose robot or door has fallen silent."""

@@ -63,7 +63,7 @@ def checked_phase(
         robot: The robot.
         phase: The motion and the soles that carry it.
         limits: What it must keep.
-        until: Time up to which the ZMP and the leaf count [s].
+        until: Time up to which ZMP, friction, torques and the leaf count [s]; what follows is a last resort.
         knots: Knots of the motion where they are made elsewhere.
         load: A force from outside.
         leaf: The leaf, where it is near.
@@ -77,7 +77,8 @@ def checked_phase(
     require_joint_limits(robot, motion, phase.name, share=limits.share)
     dynamics = inverse_dynamics(robot, motion, load)
     distance = margins(robot, dynamics.zmp, phase.feet, phase.sides)
-    margin = float(np.min(distance[motion.time <= until + 1e-9]))
+    counted = motion.time <= until + 1e-9
+    margin = float(np.min(distance[counted]))
     if margin < limits.margin:
         raise PostureUnreachable(
             f"{phase.name}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the "
@@ -87,7 +88,7 @@ def checked_phase(
             limit=limits.margin,
         )
     torque = joint_torques(robot, motion, dynamics, phase.feet, phase.sides)
-    require_torque_limits(robot, torque, phase.name, share=limits.share)
+    require_torque_limits(robot, torque[counted], phase.name, share=limits.share)
     clearances = _clear(robot, phase, limits, until, leaf)
     if knots is None:
         knots, _ = from_motion(motion)
@@ -101,8 +102,8 @@ def checked_phase(
         com_samples=com,
         zmp_samples=dynamics.zmp,
         margin=margin,
-        friction=dynamics.friction,
-        torque_ratio=float(np.max(shares(torque, robot.effort_limit))),
+        friction=float(np.max(dynamics.friction[counted])),
+        torque_ratio=float(np.max(shares(torque[counted], robot.effort_limit))),
         speed_ratio=float(np.max(shares(motion.joint_speed, robot.speed_limit))),
         clearances=clearances,
         leaf=None if leaf is None else leaf.course,

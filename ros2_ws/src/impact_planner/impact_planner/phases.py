@@ -76,7 +76,7 @@ def plan_phases(
         StandingPhase("post", after.motion, stance.feet, SIDES),
         limits,
         knots=after.knots,
-        leaf=leaf_at(hit.door.angle_at(after.motion.time - settings.contact_lead), touching),
+        leaf=leaf_at(hit.door.angle_at(after.motion.time + settings.switch_delay), touching),
     )
     end = after.motion.joints[-1], after.motion.base[-1]
     retreat = _retreat(robot, known, settings, hit, limits, end)

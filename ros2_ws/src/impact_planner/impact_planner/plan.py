@@ -19,12 +19,13 @@ from .errors import (
 )
 from .floor_load import FloorLoad, floor_load, require_grip
 from .hit import Hit
+from .hit_response import HitResponse, hit_response
 from .phases import plan_phases
 from .placement import Placement, placement_for_step, stand
 from .plan_types import Branches, ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
 from .posture import LegDemands, capable, waist_per_com
 from .request import ResolvedRequest, resolve
-from .robot_model import Blow, RobotModel
+from .robot_model import RobotModel
 from .run_up import RunUpWish, plan_run_up
 from .stance import SPARE_WAY, STEP_SHARES, Contact, Stance
 
@@ -134,16 +135,16 @@ def _momentum(
 ) -> tuple[float, momentum.ImpactSpeeds, dict[str, float], FloorLoad]:
     """Section II.C.3: effective mass, speeds along the leaf's normal, what brace and floor bear."""
     posture = stance.posture
-    blow = robot.blow(
-        robot.configuration(posture.base, posture.joints), locked=robot.config.braced_joints,
-        direction=contact.normal, rotors=1.0)
-    mass = _mass_to_plan_with(robot, wanted, blow)
+    response = hit_response(
+        robot, robot.configuration(posture.base, posture.joints), normal=contact.normal,
+        leaf_friction=settings.leaf_friction, duration=settings.contact_duration)
+    mass = _mass_to_plan_with(robot, wanted, response)
     speeds = momentum.speeds_for(
         omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=mass,
         restitution=wanted.restitution)
-    brace = {joint: speeds.impulse * each for joint, each in blow.brace.items()}
+    brace = {joint: speeds.impulse * each for joint, each in response.brace.items()}
     return mass, speeds, brace, floor_load(
-        robot, stance, blow, speeds.impulse, settings.contact_duration)
+        robot.mass, posture, response, speeds.impulse, settings.contact_duration)
 
 
 def _compose(
@@ -189,7 +190,8 @@ def _compose(
         right_foot=stance.feet["right"],
         contact_point=contact.point,
         contact_time=run_up.contact_time,
-        switch_time=run_up.contact_time - settings.contact_lead,
+        switch_time=run_up.contact_time + settings.switch_delay,
+        slow_down=settings.slow_down,
         peak_time=door.peak_time,
         peak_time_std=door.peak_time_std,
         peak_angle=door.peak_angle,
@@ -207,10 +209,10 @@ def _compose(
     )
 
 
-def _mass_to_plan_with(robot: RobotModel, wanted: ResolvedRequest, blow: Blow) -> float:
+def _mass_to_plan_with(robot: RobotModel, wanted: ResolvedRequest, response: HitResponse) -> float:
     """The effective mass of the whole robot, or the one that is asked for [kg]."""
     if wanted.effective_mass is None:
-        return blow.mass
+        return response.mass
     if wanted.effective_mass > robot.mass:
         raise InvalidRequest(
             f"effective_mass {wanted.effective_mass:g} kg is more than the robot's "

@@ -139,7 +139,7 @@ def door_course(plan: ImpactPlan) -> tuple[Array, Array, float]:
     assert post.leaf is not None
     assert last.leaf is not None
     start = plan.peak_time + LATE
-    free = post.time - (plan.contact_time - plan.switch_time)
+    free = post.time + (plan.switch_time - plan.contact_time)
     time = np.concatenate([[0.0], free[free > 0.0], start + last.time])
     angle = np.concatenate([
         [plan.initial_angle], post.leaf.angle[free > 0.0], last.leaf.angle])

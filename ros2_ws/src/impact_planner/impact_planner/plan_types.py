@@ -92,12 +92,13 @@ class PlannerSettings:
         overrun: Way of the run-up past the nominal contact that is wished for [m].
         required_margin: Smallest ZMP margin of a phase [m].
         limit_share: Of the joints' speed and torque limits that a plan may use.
-        post_duration: From the end of the contact to rest [s].
+        post_duration: From the end of `slow_down` to rest [s].
         sole_friction: Coefficient of friction that soles and floor are taken to have.
         contact_duration: Expected duration of the contact [s].
-        contact_lead: So long before the nominal contact the legs begin to slow down [s]; chosen
-            so that they neither push nor brake, because the contact takes up speed sooner than
-            half a sine of force would.
+        leaf_friction: Coefficient of friction between elbow and leaf.
+        switch_delay: So long after the contact's begin the legs keep their speed [s]: it is felt a
+            few ms late, and a switch while the leaf still pushes would take w' from the door.
+        slow_down: In which the legs then take up v'_rB [s].
         period: Sampling period of the motions [s].
         timing: Durations of the slow phases.
         hand_force_limit: Largest force of the door on the hand while it is held [N].
@@ -113,14 +114,16 @@ class PlannerSettings:
     ending: str = "hold"
     com_inside_edge: float = 0.01
     y_start: float | None = None
-    door_uncertainty: float = 0.015
-    overrun: float = 0.04
+    door_uncertainty: float = 0.02
+    overrun: float = 0.025
     required_margin: float = 0.02
     limit_share: float = 0.9
     post_duration: float = 0.4
     sole_friction: float = 0.5
     contact_duration: float = 0.015
-    contact_lead: float = 0.0018
+    leaf_friction: float = 0.3
+    switch_delay: float = 0.012
+    slow_down: float = 0.01
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
     hand_force_limit: float = 60.0
@@ -176,6 +179,7 @@ class Branches:
         missed_margin: Distance of the capture point to the soles' edge where the contact is missed
             for good, at the end of the stretch of constant speed [m]; negative: no stop on these
             feet is possible.
+        rest_duration: From when the legs have slowed down after the hit to rest [s].
     """
 
     early_margin: float
@@ -183,6 +187,7 @@ class Branches:
     point_of_no_return: float
     stop_duration: float
     missed_margin: float
+    rest_duration: float
 
     @property
     def recovery_step(self) -> float:
@@ -202,6 +207,7 @@ class ImpactPlan:
         y_start: y of the CoM at the start of the run-up [m].
         door_distance: Planned with [m].
         hinge_x: Planned with [m].
+        slow_down: From `switch_time` until the legs have taken up v'_rB [s].
         planning_time: [s].
         floor: What the feet must bear in the hit.
         brace: Impulse of the torque that the brace carries at each of its joints [N m s].
@@ -239,6 +245,7 @@ class ImpactPlan:
     contact_point: Array
     contact_time: float
     switch_time: float
+    slow_down: float
     peak_time: float
     peak_time_std: float
     peak_angle: float
@@ -263,6 +270,11 @@ class ImpactPlan:
     def stop_duration(self) -> float:
         """See `Branches` [s]."""
         return self.branches.stop_duration
+
+    @property
+    def rest_duration(self) -> float:
+        """See `Branches` [s]."""
+        return self.branches.rest_duration
 
     @property
     def hardest_braced(self) -> tuple[str, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import GoalRefused
-from .execution_types import SENT_AT_START, ExecutablePlan
+from .execution_types import PLANNED, ExecutablePlan
 from .knots import Knots
 from .plan_types import ENDINGS
 from .robot_model import RobotModel
@@ -46,7 +46,7 @@ def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position
     Args:
         robot: The robot.
         plan: The plan.
-        sent: Its phases up to the door's peak as they would go to the driver.
+        sent: Its phases up to the end of the run-up as they would go to the driver.
         position: Of the joints now, (30,) [rad].
         door_off: Angle of the door now, from where it is to be hit [rad].
 
@@ -100,22 +100,22 @@ def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None
     Args:
         robot: The robot.
         plan: The plan; its phases must follow each other.
-        sent: Its phases up to the door's peak as they would go to the driver.
+        sent: Its phases up to the end of the run-up as they would go to the driver.
 
     Raises:
         GoalRefused: A phase begins elsewhere than the one before ended, or a joint would leave its
             range or be too fast.
     """
     _require_joined(robot, plan)
-    _require_inside(robot, sent, "up to the door's peak")
-    for name in sorted(set(ENDINGS) & set(plan.phases)):
+    _require_inside(robot, sent, "up to the end of the run-up")
+    for name in (PLANNED[-1], *sorted(set(ENDINGS) & set(plan.phases))):
         _require_inside(robot, plan.phases[name], f"in the phase {name}")
 
 
 def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
     ends = {**plan.phases, "cam": cut(plan.phases["cam"], plan.switch_time)}
-    joints = list(itertools.pairwise(SENT_AT_START))
-    joints += [(SENT_AT_START[-1], name) for name in ENDINGS if name in plan.phases]
+    joints = list(itertools.pairwise(PLANNED))
+    joints += [(PLANNED[-1], name) for name in ENDINGS if name in plan.phases]
     for before, after in joints:
         off = np.abs(plan.phases[after].position[0] - ends[before].position[-1])
         worst = int(np.argmax(off))

@@ -62,23 +62,6 @@ class Foot:
         return np.asarray(sole_corners(self.rectangle, (x, y, 0.0)))
 
 
-@dataclass(frozen=True)
-class Blow:
-    """What a blow on point B meets.
-
-    Attributes:
-        mass: Effective mass at B along the blow [kg].
-        floor: Impulse of the floor on each sole that is held, for 1 N s given to the door: force
-            and moment about the sole's origin, axes of odom, (6,) [-, m].
-        brace: Impulse of the torque at each joint that is locked, for 1 N s given to the door
-            [m].
-    """
-
-    mass: float
-    floor: dict[str, Array]
-    brace: dict[str, float]
-
-
 class RobotModel:
     """Kinematics and dynamics of the robot.
 
@@ -181,11 +164,14 @@ class RobotModel:
         """Jacobian of point B's body centre, axes of odom, (3, nv)."""
         return self.point_jacobian(q, self._contact_joint, self._contact_offset)
 
-    def effective_mass(self, q: Array, **how: Any) -> float:
-        """Mass that point B shows to a blow [kg]; arguments as for `blow`."""
-        return self.blow(q, **how).mass
+    def contact_turn_jacobian(self, q: Array) -> Array:
+        """Angular part of the contact body's Jacobian, axes of odom, (3, nv)."""
+        pin.computeJointJacobians(self.model, self.data, q)
+        return np.array(pin.getJointJacobian(
+            self.model, self.data, self._contact_joint,
+            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)[3:])
 
-    def blow(
+    def effective_mass(
         self,
         q: Array,
         *,
@@ -193,43 +179,34 @@ class RobotModel:
         feet: Sequence[str] = SIDES,
         direction: ArrayLike = TOWARDS_DOOR,
         rotors: float = 0.0,
-    ) -> Blow:
-        """What a blow on point B meets, from the spatial dynamics of the whole robot.
+    ) -> float:
+        """Mass that point B shows to a blow while joints yield [kg].
 
-        The effective mass (operational inertia, Khatib 1987) is
-        ``1 / (J_B (M^-1 - M^-1 Jc^T (Jc M^-1 Jc^T)^-1 Jc M^-1) J_B^T)`` with the feet fixed on
-        the floor as constraints Jc. A blow is too short for the drives to answer, so joints that
-        are not locked move freely. The right foot hit near its center of percussion and the left
-        one off the line make this differ from eq. (3), which is a free body in a plane.
+        The operational inertia (Khatib 1987)
+        ``1 / (J_B (M^-1 - M^-1 Jc^T (Jc M^-1 Jc^T)^-1 Jc M^-1) J_B^T)`` with the feet fixed on the
+        floor as constraints Jc. `hit_response` is what a plan goes by.
 
         Args:
             q: Configuration at the hit.
-            locked: Joints that the brace holds.
+            locked: Joints that do not yield.
             feet: Sides whose foot stays put, of ``right`` and ``left``; may be empty.
-            direction: Normal of the contact in odom, into the door, (3,).
+            direction: Of the blow in odom, (3,).
             rotors: Multiple of the rotors' inertia, gear^2 J, that is added to each joint.
         """
         m = np.array(pin.crba(self.model, self.data, q))
         m = np.triu(m) + np.triu(m, 1).T
         m[self.v_index, self.v_index] += rotors * self.config.armature
-        fixed = self.v_index[self.indices(locked)]
-        free = np.setdiff1d(np.arange(self.model.nv), fixed)
+        free = np.setdiff1d(np.arange(self.model.nv), self.v_index[self.indices(locked)])
         n = np.asarray(direction, dtype=float)
-        jb = (n / np.linalg.norm(n)) @ self.contact_jacobian(q)
-        # The door's reaction, 1 N s, is against the normal.
-        outer = -jb
-        floor: dict[str, Array] = {}
+        jb = ((n / np.linalg.norm(n)) @ self.contact_jacobian(q))[free]
         minv = np.linalg.inv(m[np.ix_(free, free)])
+        change = minv @ jb
         if feet:
             jc = np.vstack([self.frame_jacobian(q, self.feet[side].frame) for side in feet])
-            mj = minv @ jc[:, free].T
-            held = np.linalg.solve(jc[:, free] @ mj, mj.T @ jb[free])
-            floor = dict(zip(feet, held.reshape(-1, 6), strict=True))
-            outer = outer + jc.T @ held
-        change = minv @ outer[free]  # of the speeds
-        brace = m[np.ix_(fixed, free)] @ change - outer[fixed]
-        mass = -1.0 / float(jb[free] @ change)
-        return Blow(mass, floor, dict(zip(locked, brace.tolist(), strict=True)))
+            jc = jc[:, free]
+            mj = minv @ jc.T
+            change = change - mj @ np.linalg.solve(jc @ mj, mj.T @ jb)
+        return 1.0 / float(jb @ change)
 
     def frame_jacobian(self, q: Array, name: str) -> Array:
         """Jacobian of a frame, axes of odom, linear rows first, (6, nv)."""

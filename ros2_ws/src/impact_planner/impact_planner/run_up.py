@@ -12,6 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from .cam_curve import RunUp
 from .errors import InvalidRequest, JointLimit, SpeedUnreachable
+from .post import path_time
 from .posture_table import PostureTable
 from .robot_model import SIDES, RobotModel
 from .stance import Stance, sole_edges
@@ -27,6 +28,7 @@ _SLOWEST = 0.05  # of point B [m/s]
 _SHORTEST_WAY = 0.05  # of a run-up [m]
 _REACH = 0.1  # past the hit, as far as the legs allow: slowly after it, or for a late contact [m]
 _SEARCH_SAMPLES = 100  # of a trial run-up's ZMP
+_STOP = 0.3  # of the stop after a contact that is missed, where the legs reach far enough [s]
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class RunUpPlan:
         y_hit: y of the CoM at the nominal contact [m].
         overrun: How far it goes on at constant speed for a late contact [m].
         law: Time law of the CoM.
-        motion: Samples, from the start to the end of the overrun.
+        motion: Samples, from the start to rest past the overrun, for a contact that is missed.
         dynamics: Floor forces and ZMP at the samples.
         margin: Smallest distance of the ZMP to the edge of the support polygon [m].
     """
@@ -234,8 +236,17 @@ def _timed(
     time = np.append(np.arange(0.0, end - 0.25 * period, period), end)
     time = np.union1d(time, [law.duration])
     time = time[np.append(True, np.diff(time) > 1e-6)]
-    course = law.at(time)
-    motion = table.motion(time, y0 - course.s, -course.v, -course.a)
+    # There the way to rest of `path_time` is half of its duration times the speed.
+    reach = 2.0 * (table.y_hit - table.low - overrun) / law.speed
+    stop = min(_STOP, reach)
+    if stop > period:
+        time = np.append(time, end + np.linspace(0.0, stop, math.ceil(stop / period) + 1)[1:])
+    late = np.maximum(time - end, 0.0)
+    ahead, rate, slope = path_time(late, end, 1.0, max(stop, period))
+    course = law.at(np.where(late > 0.0, ahead, time))
+    rate, slope = (np.where(late > 0.0, one, plain) for one, plain in ((rate, 1.0), (slope, 0.0)))
+    motion = table.motion(
+        time, y0 - course.s, -course.v * rate, -course.a * rate**2 - course.v * slope)
     dynamics = inverse_dynamics(robot, motion)
     # Past the contact there is no run-up, only a reserve: its ZMP counts up to the contact.
     counted = time <= law.duration + 0.5 * period

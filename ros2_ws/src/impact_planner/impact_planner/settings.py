@@ -40,10 +40,12 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "overrun": (0.0, 0.2, "way of the run-up past the nominal contact [m]"),
     "required_margin": (-0.05, 0.10, "smallest ZMP margin of a phase [m]"),
     "limit_share": (0.1, 1.0, "of the joints' speed and torque limits that a plan may use"),
-    "post_duration": (0.05, 2.0, "from the end of the contact to rest [s]"),
+    "post_duration": (0.05, 2.0, "from the end of slow_down to rest [s]"),
     "sole_friction": (0.05, 2.0, "coefficient of friction that soles and floor are taken to have"),
     "contact_duration": (0.001, 0.1, "expected duration of the contact [s]"),
-    "contact_lead": (0.0, 0.05, "the legs slow down so long before the contact [s]"),
+    "leaf_friction": (0.0, 2.0, "coefficient of friction between elbow and leaf"),
+    "switch_delay": (0.0, 0.05, "the legs keep their speed so long after the contact's begin [s]"),
+    "slow_down": (0.0, 0.1, "in which the legs then take up v'_rB [s]"),
     "hand_force_limit": (0.0, 500.0, "largest force of the held door on the hand [N]"),
 }  # fmt: skip
 # name: (default, least value, largest value, what it is).

@@ -46,10 +46,9 @@ class Dynamics:
     torque: Array
 
     @property
-    def friction(self) -> float:
-        """Largest ratio of tangential to normal force, all feet together."""
-        tangential = np.hypot(self.force[:, 0], self.force[:, 1])
-        return float(np.max(tangential / self.force[:, 2]))
+    def friction(self) -> Array:
+        """Ratio of tangential to normal force, all feet together, (N,)."""
+        return np.asarray(np.hypot(self.force[:, 0], self.force[:, 1]) / self.force[:, 2])
 
 
 def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None) -> Dynamics:
