@@ -192,7 +192,8 @@ def plan_branches(
             raise _no_rest(
                 settings, hit, nominal + way, min(_BRANCH_SHARES) * rest, margin, where)
         found[name] = margin
-    end = np.array([run_up.law.distance + settings.door_uncertainty])
+    # Where nothing stops it, the robot comes to the end of its legs nearly unslowed.
+    end = np.array([run_up.y_start - run_up.table.low])
     speed = np.array([run_up.law.speed])
     missed = capture_reserve(robot, hit.stance, run_up, end, speed)
     stop_duration, no_return = plan_stop(robot, settings, hit)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,9 +208,12 @@ class Execution:
         """
         if self.outcome is not Outcome.RUNNING or self.phase != "cam" or self._stopping:
             return []
-        if now < self.planned_contact - self.plan.steady_time or force < self.settings.felt_force:
+        begin = now - self.settings.felt_after
+        # Only while the speed is constant: else the floor's force is the run-up's own.
+        steady = self.plan.steady_time + self.settings.splice
+        if abs(begin - self.planned_contact) > steady or force < self.settings.felt_force:
             return []
-        return self._contact(now - self.settings.felt_after)
+        return self._contact(begin)
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Takes an angle of the door and answers with what to send.
@@ -267,9 +270,21 @@ class Execution:
                 return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
             self.phase, self._stop_asked = "retreat", False  # a second stop is one in the retreat
         ending = without_first(self.plan.phases[self.phase])  # the driver starts from where it is
+        if self.phase == "hold":
+            ending = self._shifted(ending)
         self._starts[self.phase] = now
         self._end = now + self.settings.judged_after + float(ending.time[-1])
         return [Command(0.0, ending)]  # from its arrival on: late is better than refused
+
+    def _shifted(self, hold: Knots) -> Knots:
+        """The hold of a door that stood elsewhere: all joints off by as much as after the hit.
+
+        So the arm finds the leaf as planned, from a body that stands to it as planned.
+        """
+        assert self._sent is not None
+        came_to_rest = self._sent[1].position[-1]
+        off = came_to_rest - self.plan.phases["post"].position[-1]
+        return replace(hold, position=hold.position + off)
 
     # -- stop ---------------------------------------------------------------------------------
 

@@ -177,8 +177,7 @@ class Branches:
             ZMP margin, or comes to the leaf [s].
         stop_duration: From the begin of a stop before that to rest [s].
         missed_margin: Distance of the capture point to the soles' edge where the contact is missed
-            for good, at the end of the stretch of constant speed [m]; negative: no stop on these
-            feet is possible.
+            for good, where the legs reach no further [m]; negative: the robot falls.
         rest_duration: From when the legs have slowed down after the hit to rest [s].
     """
 
