@@ -6,11 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_model.config import load_door
+from door_encoder.angle import AnglePoint, AngleSampler
+from door_encoder.batch import Batch
+from door_encoder.decoder import EncoderDecoder
+from door_encoder.settings import Settings
+from door_model.config import DoorConfig, load_door
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.sensors import TickSample
+from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, TickSample
+from hrp2_sim_bridge.settings import SAMPLE
 from hrp2_sim_bridge.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
+from impact_planner.experience import Experience, Hit, learn
 from impact_planner.execution import Command, ExecutablePlan, Execution, Outcome
 from impact_planner.plan import plan_impact
 from impact_planner.plan_types import ImpactPlan, KnownDoor, PlanRequest
@@ -21,7 +27,7 @@ from impact_planner.settings import configured_placement, make_settings
 from . import evaluation, simulation_log
 
 Watch = Callable[[World, TickSample], None]
-ENCODER_DELAY = 4  # ticks until an angle of the door is heard: batches of 20 ms
+BATCH = 20  # samples of the door's encoder
 LONGEST = 40.0  # [s] of simulated time
 AFTERWARDS = 2.0  # [s] watched after the end of the execution: a fall takes its time
 
@@ -35,25 +41,36 @@ class Rehearsal:
         execution: After its end.
         log: Of the simulation.
         impact: The hit; None where the robot never touched the door.
+        known: What was known of the door.
     """
 
     plan: ImpactPlan
     execution: Execution
     log: simulation_log.SimulationLog
     impact: evaluation.Impact | None
+    known: KnownDoor
+
+    def learned(self) -> Experience:
+        """What the executor's own measurements teach about the next hit on this door."""
+        before = self.known.experience or Experience.none(self.plan.restitution)
+        measured = self.execution.measured
+        return learn(before, Hit.of(
+            self.plan, self.known, measured.peak_angle, measured.v_rb_post))
 
 
 def rehearse(
-    target_deg: float, path: Path, *, door: str = "paper", door_offset: float = 0.0,
-    run_up: str = "mcv50", ending: str = "hold", stop_before: float | None = None,
-    watch: Watch | None = None, **settings: Any,
+    target_deg: float, path: Path, *, door: str | DoorConfig = "paper",
+    known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50", 
+    ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
+    **settings: Any,
 ) -> Rehearsal:
     """Plans a hit and executes it; the execution hears what a robot would tell it.
 
     Args:
         target_deg: Desired opening angle [deg].
         path: Where the simulation's log is written.
-        door: Name or file of the simulated door.
+        door: The simulated door, its name or its file.
+        known: What the planner knows of it; None: all, as configured.
         door_offset: How much farther away the simulated door stands than surveyed [m].
         run_up: mcv50 or zmp_limited.
         ending: hold or retreat.
@@ -65,9 +82,10 @@ def rehearse(
         PlannerError: The angle cannot be reached.
         SettingError: A setting of the world is out of its range.
     """
-    config, simulated = load_robot_config(), load_door(door)
+    config = load_robot_config()
+    simulated = load_door(door) if isinstance(door, str) else door
     robot = RobotModel(config)
-    known = KnownDoor.configured(simulated)
+    known = known or KnownDoor.configured(simulated)
     placement = configured_placement()
     plan = plan_impact(
         PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
@@ -82,7 +100,7 @@ def rehearse(
         world.close()
     touched = bool((log.motion.contact_force > evaluation.CONTACT_FORCE).any())
     impact = evaluation.impact(log.motion, plan.l_b) if touched else None
-    return Rehearsal(plan, execution, log, impact)
+    return Rehearsal(plan, execution, log, impact, known)
 
 
 def _nobody(world: World, sample: TickSample) -> None:
@@ -104,7 +122,7 @@ def _run(
         speed_of_b)
     send(execution.start(world.step().time))
     end = LONGEST
-    heard: list[tuple[float, float, float]] = []
+    ears = _Encoder(world.settings.encoder_bits)
     while not world.fell and world.time < end:
         sample = world.step()
         watch(world, sample)
@@ -119,8 +137,30 @@ def _run(
         for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
                         *execution.on_foot_forces(sample.time, towards_door)):
             send(command)
-        heard.append((sample.time, world.door_state.angle, world.door_state.velocity))
-        if len(heard) > ENCODER_DELAY:
-            for command in execution.on_door(*heard.pop(0)):
+        for point in ears.take(sample):
+            for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
                 send(command)
     return execution
+
+
+class _Encoder:
+    """The door's encoder as the node door_encoder hears it, in batches of 20 ms."""
+
+    def __init__(self, bits: int) -> None:
+        settings = Settings(counts_per_turn=COUNTS_PER_TURN, modulus=1 << bits)
+        self._decoder = EncoderDecoder(settings)
+        self._sampler = AngleSampler(radians_per_count=settings.radians_per_count)
+        self._counts: list[int] = []
+        self._first = 0
+
+    def take(self, sample: TickSample) -> list[AnglePoint]:
+        """Angles that a tick completes."""
+        self._counts += sample.counts
+        if len(self._counts) < BATCH:
+            return []
+        counts, self._counts = self._counts, []
+        start = sample.time - SAMPLE * (len(counts) - 1)
+        batch = Batch(round(1e9 * start), SAMPLE, self._first, COUNTS_PER_TURN, counts)
+        self._first += len(counts)
+        return [point for decoded in self._decoder.decode(batch)
+                for point in self._sampler.take(decoded)]

@@ -42,6 +42,12 @@ class InvalidRequest(PlannerError):
     code_name = "INVALID_REQUEST"
 
 
+class ExperienceUnreadable(PlannerError):
+    """The file of what hits have taught is none."""
+
+    code_name = "INVALID_REQUEST"
+
+
 class NoDoor(PlannerError):
     """Nothing is known of the door: neither identified nor configured."""
 

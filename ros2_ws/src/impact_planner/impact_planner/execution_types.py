@@ -69,7 +69,7 @@ class ExecutionSettings:
     felt_after: float = 0.0045
     door_moves: float = 0.15
     late: float = 0.1
-    settle: float = 0.03
+    settle: float = 0.02
     peak_drop: float = 0.0009
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1

@@ -22,6 +22,7 @@ class Hit:
         contact: Where the elbow meets the leaf.
         door: What the door does.
         mass: Effective mass planned with [kg].
+        model_mass: The same by the model alone [kg].
         speeds: Of B, along the leaf's normal.
         floor: What the feet must bear.
         brace: Impulse of the torque at each braced joint [N m s].
@@ -33,6 +34,7 @@ class Hit:
     contact: Contact
     door: DoorPrediction
     mass: float
+    model_mass: float
     speeds: momentum.ImpactSpeeds
     floor: FloorLoad
     brace: dict[str, float]

@@ -29,7 +29,8 @@ _NANOSECONDS = 1_000_000_000
 # Fields that the plan and its message share by name.
 _NUMBERS = (
     "desired_opening_angle", "initial_angle", "omega_door", "restitution", "v_rb", "v_rb_post",
-    "v_com", "v_com_post", "effective_mass", "effective_mass_planar", "required_impulse",
+    "v_com", "v_com_post", "effective_mass", "effective_mass_planar",
+    "effective_mass_model", "required_impulse",
     "required_friction", "a_r", "b_r", "b_r_percussion", "l_b", "i_rob", "waist_height",
     "contact_time", "switch_time", "slow_down", "rest_duration", "peak_time", "peak_time_std", "peak_angle", "peak_angle_std",
     "point_of_no_return", "stop_duration", "steady_way",
@@ -95,6 +96,7 @@ def plan_message(
         setattr(message, field, float(getattr(plan, field)))
     for field in _TEXTS:
         setattr(message, field, getattr(plan, field))
+    message.learned_hits = plan.learned_hits
     message.foot_impulse = plan.floor.impulse
     message.foot_impulse_planar = plan.floor.impulse_planar
     message.foot_yaw_impulse = plan.floor.yaw_impulse

@@ -65,7 +65,7 @@ def plan_impact(
     """
     begin = clock.perf_counter()
     settings = settings or PlannerSettings()
-    wanted = resolve(request, settings)
+    wanted = resolve(request, settings, known)
     door = predict(known, wanted.angle, wanted.initial_angle)
     failure: PlannerError | None = None
     for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
@@ -93,7 +93,7 @@ def _plan_hit(
     """Sections II.C.1, II.C.3 and II.C.4: stance, v_rB, posture and run-up."""
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_WAY)
     placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-    mass, speeds, brace, floor = _momentum(
+    masses, speeds, brace, floor = _momentum(
         robot, known, wanted, settings, stance, contact, door.omega)
     demands = replace(
         demands,
@@ -102,7 +102,7 @@ def _plan_hit(
         joint_speed=settings.limit_share * robot.speed_limit)
     if not capable(robot, stance.posture, stance.feet, demands):
         placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-        mass, speeds, brace, floor = _momentum(
+        masses, speeds, brace, floor = _momentum(
             robot, known, wanted, settings, stance, contact, door.omega)
     require_grip(floor.friction, settings.sole_friction)
     run_up = plan_run_up(robot, stance, RunUpWish(
@@ -115,7 +115,7 @@ def _plan_hit(
         period=settings.period,
         y_start=settings.y_start,
     ))
-    return Hit(placement, stance, contact, door, mass, speeds, floor, brace, run_up)
+    return Hit(placement, stance, contact, door, *masses, speeds, floor, brace, run_up)
 
 
 def _along_y(speed: float, contact: Contact) -> float:
@@ -132,8 +132,11 @@ def _momentum(
     stance: Stance,
     contact: Contact,
     omega: float,
-) -> tuple[float, momentum.ImpactSpeeds, dict[str, float], FloorLoad]:
-    """Section II.C.3: effective mass, speeds along the leaf's normal, what brace and floor bear."""
+) -> tuple[tuple[float, float], momentum.ImpactSpeeds, dict[str, float], FloorLoad]:
+    """Section II.C.3: effective mass, speeds along the leaf's normal, what brace and floor bear.
+
+    The mass twice: planned with, and by the model alone [kg].
+    """
     posture = stance.posture
     response = hit_response(
         robot, robot.configuration(posture.base, posture.joints), normal=contact.normal,
@@ -143,7 +146,7 @@ def _momentum(
         omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=mass,
         restitution=wanted.restitution)
     brace = {joint: speeds.impulse * each for joint, each in response.brace.items()}
-    return mass, speeds, brace, floor_load(
+    return (mass, response.mass), speeds, brace, floor_load(
         robot.mass, posture, response, speeds.impulse, settings.contact_duration)
 
 
@@ -174,6 +177,8 @@ def _compose(
         v_com=run_up.law.speed,
         v_com_post=run_up.law.speed * speeds.ratio,
         effective_mass=hit.mass,
+        effective_mass_model=hit.model_mass,
+        learned_hits=0 if known.experience is None else known.experience.hits,
         effective_mass_planar=momentum.effective_mass_planar(
             robot.mass, posture.i_rob, posture.a_r),
         required_impulse=speeds.impulse,
@@ -212,7 +217,7 @@ def _compose(
 def _mass_to_plan_with(robot: RobotModel, wanted: ResolvedRequest, response: HitResponse) -> float:
     """The effective mass of the whole robot, or the one that is asked for [kg]."""
     if wanted.effective_mass is None:
-        return response.mass
+        return wanted.mass_factor * response.mass
     if wanted.effective_mass > robot.mass:
         raise InvalidRequest(
             f"effective_mass {wanted.effective_mass:g} kg is more than the robot's "

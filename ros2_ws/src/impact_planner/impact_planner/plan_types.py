@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .approach import ApproachTiming
 from .clearance import Clearance, LeafCourse
+from .experience import Experience
 from .floor_load import FloorLoad
 from .knots import Knots
 
@@ -56,6 +57,7 @@ class KnownDoor:
         parameters: Names of what was identified (P,), such as "k_c".
         covariance: Of these, (P, P) in SI units; None: taken as exact.
         warnings: Of the identification.
+        experience: What hits on it have taught; None: nothing yet.
     """
 
     name: str
@@ -64,6 +66,7 @@ class KnownDoor:
     parameters: tuple[str, ...] = ()
     covariance: Array | None = None
     warnings: tuple[str, ...] = ()
+    experience: Experience | None = None
 
     @classmethod
     def configured(cls, config: DoorConfig) -> KnownDoor:
@@ -210,6 +213,8 @@ class ImpactPlan:
         planning_time: [s].
         floor: What the feet must bear in the hit.
         brace: Impulse of the torque that the brace carries at each of its joints [N m s].
+        effective_mass_model: At B, by the model alone [kg].
+        learned_hits: From so many hits on this door effective mass and restitution were learned.
         steady_way: At constant speed around the nominal contact [m].
         branches: What if the door is not where it was said to be.
         retreat: In place of the last phase, for a cancel past the point of no return.
@@ -229,6 +234,8 @@ class ImpactPlan:
     v_com_post: float
     effective_mass: float
     effective_mass_planar: float
+    effective_mass_model: float
+    learned_hits: int
     required_impulse: float
     required_friction: float
     floor: FloorLoad

@@ -6,25 +6,33 @@ import math
 from dataclasses import dataclass
 
 from .errors import InvalidRequest
-from .plan_types import ENDINGS, RUN_UPS, PlannerSettings, PlanRequest
+from .experience import Experience
+from .plan_types import ENDINGS, RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
 
 
 @dataclass(frozen=True)
 class ResolvedRequest:
-    """A checked request; None where only the stance can tell. Fields as in `PlanRequest`."""
+    """A checked request; None where only the stance can tell. Fields as in `PlanRequest`.
+
+    Attributes:
+        mass_factor: Of the effective mass that the model says.
+    """
 
     angle: float
     initial_angle: float
     restitution: float
     effective_mass: float | None
+    mass_factor: float
     door_distance: float | None
     l_b: float | None
     run_up: str
     ending: str
 
 
-def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
-    """Fill in a request from the settings and check it.
+def resolve(
+    request: PlanRequest, settings: PlannerSettings, known: KnownDoor
+) -> ResolvedRequest:
+    """Fill in a request from what hits have taught and from the settings, and check it.
 
     Raises:
         InvalidRequest: A number is not finite or outside its range, a word is unknown.
@@ -37,12 +45,13 @@ def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
         angle,
         low_included=True,
     )
+    learned = known.experience or Experience.none(settings.restitution)
     return ResolvedRequest(
         angle=angle,
         initial_angle=initial,
         restitution=_number(
             "restitution",
-            _first(request.restitution, settings.restitution),
+            _first(request.restitution, learned.restitution),
             0.0,
             1.0,
             low_included=True,
@@ -51,6 +60,7 @@ def resolve(request: PlanRequest, settings: PlannerSettings) -> ResolvedRequest:
         effective_mass=_optional(
             "effective_mass [kg]", request.effective_mass, settings.effective_mass
         ),
+        mass_factor=learned.mass_factor,
         door_distance=_optional("door_distance [m]", request.door_distance, settings.door_distance),
         l_b=_optional("l_b [m]", request.l_b, None),
         run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS),
