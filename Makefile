@@ -22,15 +22,19 @@ TARGET_DEG ?= 25
 HOLD ?= hold
 RUN_UP ?= mcv50
 GUI ?= 0
+HITS ?= 1
+N ?= 50
+SEED ?= 1
 
 .PHONY: help setup demo up test lint bench sweep clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
-	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited GUI=1"
+	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited GUI=1 HITS=2"
 	@echo "make up      the same nodes, left running until Ctrl-C"
 	@echo "make test    every test          make lint    ruff and mypy"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
+	@echo "make sweep   perturbed doors, how far they open (out/sweep/)   N=50 SEED=1"
 
 setup: $(READY)
 
@@ -65,10 +69,10 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 
 demo: $(READY)
 	@$(ROS2) run door_impact_bringup demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
-	  --ending "$(HOLD)" --run-up "$(RUN_UP)" --gui "$(GUI)" --out out/demo
+	  --ending "$(HOLD)" --run-up "$(RUN_UP)" --hits "$(HITS)" --gui "$(GUI)" --out out/demo
 
 up: $(READY)
-	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)"
+	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)" experience:=out/experience.yaml
 
 test: $(READY)
 	@$(PYTHON) -m pytest $(TESTS)
@@ -80,8 +84,8 @@ lint: $(VENV)/.ready
 bench: $(READY)
 	@$(ROS2) run door_impact_bringup bench --out out/bench
 
-sweep:
-	@echo "make $@ comes with a later version" >&2; exit 2
+sweep: $(READY)
+	@$(ROS2) run door_impact_bringup sweep -n $(N) --seed $(SEED) --out out/sweep
 
 clean:
 	rm -rf $(VENV) out ros2_ws/build ros2_ws/install ros2_ws/log

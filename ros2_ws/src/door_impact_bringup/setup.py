@@ -30,6 +30,7 @@ setup(
             "demo_runner = door_impact_bringup.demo_runner_node:main",
             "physics_study = door_impact_bringup.physics_study:main",
             "recorder = door_impact_bringup.recorder_node:main",
+            "sweep = door_impact_bringup.sweep:main",
             "scene_publisher = door_impact_bringup.scene_publisher_node:main",
         ],
     },

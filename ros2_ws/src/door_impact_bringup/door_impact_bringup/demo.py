@@ -49,6 +49,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--run-up", choices=("mcv50", "zmp_limited"), default="mcv50",
                         help="mcv50, as the paper, or zmp_limited, for doors that take a faster "
                         "hit (default: mcv50)")
+    parser.add_argument("--hits", type=int, choices=range(1, 6), default=1, metavar="N",
+                        help="how often the door is hit, 1 to 5; each hit learns from the one "
+                        "before, the results are the last one's (default: 1)")
     parser.add_argument("--gui", type=_switch, default=False, help="1 opens a PyBullet window")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
                         help="where the results are written (default: out/demo)")
@@ -98,7 +101,8 @@ def _run(options: argparse.Namespace) -> None:
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
             run(door=options.door, target_deg=options.target_deg, ending=options.ending,
-                run_up=options.run_up, out=out, nodes_alive=lambda: launcher.poll() is None)
+                run_up=options.run_up, hits=options.hits, out=out,
+                nodes_alive=lambda: launcher.poll() is None)
         except NodeEndedError as error:
             _stop(launcher)
             raise DemoError(f"{error}\n{_complaints(out / 'nodes.log')}") from error

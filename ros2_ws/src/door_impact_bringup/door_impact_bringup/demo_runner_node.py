@@ -46,6 +46,7 @@ class DemoRunner(Node):
         self._push = self.create_client(PushDoor, "/sim/push_door")
         self._identify = self.create_client(IdentifyCloser, "/identify_closer")
         self._plan = self.create_client(PlanDoorImpact, "/plan_door_impact")
+        self._reset = self.create_client(Trigger, "/sim/reset")
         self._save_log = self.create_client(Trigger, "/hrp2_sim_bridge/save_log")
         self._execute = ActionClient(self, ExecuteDoorImpact, "/execute_door_impact")
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -186,6 +187,14 @@ class DemoRunner(Node):
         self.until(result.done, "the motion to end", 240.0)
         return result.result().result
 
+    def start_again(self) -> None:
+        """Puts robot and door back to the start; what the planner has learned stays."""
+        answer = self.call(self._reset, Trigger.Request())
+        if not answer.success:
+            raise DemoError(f"the simulation was not reset: {answer.message}")
+        self.door, self.zmp, self.phases = [], [], []
+        self.wait_for_graph()
+
     def save_log(self) -> None:
         """Lets the simulation write its log."""
         answer = self.call(self._save_log, Trigger.Request())
@@ -222,7 +231,7 @@ def refuse_running_graph() -> None:
                         "demonstration first, or set another ROS_DOMAIN_ID")
 
 
-def run(*, door: str, target_deg: float, ending: str, run_up: str, out: Path,
+def run(*, door: str, target_deg: float, ending: str, run_up: str, hits: int, out: Path,
         nodes_alive: Callable[[], bool] = lambda: True, args: Sequence[str] = ()) -> None:
     """Runs the demonstration against nodes that were started elsewhere.
 
@@ -231,6 +240,7 @@ def run(*, door: str, target_deg: float, ending: str, run_up: str, out: Path,
         target_deg: Desired opening angle [deg].
         ending: hold or retreat.
         run_up: mcv50 or zmp_limited.
+        hits: How often the door is hit, from the start each time; the results are the last one's.
         out: Folder of the results.
         nodes_alive: Tells whether the nodes' launcher still runs.
         args: ROS arguments.
@@ -253,13 +263,13 @@ def run(*, door: str, target_deg: float, ending: str, run_up: str, out: Path,
         say("identifying the closer")
         parameters = node.identify()
         samples = tuple(node.samples)  # of the pushes; the robot's own hit comes later
-        say(f"planning the hit for {target_deg:g} deg")
-        plan, planning_ms = node.make_plan(
-            float(np.radians(target_deg)), ending, run_up)
-        for warning in plan.warnings:
-            say(f"    note: {warning}")
-        say("hitting the door")
-        outcome = node.execute(plan.plan_id)
+        for number in range(1, hits + 1):
+            if number > 1:
+                say("back to the start, to hit the door again")
+                node.start_again()
+            plan, planning_ms, outcome = _hit(node, target_deg, ending, run_up)
+            if not outcome.success:
+                break
         wall = time.perf_counter() - clock[1]
         real_time_factor = (node.now() - clock[0]) / wall
         node.save_log()
@@ -281,20 +291,38 @@ def run(*, door: str, target_deg: float, ending: str, run_up: str, out: Path,
         raise DemoError(f"the motion failed: {outcome.message}; see nodes.log")
 
 
+def _hit(node: DemoRunner, target_deg: float, ending: str, run_up: str) -> tuple[Any, float, Any]:
+    """Plans and executes; the plan, how long that took [ms], and the action's result."""
+    say(f"planning the hit for {target_deg:g} deg")
+    plan, planning_ms = node.make_plan(float(np.radians(target_deg)), ending, run_up)
+    for warning in plan.warnings:
+        say(f"    note: {warning}")
+    if plan.learned_hits:
+        say(f"    learned: restitution {plan.restitution:.3f}, effective mass "
+            f"{plan.effective_mass:.1f} kg, {plan.effective_mass_model:.1f} by the model")
+    say("hitting the door")
+    outcome = node.execute(plan.plan_id)
+    say(f"    {np.degrees(outcome.peak_angle):.1f} deg by the encoder; {outcome.message}")
+    return plan, planning_ms, outcome
+
+
 def main(args: list[str] | None = None) -> int:
-    """The node of demo.launch.yaml; parameters door, target_deg, ending, run_up, out_dir."""
+    """The node of demo.launch.yaml; parameters door, target_deg, ending, run_up, hits,
+    out_dir."""
     rclpy.init(args=args)
     node = Node("demo_runner")
     door = node.declare_parameter("door", "paper").value
     target_deg = node.declare_parameter("target_deg", 25.0).value
     ending = node.declare_parameter("ending", "hold").value
     run_up = node.declare_parameter("run_up", "mcv50").value
+    hits = int(node.declare_parameter("hits", 1).value)
     out = Path(node.declare_parameter("out_dir", "out/demo").value)
     node.destroy_node()
     rclpy.shutdown()
     out.mkdir(parents=True, exist_ok=True)
     try:
-        run(door=door, target_deg=float(target_deg), ending=ending, run_up=run_up, out=out)
+        run(door=door, target_deg=float(target_deg), ending=ending, run_up=run_up, hits=hits,
+            out=out)
     except DemoError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1

@@ -110,6 +110,16 @@ class Execution:
         return Command(stamp, whole)
 
     @property
+    def starts(self) -> dict[str, float]:
+        """When the phases began or will begin, on the robot's clock [s]."""
+        return dict(self._starts)
+
+    @property
+    def turned_round(self) -> bool:
+        """Whether the door was seen to open to its peak."""
+        return self.phase in ENDINGS
+
+    @property
     def planned_contact(self) -> float:
         """When the contact is planned, on the robot's clock [s]."""
         return self._starts["cam"] + self.plan.contact_time

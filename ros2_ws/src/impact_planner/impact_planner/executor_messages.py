@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_msgs.action import ExecuteDoorImpact
-from door_impact_msgs.msg import ImpactPlan
+from door_impact_msgs.msg import HitReport, ImpactPlan
 from numpy.typing import NDArray
 
 from .errors import GoalRefused, InvalidRequest
@@ -27,6 +27,8 @@ _ENDINGS = {  # error code, and what is said where the execution gives no reason
     Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow"),
     Outcome.NOT_HELD: (Result.NOT_HELD, "the door is not held"),
 }
+_REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door", "peak_angle",
+             "peak_time")  # by the same names in both
 _UNIT = 0.1  # a quaternion's length may be so far from 1
 
 
@@ -88,3 +90,18 @@ def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:
     code, usual = _ENDINGS[outcome]
     return Result(success=outcome is Outcome.SUCCESS, error_code=code, message=reason or usual,
                   **asdict(measured))
+
+
+def hit_report(plan: ImpactPlan, measured: Measured, stamp: Any) -> HitReport:
+    """What is told of a hit.
+
+    Args:
+        plan: That was executed.
+        measured: What was felt.
+        stamp: builtin_interfaces/Time.
+    """
+    report = HitReport(plan_id=plan.plan_id, door=plan.door)
+    report.header.stamp = stamp
+    for name in _REPORTED:
+        setattr(report, name, float(getattr(measured, name)))
+    return report

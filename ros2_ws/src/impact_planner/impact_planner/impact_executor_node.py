@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_msgs.action import ExecuteDoorImpact
-from door_impact_msgs.msg import ImpactPlan
+from door_impact_msgs.msg import HitReport, ImpactPlan
 from door_model.node_main import run_node
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from hrp2_description.errors import DescriptionError
@@ -30,7 +30,14 @@ from trajectory_msgs.msg import JointTrajectory
 from .errors import GoalRefused, PlannerError
 from .execution import Execution
 from .execution_types import Command, Outcome
-from .executor_messages import executable, joint_arrays, result_message, seconds, trunk_tilt
+from .executor_messages import (
+    executable,
+    hit_report,
+    joint_arrays,
+    result_message,
+    seconds,
+    trunk_tilt,
+)
 from .freshness import Freshness
 from .messages import trajectory_message
 from .point_b import PointB
@@ -73,6 +80,7 @@ class ImpactExecutor(Node):
         self._fed_back = -math.inf
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._trajectory = self.create_publisher(JointTrajectory, "/joint_trajectory", 10)
+        self._reports = self.create_publisher(HitReport, "/hit_report", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
         self.create_subscription(JointState, JOINTS, self._on_joints, 50)
         self.create_subscription(JointState, DOOR, self._on_door, 50)
@@ -243,7 +251,11 @@ class ImpactExecutor(Node):
         self._fed_back = -math.inf
         self._execution = execution
         self._send(command)
-        return self._result(goal_handle, await self._finished)
+        outcome = await self._finished
+        if execution.turned_round:
+            stamp = self.get_clock().now().to_msg()
+            self._reports.publish(hit_report(plan, execution.measured, stamp))
+        return self._result(goal_handle, outcome)
 
     def _wanted(self, goal: Any) -> ImpactPlan:
         """The plan of a goal.

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import sys
 import traceback
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from door_impact_msgs.msg import CloserParameters, ImpactPlan
+from door_impact_msgs.msg import CloserParameters, HitReport
+from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.config import load_door
 from door_model.errors import DoorModelError
@@ -17,11 +20,13 @@ from hrp2_description.robot import load_robot_config
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
 
 from .errors import InvalidRequest, NoDoor, PlannerError
+from .experience import Experience, Hit, learn, load, save
 from .messages import door_from_message, failure_response, plan_message, request_from_message
 from .plan import plan_impact
-from .plan_types import KnownDoor, PlannerSettings
+from .plan_types import ImpactPlan, KnownDoor, PlannerSettings
 from .robot_model import RobotModel
 from .settings import NUMBERS, WORDS, make_settings
 
@@ -45,13 +50,21 @@ class ImpactPlanner(Node):
         self._robot = RobotModel(
             load_robot_config(str(self.get_parameter("robot_config").value) or None)
         )
+        self._declare("experience_file", "", "YAML file that keeps what hits have taught, by door; "
+                      "empty: it is forgotten with the node")
+        name = str(self.get_parameter("experience_file").value)
+        self._experience_file = Path(name).expanduser() if name else None
+        self._experience = load(self._experience_file) if self._experience_file else {}
+        self._last: tuple[ImpactPlan, KnownDoor] | None = None
         self._identified: KnownDoor | None = None
         self._refusal = ""
         self.add_on_set_parameters_callback(self._on_parameters)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._plans = self.create_publisher(ImpactPlan, "/door_impact_plan", latched)
+        self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
         self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
+        self.create_subscription(HitReport, "/hit_report", self._on_hit, 10)
         self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
+        self.create_service(Trigger, "/forget_hits", self._on_forget)
 
     def _declare(self, name: str, default: Any, text: str) -> None:
         # Numbers may come as integers; `make_settings` checks them.
@@ -82,10 +95,9 @@ class ImpactPlanner(Node):
             self.get_logger().error(self._refusal)
 
     def _door(self) -> KnownDoor:
-        if self._identified is not None:
-            return self._identified
-        if self._configured is not None:
-            return self._configured
+        known = self._identified or self._configured
+        if known is not None:
+            return replace(known, experience=self._experience.get(known.name))
         raise NoDoor(
             self._refusal
             or "nothing is known of the door: no /closer_parameters yet, and the parameter "
@@ -99,8 +111,8 @@ class ImpactPlanner(Node):
     ) -> PlanDoorImpact.Response:
         """Plan; whatever goes wrong is an answer, and leaves the last plan as it is."""
         try:
-            wanted = request_from_message(request)
-            plan = plan_impact(wanted, self._door(), self._robot, self._settings)
+            wanted, known = request_from_message(request), self._door()
+            plan = plan_impact(wanted, known, self._robot, self._settings)
         except PlannerError as error:
             self.get_logger().warning(f"no plan: {error}")
             return failure_response(response, error)
@@ -109,6 +121,7 @@ class ImpactPlanner(Node):
             return failure_response(
                 response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
             )
+        self._last = (plan, known)
         names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
         whole = plan_message(plan, names, stamp, trajectories=True)
         self._plans.publish(whole)
@@ -127,6 +140,46 @@ class ImpactPlanner(Node):
         for warning in plan.warnings:
             self.get_logger().warning(warning)
         return response
+
+    def _on_hit(self, message: HitReport) -> None:
+        """Learns from a hit that was planned here."""
+        if self._last is None or self._last[0].plan_id != message.plan_id:
+            self.get_logger().warning(f"nothing learned from plan {message.plan_id!r}, which is "
+                                      "not the last one that was made here")
+            return
+        plan, known = self._last
+        before = self._experience.get(known.name, Experience.none(self._settings.restitution))
+        try:
+            after = learn(before, Hit.of(plan, known, message.peak_angle, message.v_rb_post))
+        except DoorModelError as error:
+            self.get_logger().warning(f"nothing learned from plan {message.plan_id}: {error}")
+            return
+        self._experience[known.name] = after
+        self._keep()
+        self.get_logger().info(
+            f"hit {after.hits} on {known.name}: {math.degrees(message.peak_angle):.1f} deg for "
+            f"{math.degrees(plan.desired_opening_angle):.1f}; restitution {before.restitution:.3f} "
+            f"-> {after.restitution:.3f}, effective mass {before.mass_factor:.3f} -> "
+            f"{after.mass_factor:.3f} times the model's")
+
+    def _on_forget(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Forgets what hits on any door have taught."""
+        doors = ", ".join(sorted(self._experience)) or "no door"
+        self._experience = {}
+        response.success = self._keep()
+        response.message = f"forgot the hits on {doors}"
+        return response
+
+    def _keep(self) -> bool:
+        """Whether what is known is in its file, where there is one."""
+        if self._experience_file is None:
+            return True
+        try:
+            save(self._experience_file, self._experience)
+        except OSError as error:
+            self.get_logger().error(f"{self._experience_file} cannot be written: {error}")
+            return False
+        return True
 
 
 def _configured_door(name: str) -> KnownDoor | None:

@@ -1,0 +1,129 @@
+"""What a sweep found: table, figure and worst runs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+WORST = 5
+_CAUSES = (
+    ("door off [mm]", lambda case: 1e3 * case["door_offset"]),
+    ("closer torque", lambda case: case["closer"][2]),
+    ("restitution", lambda case: case["restitution"]),
+    ("rotors' inertia", lambda case: case["rotor_scale"]),
+    ("friction of the soles", lambda case: case["friction"]),
+)
+
+
+def write(found: dict[str, Any], out: Path) -> None:
+    """Prints the table and writes summary.json, report.txt and sweep.png.
+
+    Args:
+        found: As `sweep.summary` has it.
+        out: Folder.
+    """
+    text = table(found)
+    print(text)
+    (out / "report.txt").write_text(text + "\n", encoding="utf-8")
+    figure(found, out / "sweep.png")
+    part = out / "summary.json.part"
+    part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    part.replace(out / "summary.json")
+
+
+def table(found: dict[str, Any]) -> str:
+    """The sweep for a terminal."""
+    lines = ["nominal doors, known exactly      first hit   after it   smallest margin before, "
+             "after   v_rB   momentum"]
+    by_name: dict[str, list[dict[str, Any]]] = {}
+    for record in found["nominal"]:
+        by_name.setdefault(record["name"], []).append(record)
+    lines += [_nominal(records) for records in by_name.values()]
+    lines += ["", f"{found['n']} perturbed doors, seed {found['seed']}, for 25 deg"
+              "     mean      sd     95 %     max"]
+    for label, key in (("first hit", "error_deg"), ("rough, first hit", "before_learning"),
+                       ("rough, after a hit", "after_learning")):
+        row = found[key]
+        lines.append(f"  {label:40}" + "".join(
+            f"{row[name]:+8.2f}" if row[name] is not None else f"{'-':>8}"
+            for name in ("mean", "sd", "p95", "max")) + "  deg")
+    lines += [f"  stood {found['stood']} of {found['n']}, one contact before the peak "
+              f"{found['contacts_one']} of {found['n']}, refused {found['refused']} of all plans",
+              "  smallest ZMP margin, all runs [mm]: " + ", ".join(
+                  f"{name} {row['min']:.0f} (5 % below {row['p5']:.0f})"
+                  for name, row in found["min_margin_mm"].items()),
+              "", "worst runs"]
+    hits = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
+    worst = sorted(hits, key=lambda r: -abs(r["error_deg"]))[:WORST]
+    worst += [r for r in found["runs"] if "refused" in r or not r.get("stood", True)]
+    lines += [_worst(record) for record in worst]
+    return "\n".join(lines)
+
+
+def _nominal(records: list[dict[str, Any]]) -> str:
+    case = records[0]["case"]
+    label = f"  {case['door']}, {case['target_deg']:g} deg, {case['run_up']}"
+    if "error_deg" not in records[0]:
+        return f"{label:34}{records[0].get('refused') or records[0]['outcome']}"
+    angles = "".join(f"{record['error_deg']:+9.2f}  " for record in records)
+    margins = [record["margin_mm"] for record in records]
+    before = min(value for each in margins for name, value in each.items() if name not in AFTER)
+    after = min(value for each in margins for name, value in each.items() if name in AFTER)
+    first = records[0]
+    return (f"{label:34}{angles}{before:14.0f}, {after:.0f} mm"
+            f"{100.0 * (first['v_rb'] / first['planned']['v_rb'] - 1.0):+14.1f} %"
+            f"{100.0 * (first['momentum_ratio'] - 1.0):+7.1f} %")
+
+
+AFTER = ("post", "hold", "retreat")
+
+
+def _worst(record: dict[str, Any]) -> str:
+    case = record["case"]
+    what = (f"refused: {record['refused']}" if "refused" in record else
+            f"{record['error_deg']:+.2f} deg" if "error_deg" in record else record["outcome"])
+    stood = "" if record.get("stood", True) else ", did not stand"
+    return (f"  {record['name']} hit {record['hit'] + 1}: {what}{stood}; door "
+            f"{1e3 * case['door_offset']:+.0f} mm, e {case['restitution']:.3f}, rotors "
+            f"{case['rotor_scale']:.2f}, friction {case['friction']:.2f}")
+
+
+def figure(found: dict[str, Any], path: Path) -> None:
+    """Distributions of the errors and of the margins, and what the errors go with."""
+    runs = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
+    series = [(label, colour, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
+              for label, colour, key in (
+                  ("first hit", "tab:blue", ("perturbed", 0)),
+                  ("rough, first hit", "tab:orange", ("rough", 0)),
+                  ("rough, after a hit", "tab:green", ("rough", 1)))]
+    drawing, axes = plt.subplots(2, 4, figsize=(15.0, 7.0), layout="constrained")
+    spread = axes[0, 0]
+    errors = [[r["error_deg"] for r in rows] for _, _, rows in series]
+    every = [value for each in errors for value in each] or [0.0]
+    bins = np.linspace(min(*every, -1.0) - 0.1, max(*every, 1.0) + 0.1, 25).tolist()
+    for (label, colour, _), values in zip(series, errors, strict=True):
+        spread.hist(values, bins, histtype="step", color=colour, label=label, linewidth=1.5)
+    spread.set(xlabel="peak less desired angle [deg]", ylabel="runs")
+    spread.legend(fontsize=8)
+    for axis, (name, value) in zip(axes.flat[1:6], _CAUSES, strict=True):
+        for _, colour, rows in series:
+            axis.plot([value(r["case"]) for r in rows], [r["error_deg"] for r in rows], ".",
+                      color=colour)
+        axis.axhline(0.0, color="0.7", linewidth=0.8)
+        axis.set(xlabel=name, ylabel="error [deg]")
+    margins = axes[1, 2]
+    names = list(found["min_margin_mm"])
+    margins.boxplot([[r["margin_mm"][name] for r in runs if name in r["margin_mm"]] or [np.nan]
+                     for name in names], whis=(0.0, 100.0))
+    margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
+    margins.set(ylabel="smallest ZMP margin of a run [mm]")
+    late = axes[1, 3]
+    late.hist([r["switch_latency_ms"] for r in runs], 20, color="tab:blue")
+    late.set(xlabel="contact to switch [ms]", ylabel="runs")
+    drawing.savefig(path, dpi=110)
+    plt.close(drawing)
