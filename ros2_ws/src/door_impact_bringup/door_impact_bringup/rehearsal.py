@@ -132,7 +132,7 @@ def _run(
         if stop_before is not None and sample.time > execution.planned_contact - stop_before:
             execution.stop()
             stop_before = None
-        execution.on_imu(0.0, sample.imu.angular_velocity)
+        execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity)
         towards_door = -float(sample.left_wrench[1] + sample.right_wrench[1])
         for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
                         *execution.on_foot_forces(sample.time, towards_door)):

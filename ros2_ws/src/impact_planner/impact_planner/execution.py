@@ -81,7 +81,8 @@ class Execution:
         self._end = np.inf
         self._sent: tuple[float, Knots] | None = None
         self._speeds: deque[float] = deque(maxlen=8)
-        self._rate = np.zeros(3)  # the IMU's
+        self._joints: tuple[float, Array, Array] | None = None  # stamp, positions, speeds
+        self._rate: tuple[float, Array] | None = None  # stamp and angular velocity of the IMU
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
         self._heard = -np.inf
@@ -149,8 +150,8 @@ class Execution:
             if now >= self._end:
                 self._judge_ending()
             return []
-        if self.phase in ("cam", "post"):
-            self._watch_b(now, self.speed_of_b(position, velocity, self._rate))
+        self._joints = (now, position, velocity)
+        self._watch_b()
         if self.phase == "cam" and now > self._end + self.settings.late:
             return self._missed()
         return self._watch_tracking(now, position)
@@ -196,15 +197,21 @@ class Execution:
             f"sent, more than {self.settings.tracking:g} rad; the driver refused the trajectory "
             "or cannot follow it")
 
-    def _watch_b(self, now: float, speed: float) -> None:
-        """Speeds of B around the hit."""
+    def _watch_b(self) -> None:
+        """Speeds of B around the hit, from joints and gyro of the same time."""
+        if self.phase not in ("cam", "post") or self._joints is None or self._rate is None:
+            return
+        (now, position, velocity), (at, rate) = self._joints, self._rate
+        if at != now:
+            return
         measured, felt = self.measured, not np.isnan(self.measured.contact_time)
         if not felt and now <= self.planned_contact + self.plan.steady_time:
-            self._speeds.append(speed)
-            measured.v_rb = float(np.mean([*self._speeds][:-_IN_CONTACT] or [speed]))
+            self._speeds.append(self.speed_of_b(position, velocity, rate))
+            before = [*self._speeds][:-_IN_CONTACT] or [*self._speeds]
+            measured.v_rb = float(np.mean(before))
         elif felt and np.isnan(measured.v_rb_post) and (
                 now >= measured.contact_time + self.settings.settle):
-            measured.v_rb_post = speed
+            measured.v_rb_post = self.speed_of_b(position, velocity, rate)
 
     # -- contact ------------------------------------------------------------------------------
 
@@ -359,14 +366,16 @@ class Execution:
         self.outcome, self.reason = outcome, reason
         return [Command(0.0, None)]
 
-    def on_imu(self, tilt: float, rate: Array) -> list[Command]:
+    def on_imu(self, now: float, tilt: float, rate: Array) -> list[Command]:
         """Takes a reading of the IMU and stops where the robot falls.
 
         Args:
+            now: Its stamp [s].
             tilt: Of the trunk [rad].
             rate: Angular velocity in the IMU's frame, (3,) [rad/s].
         """
-        self._rate = rate
+        self._rate = (now, rate)
+        self._watch_b()
         if self.outcome is Outcome.RUNNING and tilt > self.settings.fall_tilt:
             return self._stop(Outcome.FELL)
         return []

@@ -143,7 +143,8 @@ class ImpactExecutor(Node):
         self._fresh.heard(IMU, now)
         if self._execution is not None:
             turn = message.angular_velocity
-            self._after(now, self._execution.on_imu(tilt, np.array([turn.x, turn.y, turn.z])))
+            self._after(now, self._execution.on_imu(
+                now, tilt, np.array([turn.x, turn.y, turn.z])))
 
     def _on_wrench(self, side: str, message: WrenchStamped) -> None:
         """Both feet's of one tick together; soles are parallel to odom, the door is towards -y."""

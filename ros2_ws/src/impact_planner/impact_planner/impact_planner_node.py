@@ -155,7 +155,7 @@ class ImpactPlanner(Node):
             self.get_logger().warning(f"nothing learned from plan {message.plan_id}: {error}")
             return
         self._experience[known.name] = after
-        self._keep()
+        self._stored()
         self.get_logger().info(
             f"hit {after.hits} on {known.name}: {math.degrees(message.peak_angle):.1f} deg for "
             f"{math.degrees(plan.desired_opening_angle):.1f}; restitution {before.restitution:.3f} "
@@ -166,11 +166,11 @@ class ImpactPlanner(Node):
         """Forgets what hits on any door have taught."""
         doors = ", ".join(sorted(self._experience)) or "no door"
         self._experience = {}
-        response.success = self._keep()
+        response.success = self._stored()
         response.message = f"forgot the hits on {doors}"
         return response
 
-    def _keep(self) -> bool:
+    def _stored(self) -> bool:
         """Whether what is known is in its file, where there is one."""
         if self._experience_file is None:
             return True
