@@ -159,6 +159,9 @@ class Execution:
     def _missed(self) -> list[Command]:
         """The run-up has come to rest and the door has not moved."""
         self.outcome = Outcome.NO_CONTACT
+        self.reason = (
+            f"no contact: neither feet nor door told of one up to {1e3 * self.settings.late:.0f} ms "
+            "after the run-up had come to rest; the door stands farther than planned or is open")
         return []
 
     def _judge_ending(self) -> None:
@@ -286,22 +289,21 @@ class Execution:
             if "retreat" not in self.plan.phases:
                 return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
             self.phase, self._stop_asked = "retreat", False  # a second stop is one in the retreat
-        ending = without_first(self.plan.phases[self.phase])  # the driver starts from where it is
-        if self.phase == "hold":
-            ending = self._shifted(ending)
+        # Without the first knot: the driver starts from where it is.
+        ending = self._shifted(without_first(self.plan.phases[self.phase]))
         self._starts[self.phase] = now
         self._end = now + self.settings.judged_after + float(ending.time[-1])
         return [Command(0.0, ending)]  # from its arrival on: late is better than refused
 
-    def _shifted(self, hold: Knots) -> Knots:
-        """The hold of a door that stood elsewhere: all joints off by as much as after the hit.
+    def _shifted(self, ending: Knots) -> Knots:
+        """What follows the peak of a door that stood elsewhere: off by as much as after the hit.
 
         So the arm finds the leaf as planned, from a body that stands to it as planned.
         """
         assert self._sent is not None
         came_to_rest = self._sent[1].position[-1]
         off = came_to_rest - self.plan.phases["post"].position[-1]
-        return replace(hold, position=hold.position + off)
+        return replace(ending, position=ending.position + off)
 
     # -- stop ---------------------------------------------------------------------------------
 

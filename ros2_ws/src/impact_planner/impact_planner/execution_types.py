@@ -73,7 +73,7 @@ class ExecutionSettings:
     peak_drop: float = 0.0009
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
-    held_within: float = float(np.radians(5.0))
+    held_within: float = float(np.radians(2.0))
 
 
 @dataclass(frozen=True)

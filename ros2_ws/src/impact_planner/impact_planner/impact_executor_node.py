@@ -189,6 +189,7 @@ class ImpactExecutor(Node):
         feedback.progress = self._execution.progress(now)
         feedback.door_angle = float(self._execution.door_angle)
         feedback.zmp_margin = self._margin(self._execution.phase)
+        feedback.planned_zmp_margin = self._planned_margins.get(feedback.phase, math.nan)
         self._goal.publish_feedback(feedback)
 
     def _margin(self, phase: str) -> float:
@@ -249,6 +250,7 @@ class ImpactExecutor(Node):
         self._goal = goal_handle
         self._finished = Future()
         self._left_foot = (plan.left_foot.position.x, plan.left_foot.position.y)
+        self._planned_margins = {each.phase: each.margin for each in plan.zmp_margins}
         self._fed_back = -math.inf
         self._execution = execution
         self._send(command)
