@@ -124,7 +124,8 @@ def usable_overrun(
 ) -> float:
     """How far the run-up can go on past the contact at full speed, at most as wished [m].
 
-    What is left of the legs' reach is for the stop after a contact that is missed. Towards its end the left leg is nearly stretched, and its knee the faster for it.
+    What is left of the legs' reach is for the stop after a contact that is missed. Towards its end
+    the left leg is nearly stretched, and its knee the faster for it.
 
     Args:
         robot: The robot.

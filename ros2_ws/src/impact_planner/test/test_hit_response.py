@@ -162,13 +162,11 @@ def test_the_brace_keeps_the_arm_in_one_piece_with_the_robot(robot, at_hit, yaw)
 
 
 def test_the_shoulder_carries_the_brace(robot, at_hit):
-    """Its roll keeps the arm against the trunk, more so where friction presses the elbow down."""
-    found = []
-    for friction in (0.0, 0.3):
+    """Its roll keeps the arm to the trunk: 0.16 m of 1 N s, 0.23 m where friction presses it down."""
+    for friction, carried in ((0.0, 0.16), (0.3, 0.23)):
         brace = respond(robot, at_hit, friction=friction, duration=CONTACT).brace
         assert max(brace, key=lambda joint: abs(brace[joint])) == "RARM_JOINT1"
-        found.append(abs(brace["RARM_JOINT1"]))
-    assert found[0] < found[1]
+        assert abs(brace["RARM_JOINT1"]) == pytest.approx(carried, abs=0.02)
 
 
 @given(yaw=YAW, friction=st.tuples(FRICTION, FRICTION), duration=st.floats(1e-4, 0.03))

@@ -43,7 +43,8 @@ def test_the_papers_door(plan):
 def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
     """v_rB about 0.45 and v' about 0.04 m/s with e = 0.5: on hard soles and a smooth leaf."""
     smooth = plan_impact(
-        PlanRequest(TARGET), known, robot, PlannerSettings(leaf_friction=0.0, contact_duration=1e-3))
+        PlanRequest(TARGET), known, robot,
+        PlannerSettings(leaf_friction=0.0, contact_duration=1e-3))
     assert smooth.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
     assert smooth.v_rb == pytest.approx(0.45, abs=0.03)
     assert smooth.v_rb_post == pytest.approx(0.04, abs=0.02)
@@ -271,7 +272,7 @@ def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_door_that_falls_shut_on_the_robot_is_refused(robot, known, ending):
-    """3 deg: at v'_rB the elbow is too near for any retreat, which every plan needs for a cancel."""
+    """3 deg: at v'_rB the elbow is too near for any retreat, which a cancel needs."""
     with pytest.raises(PostureUnreachable, match=r"retreat: RARM_LINK3 .* from the leaf") as caught:
         plan_impact(PlanRequest(math.radians(3.0), ending=ending), known, robot)
     assert caught.value.value < caught.value.limit
