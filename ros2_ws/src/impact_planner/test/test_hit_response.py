@@ -162,7 +162,7 @@ def test_the_brace_keeps_the_arm_in_one_piece_with_the_robot(robot, at_hit, yaw)
 
 
 def test_the_shoulder_carries_the_brace(robot, at_hit):
-    """Its roll keeps the arm to the trunk: 0.16 m of 1 N s, 0.23 m where friction presses it down."""
+    """Its roll keeps the arm to the trunk: 0.16 N m s for 1 N s, 0.23 on a rough leaf."""
     for friction, carried in ((0.0, 0.16), (0.3, 0.23)):
         brace = respond(robot, at_hit, friction=friction, duration=CONTACT).brace
         assert max(brace, key=lambda joint: abs(brace[joint])) == "RARM_JOINT1"
