@@ -36,7 +36,6 @@ Array = NDArray[np.float64]
 _IN_CONTACT = 2  # newest speeds of B, which may be of the contact already
 
 
-
 @dataclass
 class Execution:
     """State of one run of a plan.
@@ -231,9 +230,9 @@ class Execution:
         begin = now - self.settings.felt_after
         # Only while the speed is constant: else the floor's force is the run-up's own.
         steady = self.plan.steady_time + self.settings.splice
-        if abs(begin - self.planned_contact) > steady or force < self.settings.felt_force:
-            return []
-        return self._contact(begin)
+        if abs(begin - self.planned_contact) <= steady and force >= self.settings.felt_force:
+            return self._contact(begin)
+        return []
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Takes an angle of the door and answers with what to send.

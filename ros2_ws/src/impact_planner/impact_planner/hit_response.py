@@ -98,7 +98,10 @@ def _contact_point_jacobian(robot: RobotModel, q: Array, normal: Array) -> Array
 
 
 def _soles(robot: RobotModel, q: Array) -> tuple[Array, Array, Array]:
-    """Rows (3, 6) of the base's motion that the soles prevent; rubber's stiffness and damping (6, 6).
+    """What the soles do to the base.
+
+    Returns:
+        Rows of its motion that they prevent (3, 6); their rubber's stiffness and damping (6, 6).
 
     A rigid sole on rubber resists tilt by the square of half its length or width.
     """

@@ -75,7 +75,7 @@ class ImpactExecutor(Node):
         self._stop_asked = False
         self._joints: tuple[float, Array, Array] | None = None
         self._door_angle = math.nan
-        self._forces: dict[str, tuple[float, float]] = {}  # by foot: stamp [s], towards the door [N]
+        self._forces: dict[str, tuple[float, float]] = {}  # of a foot: stamp [s], to the door [N]
         self._zmp: tuple[float, float] | None = None
         self._fed_back = -math.inf
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

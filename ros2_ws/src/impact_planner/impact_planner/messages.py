@@ -32,8 +32,8 @@ _NUMBERS = (
     "v_com", "v_com_post", "effective_mass", "effective_mass_planar",
     "effective_mass_model", "required_impulse",
     "required_friction", "a_r", "b_r", "b_r_percussion", "l_b", "i_rob", "waist_height",
-    "contact_time", "switch_time", "slow_down", "rest_duration", "peak_time", "peak_time_std", "peak_angle", "peak_angle_std",
-    "point_of_no_return", "stop_duration", "steady_way",
+    "contact_time", "switch_time", "slow_down", "rest_duration", "peak_time", "peak_time_std",
+    "peak_angle", "peak_angle_std", "point_of_no_return", "stop_duration", "steady_way",
 )  # fmt: skip
 _TEXTS = ("plan_id", "door", "run_up", "ending")
 

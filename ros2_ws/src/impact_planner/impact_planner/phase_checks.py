@@ -63,7 +63,8 @@ def checked_phase(
         robot: The robot.
         phase: The motion and the soles that carry it.
         limits: What it must keep.
-        until: Time up to which ZMP, friction, torques and the leaf count [s]; what follows is a last resort.
+        until: Time up to which ZMP, friction, torques and the leaf count [s]; what follows is a
+            last resort.
         knots: Knots of the motion where they are made elsewhere.
         load: A force from outside.
         leaf: The leaf, where it is near.

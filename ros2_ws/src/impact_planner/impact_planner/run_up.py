@@ -29,6 +29,7 @@ _SHORTEST_WAY = 0.05  # of a run-up [m]
 _REACH = 0.1  # past the hit, as far as the legs allow: slowly after it, or for a late contact [m]
 _SEARCH_SAMPLES = 100  # of a trial run-up's ZMP
 _STOP = 0.3  # of the stop after a contact that is missed, where the legs reach far enough [s]
+_STOP_WAY = 0.02  # that the overrun leaves for that stop, where `RunUpWish.steady` does [m]
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,8 @@ def usable_overrun(
 ) -> float:
     """How far the run-up can go on past the contact at full speed, at most as wished [m].
 
-    Towards its end the left leg is nearly stretched, and its knee the faster for it.
+    What is left of the legs' reach is for the stop after a contact that is missed. Towards its end
+    the left leg is nearly stretched, and its knee the faster for it.
 
     Args:
         robot: The robot.
@@ -134,7 +136,8 @@ def usable_overrun(
     Raises:
         JointLimit: Not even `wish.steady` keeps the joints' limits.
     """
-    longest = min(wish.overrun, table.y_hit - table.low)
+    reach = table.y_hit - table.low
+    longest = min(wish.overrun, reach, max(wish.steady, reach - _STOP_WAY))
     way = np.linspace(0.0, longest, 33)
     ratio = speed * np.abs(table.joint_slopes(table.y_hit - way)) / robot.speed_limit
     over = np.flatnonzero((ratio > wish.joint_share).any(axis=1))
@@ -239,10 +242,10 @@ def _timed(
     # There the way to rest of `path_time` is half of its duration times the speed.
     reach = 2.0 * (table.y_hit - table.low - overrun) / law.speed
     stop = min(_STOP, reach)
-    if stop > period:
+    if stop > 0.0:
         time = np.append(time, end + np.linspace(0.0, stop, math.ceil(stop / period) + 1)[1:])
     late = np.maximum(time - end, 0.0)
-    ahead, rate, slope = path_time(late, end, 1.0, max(stop, period))
+    ahead, rate, slope = path_time(late, end, 1.0, stop or period)
     course = law.at(np.where(late > 0.0, ahead, time))
     rate, slope = (np.where(late > 0.0, one, plain) for one, plain in ((rate, 1.0), (slope, 0.0)))
     motion = table.motion(

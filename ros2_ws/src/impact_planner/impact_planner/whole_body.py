@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 
 from .errors import JointLimit, PostureUnreachable
 from .leg_ik import leg_ik
@@ -23,7 +22,6 @@ _WAIST_PER_COM = 1.17
 _SLOPES = (0.5, 3.0)  # that a secant may have
 _TOLERANCE = 1e-8  # [m]; far below what splines would make visible as acceleration
 _MAX_ITERATIONS = 25
-_COM_STRIDE, _FEWEST = 4, 8  # samples between those of which the CoM is computed, and how many
 
 
 def solve(
@@ -103,18 +101,11 @@ def _com_xy(robot: RobotModel, q: Array) -> Array:
 
 
 def com_course(robot: RobotModel, motion: Motion) -> Array:
-    """CoM of a motion in odom, (N, 3) [m]; to a micrometre, by a spline through some samples."""
-    n = len(motion)
-    rows = np.unique(np.linspace(0, n - 1, n // _COM_STRIDE + 2).round().astype(int))
-    if len(rows) < _FEWEST:
-        rows = np.arange(n)
-    com = np.empty((len(rows), 3))
-    for k, i in enumerate(rows):
-        q = robot.configuration(motion.base[i], motion.joints[i])
-        com[k] = pin.centerOfMass(robot.model, robot.data, q, False)
-    if len(rows) == n:
-        return com
-    return np.asarray(make_interp_spline(motion.time[rows], com, k=5)(motion.time))
+    """CoM of a motion in odom, (N, 3) [m]."""
+    com = np.empty((len(motion), 3))
+    for i, (base, joints) in enumerate(zip(motion.base, motion.joints, strict=True)):
+        com[i] = pin.centerOfMass(robot.model, robot.data, robot.configuration(base, joints), False)
+    return com
 
 
 def within_ranges(

@@ -22,7 +22,7 @@ from impact_planner.errors import (
 from impact_planner.knots import TOLERANCE
 from impact_planner.leaf import LeafFrame
 from impact_planner.plan import placement_for_step, plan_impact
-from impact_planner.plan_types import RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
+from impact_planner.plan_types import ENDINGS, RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
 from impact_planner.robot_model import SIDES
 
 ORDER = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
@@ -30,14 +30,32 @@ TARGET = math.radians(25.0)
 
 
 def test_the_papers_door(plan):
-    """w' = 0.635 rad/s, v_rB about 0.45 and v' about 0.04 m/s for 25 deg with e = 0.5."""
+    """w' = 0.635 rad/s for 25 deg; rubber and a rough leaf make the robot heavier than eq. (3)."""
     assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
-    assert plan.v_rb == pytest.approx(0.45, abs=0.03)
-    assert plan.v_rb_post == pytest.approx(0.04, abs=0.02)
-    assert 40.0 < plan.effective_mass < 50.0
+    assert plan.effective_mass == pytest.approx(58.4, abs=0.1)
+    assert plan.v_rb == pytest.approx(0.398, abs=0.002)
+    assert plan.v_rb_post == pytest.approx(0.068, abs=0.002)
     assert 45.0 < plan.effective_mass_planar < 48.0
     assert plan.l_b == pytest.approx(0.42, abs=1e-6)
     assert plan.step == pytest.approx(0.20, abs=1e-4)
+
+
+def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
+    """v_rB about 0.45 and v' about 0.04 m/s with e = 0.5: on hard soles and a smooth leaf."""
+    smooth = plan_impact(
+        PlanRequest(TARGET), known, robot,
+        PlannerSettings(leaf_friction=0.0, contact_duration=1e-3))
+    assert smooth.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
+    assert smooth.v_rb == pytest.approx(0.45, abs=0.03)
+    assert smooth.v_rb_post == pytest.approx(0.04, abs=0.02)
+
+
+def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
+    """v_rB = w' (I_A + m l^2) / ((1 + e) m l), whatever the mass is made of."""
+    m, l_b, i_a = plan.effective_mass, plan.l_b, known.door.i_a
+    v_rb = plan.omega_door * (i_a + m * l_b**2) / (1.5 * m * l_b)
+    assert plan.v_rb == pytest.approx(v_rb, rel=1e-9)
+    assert plan.v_rb_post == pytest.approx(plan.omega_door * l_b - 0.5 * v_rb, rel=1e-9)
 
 
 def test_equations_hold_between_the_stated_numbers(robot, known, plan):
@@ -138,9 +156,9 @@ def test_hand_ends_on_the_leaf_at_the_target(robot, plan):
 
 def test_other_numbers_of_the_request_are_used(robot, known, plan):
     """effective_mass, restitution and l_b change what they should."""
-    light = plan_impact(PlanRequest(TARGET, effective_mass=55.0), known, robot)
-    assert light.effective_mass == 55.0
-    assert light.v_rb < plan.v_rb
+    light = plan_impact(PlanRequest(TARGET, effective_mass=50.0), known, robot)
+    assert light.effective_mass == 50.0 < plan.effective_mass
+    assert light.v_rb > plan.v_rb
     livelier = plan_impact(PlanRequest(TARGET, restitution=0.7), known, robot)
     assert livelier.restitution == 0.7
     assert livelier.v_rb < plan.v_rb
@@ -247,8 +265,17 @@ def test_refusals_carry_value_and_limit(robot, known):
 def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known):
     """Small angles: the limit is the nearest angle that can be held."""
     with pytest.raises(AngleUnreachable, match="it can from about") as caught:
-        plan_impact(PlanRequest(math.radians(3.0)), known, robot)
-    assert math.radians(3.0) < caught.value.limit < TARGET
+        plan_impact(PlanRequest(math.radians(5.0)), known, robot)
+    assert math.radians(5.0) < caught.value.limit < TARGET
+    plan_impact(PlanRequest(caught.value.limit), known, robot)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_door_that_falls_shut_on_the_robot_is_refused(robot, known, ending):
+    """3 deg: at v'_rB the elbow is too near for any retreat, which a cancel needs."""
+    with pytest.raises(PostureUnreachable, match=r"retreat: RARM_LINK3 .* from the leaf") as caught:
+        plan_impact(PlanRequest(math.radians(3.0), ending=ending), known, robot)
+    assert caught.value.value < caught.value.limit
 
 
 def test_a_door_too_strong_for_the_hand_is_refused(robot, known):

@@ -14,9 +14,7 @@ from impact_planner.preflight import require_door, require_limits, require_start
 @pytest.fixture
 def good(plan) -> ExecutablePlan:
     """The nominal plan."""
-    return ExecutablePlan({phase.name: phase.knots for phase in plan.all_phases}, plan.contact_time,
-                          plan.switch_time, plan.v_com_post / plan.v_com, plan.point_of_no_return,
-                          plan.desired_opening_angle, plan.stop_duration)
+    return ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases})
 
 
 def check(robot, plan: ExecutablePlan, speed_scale: float = 1.0) -> None:

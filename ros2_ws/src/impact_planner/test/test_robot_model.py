@@ -4,11 +4,10 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from hrp2_description.errors import RobotConfigError
 from impact_planner import momentum
-from impact_planner.robot_model import SIDES, TOWARDS_DOOR, RobotModel
+from impact_planner.robot_model import SIDES, RobotModel
 
 
 @pytest.fixture(scope="module")
@@ -166,31 +165,3 @@ def test_joints_that_are_not_listed_stay_at_zero_and_weigh_as_before(robot):
         robot.com(robot.configuration(np.zeros(3), config.half_sitting)),
         atol=1e-12,
     )
-
-
-def test_brace_and_floor_balance_the_blow(robot, at_hit):
-    """Newton-Euler with the speeds that the blow leaves behind asks for no other torque."""
-    braced = robot.config.braced_joints
-    blow = robot.blow(at_hit, locked=braced)
-    model, zero = robot.model, np.zeros(robot.model.nv)
-    inertia = np.array(pin.crba(model, model.createData(), at_hit))
-    inertia = np.triu(inertia) + np.triu(inertia, 1).T
-    outer = -np.array(TOWARDS_DOOR) @ robot.contact_jacobian(at_hit)
-    for side, impulse in blow.floor.items():
-        outer += robot.frame_jacobian(at_hit, robot.feet[side].frame).T @ impulse
-    outer[robot.v_index[robot.indices(braced)]] += list(blow.brace.values())
-    change = np.linalg.solve(inertia, outer)
-    for side in SIDES:
-        sole = robot.frame_jacobian(at_hit, robot.feet[side].frame) @ change
-        np.testing.assert_allclose(sole, zero[:6], atol=1e-9)
-    np.testing.assert_allclose(change[robot.v_index[robot.indices(braced)]], 0.0, atol=1e-9)
-    b = np.array(TOWARDS_DOOR) @ robot.contact_jacobian(at_hit) @ change
-    assert b == pytest.approx(-1.0 / blow.mass)
-
-
-def test_the_shoulder_carries_the_brace(robot, at_hit):
-    """Its roll keeps the arm against the trunk: 0.16 N m s for each newton second."""
-    brace = robot.blow(at_hit, locked=robot.config.braced_joints, rotors=1.0).brace
-    hardest = max(brace, key=lambda joint: abs(brace[joint]))
-    assert hardest == "RARM_JOINT1"
-    assert abs(brace[hardest]) == pytest.approx(0.16, abs=0.02)

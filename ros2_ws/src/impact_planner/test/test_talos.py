@@ -16,7 +16,7 @@ from impact_planner.knots import TOLERANCE
 from impact_planner.leaf import LeafFrame
 from impact_planner.leg_ik import leg_ik
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import PlanRequest
+from impact_planner.plan_types import PlannerSettings, PlanRequest
 from impact_planner.robot_model import SIDES, RobotModel
 from impact_planner.stance import initial_feet
 
@@ -77,16 +77,23 @@ def test_its_legs_have_the_closed_form(talos, side, angles):
 
 
 def test_the_papers_door_is_planned_for(talos, talos_plan):
-    """Eqs. (3), (5) and restitution, with an effective mass below its own."""
+    """Eqs. (3), (5) and restitution; a rough leaf makes it heavier than eq. (3), below its own."""
     plan = talos_plan
-    assert plan.warnings == ()
-    assert plan.effective_mass < plan.effective_mass_planar < talos.mass
+    assert ["a contact that is missed" in warning for warning in plan.warnings] == [True]
+    assert plan.branches.missed_margin < 0.0
+    assert plan.effective_mass_planar < plan.effective_mass < talos.mass
     assert plan.required_impulse == pytest.approx(
         plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     )
     assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
     assert plan.b_r == pytest.approx(plan.b_r_percussion, abs=1e-5)
     assert plan.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
+
+
+def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
+    """Its soles have no rubber; what is left is yaw, which the soles hold."""
+    plan = plan_impact(PlanRequest(TARGET), known, talos, PlannerSettings(leaf_friction=0.0))
+    assert plan.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
 
 
 def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
