@@ -30,6 +30,7 @@ from .knots import Knots
 from .plan_types import ENDINGS
 from .post import continue_from, to_rest_within
 from .splice import concatenate, duration, slowed, without_first
+from .trajectories import min_jerk_course
 
 Array = NDArray[np.float64]
 
@@ -297,12 +298,20 @@ class Execution:
     def _shifted(self, ending: Knots) -> Knots:
         """What follows the peak of a door that stood elsewhere: off by as much as after the hit.
 
-        So the arm finds the leaf as planned, from a body that stands to it as planned.
+        So the arm finds the leaf as planned, from a body that stands to it as planned. The retreat
+        goes far from there: it comes back to the plan.
         """
         assert self._sent is not None
         came_to_rest = self._sent[1].position[-1]
         off = came_to_rest - self.plan.phases["post"].position[-1]
-        return replace(ending, position=ending.position + off)
+        if self.phase == "hold":
+            return replace(ending, position=ending.position + off)
+        way, speed, acceleration = (
+            rows[:, None] for rows in min_jerk_course(ending.time, self.settings.back_to_plan))
+        return replace(
+            ending, position=ending.position + off * (1.0 - way),
+            velocity=ending.velocity - off * speed,
+            acceleration=ending.acceleration - off * acceleration)
 
     # -- stop ---------------------------------------------------------------------------------
 

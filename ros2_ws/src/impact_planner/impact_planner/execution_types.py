@@ -57,6 +57,7 @@ class ExecutionSettings:
         late: A door that has not moved so long after the end of the run-up is missed [s].
         settle: Time after the contact's begin at which v'_rB is read [s].
         peak_drop: Angle below the largest one at which the door has stopped opening [rad].
+        back_to_plan: In which a retreat from a door that stood elsewhere is as planned again [s].
         fall_tilt: Tilt of the trunk that counts as a fall [rad].
         tracking: A joint further than this from its reference does not follow [rad].
         held_within: A door further than this from the desired angle is not held [rad].
@@ -71,6 +72,7 @@ class ExecutionSettings:
     late: float = 0.1
     settle: float = 0.02
     peak_drop: float = 0.0009
+    back_to_plan: float = 0.8
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
     held_within: float = float(np.radians(2.0))
