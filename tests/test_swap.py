@@ -30,6 +30,7 @@ CLOSER = {"i_a": 47.62 * 0.896**2 / 3.0, "c_c": 0.08, "k_c": 1.0, "tau_c0_prime"
 EFFECTIVE_MASS, RESTITUTION = 42.0, 0.4
 PUSHES = (7.0, 8.5, 10.0)  # [N m s], each over 0.2 s
 STALE_AFTER = 2.0  # [s]; this driver keeps to the wall clock, and tests run on busy machines
+JOINTS = load_robot_config().joint_names
 PHASES = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
 Result = ExecuteDoorImpact.Result
 
@@ -59,7 +60,7 @@ class Motion:
 def ordered(state: JointState) -> np.ndarray:
     """Positions in the robot's order."""
     at = dict(zip(state.name, state.position, strict=True))
-    return np.array([at[name] for name in load_robot_config().joint_names])
+    return np.array([at[name] for name in JOINTS])
 
 
 def run(graph: Any, meanwhile: Callable[[Motion], Any] = lambda motion: None, *,
