@@ -52,6 +52,7 @@ class KinematicDriver(Node):
         self._start = self.get_clock().now().nanoseconds
         self._steps = 0
         self._counts: list[int] = []
+        self._told = (0.0, 0.0)  # time [s] and impulse on the door [N s] of the last joint state
         self._push = (0.0, 0.0, 1.0)  # impulse [N m s], start and duration [s]
         self._joints = self.create_publisher(JointState, "/joint_states", 10)
         self._imu = self.create_publisher(Imu, "/imu", 10)
@@ -137,11 +138,16 @@ class KinematicDriver(Node):
         self._joints.publish(joints)
         q, v, a, soles = self.body.motion(self.reference, self.time)
         wrenches = self.body.sole_wrenches(q, v, a, soles)
+        # The robot goes on in a hit, so the floor gives it at once what it gives the door, through
+        # the soles' faces; moments that it might add would say nothing more.
+        told, self._told = self._told, (self.time, self.leaf.impulse)
+        hit = (self._told[1] - told[1]) / max(self.time - told[0], TICK)
         for publisher, name, wrench in zip(self._feet, ("l_sole", "r_sole"), wrenches, strict=True):
             message = WrenchStamped()
             message.header.stamp, message.header.frame_id = stamp, name
             force, torque = message.wrench.force, message.wrench.torque
             force.x, force.y, force.z = wrench.linear.tolist()
+            force.y -= hit / len(wrenches)  # towards the door
             torque.x, torque.y, torque.z = wrench.angular.tolist()
             publisher.publish(message)
         imu = Imu()

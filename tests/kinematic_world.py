@@ -2,7 +2,8 @@
 
 The left sole is fixed to the floor. The door obeys eq. (1); where the elbow reaches it, it takes
 the momentum of eq. (2) for a given effective mass and coefficient of restitution, while the joints
-keep to their reference. Later the leaf lies against the hand.
+keep to their reference: what the elbow gives, the floor gives the feet. Later the leaf lies against
+the hand.
 """
 
 import math
@@ -105,13 +106,17 @@ class Body:
 
 
 class Leaf:
-    """The door and what touches it."""
+    """The door and what touches it.
+
+    Attributes:
+        impulse: Of all hits of the elbow so far, along the leaf's normal [N s].
+    """
 
     def __init__(self, door: ReferenceDoor, hinge: np.ndarray, width: float, mass: float,
                  restitution: float) -> None:
         self._door, self._hinge, self._width = door, hinge, width
         self._mass, self._restitution = mass, restitution
-        self.angle, self.speed = 0.0, 0.0
+        self.angle, self.speed, self.impulse = 0.0, 0.0, 0.0
         self._touch: dict[str, float] = {}
         self._struck = False
 
@@ -145,8 +150,10 @@ class Leaf:
         elif not self._struck and closing > 0.0:
             self._struck = True
             m = self._mass
-            self.speed += (m * (1.0 + self._restitution) * closing * l_b**2
-                           / (self._door.i_a + m * l_b**2))
+            gained = (m * (1.0 + self._restitution) * closing * l_b**2
+                      / (self._door.i_a + m * l_b**2))
+            self.speed += gained
+            self.impulse += self._door.i_a * gained / l_b
         push, _ = self._least_angle(*hand)
         if self.angle < push:
             self.speed = max(self.speed, (push - self._touch.get("hand", push)) / dt)

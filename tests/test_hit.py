@@ -54,10 +54,14 @@ def test_the_door_opens_to_the_desired_angle(run: Rehearsal) -> None:
     assert np.degrees(run.log.motion.door_angle[run.impact.peak]) == pytest.approx(25.0, abs=2.5)
 
 
-def test_a_smaller_angle_is_reached_too(tmp_path: Any) -> None:
-    other = rehearse(16.0, tmp_path / "run.npz")
+@pytest.mark.parametrize(("target", "offset"), [(16.0, -0.02), (25.0, 0.02)])
+def test_a_door_20_mm_nearer_or_farther_is_opened_to_its_angle(
+        tmp_path: Any, target: float, offset: float) -> None:
+    """A smaller angle, too."""
+    other = rehearse(target, tmp_path / "run.npz", door_offset=offset)
     peak = np.degrees(other.log.motion.door_angle[other.impact.peak])
-    assert peak == pytest.approx(16.0, abs=2.5)
+    assert peak == pytest.approx(target, abs=2.5)
+    assert other.execution.outcome is Outcome.SUCCESS
     assert not other.log.fell
 
 
@@ -120,6 +124,27 @@ def test_the_robot_stands_and_touches_the_door_once(run: Rehearsal) -> None:
     assert run.impact.contacts_before_peak == 1
 
 
+def test_the_base_is_never_2_deg_off_the_vertical(run: Rehearsal) -> None:
+    assert np.degrees(evaluation.tilt(run.log.motion.base_orientation).max()) < 2.0
+
+
+def test_without_the_stabilizer_it_falls_before_the_run_up(tmp_path: Any) -> None:
+    """Rubber alone does not carry a body over one foot: it never gets to the door."""
+    other = rehearse(25.0, tmp_path / "run.npz", stabilizer=False)
+    assert other.log.fell
+    assert other.impact is None
+
+
+def test_the_feet_feel_the_contact_within_a_tick_of_its_begin(run: Rehearsal) -> None:
+    begin = run.log.motion.t[run.impact.contact.start]
+    assert run.execution.measured.contact_time == pytest.approx(begin, abs=0.005)
+
+
+def test_the_switch_comes_as_planned_after_the_felt_contact(run: Rehearsal) -> None:
+    planned = run.plan.switch_time - run.plan.contact_time
+    assert run.execution.measured.switch_latency == pytest.approx(planned, abs=1e-9)
+
+
 def test_the_impulse_on_the_door_is_its_angular_momentum(run: Rehearsal) -> None:
     motion, contact = run.log.motion, run.impact.contact
     force = motion.contact_force[contact.start:contact.end]
@@ -159,14 +184,11 @@ def test_the_feet_do_not_slip(run: Rehearsal) -> None:
     assert evaluation.slip(run.log.motion, after - 0.1, after + 1.0) < 0.002
 
 
-def test_the_zmp_stays_inside_and_after_the_hit_at_most_for_a_moment_on_the_edge(
-        run: Rehearsal) -> None:
+def test_the_zmp_stays_inside_the_support_polygon(run: Rehearsal) -> None:
+    """By a centimeter, as a mean over 20 ms, through the hit and after it."""
     motion = run.log.motion
     margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
-    hit = run.impact.contact.start
-    assert np.nanmin(margin[100:hit]) > 0.01
-    assert np.nanmin(margin[hit:-50]) > -0.001
-    assert np.sum(margin[hit:-50] < 0.005) * 0.001 < 0.1
+    assert np.nanmin(margin[100:-50]) > 0.01
 
 
 def test_zmp_by_wrenches_and_joints_is_that_of_the_floors_forces_standing() -> None:
@@ -185,7 +207,6 @@ def test_zmp_by_wrenches_and_joints_is_that_of_the_floors_forces_in_motion(run: 
 
 
 def test_the_imus_attitude_is_right_to_1_deg_throughout(run: Rehearsal) -> None:
-    assert run.log.fell == ""
     assert 0.01 < tilt.error < 1.0
 
 

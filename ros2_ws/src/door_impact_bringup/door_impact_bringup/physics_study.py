@@ -39,7 +39,7 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
     "iterations": (("iterations", (20, 50, 100, 200)),),
     "brace": (("brace", (True, False)),),
-    "sole": (("sole", ("rigid", "rubber", "rubber")), ("stabilizer", (True, True, False))),
+    "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
 }
 
 

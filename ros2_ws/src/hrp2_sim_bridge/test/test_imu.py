@@ -111,10 +111,10 @@ def test_the_accelerometer_counts_half_where_its_length_is_half_way_to_the_limit
     """0.5 m/s^2 more than g correct a wrong tilt half as fast."""
     corrected = []
     for excess in (0.0, 0.5):
-        estimator = AttitudeFilter(axis_turn(0, 0.1), np.zeros(3))
+        estimator = AttitudeFilter(axis_turn(0, 0.009), np.zeros(3))
         found = estimator.update(np.zeros(3), UP * (1.0 + excess / GRAVITY), TICK)
-        corrected.append(0.1 - 2.0 * math.asin(found[0]))
-    assert corrected[0] == pytest.approx(0.15 * math.sin(0.1) * TICK, rel=1e-6)
+        corrected.append(0.009 - 2.0 * math.asin(found[0]))
+    assert corrected[0] == pytest.approx(0.15 * math.sin(0.009) * TICK, rel=1e-6)
     assert corrected[1] == pytest.approx(corrected[0] / 2.0, rel=1e-6)
 
 
@@ -156,21 +156,39 @@ def test_tilting_robot_is_followed_by_the_noisy_imu():
 
 
 def test_wrong_tilt_is_corrected_slowly():
-    """An error of 5 deg falls as k_P = 0.15 / s says, a little faster for k_I."""
-    estimator = AttitudeFilter(axis_turn(0, math.radians(5.0)), np.zeros(3))
+    """An error of 0.5 deg falls as k_P = 0.15 / s says, a little faster for k_I."""
+    estimator = AttitudeFilter(axis_turn(0, math.radians(0.5)), np.zeros(3))
     found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(1333)]
-    assert found[1332] == pytest.approx(5.0 / math.e, rel=0.15)  # 1 / k_P = 6.67 s
+    assert found[1332] == pytest.approx(0.5 / math.e, rel=0.15)  # 1 / k_P = 6.67 s
     assert np.all(np.diff(found) < 0.0)
 
 
+def test_large_tilt_is_corrected_no_faster_than_one_of_10_mrad():
+    """An error of 5 deg falls by 1.5 mrad in a second: k_P times the largest correction."""
+    estimator = AttitudeFilter(axis_turn(0, math.radians(5.0)), np.zeros(3))
+    found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(200)]
+    assert math.radians(5.0 - found[-1]) == pytest.approx(1.5e-3, rel=0.02)
+
+
+def test_a_run_ups_acceleration_moves_the_attitude_by_less_than_1_mrad():
+    """2.5 m/s^2 sideways for 0.2 s: the force points 250 mrad off the vertical."""
+    estimator = AttitudeFilter(LEVEL, np.zeros(3))
+    for _ in range(40):
+        found = estimator.update(np.zeros(3), UP + (0.0, 2.5, 0.0), TICK)
+    assert math.radians(tilt_error(found)) < 1e-3
+
+
 def test_gyro_bias_is_estimated():
-    """Uncalibrated roll and pitch biases are found in some minutes, and the tilt is right again."""
-    bias = np.array([0.01, -0.006, 0.0])
+    """Ten times the bias that a calibration leaves is found in minutes, and the tilt right again.
+
+    One beyond k_P times the largest correction, 1.5 mrad/s, would carry the attitude away.
+    """
+    bias = np.array([0.001, -0.0006, 0.0])
     estimator = AttitudeFilter(LEVEL, np.zeros(3))
     for _ in range(100_000):
         found = estimator.update(bias, UP, TICK)
-    np.testing.assert_allclose(estimator.bias, bias, atol=2e-4)
-    assert tilt_error(found) < 0.15
+    np.testing.assert_allclose(estimator.bias, bias, atol=2e-5)
+    assert tilt_error(found) < 0.015
 
 
 def test_calibration_at_rest_finds_the_gyros_bias():
@@ -211,8 +229,8 @@ def test_variances_are_those_of_the_readings():
 
 
 def test_variance_of_the_tilt_knows_what_the_calibration_leaves_of_the_gyros_bias():
-    """A calibration by one sample is bad; at its worst, after 18 s, the tilt shows it."""
-    settings = SensorSettings(imu_calibration_samples=1)
+    """A calibration by half a second is bad; at its worst, after 18 s, the tilt shows it."""
+    settings = SensorSettings(imu_calibration_samples=100)
     tilts = []
     for seed in range(25):
         random = np.random.default_rng(seed)

@@ -43,7 +43,7 @@ def test_nothing_slows_a_joint(lifted) -> None:
 
 def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
     """Joints held on the URDF's limit need no more torque than gravity asks for."""
-    world = make_world()
+    world = make_world(sole="rigid")  # on rubber the whole body sways a little
     ends = {"LARM_JOINT2": "upper", "LARM_JOINT4": "lower", "HEAD_JOINT0": "upper"}
     posture = robot.posture(
         {name: getattr(robot, end)[robot.index(name)] for name, end in ends.items()}

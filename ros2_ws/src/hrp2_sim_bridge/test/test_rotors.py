@@ -6,6 +6,7 @@ import pinocchio as pin
 import pytest
 from hrp2_sim_bridge.engine import connect, prepare
 from hrp2_sim_bridge.errors import ModelError
+from hrp2_sim_bridge.robot_world import RobotBody
 from hrp2_sim_bridge.rotors import link_inertias, load_robot
 
 
@@ -109,3 +110,57 @@ def test_rotors_may_be_on_no_link(robot) -> None:
     none = dataclasses.replace(robot, rotor_link=MappingProxyType({}))
     for name, inertia in link_inertias(none, 1.0).items():
         np.testing.assert_array_equal(inertia, link_inertias(robot, 0.0)[name])
+
+
+def shown_mass(client, body, direction):
+    """Mass at point B of the floating robot with all joints held, by a blow of 0.1 N s [kg]."""
+    client.setGravity(0.0, 0.0, 0.0)
+    client.setTimeStep(2e-5)
+    for joint in body.joint_index.values():
+        if client.getJointInfo(body.body, joint)[2] != client.JOINT_FIXED:
+            client.setJointMotorControl2(
+                body.body, joint, client.VELOCITY_CONTROL, targetVelocity=0.0, force=1e6)
+    for _ in range(10):
+        place = body.contact_sphere().position.tolist()
+        client.applyExternalForce(
+            body.body, body.contact_link, (500.0 * direction).tolist(), place, client.WORLD_FRAME)
+        client.stepSimulation()
+    return 0.1 / float(body.contact_sphere().linear @ direction)
+
+
+def rigid_mass(robot, posture, direction):
+    """The same of one rigid body without rotors, by Pinocchio [kg]."""
+    matrix, _ = pinocchio_matrix(robot, 0.0, posture)
+    model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
+    data, q = model.createData(), pin.neutral(model)
+    q[[model.joints[model.getJointId(name)].idx_q for name in robot.joint_names]] = posture
+    frame = model.getFrameId(robot.contact_link)
+    jacobian = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+    row = direction @ jacobian[:3, :6]
+    return 1.0 / float(row @ np.linalg.solve(matrix[:6, :6], row))
+
+
+@pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (1.0, 0.0, 0.0)])
+def test_a_robot_with_held_rotors_is_struck_as_one_rigid_body(client, robot, direction) -> None:
+    """Point B shows that body's mass to 0.2 %; rotors on the links would add 2 and 17 %."""
+    posture, along = robot.posture(robot.braced_posture), np.array(direction)
+    body = RobotBody(client, robot, posture, rotor_scale=1.0)
+    body.hold_rotors(True)
+    assert shown_mass(client, body, along) == pytest.approx(
+        rigid_mass(robot, posture, along), rel=0.002)
+
+
+def test_letting_rotors_go_gives_back_every_inertia_exactly(client, robot) -> None:
+    """All that PyBullet knows of each link, bit for bit; held, the inertias are others."""
+    body = RobotBody(client, robot, robot.half_sitting, rotor_scale=1.0)
+
+    def links():
+        count = client.getNumJoints(body.body)
+        return [client.getDynamicsInfo(body.body, index) for index in range(-1, count)]
+
+    loaded = links()
+    body.hold_rotors(True)
+    held = links()
+    body.hold_rotors(False)
+    assert held != loaded
+    assert links() == loaded

@@ -94,11 +94,14 @@ def test_without_calibration_the_whole_bias_is_left():
 
 @pytest.fixture(scope="module")
 def stand(paper_door):
-    """A function: half a second of samples, the world's log and the ZMPs (100, 2) of a seed."""
+    """A function: half a second of samples, the world's log and the ZMPs (100, 2).
+
+    On rigid soles: on rubber the stabilizer moves the robot by what the sensors say.
+    """
     from hrp2_sim_bridge.world import World
 
     def run(**settings):
-        world = World(ROBOT, paper_door, 0.9, -0.42, **settings)
+        world = World(ROBOT, paper_door, 0.9, -0.42, sole="rigid", **settings)
         samples = [world.step() for _ in range(100)]
         log = world.log()
         world.close()

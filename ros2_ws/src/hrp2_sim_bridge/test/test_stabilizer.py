@@ -101,10 +101,10 @@ def test_unknown_soles_are_refused() -> None:
 
 
 def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
-    """Rigid soles need none."""
-    assert WorldSettings(sole="rubber").stabilized
-    assert not WorldSettings().stabilized
-    assert not WorldSettings(sole="rubber", stabilizer=False).stabilized
+    """Rubber is the default; rigid soles need none."""
+    assert WorldSettings().stabilized
+    assert not WorldSettings(sole="rigid").stabilized
+    assert not WorldSettings(stabilizer=False).stabilized
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -121,7 +121,7 @@ def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis
 
 def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, moving) -> None:
     """On rigid soles, which follow the reference, both ZMPs are the same within millimeters."""
-    world = make_world(friction=0.4)  # soles that grip harder chatter for single ticks
+    world = make_world(sole="rigid", friction=0.4)  # grippier soles chatter for single ticks
     path = np.array([sway(y) for y in (0.0, 0.03, -0.03, 0.0)])
     world.follow(moving(np.array([0.1, 0.8, 1.6, 2.3]), path), 0.0)
     model, said, felt = StanceModel(world.robot_config), [], []

@@ -8,12 +8,13 @@ from hrp2_sim_bridge.sensor_settings import SensorSettings
 from hrp2_sim_bridge.settings import WorldSettings
 
 
-@pytest.fixture(scope="module")
-def stood(robot, paper_door):
+@pytest.fixture(scope="module", params=["rubber", "rigid"])
+def stood(request, robot, paper_door):
     """World that stood for two seconds, its log, and what exact sensors said."""
     from hrp2_sim_bridge.world import World
 
-    world = World(robot, paper_door, 0.9, -0.42, sensors=SensorSettings(sensor_noise=False))
+    exact = SensorSettings(sensor_noise=False)
+    world = World(robot, paper_door, 0.9, -0.42, sole=request.param, sensors=exact)
     samples = [world.step() for _ in range(400)]
     yield world, world.log(), samples
     world.close()

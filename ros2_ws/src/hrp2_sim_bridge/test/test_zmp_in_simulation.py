@@ -15,11 +15,11 @@ ROBOT = load_robot_config()
 
 @pytest.fixture(scope="module")
 def moved():
-    """The robot moves its trunk 38 mm forward in a second and stands for another half."""
+    """Its trunk goes 38 mm forward in a second and stands for another half, on rigid soles."""
     from hrp2_sim_bridge.trajectory import TrajectoryArrays
     from hrp2_sim_bridge.world import World
 
-    world = World(ROBOT, load_door("paper"), 0.9, -0.5)
+    world = World(ROBOT, load_door("paper"), 0.9, -0.5, sole="rigid")
     target = np.array(ROBOT.half_sitting)
     for side in "RL":
         for number, degrees in {2: -22.0, 3: 50.0, 4: -28.0}.items():
