@@ -16,8 +16,8 @@ from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, TickSample
 from hrp2_sim_bridge.settings import SAMPLE
 from hrp2_sim_bridge.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
-from impact_planner.experience import Experience, Hit, learn
 from impact_planner.execution import Command, ExecutablePlan, Execution, Outcome
+from impact_planner.experience import Experience, Hit, learn
 from impact_planner.plan import plan_impact
 from impact_planner.plan_types import ImpactPlan, KnownDoor, PlanRequest
 from impact_planner.point_b import PointB
@@ -60,7 +60,7 @@ class Rehearsal:
 
 def rehearse(
     target_deg: float, path: Path, *, door: str | DoorConfig = "paper",
-    known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50", 
+    known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
     **settings: Any,
 ) -> Rehearsal:

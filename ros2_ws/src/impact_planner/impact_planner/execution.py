@@ -160,8 +160,8 @@ class Execution:
         """The run-up has come to rest and the door has not moved."""
         self.outcome = Outcome.NO_CONTACT
         self.reason = (
-            f"no contact: neither feet nor door told of one up to {1e3 * self.settings.late:.0f} ms "
-            "after the run-up had come to rest; the door stands farther than planned or is open")
+            "no contact: neither feet nor door told of one until the run-up had come to rest; the "
+            "door stands farther than planned or is open")
         return []
 
     def _judge_ending(self) -> None:
