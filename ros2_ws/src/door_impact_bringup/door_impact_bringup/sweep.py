@@ -33,7 +33,7 @@ HELD_OVER = 0.5            # [s] at the end, whose mean is the held angle
 def run_case(case: Case) -> list[dict[str, Any]]:
     """Hits a door as often as its case says; one record a hit."""
     known = case.known()
-    records = []
+    records: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as folder:
         for hit in range(case.hits):
             record: dict[str, Any] = {"name": case.name, "hit": hit, "case": case.as_json()}

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,7 @@ from .execution_types import (
 from .knots import Knots
 from .plan_types import ENDINGS
 from .post import continue_from, to_rest_within
-from .splice import concatenate, duration, slowed, without_first
-from .trajectories import min_jerk_course
+from .splice import concatenate, duration, shifted, slowed, without_first
 
 Array = NDArray[np.float64]
 
@@ -302,16 +301,9 @@ class Execution:
         goes far from there: it comes back to the plan.
         """
         assert self._sent is not None
-        came_to_rest = self._sent[1].position[-1]
-        off = came_to_rest - self.plan.phases["post"].position[-1]
-        if self.phase == "hold":
-            return replace(ending, position=ending.position + off)
-        way, speed, acceleration = (
-            rows[:, None] for rows in min_jerk_course(ending.time, self.settings.back_to_plan))
-        return replace(
-            ending, position=ending.position + off * (1.0 - way),
-            velocity=ending.velocity - off * speed,
-            acceleration=ending.acceleration - off * acceleration)
+        off = self._sent[1].position[-1] - self.plan.phases["post"].position[-1]
+        return shifted(
+            ending, off, np.inf if self.phase == "hold" else self.settings.back_to_plan)
 
     # -- stop ---------------------------------------------------------------------------------
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .knots import Knots
+from .trajectories import min_jerk_course
 
 
 def concatenate(parts: Sequence[Knots]) -> Knots:
@@ -43,6 +45,17 @@ def cut(knots: Knots, time: float) -> Knots:
         np.vstack([knots.velocity[kept], velocity]),
         np.vstack([knots.acceleration[kept], acceleration]),
     )
+
+
+def shifted(knots: Knots, off: NDArray[np.float64], fades_in: float) -> Knots:
+    """The same motion with its joints off by (J,) [rad], which fade smoothly in a time [s].
+
+    An infinite time keeps them.
+    """
+    way, speed, acceleration = (
+        rows[:, None] for rows in min_jerk_course(knots.time - knots.time[0], fades_in))
+    return Knots(knots.time, knots.position + off * (1.0 - way), knots.velocity - off * speed,
+                 knots.acceleration - off * acceleration)
 
 
 def without_first(knots: Knots) -> Knots:
