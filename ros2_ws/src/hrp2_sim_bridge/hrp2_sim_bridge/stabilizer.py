@@ -61,7 +61,7 @@ class StabilizerSettings:
         largest_angle: the same [rad].
     """
 
-    frequency: float = 5.0
+    frequency: float = 4.5
     damping: float = 0.9
     integral_time: float = 2.0
     force_rate: float = 24.0

@@ -72,7 +72,7 @@ class ExecutionSettings:
     late: float = 0.1
     settle: float = 0.02
     peak_drop: float = 0.0009
-    back_to_plan: float = 0.8
+    back_to_plan: float = 0.6
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
     held_within: float = float(np.radians(2.0))

@@ -68,6 +68,7 @@ class Hit:
         v_rb: Of B before the hit, as planned: what the motion does to it is learned, too [m/s].
         v_rb_post: And after it, as measured; NaN: not known [m/s].
         omega: w' that opens the door as far as it went [rad/s].
+        braking: Angular impulse that the closer took [N m s].
     """
 
     model_mass: float
@@ -76,6 +77,7 @@ class Hit:
     v_rb: float
     v_rb_post: float
     omega: float
+    braking: float
 
     @classmethod
     def of(cls, plan: ImpactPlan, known: KnownDoor, peak_angle: float, v_rb_post: float) -> Hit:
@@ -91,7 +93,8 @@ class Hit:
             DoorModelError: The door cannot have opened to that angle.
         """
         omega = float(initial_velocity(known.door, peak_angle, plan.initial_angle))
-        return cls(plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, v_rb_post, omega)
+        return cls(plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, v_rb_post,
+                   omega, plan.braking)
 
 
 def learn(before: Experience, hit: Hit) -> Experience:
@@ -131,8 +134,10 @@ def _shown(hit: Hit, state: Array) -> Array:
     """Logarithm of w', and v'_rB, of a hit with a mass and a restitution, (2,)."""
     restitution = float(state[1])
     mass = hit.model_mass * math.exp(state[0])
-    omega = (1.0 + restitution) * momentum.omega_for(
-        hit.v_rb, i_a=hit.i_a, l_b=hit.l_b, effective_mass=mass, restitution=0.0)
+    # The factor outside, for a restitution beyond its range on the way.
+    omega = momentum.omega_for(
+        (1.0 + restitution) * hit.v_rb, i_a=hit.i_a, l_b=hit.l_b, effective_mass=mass,
+        restitution=0.0, braking=hit.braking)
     return np.array([math.log(omega), omega * hit.l_b - restitution * hit.v_rb])
 
 

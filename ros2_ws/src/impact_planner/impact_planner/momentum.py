@@ -70,7 +70,13 @@ def foot_impulse_planar(mass: float, i_rob: float, a_r: float, b_r: float) -> fl
 
 
 def speeds_for(
-    omega: float, *, i_a: float, l_b: float, effective_mass: float, restitution: float
+    omega: float,
+    *,
+    i_a: float,
+    l_b: float,
+    effective_mass: float,
+    restitution: float,
+    braking: float = 0.0,
 ) -> ImpactSpeeds:
     """Speeds of B that give the door an angular velocity: eqs. (2), (4 corrected) and restitution.
 
@@ -80,6 +86,8 @@ def speeds_for(
         l_b: Distance of B from the hinge [m].
         effective_mass: m_re of the robot at B [kg].
         restitution: Coefficient of restitution e, 0 (plastic) to 1.
+        braking: Angular impulse of the closer that the hit must make up for besides, see
+            `closer_braking` [N m s].
 
     Returns:
         The speeds before and after the hit and the impulse.
@@ -89,18 +97,38 @@ def speeds_for(
     """
     _require_positive(omega=omega, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
     _require_restitution(restitution)
-    impulse = i_a * omega / l_b
+    impulse = (i_a * omega + braking) / l_b
     v_rb = (impulse / effective_mass + omega * l_b) / (1.0 + restitution)
     return ImpactSpeeds(v_rb=v_rb, v_rb_post=omega * l_b - restitution * v_rb, impulse=impulse)
 
 
+def closer_braking(torque: float, duration: float) -> float:
+    """What the closer takes from a hit that lasts, beside one in an instant [N m s].
+
+    Force that rises and falls alike acts in the mean at half of the contact; a hit in an instant
+    there would find the closer still holding a door at rest.
+
+    Args:
+        torque: Of the closer where the door is hit [N m].
+        duration: Of the contact [s].
+    """
+    return 0.5 * torque * duration
+
+
 def omega_for(
-    v_rb: float, *, i_a: float, l_b: float, effective_mass: float, restitution: float
+    v_rb: float,
+    *,
+    i_a: float,
+    l_b: float,
+    effective_mass: float,
+    restitution: float,
+    braking: float = 0.0,
 ) -> float:
     """Angular velocity w' of the door after a hit at the speed v_rB: inverse of `speeds_for`."""
     _require_positive(v_rb=v_rb, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
     _require_restitution(restitution)
-    return (1.0 + restitution) * v_rb / (i_a / (l_b * effective_mass) + l_b)
+    reach = l_b * effective_mass
+    return ((1.0 + restitution) * v_rb - braking / reach) / (i_a / reach + l_b)
 
 
 def _require_restitution(restitution: float) -> None:

@@ -144,10 +144,15 @@ def _momentum(
     mass = _mass_to_plan_with(robot, wanted, response)
     speeds = momentum.speeds_for(
         omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=mass,
-        restitution=wanted.restitution)
+        restitution=wanted.restitution, braking=_braking(known, wanted.initial_angle, settings))
     brace = {joint: speeds.impulse * each for joint, each in response.brace.items()}
     return (mass, response.mass), speeds, brace, floor_load(
         robot.mass, posture, response, speeds.impulse, settings.contact_duration)
+
+
+def _braking(known: KnownDoor, initial_angle: float, settings: PlannerSettings) -> float:
+    torque = float(known.door.restoring_torque(initial_angle))
+    return momentum.closer_braking(torque, settings.contact_duration)
 
 
 def _compose(
@@ -182,6 +187,7 @@ def _compose(
         effective_mass_planar=momentum.effective_mass_planar(
             robot.mass, posture.i_rob, posture.a_r),
         required_impulse=speeds.impulse,
+        braking=_braking(known, wanted.initial_angle, settings),
         required_friction=max(hit.floor.friction, *(phase.friction for phase in phases)),
         floor=hit.floor,
         brace=hit.brace,

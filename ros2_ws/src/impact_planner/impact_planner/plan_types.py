@@ -213,6 +213,7 @@ class ImpactPlan:
         planning_time: [s].
         floor: What the feet must bear in the hit.
         brace: Impulse of the torque that the brace carries at each of its joints [N m s].
+        braking: Angular impulse that the closer takes from the hit [N m s].
         effective_mass_model: At B, by the model alone [kg].
         learned_hits: From so many hits on this door effective mass and restitution were learned.
         steady_way: At constant speed around the nominal contact [m].
@@ -237,6 +238,7 @@ class ImpactPlan:
     effective_mass_model: float
     learned_hits: int
     required_impulse: float
+    braking: float
     required_friction: float
     floor: FloorLoad
     brace: dict[str, float]

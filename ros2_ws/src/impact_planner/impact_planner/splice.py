@@ -48,12 +48,12 @@ def cut(knots: Knots, time: float) -> Knots:
 
 
 def shifted(knots: Knots, off: NDArray[np.float64], fades_in: float) -> Knots:
-    """The same motion with its joints off by (J,) [rad], which fade smoothly in a time [s].
+    """The same motion with its joints off by (J,) [rad], which fade smoothly from time 0 on [s].
 
     An infinite time keeps them.
     """
     way, speed, acceleration = (
-        rows[:, None] for rows in min_jerk_course(knots.time - knots.time[0], fades_in))
+        rows[:, None] for rows in min_jerk_course(knots.time, fades_in))
     return Knots(knots.time, knots.position + off * (1.0 - way), knots.velocity - off * speed,
                  knots.acceleration - off * acceleration)
 
