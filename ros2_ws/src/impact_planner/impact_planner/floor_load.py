@@ -13,6 +13,8 @@ from .hit_response import HitResponse
 from .posture import HitPosture
 from .run_up import GRAVITY
 
+LARGEST_SLIP = 0.002  # of the soles in the hit [m]
+
 
 @dataclass(frozen=True)
 class FloorLoad:
@@ -23,20 +25,29 @@ class FloorLoad:
         impulse_planar: The same of a rigid robot that turns about C and is hit on a smooth leaf: 0
             where eq. (5) holds [N s].
         yaw_impulse: Impulse of its moment about the vertical through the CoM [N m s].
-        friction: Ratio of its horizontal to its vertical impulse over the contact: a sole that
-            slips for a part of it comes to rest again where this is less than the coefficient.
+        friction: Ratio of its horizontal to its vertical impulse over the contact.
+        slip: Way of the soles, with the friction that they are taken to have [m].
     """
 
     impulse: float
     impulse_planar: float
     yaw_impulse: float
     friction: float
+    slip: float
 
 
 def floor_load(
-    mass: float, posture: HitPosture, response: HitResponse, impulse: float, contact: float
+    mass: float,
+    posture: HitPosture,
+    response: HitResponse,
+    impulse: float,
+    contact: float,
+    available: float,
 ) -> FloorLoad:
     """What an impulse on the door asks of the floor.
+
+    Where it asks for more friction than there is, what is missing sets the soles in motion; the
+    mean speed of that is taken for the length of the contact.
 
     Args:
         mass: Of the robot [kg].
@@ -44,12 +55,29 @@ def floor_load(
         response: What 1 N s does.
         impulse: Given to the door [N s].
         contact: Duration of the contact [s].
+        available: Coefficient of friction of the soles.
     """
     planar = momentum.foot_impulse_planar(mass, posture.i_rob, posture.a_r, posture.b_r)
     horizontal = impulse * float(np.hypot(*response.floor[:2]))
     upright = mass * GRAVITY * contact + impulse * float(response.floor[2])
     friction = horizontal / upright if upright > 0.0 else math.inf
-    return FloorLoad(horizontal, impulse * planar, impulse * response.floor_yaw, friction)
+    missing = max(0.0, 1.0 - available / friction) if friction > 0.0 else 0.0
+    slip = 0.5 * contact * missing * impulse * response.slide
+    return FloorLoad(horizontal, impulse * planar, impulse * response.floor_yaw, friction, slip)
+
+
+def require_no_slip(load: FloorLoad, available: float) -> None:
+    """Check that the soles hardly slip in the hit.
+
+    Raises:
+        PostureUnreachable: They slip by more than `LARGEST_SLIP`.
+    """
+    if load.slip > LARGEST_SLIP:
+        raise PostureUnreachable(
+            f"the feet would slip by {1e3 * load.slip:.1f} mm in the hit: a friction of "
+            f"{load.friction:.2f} is needed, the soles are taken to have {available:.2f}; "
+            f"{1e3 * LARGEST_SLIP:g} mm are allowed",
+            quantity="slip [m]", value=load.slip, limit=LARGEST_SLIP)
 
 
 def require_grip(friction: float, available: float) -> None:

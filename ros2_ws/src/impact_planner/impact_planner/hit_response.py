@@ -33,12 +33,14 @@ class HitResponse:
         floor: Impulse of the floor's force on the robot, axes of odom, (3,) [-].
         floor_yaw: Impulse of its moment about the vertical through the CoM [m].
         brace: Impulse of the torque at each braced joint [m].
+        slide: Speed that the soles would take up if the floor did not hold them [1/kg].
     """
 
     mass: float
     floor: Array
     floor_yaw: float
     brace: dict[str, float]
+    slide: float
 
 
 def hit_response(
@@ -85,10 +87,12 @@ def hit_response(
     rows = robot.v_index[robot.indices(braced)]
     torque = inertia[rows, _BASE] @ change - touched[:, rows].T @ outer
     arm = robot.com(q) - q[:3]  # forces act on the base's origin
+    loose = grip @ np.linalg.solve(whole, point.T @ outer)
     yaw = float((grip.T[3:] @ held + rubber[3:] - np.cross(arm, floor))[2])
     return HitResponse(
         mass=-1.0 / float(n @ point @ change), floor=floor, floor_yaw=yaw,
-        brace=dict(zip(braced, torque.tolist(), strict=True)))
+        brace=dict(zip(braced, torque.tolist(), strict=True)),
+        slide=float(np.hypot(*loose[:2])))
 
 
 def _contact_point_jacobian(robot: RobotModel, q: Array, normal: Array) -> Array:

@@ -37,6 +37,7 @@ _QUANTITIES = {
     "pushed on [m]": "pushes on",
     "clearance [m]": "bodies",
     "friction": "grip",
+    "slip [m]": "grip",
 }
 
 

@@ -17,7 +17,7 @@ from .errors import (
     PostureUnreachable,
     SpeedUnreachable,
 )
-from .floor_load import FloorLoad, floor_load, require_grip
+from .floor_load import FloorLoad, floor_load, require_no_slip
 from .hit import Hit
 from .hit_response import HitResponse, hit_response
 from .phases import plan_phases
@@ -104,7 +104,7 @@ def _plan_hit(
         placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
         masses, speeds, brace, floor = _momentum(
             robot, known, wanted, settings, stance, contact, door.omega)
-    require_grip(floor.friction, settings.sole_friction)
+    require_no_slip(floor, settings.sole_friction)
     run_up = plan_run_up(robot, stance, RunUpWish(
         kind=wanted.run_up,
         v_rb=_along_y(speeds.v_rb, contact),
@@ -147,7 +147,8 @@ def _momentum(
         restitution=wanted.restitution, braking=_braking(known, wanted.initial_angle, settings))
     brace = {joint: speeds.impulse * each for joint, each in response.brace.items()}
     return (mass, response.mass), speeds, brace, floor_load(
-        robot.mass, posture, response, speeds.impulse, settings.contact_duration)
+        robot.mass, posture, response, speeds.impulse, settings.contact_duration,
+        settings.sole_friction)
 
 
 def _braking(known: KnownDoor, initial_angle: float, settings: PlannerSettings) -> float:
