@@ -35,7 +35,7 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "restitution": (("restitution", (0.4, 0.45, 0.5, 0.55, 0.6)),),
     "rotor_scale": (("rotor_scale", ROTOR_SCALES),),
     "servo_time_constant": (("servo_time_constant", (0.0125, 0.02, 0.025, 0.03, 0.05)),),
-    "door_offset": (("door_offset", (-2e-3, -1e-3, -3e-4, 0.0, 3e-4, 1e-3, 2e-3)),),
+    "door_offset": (("door_offset", (-0.02, -0.01, -0.001, 0.0, 0.001, 0.01, 0.02)),),
     "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
     "iterations": (("iterations", (20, 50, 100, 200)),),
     "brace": (("brace", (True, False)),),
