@@ -69,13 +69,26 @@ def test_every_number_of_the_summary_is_finite(demo: Any, summary: dict[str, Any
 def test_the_door_opens_to_25_deg_and_is_held_there(summary: dict[str, Any]) -> None:
     door = summary["door"]
     assert door["target_deg"] == 25.0
-    assert door["peak_deg"] == pytest.approx(25.0, abs=2.5)
+    assert door["peak_deg"] == pytest.approx(25.0, abs=1.0)
     assert door["error_deg"] == pytest.approx(door["peak_deg"] - 25.0, abs=1e-9)
     assert door["held_deg"] == pytest.approx(25.0, abs=2.0)
 
 
 def test_one_contact_opens_the_door(summary: dict[str, Any]) -> None:
     assert summary["impact"]["contacts_before_peak"] == 1
+
+
+def test_b_has_its_planned_speed_and_gives_the_door_its_momentum(summary: dict[str, Any]) -> None:
+    """Speeds of the simulation, effective mass and distance of the plan: 1.5 and 4 %."""
+    plan, hit = summary["plan"], summary["impact"]
+    assert hit["v_rb_measured"] == pytest.approx(plan["v_rb"], rel=0.015)
+    given = plan["effective_mass"] * (hit["v_rb_measured"] - hit["v_rb_post_measured"])
+    taken = summary["identified"]["i_a"]["true"] * hit["omega_door_measured"] / plan["l_b"]
+    assert given == pytest.approx(taken, rel=0.04)
+
+
+def test_the_legs_slow_down_after_the_contact_and_not_before(summary: dict[str, Any]) -> None:
+    assert 5.0 < summary["impact"]["switch_latency_ms"] < 60.0
 
 
 def test_the_robot_stands_without_slipping(summary: dict[str, Any]) -> None:
@@ -100,12 +113,12 @@ def test_identified_parameters_are_the_doors(summary: dict[str, Any], paper_door
 
 
 def test_the_zmp_stays_inside_in_every_phase(summary: dict[str, Any]) -> None:
-    """While the body rebounds from the hit and the hand from the leaf, on the edge at worst."""
+    """By 15 mm before the hit and by 20 mm after it."""
     measured = summary["zmp"]["measured_min_margin_mm"]
     assert set(measured) == PHASES
     after = {"post", "hold"}
-    assert min(measured[phase] for phase in PHASES - after) > 10.0, measured
-    assert min(measured[phase] for phase in after) > -1.0, measured
+    assert min(measured[phase] for phase in PHASES - after) > 15.0, measured
+    assert min(measured[phase] for phase in after) > 20.0, measured
 
 
 def test_the_robot_does_not_stay_on_an_edge(demo: Any) -> None:

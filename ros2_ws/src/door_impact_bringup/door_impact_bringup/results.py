@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import math
 import os
 import platform
 from collections.abc import Sequence
@@ -180,6 +181,7 @@ def _summary(heard: Heard, log: simulation_log.SimulationLog, hit: evaluation.Im
             "peak_force_n": hit.peak_force,
             "duration_ms": 1e3 * hit.duration,
             "restitution": hit.restitution,
+            "switch_latency_ms": _switch_latency(heard.outcome, record.contact_time),
             "brace_impulse_nms": log.brace_impulse,
             "braced_joints": {
                 name: {"carried_nms": joint.carried, "motor_could_nms": joint.motor}
@@ -277,6 +279,12 @@ def _recording(samples: Sequence[Any]) -> Recording:
         theta.append(2.0 * np.pi / batch.counts_per_turn * counts)
     return Recording(np.concatenate(t), np.concatenate(theta),
                      2.0 * np.pi / samples[0].counts_per_turn)
+
+
+def _switch_latency(outcome: Any, contact_time: float) -> float | None:
+    """From the contact to the switch to the motion after the hit [ms]; None: there was none."""
+    latency = 1e3 * (outcome.contact_time + outcome.switch_latency - contact_time)
+    return latency if math.isfinite(latency) else None
 
 
 def _figures(heard: Heard, log: simulation_log.SimulationLog, robot: RobotConfig,

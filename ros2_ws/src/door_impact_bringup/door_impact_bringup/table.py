@@ -36,6 +36,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
          for name, row in hit["braced_joints"].items()), key=lambda entry: entry[1][0])
     target = f"{door['target_deg']:g}"
     nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
+    late = hit["switch_latency_ms"]
     lines = [
         Row("door: moment of inertia I_A", "12.75", value("i_a", 2), "kg m²"),
         Row("closer: viscosity c_c", "0.06", value("c_c", 4), "N m s/rad"),
@@ -54,6 +55,8 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("B before the hit v_rB, measured", "-", f"{hit['v_rb_measured']:.3f}", "m/s"),
         Row(f"{joint} carried in the hit", "-", f"{carried:.2f} (motor: at most {motor:.2f})",
             "N m s"),
+        Row("legs slow down after the contact's begin", "-", "-" if late is None else f"{late:.1f}",
+            "ms"),
         Row("contacts before the peak", "1", f"{hit['contacts_before_peak']}", ""),
         Row("desired opening angle", "25" if nominal else "-", target, "deg"),
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",

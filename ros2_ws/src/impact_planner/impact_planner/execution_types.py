@@ -77,6 +77,16 @@ class ExecutionSettings:
     tracking: float = 0.1
     held_within: float = float(np.radians(2.0))
 
+    def __post_init__(self) -> None:
+        """Checks what is a parameter of the node.
+
+        Raises:
+            InvalidRequest: A force out of range.
+        """
+        if not 0.0 < self.felt_force < np.inf:
+            raise InvalidRequest(f"felt_force must be above 0 N, not {self.felt_force:g}",
+                                 quantity="felt_force [N]", value=self.felt_force, limit=0.0)
+
 
 @dataclass(frozen=True)
 class ExecutablePlan:

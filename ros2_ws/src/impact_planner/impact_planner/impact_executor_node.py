@@ -29,7 +29,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from .errors import GoalRefused, PlannerError
 from .execution import Execution
-from .execution_types import Command, Outcome
+from .execution_types import Command, ExecutionSettings, Outcome
 from .executor_messages import (
     executable,
     hit_report,
@@ -66,6 +66,11 @@ class ImpactExecutor(Node):
         stale_after = self.declare_parameter("stale_after", 0.5, ParameterDescriptor(
             read_only=True, description="largest age of what is heard of robot and door [s]"))
         self._fresh = Freshness((JOINTS, IMU, DOOR), float(stale_after.value), WATCH_PERIOD)
+        felt_force = self.declare_parameter("felt_force", ExecutionSettings.felt_force,
+                                            ParameterDescriptor(
+            read_only=True, description="of the floor on both feet towards the door that tells of "
+            "the contact, above what the run-up itself shows [N]"))
+        self._settings = ExecutionSettings(felt_force=float(felt_force.value))
         self._plans: dict[str, ImpactPlan] = {}
         self._last_plan = ""
         self._execution: Execution | None = None
@@ -296,8 +301,8 @@ class ImpactExecutor(Node):
             raise GoalRefused("NOT_READY", stale[0], quantity="age [s]", value=stale[1])
         assert self._joints is not None
         now, position, _ = self._joints
-        execution = Execution(plan, self._point_b.speed, speed_scale=goal.speed_scale,
-                              joint_names=self._names)
+        execution = Execution(plan, self._point_b.speed, self._settings,
+                              speed_scale=goal.speed_scale, joint_names=self._names)
         command = execution.start(now)
         assert command.knots is not None
         require_ready(self._robot, plan, command.knots, position,
