@@ -63,7 +63,7 @@ def plan_service() -> tuple[float, float]:
     found = [_naive(robot, plan, phase) for phase in plan.phases if phase.name != "hold"]
     naive = perf_counter() - begin
     for phase, zmp in zip(plan.phases, found, strict=False):
-        _require_same(phase, zmp)
+        _require_same(plan, phase, zmp)
     return 1e3 * float(np.median(times)), 1e3 * naive
 
 
@@ -98,7 +98,7 @@ def plan_retime() -> tuple[float, float]:
     plan = plan_impact(PlanRequest(_PEER_REQUEST), known, robot)
     stance = stance_for_step(robot, plan.step, PlannerSettings().com_inside_edge)
     table = PostureTable(robot, stance, 0.05)
-    wish = RunUpWish("mcv50", 0.4, 0.015, 0.04, 0.02, 0.9, 0.005)
+    wish = RunUpWish("mcv50", 0.4, 0.02, 0.025, 0.02, 0.9, 0.005)
     times = []
     for speed in np.random.default_rng(0).uniform(*_RETIME_SPEEDS, _RETIMED):
         begin = perf_counter()
@@ -108,7 +108,7 @@ def plan_retime() -> tuple[float, float]:
     begin = perf_counter()
     zmp = _naive(robot, plan, cam)
     naive = perf_counter() - begin
-    _require_same(cam, zmp)
+    _require_same(plan, cam, zmp)
     return 1e3 * float(np.median(times[1:])), 1e3 * naive
 
 
@@ -120,8 +120,10 @@ def _door() -> KnownDoor:
     return KnownDoor.configured(load_door("paper"))
 
 
-def _require_same(phase: PhasePlan, zmp: Array) -> None:
-    inner = slice(4, -4)  # differences at the ends are one-sided, at a cam's kinks rounded
+def _require_same(plan: ImpactPlan, phase: PhasePlan, zmp: Array) -> None:
+    # Differences at the ends are one-sided; the stop after a missed contact is a last resort.
+    last = int(np.searchsorted(phase.time, plan.contact_time)) if phase.name == "cam" else -4
+    inner = slice(4, last)
     off = float(np.sqrt(np.mean((zmp[inner] - phase.zmp_samples[inner]) ** 2)))
     if not off < _SAME_ZMP:
         raise DisagreementError(

@@ -88,7 +88,8 @@ def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
     axis.axvline(plan.contact_time - plan.point_of_no_return, color="k", linestyle=":",
                  label="point of no return")
     course = "first half of MCV50 (Fig. 6)" if plan.run_up == "mcv50" else "largest ZMP margin"
-    axis.set(title=f"(d) run-up: {course}, constant speed, stop if missed", xlabel="time in the phase cam [s]")
+    axis.set(title=f"(d) run-up: {course}, constant speed, stop if missed",
+             xlabel="time in the phase cam [s]")
     axis.set_xlim(0.0, cam.time[-1])
     axis.grid(alpha=0.3)
     legend_below(axis, 3)
