@@ -152,7 +152,8 @@ def test_the_example_of_a_page_of_docs_runs(
     [(("--target-deg", "0"), ("--target-deg", "above 0")),
      (("--target-deg", "-5"), ("--target-deg", "-5")),
      (("--target-deg", "nan"), ("--target-deg", "nan")),
-     (("--gui", "maybe"), ("--gui", "maybe"))])  # fmt: skip
+     (("--gui", "maybe"), ("--gui", "maybe")),
+     (("--hits", "6"), ("--hits", "6"))])  # fmt: skip
 def test_demo_refuses_before_it_starts_anything(
         ros2: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...],
         words: tuple[str, ...]) -> None:

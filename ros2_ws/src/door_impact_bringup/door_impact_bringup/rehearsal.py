@@ -11,6 +11,7 @@ from door_encoder.batch import Batch
 from door_encoder.decoder import EncoderDecoder
 from door_encoder.settings import Settings
 from door_model.config import DoorConfig, load_door
+from door_model.errors import DoorModelError
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, TickSample
 from hrp2_sim_bridge.settings import SAMPLE
@@ -54,8 +55,11 @@ class Rehearsal:
         """What the executor's own measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)
         measured = self.execution.measured
-        return learn(before, Hit.of(
-            self.plan, self.known, measured.peak_angle, measured.v_rb_post))
+        try:
+            hit = Hit.of(self.plan, self.known, measured.peak_angle, measured.v_rb_post)
+        except DoorModelError:  # as where no hit was felt
+            return before
+        return learn(before, hit)
 
 
 def rehearse(

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_model.data import data_path as door_data
+from hrp2_description.data import data_path as robot_data
 from hrp2_description.robot import load_robot_config
 from impact_planner.errors import ImpactError
 from tqdm import tqdm
@@ -25,6 +27,7 @@ from .sweep_cases import Case, cases
 
 PACKAGES = ("door_encoder", "door_impact_bringup", "door_model", "hrp2_description",
             "hrp2_sim_bridge", "impact_planner")
+ROBOT_FILES = ("config/robot.yaml", "config/hrp2_links.yaml", "urdf/hrp2.urdf")
 RECORD = "runs.jsonl"
 UPRIGHT = np.radians(5.0)  # tilt of a robot that stands
 HELD_OVER = 0.5            # [s] at the end, whose mean is the held angle
@@ -92,12 +95,15 @@ def measured(run: Rehearsal) -> dict[str, Any]:
 
 
 def sources() -> str:
-    """Digest of the code that a run rests on: results of other code are not taken up."""
+    """Digest of code, robot and doors that a run rests on: results of others are not taken up."""
     digest = hashlib.sha256()
     for package in PACKAGES:
         folder = Path(str(import_module(package).__file__)).parent
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
+    doors = sorted(door_data("doors").glob("*.yaml"))
+    for path in (*map(robot_data, ROBOT_FILES), *doors):
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -135,6 +141,8 @@ def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
     # A fresh interpreter each: PyBullet and its threads are not to be forked.
     with path.open("a", encoding="utf-8") as record, bar, ProcessPoolExecutor(
             max_workers=os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        if record.tell() and not path.read_bytes().endswith(b"\n"):
+            record.write("\n")  # ends a line half written
         tasks = {pool.submit(run_case, case): case for case in missing}
         try:
             for task in as_completed(tasks):

@@ -60,7 +60,8 @@ def table(found: dict[str, Any]) -> str:
               "", "worst runs"]
     hits = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
     worst = sorted(hits, key=lambda r: -abs(r["error_deg"]))[:WORST]
-    worst += [r for r in found["runs"] if "refused" in r or not r.get("stood", True)]
+    worst += [r for r in found["runs"] if r not in worst
+              and ("refused" in r or not r.get("stood", True))]
     lines += [_worst(record) for record in worst]
     return "\n".join(lines)
 
@@ -70,6 +71,7 @@ def _nominal(records: list[dict[str, Any]]) -> str:
     label = f"  {case['door']}, {case['target_deg']:g} deg, {case['run_up']}"
     if "error_deg" not in records[0]:
         return f"{label:34}{records[0].get('refused') or records[0]['outcome']}"
+    records = [record for record in records if "error_deg" in record]  # a later one: refused
     angles = "".join(f"{record['error_deg']:+9.2f}  " for record in records)
     margins = [record["margin_mm"] for record in records]
     before = min(value for each in margins for name, value in each.items() if name not in AFTER)
@@ -87,9 +89,10 @@ def _worst(record: dict[str, Any]) -> str:
     case = record["case"]
     what = (f"refused: {record['refused']}" if "refused" in record else
             f"{record['error_deg']:+.2f} deg" if "error_deg" in record else record["outcome"])
+    restitution = "as configured" if case["restitution"] is None else f"{case['restitution']:.3f}"
     stood = "" if record.get("stood", True) else ", did not stand"
     return (f"  {record['name']} hit {record['hit'] + 1}: {what}{stood}; door "
-            f"{1e3 * case['door_offset']:+.0f} mm, e {case['restitution']:.3f}, rotors "
+            f"{1e3 * case['door_offset']:+.0f} mm, e {restitution}, rotors "
             f"{case['rotor_scale']:.2f}, friction {case['friction']:.2f}")
 
 
@@ -123,7 +126,8 @@ def figure(found: dict[str, Any], path: Path) -> None:
     margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
     margins.set(ylabel="smallest ZMP margin of a run [mm]")
     late = axes[1, 3]
-    late.hist([r["switch_latency_ms"] for r in runs], 20, color="tab:blue")
+    felt = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
+    late.hist(felt, 20, color="tab:blue")
     late.set(xlabel="contact to switch [ms]", ylabel="runs")
     drawing.savefig(path, dpi=110)
     plt.close(drawing)

@@ -107,13 +107,27 @@ def learn(before: Experience, hit: Hit) -> Experience:
     Returns:
         The experience with one hit more; `before` itself where the hit makes no sense.
     """
+    try:
+        after = _corrected(before, hit)
+    except (ValueError, OverflowError):  # no motion of a door on the way
+        return before
+    return after if _FACTORS[0] <= after.mass_factor <= _FACTORS[1] else before
+
+
+def _corrected(before: Experience, hit: Hit) -> Experience:
+    """The Kalman filter's step.
+
+    Raises:
+        ValueError: The hit did not open the door, or no mass and restitution explain it.
+        OverflowError: The same.
+    """
     state = np.array([math.log(before.mass_factor), before.restitution])
     covariance = before.covariance + _FORGOTTEN**2 * np.eye(2) * (before.hits > 0)
     seen = np.array([math.log(hit.omega), hit.v_rb_post])
     noise = np.array([_OMEGA_STD, _V_POST_STD])
     told = np.isfinite(seen)
     if not told[0]:
-        return before
+        raise ValueError(f"w' of a hit is no number: {hit.omega}")
     middle = state
     for _ in range(3):  # nearly linear
         expected = _shown(hit, middle)
@@ -123,11 +137,9 @@ def learn(before: Experience, hit: Hit) -> Experience:
             slope @ covariance @ slope.T + np.diag(noise[told] ** 2))
         middle = state + gain @ ((seen - expected)[told] - slope @ (state - middle))
         middle[1] = min(max(middle[1], 0.0), 1.0)
-    factor = math.exp(middle[0])
-    if not _FACTORS[0] <= factor <= _FACTORS[1]:
-        return before
+    after = (np.eye(2) - gain @ slope) @ covariance
     return Experience(
-        before.hits + 1, factor, float(middle[1]), (np.eye(2) - gain @ slope) @ covariance)
+        before.hits + 1, math.exp(middle[0]), float(middle[1]), 0.5 * (after + after.T))
 
 
 def _shown(hit: Hit, state: Array) -> Array:
@@ -147,10 +159,12 @@ def load(path: Path) -> dict[str, Experience]:
     Raises:
         ExperienceUnreadable: The file is not one of `save`.
     """
-    if not path.exists():
-        return {}
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        if not path.exists():
+            return {}
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if document is None:
+            return {}
         return {str(door): _checked(**entry) for door, entry in document.items()}
     except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, ValueError,
             AttributeError) as error:
@@ -164,12 +178,13 @@ def _checked(
 ) -> Experience:
     spread = np.array(covariance, dtype=float)
     sound = (spread.shape == (2, 2) and bool(np.isfinite(spread).all())
+             and bool(np.allclose(spread, spread.T, atol=0.0))
              and bool((np.linalg.eigvalsh(spread) >= 0.0).all()))
-    if not (sound and hits >= 1 and 0.0 <= restitution <= 1.0
+    if not (sound and isinstance(hits, int) and hits >= 1 and 0.0 <= restitution <= 1.0
             and _FACTORS[0] <= mass_factor <= _FACTORS[1]):
         raise ValueError(f"hits {hits}, mass_factor {mass_factor}, restitution {restitution}, "
                          f"covariance {covariance}")
-    return Experience(int(hits), float(mass_factor), float(restitution), spread)
+    return Experience(hits, float(mass_factor), float(restitution), spread)
 
 
 def save(path: Path, known: Mapping[str, Experience]) -> None:

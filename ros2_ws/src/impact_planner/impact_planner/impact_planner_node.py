@@ -154,6 +154,11 @@ class ImpactPlanner(Node):
         except DoorModelError as error:
             self.get_logger().warning(f"nothing learned from plan {message.plan_id}: {error}")
             return
+        if after is before:
+            self.get_logger().warning(
+                f"nothing learned from plan {message.plan_id}: no effective mass explains "
+                f"{math.degrees(message.peak_angle):.1f} deg")
+            return
         self._experience[known.name] = after
         self._stored()
         self.get_logger().info(

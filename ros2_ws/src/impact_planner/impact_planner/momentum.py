@@ -109,7 +109,7 @@ def closer_braking(torque: float, duration: float) -> float:
     there would find the closer still holding a door at rest.
 
     Args:
-        torque: Of the closer where the door is hit [N m].
+        torque: Of the closer, and of friction, where the door is hit [N m].
         duration: Of the contact [s].
     """
     return 0.5 * torque * duration

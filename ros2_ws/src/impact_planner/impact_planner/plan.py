@@ -152,7 +152,7 @@ def _momentum(
 
 
 def _braking(known: KnownDoor, initial_angle: float, settings: PlannerSettings) -> float:
-    torque = float(known.door.restoring_torque(initial_angle))
+    torque = float(known.door.restoring_torque(initial_angle)) + known.door.friction
     return momentum.closer_braking(torque, settings.contact_duration)
 
 

@@ -4,18 +4,21 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 rclpy = pytest.importorskip("rclpy")
 
-from door_impact_msgs.msg import CloserParameters, ImpactPlan  # noqa: E402
+from door_impact_msgs.msg import CloserParameters, HitReport, ImpactPlan  # noqa: E402
 from door_impact_msgs.srv import PlanDoorImpact  # noqa: E402
 from impact_planner.impact_planner_node import ImpactPlanner, main  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
 Answer = PlanDoorImpact.Response
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -29,6 +32,8 @@ class Rig:
         self.other = rclpy.create_node("other")
         self.closer = self.other.create_publisher(CloserParameters, "/closer_parameters", LATCHED)
         self.client = self.other.create_client(PlanDoorImpact, "/plan_door_impact")
+        self.reports = self.other.create_publisher(HitReport, "/hit_report", 10)
+        self.forgetting = self.other.create_client(Trigger, "/forget_hits")
         self.plans: list[ImpactPlan] = []
         self.other.create_subscription(ImpactPlan, "/door_impact_plan", self.plans.append, LATCHED)
         self.executor = SingleThreadedExecutor()
@@ -48,18 +53,42 @@ class Rig:
         self.until(future.done)
         return future.result()
 
+    def forget(self) -> Any:
+        """Call /forget_hits."""
+        future = self.forgetting.call_async(Trigger.Request())
+        self.until(future.done)
+        return future.result()
+
+    def report(self, plan: Any, share: float = 1.0, **fields: Any) -> None:
+        """Tell of a hit that opened the door to a share of what was wanted."""
+        peak = share * plan.desired_opening_angle
+        self.reports.publish(HitReport(**{
+            "plan_id": plan.plan_id, "door": plan.door, "peak_angle": peak,
+            "v_rb_post": math.nan, **fields}))
+
+
+@contextmanager
+def running(*parameters: str) -> Iterator[Rig]:
+    """A rig on a domain of its own, its planner with parameters NAME:=VALUE."""
+    flags = [word for each in parameters for word in ("-p", each)]
+    rclpy.init(args=["--ros-args", *flags] if flags else None, domain_id=50 + os.getpid() % 50)
+    made = Rig()
+    try:
+        made.until(lambda: made.client.service_is_ready() and made.forgetting.service_is_ready()
+                   and made.reports.get_subscription_count() > 0)
+        yield made
+    finally:
+        made.executor.shutdown()
+        made.node.destroy_node()
+        made.other.destroy_node()
+        rclpy.shutdown()
+
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
-    """A rig on a domain of its own."""
-    rclpy.init(domain_id=50 + os.getpid() % 50)
-    made = Rig()
-    made.until(made.client.service_is_ready)
-    yield made
-    made.executor.shutdown()
-    made.node.destroy_node()
-    made.other.destroy_node()
-    rclpy.shutdown()
+    """A rig whose planner is as it comes."""
+    with running() as made:
+        yield made
 
 
 def closer(known: Any) -> CloserParameters:
@@ -131,6 +160,74 @@ def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
     after = rig.ask(desired_opening_angle=0.4).plan
     assert after.restitution == 0.7
     assert after.v_rb < before.v_rb
+
+
+def test_a_hit_changes_the_next_plan_and_is_forgotten_when_told(capfd: Any) -> None:
+    """Of the last plan only, and only one that makes sense; 10 % too far means hit it slower."""
+    with running("door:=paper") as rig:
+        first = rig.ask(desired_opening_angle=0.4).plan
+        assert first.learned_hits == 0
+        rig.report(first, plan_id="another", share=1.3)
+        rig.report(first, peak_angle=math.nan)
+        rig.report(first, share=1e-3)
+        rig.report(first, share=1.1)
+        rig.until(lambda: bool(rig.node._experience))
+        second = rig.ask(desired_opening_angle=0.4).plan
+        assert second.learned_hits == 1
+        assert 0.9 * first.v_rb < second.v_rb < 0.97 * first.v_rb
+        assert second.omega_door == first.omega_door
+        told = capfd.readouterr()
+        assert (told.out + told.err).count("nothing learned from plan") == 3
+        assert "'another'" in told.out + told.err
+        rig.report(first, share=1.1)  # no longer the last one
+        assert "paper" in rig.forget().message
+        third = rig.ask(desired_opening_angle=0.4).plan
+        assert (third.plan_id, third.learned_hits) == (first.plan_id, 0)
+
+
+def test_hits_are_kept_by_door(rig: Rig) -> None:
+    """What the paper's door taught says nothing of a stronger closer's, and is there again."""
+    for door, hits in (("paper", 0), ("size2", 0), ("paper", 1)):
+        rig.node.set_parameters([Parameter("door", value=door)])
+        plan = rig.ask(desired_opening_angle=0.4, run_up="zmp_limited").plan
+        assert plan.learned_hits == hits, door
+        if door == "paper" and not hits:
+            rig.report(plan, share=1.1)
+            rig.until(lambda: "paper" in rig.node._experience)
+
+
+def test_what_hits_taught_outlives_the_node(tmp_path: Path) -> None:
+    """By experience_file; forgetting empties it, a hit without sense leaves it alone."""
+    path = tmp_path / "deep" / "hits.yaml"
+    parameters = ("door:=paper", f"experience_file:={path}")
+    with running(*parameters) as rig:
+        first = rig.ask(desired_opening_angle=0.4).plan
+        rig.report(first, share=1e-3)
+        rig.report(first, share=1.1)
+        rig.until(path.exists)
+        taught = rig.ask(desired_opening_angle=0.4).plan
+        assert taught.learned_hits == 1
+    with running(*parameters) as rig:
+        again = rig.ask(desired_opening_angle=0.4).plan
+        assert (again.plan_id, again.learned_hits) == (taught.plan_id, 1)
+        assert rig.forget().success
+    with running(*parameters) as rig:
+        assert rig.ask(desired_opening_angle=0.4).plan.plan_id == first.plan_id
+
+
+def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kept(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: Any
+) -> None:
+    """Not planned without what was learned, and not overwritten."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(50 + os.getpid() % 50))
+    path = tmp_path / "hits.yaml"
+    path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
+    before = path.read_bytes()
+    assert main(["--ros-args", "-p", f"experience_file:={path}"]) == 1
+    said = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
+    assert len(said) == 1
+    assert str(path) in said[0]
+    assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Plans, knots, requests and doors as messages. Needs the message packages only."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,6 +77,11 @@ def test_scalars_of_the_message_are_the_plan_s(robot, plan):
     assert len(short.phases) == 0
     for name in ("omega_door", "v_rb", "effective_mass", "peak_time", "b_r", "switch_time"):
         assert getattr(short, name) == getattr(plan, name)
+    assert short.effective_mass_model == plan.effective_mass_model > 0.0
+    assert short.learned_hits == 0
+    taught = replace(plan, learned_hits=3, effective_mass_model=55.5)
+    message = plan_message(taught, robot.joint_names, Time(), trajectories=False)
+    assert (message.learned_hits, message.effective_mass_model) == (3, 55.5)
     assert [m.phase for m in short.zmp_margins] == [phase.name for phase in plan.phases]
     assert short.right_foot.position.y == plan.right_foot[1]
     assert short.right_foot.orientation.w == 1.0

@@ -1,0 +1,87 @@
+"""Plans for a door that was hit before."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from impact_planner import momentum
+from impact_planner.errors import InvalidRequest
+from impact_planner.experience import Experience
+from impact_planner.plan import plan_impact
+from impact_planner.plan_types import PlannerSettings, PlanRequest
+from impact_planner.request import resolve
+
+TARGET = math.radians(25.0)
+TAUGHT = Experience(3, 0.9, 0.42, np.diag([1e-3, 1e-3]))
+
+
+@pytest.fixture(scope="module")
+def hit_before(known):
+    """The paper's door with three hits on it."""
+    return replace(known, experience=TAUGHT)
+
+
+@pytest.fixture(scope="module")
+def taught(hit_before, robot):
+    """The plan for it."""
+    return plan_impact(PlanRequest(TARGET), hit_before, robot)
+
+
+def test_without_hits_the_plan_says_none(plan):
+    """And plans with the model's own mass."""
+    assert plan.learned_hits == 0
+    assert plan.effective_mass == plan.effective_mass_model
+
+
+def test_a_plan_uses_what_hits_have_taught(hit_before, plan, taught):
+    """Restitution, the factor of the model's mass, and the speeds that follow; not the w'."""
+    assert taught.learned_hits == 3
+    assert taught.restitution == 0.42
+    assert taught.effective_mass == pytest.approx(0.9 * taught.effective_mass_model, rel=1e-12)
+    assert taught.effective_mass_model == pytest.approx(plan.effective_mass_model, rel=0.01)
+    assert taught.omega_door == plan.omega_door
+    speeds = momentum.speeds_for(
+        taught.omega_door, i_a=hit_before.door.i_a, l_b=taught.l_b, braking=taught.braking,
+        effective_mass=taught.effective_mass, restitution=0.42)
+    assert taught.v_rb == speeds.v_rb > plan.v_rb
+    assert taught.v_rb_post == speeds.v_rb_post
+    assert taught.plan_id != plan.plan_id
+
+
+def test_numbers_of_the_request_win_over_what_was_learned(hit_before, robot, taught):
+    """Each alone; the model's mass is told all the same, from which the next hit learns."""
+    found = plan_impact(PlanRequest(TARGET, restitution=0.6), hit_before, robot)
+    assert found.restitution == 0.6
+    assert found.effective_mass == pytest.approx(0.9 * found.effective_mass_model)
+    found = plan_impact(PlanRequest(TARGET, effective_mass=48.0), hit_before, robot)
+    assert found.restitution == 0.42
+    assert found.effective_mass == 48.0
+    assert found.effective_mass_model == pytest.approx(taught.effective_mass_model, rel=0.01)
+
+
+def test_the_closer_and_the_friction_of_the_hinge_brake_the_hit(known, robot):
+    """Half of the contact at the torque of the angle of the hit, friction with it."""
+    rough = replace(known, door=replace(known.door, friction=1.5))
+    ajar = math.radians(3.0)
+    found = plan_impact(
+        PlanRequest(TARGET, initial_angle=ajar), rough, robot,
+        PlannerSettings(contact_duration=0.02))
+    torque = float(known.door.restoring_torque(ajar)) + 1.5
+    assert found.braking == pytest.approx(0.5 * 0.02 * torque)
+    assert found.required_impulse * found.l_b == pytest.approx(
+        known.door.i_a * found.omega_door + found.braking)
+
+
+def test_a_request_is_filled_in_from_the_request_then_from_hits_then_from_the_settings(
+        known, hit_before):
+    """Restitution in this order; mass: request, settings, else the factor of the model's."""
+    settings, bare = PlannerSettings(restitution=0.7), PlanRequest(TARGET)
+    found = resolve(bare, settings, known)
+    assert (found.restitution, found.mass_factor, found.effective_mass) == (0.7, 1.0, None)
+    found = resolve(bare, replace(settings, effective_mass=50.0), hit_before)
+    assert (found.restitution, found.mass_factor, found.effective_mass) == (0.42, 0.9, 50.0)
+    found = resolve(PlanRequest(TARGET, restitution=0.0, effective_mass=49.0), settings, hit_before)
+    assert (found.restitution, found.effective_mass) == (0.0, 49.0)
+    with pytest.raises(InvalidRequest, match="restitution"):
+        resolve(PlanRequest(TARGET, restitution=1.5), settings, hit_before)
