@@ -184,7 +184,7 @@ def summary(records: list[dict[str, Any]], n: int, seed: int) -> dict[str, Any]:
     return {
         "n": n,
         "seed": seed,
-        "stood": sum(r.get("stood", True) for r in first),
+        "stood": sum(r.get("stood", False) for r in first),
         "error_deg": statistics(errors("perturbed", 0)),
         "after_learning": statistics(errors("rough", 1)),
         "before_learning": statistics(errors("rough", 0)),

@@ -33,6 +33,7 @@ from .splice import concatenate, duration, shifted, slowed, without_first
 
 Array = NDArray[np.float64]
 
+_SAME_TICK = 0.003  # between stamps of joints and gyro of one tick of 5 ms [s]
 _IN_CONTACT = 2  # newest speeds of B, which may be of the contact already
 
 
@@ -204,7 +205,7 @@ class Execution:
         if self.phase not in ("cam", "post") or self._joints is None or self._rate is None:
             return
         (now, position, velocity), (at, rate) = self._joints, self._rate
-        if at != now:
+        if abs(at - now) > _SAME_TICK:
             return
         measured, felt = self.measured, not np.isnan(self.measured.contact_time)
         if not felt and now <= self.planned_contact + self.plan.steady_time:

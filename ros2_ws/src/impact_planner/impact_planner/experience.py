@@ -32,6 +32,7 @@ _FORGOTTEN = 0.01  # how far both may drift from one hit to the next
 _OMEGA_STD = 0.01  # of w' by the peak, as a share
 _V_POST_STD = 0.03  # of v'_rB [m/s]
 _FACTORS = (0.3, 3.0)  # of the effective mass that are believed
+_BELIEVED = 0.4  # of a w' that differs from the expected one, as a logarithm: a door was blocked
 _STEP = 1e-5  # of differences
 
 
@@ -128,6 +129,8 @@ def _corrected(before: Experience, hit: Hit) -> Experience:
     told = np.isfinite(seen)
     if not told[0]:
         raise ValueError(f"w' of a hit is no number: {hit.omega}")
+    if abs(float((seen - _shown(hit, state))[0])) > _BELIEVED:
+        raise ValueError(f"w' = {hit.omega:.3f} rad/s is too far from what was expected")
     middle = state
     for _ in range(3):  # nearly linear
         expected = _shown(hit, middle)

@@ -30,7 +30,7 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "door_distance": (-math.inf, math.inf, "of the closed leaf's face from the origin of odom "
                       "[m]; negative: where a nominal step ends"),
     "hinge_x": (-math.inf, math.inf, "x of the hinge in odom [m]; NaN: the paper's l_B behind B"),
-    "restitution": (0.0, 1.0, "coefficient of restitution of the hit"),
+    "restitution": (0.0, 1.0, "coefficient of restitution, until a hit on the door has taught it"),
     "effective_mass": (-math.inf, math.inf, "of the robot at B [kg]; negative: the model's"),
     "initial_angle": (0.0, math.pi, "of the door at the hit [rad]"),
     "com_inside_edge": (-0.05, 0.10, "CoM inside the right sole's inner edge at the hit [m]"),

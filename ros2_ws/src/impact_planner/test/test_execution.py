@@ -27,7 +27,7 @@ def straight(start: float, end: float, length: float) -> Knots:
 
 
 def run_up() -> Knots:
-    """From rest to the constant speed within 0.2 s, past the contact, and to rest."""
+    """To the constant speed within 0.2 s, past the contact, and to rest."""
     full = CONTACT + OVERRUN
     time = np.append([0.0, 0.2, 0.45], full)
     steady = Knots(time, SPEED * np.maximum(time - 0.1, 0.0)[:, None],
@@ -55,9 +55,8 @@ def plan(**changes: Knots) -> ExecutablePlan:
         desired_angle=DESIRED, stop_duration=0.2)
 
 
-def speed_of(position: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
-    """That of the only joint, and what the gyro adds."""
-    return float(velocity[0] + rate[0])
+def speed_of(_: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
+    return float(velocity[0] + rate[0])  # of the only joint, and what the gyro adds
 
 
 def started(phases: ExecutablePlan | None = None, **options: float) -> tuple[Execution, float]:
@@ -67,10 +66,11 @@ def started(phases: ExecutablePlan | None = None, **options: float) -> tuple[Exe
     return execution, command.stamp + 4.0
 
 
-def joints(execution: Execution, now: float, speed: float = SPEED) -> list:
-    """A robot where it was sent."""
+def joints(execution: Execution, now: float, speed: float = SPEED, turn: float = 0.0) -> list:
+    """A robot where it was sent, whose gyro tells of the same tick."""
     sent = Execution(plan(), speed_of).start(10.0)
     position = sent.knots.at(now - sent.stamp)[0][0]
+    execution.on_imu(now, 0.0, np.array([turn, 0.0, 0.0]))
     return execution.on_joint_state(now, position, np.array([speed]))
 
 
@@ -338,8 +338,7 @@ def test_the_hold_can_be_stopped() -> None:
     now = opened(execution, cam + CONTACT)
     assert not execution.past_no_return(now + 0.1)
     execution.stop()
-    (command,) = joints(execution, now + 0.1, 0.0)
-    assert command.knots is None
+    assert joints(execution, now + 0.1, 0.0)[0].knots is None
     assert execution.outcome is Outcome.STOPPED
 
 
@@ -355,8 +354,7 @@ def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
 def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
     execution, cam = started()
     joints(execution, cam)
-    (command,) = execution.on_silence(cam + 0.3, "/joint_states", 0.3)
-    assert command.knots is None
+    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3)[0].knots is None
     assert "/joint_states has been silent for 0.30 s" in execution.reason
 
     execution, cam = started()
@@ -367,28 +365,37 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 
 def test_a_falling_robot_is_stopped_once() -> None:
     execution, _ = started()
-    assert execution.on_imu(0.1, np.zeros(3)) == []
-    assert execution.on_imu(0.6, np.zeros(3))[0].knots is None
+    assert execution.on_imu(11.0, 0.1, np.zeros(3)) == []
+    assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None
     assert execution.outcome is Outcome.FELL
-    assert execution.on_imu(0.7, np.zeros(3)) == []
+    assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
 
 
 def test_speed_before_the_contact_is_that_of_joints_and_gyro_before_it_was_felt() -> None:
     execution, cam = started()
-    execution.on_imu(0.0, np.array([0.02, 0.0, 0.0]))
     for now in np.arange(cam, cam + 0.59, 0.005):
-        joints(execution, now, 0.37)
+        joints(execution, now, 0.37, 0.02)
     joints(execution, cam + 0.59, 0.2)  # two of the contact
     joints(execution, cam + 0.595, 0.1)
     assert execution.measured.v_rb == pytest.approx(0.39)
 
 
+def test_joints_and_gyro_of_different_ticks_tell_no_speed() -> None:
+    execution, cam = started()
+    joints(execution, cam + 0.3)
+    execution.on_joint_state(cam + 0.305, np.array([SPEED * 0.205]), np.array([0.3]))
+    assert execution.measured.v_rb == pytest.approx(SPEED)  # that of the only pair
+    execution.on_imu(cam + 0.305, 0.0, np.zeros(3))  # whichever of the two comes later
+    assert execution.measured.v_rb != pytest.approx(SPEED)
+
+
 def test_speed_after_the_contact_is_read_once_the_legs_have_slowed_down() -> None:
     execution, cam = started()
     felt(execution, cam + CONTACT)
-    joints(execution, cam + CONTACT + ExecutionSettings().settle - 0.001, 0.3)
+    read = cam + CONTACT + ExecutionSettings().settle
+    joints(execution, read - 0.001, 0.3)
     assert np.isnan(execution.measured.v_rb_post)
-    joints(execution, cam + CONTACT + ExecutionSettings().settle + 0.001, 0.06)
-    joints(execution, cam + CONTACT + ExecutionSettings().settle + 0.006, 0.05)
+    for later, speed in ((0.001, 0.06), (0.006, 0.05)):
+        joints(execution, read + later, speed)
     assert execution.measured.v_rb_post == pytest.approx(0.06)
     assert execution.measured.v_rb == pytest.approx(SPEED)
