@@ -14,8 +14,7 @@ from impact_planner.splice import concatenate, duration, without_first
 SPEED = 0.4  # of the only joint during the run-up [rad/s]
 CONTACT, DELAY, SLOW, REST = 0.6, 0.012, 0.01, 0.4  # [s]
 STEADY, OVERRUN, STOP = 0.05, 0.12, 0.12  # of the run-up, about and after the contact [s]
-RATIO, DESIRED = 0.15, 0.36
-FIRM = 100.0  # a force of the floor that tells of a contact [N]
+RATIO, DESIRED, FIRM = 0.15, 0.36, 100.0  # FIRM: a force that tells of a contact [N]
 
 
 def straight(start: float, end: float, length: float) -> Knots:
@@ -358,7 +357,7 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
     assert "/joint_states has been silent for 0.30 s" in execution.reason
 
     execution, cam = started()
-    joints(execution, cam + CONTACT - 0.05)
+    assert joints(execution, cam + CONTACT - 0.05) == []
     assert execution.on_silence(cam + CONTACT, "/imu", 0.3) == []
     assert execution.outcome is Outcome.STOPPED
 
@@ -395,7 +394,7 @@ def test_speed_after_the_contact_is_read_once_the_legs_have_slowed_down() -> Non
     read = cam + CONTACT + ExecutionSettings().settle
     joints(execution, read - 0.001, 0.3)
     assert np.isnan(execution.measured.v_rb_post)
-    for later, speed in ((0.001, 0.06), (0.006, 0.05)):
-        joints(execution, read + later, speed)
+    joints(execution, read + 0.001, 0.06)
+    joints(execution, read + 0.006, 0.05)
     assert execution.measured.v_rb_post == pytest.approx(0.06)
     assert execution.measured.v_rb == pytest.approx(SPEED)
