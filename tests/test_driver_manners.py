@@ -13,7 +13,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-STILL = 2e-3  # a joint that moves less stands still [rad]
+# A joint that moves less stands still [rad]: sensor noise makes the stabilizer move an ankle by
+# up to 4.8 mrad.
+STILL = 6e-3
 
 
 def send(graph: Any, names: list[str], points: list[tuple[float, list[float]]],
@@ -78,14 +80,17 @@ def test_bad_trajectories_move_nothing_and_are_reported(
 
 def test_a_good_trajectory_moves_the_joint_it_names(graph: Any) -> None:
     """The counterpart of the refusals: the head turns by 0.1 rad, and back."""
-    state = graph.last(JointState, "/joint_states")
-    names, rest = list(state.name), list(state.position)
-    head, goal = names.index("HEAD_JOINT0"), list(rest)
-    goal[head] += 0.1
-    for wanted in (goal, rest):
-        heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 800,
-                             meanwhile=lambda wanted=wanted: send(graph, names, [(0.5, wanted)]))
-        assert np.array(heard[-1].position) == pytest.approx(np.array(wanted), abs=STILL)
+    state, robot = graph.last(JointState, "/joint_states"), load_robot_config()
+    names, rest = list(robot.joint_names), robot.half_sitting
+    moved = np.array([0.1 if name == "HEAD_JOINT0" else 0.0 for name in names])
+    for goal in (rest + moved, rest):
+        heard = graph.listen(
+            JointState, "/joint_states", lambda got: len(got) > 800,
+            meanwhile=lambda goal=goal: send(graph, names, [(0.5, goal.tolist())]))
+        assert list(heard[-1].name) == names
+        # The legs stand where the stabilizer has them.
+        wanted = np.array(state.position) + (goal - rest)
+        assert np.array(heard[-1].position) == pytest.approx(wanted, abs=STILL)
 
 
 def test_a_stamp_of_another_clock_is_refused_with_a_hint(graph: Any) -> None:

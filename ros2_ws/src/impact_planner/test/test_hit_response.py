@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner import momentum
+from impact_planner.errors import PostureUnreachable
+from impact_planner.floor_load import LARGEST_SLIP, FloorLoad, floor_load, require_no_slip
 from impact_planner.hit_response import hit_response
 from impact_planner.robot_model import SIDES, TOWARDS_DOOR, RobotModel
 
@@ -214,3 +216,30 @@ def test_soles_without_rubber_meet_a_long_hit_as_a_short_one(robot, at_hit):
     hard = RobotModel(replace(robot.config, sole_rubber=None))
     assert respond(hard, at_hit, duration=CONTACT).mass == pytest.approx(
         respond(robot, at_hit).mass, rel=1e-6)
+
+
+def load(robot, posture, response, impulse, available) -> FloorLoad:
+    return floor_load(robot.mass, posture, response, impulse, 0.015, available)
+
+
+def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_is(
+        robot, at_hit, stance):
+    """And by no more than on ice, where the floor gives nothing."""
+    response = hit_response(
+        robot, at_hit, normal=TOWARDS_DOOR, leaf_friction=0.3, duration=0.015)
+    needed = load(robot, stance.posture, response, 19.4, 1.0).friction
+    assert load(robot, stance.posture, response, 19.4, 1.001 * needed).slip == 0.0
+    slips = [load(robot, stance.posture, response, 19.4, share * needed).slip
+             for share in (0.9, 0.5, 0.1, 1e-9)]
+    assert slips == sorted(slips)
+    assert slips[0] > 0.0
+    assert slips[-1] == pytest.approx(0.5 * 0.015 * 19.4 * response.slide)
+
+
+def test_soles_that_slip_far_are_refused_with_way_and_limit(robot, at_hit, stance):
+    response = hit_response(
+        robot, at_hit, normal=TOWARDS_DOOR, leaf_friction=0.3, duration=0.015)
+    require_no_slip(load(robot, stance.posture, response, 19.4, 0.5), 0.5)
+    with pytest.raises(PostureUnreachable, match="slip by") as caught:
+        require_no_slip(load(robot, stance.posture, response, 40.0, 0.05), 0.05)
+    assert caught.value.limit == LARGEST_SLIP < caught.value.value

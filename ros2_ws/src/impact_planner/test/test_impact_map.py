@@ -136,6 +136,7 @@ def test_a_plan_has_figures_and_a_refusal_has_reasons(cells):
         (PostureUnreachable("hold: near", quantity="clearance [m]"), "ending"),
         (PostureUnreachable("post: near", quantity="clearance [m]"), "bodies"),
         (PostureUnreachable("slips", quantity="friction"), "grip"),
+        (PostureUnreachable("slips", quantity="slip [m]"), "grip"),
         (PostureUnreachable("far", quantity="door_distance [m]"), "reach"),
         (JointLimit("cam: fast", phase="cam", quantity="speed [rad/s]"), "joint"),
         (JointLimit("hold: fast", phase="hold", quantity="speed [rad/s]"), "ending"),
