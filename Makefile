@@ -30,7 +30,7 @@ SEED ?= 1
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
-	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited GUI=1 HITS=2"
+	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited HOLD=hold|retreat GUI=1 HITS=2"
 	@echo "make up      the same nodes, left running until Ctrl-C"
 	@echo "make test    every test          make lint    ruff and mypy"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"

@@ -91,7 +91,7 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
     return [
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
-        ("m_re planned with", "J M^-1 J^T",
+        ("m_re planned with", "ours",
          f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the model, in one "
          "piece on its soles"),
         ("learned from hits", "", f"{plan.learned_hits}" if plan.learned_hits else "none yet"),
