@@ -4,10 +4,10 @@ import argparse
 import hashlib
 import json
 import os
+import signal
 import sys
 import tempfile
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from importlib import import_module
 from multiprocessing import get_context
@@ -114,10 +114,10 @@ def load_records(path: Path, digest: str) -> dict[str, list[dict[str, Any]]]:
         for line in path.read_text(encoding="utf-8").splitlines():
             try:
                 entry = json.loads(line)
-            except json.JSONDecodeError:
+                if entry["digest"] == digest:
+                    found[json.dumps(entry["case"], sort_keys=True)] = entry["records"]
+            except (json.JSONDecodeError, TypeError, KeyError):
                 continue
-            if entry["digest"] == digest:
-                found[json.dumps(entry["case"], sort_keys=True)] = entry["records"]
     return found
 
 
@@ -138,24 +138,23 @@ def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
     missing = [case for case in wanted if keys[case] not in done]
     bar = tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="door",
                disable=not missing)
-    # A fresh interpreter each: PyBullet and its threads are not to be forked.
-    with path.open("a", encoding="utf-8") as record, bar, ProcessPoolExecutor(
-            max_workers=os.cpu_count(), mp_context=get_context("spawn")) as pool:
+    # A fresh interpreter each: PyBullet and its threads are not to be forked. What is under way
+    # ends with the pool.
+    with path.open("a", encoding="utf-8") as record, bar, get_context("spawn").Pool(
+            os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
         if record.tell() and not path.read_bytes().endswith(b"\n"):
             record.write("\n")  # ends a line half written
-        tasks = {pool.submit(run_case, case): case for case in missing}
-        try:
-            for task in as_completed(tasks):
-                case, records = tasks[task], task.result()
-                done[keys[case]] = records
-                entry = {"digest": digest, "case": case.as_json(), "records": records}
-                record.write(json.dumps(entry) + "\n")
-                record.flush()
-                bar.update()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        for case, records in pool.imap_unordered(_with_case, missing):
+            done[keys[case]] = records
+            entry = {"digest": digest, "case": case.as_json(), "records": records}
+            record.write(json.dumps(entry) + "\n")
+            record.flush()
+            bar.update()
     return [one for case in wanted for one in done[keys[case]]]
+
+
+def _with_case(case: Case) -> tuple[Case, list[dict[str, Any]]]:
+    return case, run_case(case)
 
 
 def statistics(errors: Iterable[float]) -> dict[str, float | None]:
@@ -212,8 +211,12 @@ def main(args: list[str] | None = None) -> int:
     options = parser.parse_args(args)
     if options.n < 1 or options.seed < 0:
         parser.error(f"-n must be 1 or more and --seed 0 or more, not {options.n}, {options.seed}")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         records = run(cases(options.n, options.seed), options.out)
+    except OSError as error:
+        print(f"sweep: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print(f"sweep: interrupted; what was done is kept in {options.out}", file=sys.stderr)
         return 130

@@ -2,7 +2,6 @@
 
 import json
 import math
-from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -142,9 +141,9 @@ def test_a_hit_that_was_not_felt_teaches_nothing_and_ends_no_sweep(peak):
 
 
 class Pool:
-    """An executor that runs at once, here."""
+    """A pool that runs at once, here."""
 
-    def __init__(self, **_):
+    def __init__(self, *_):
         pass
 
     def __enter__(self):
@@ -153,17 +152,9 @@ class Pool:
     def __exit__(self, *_):
         pass
 
-    def shutdown(self, **_):
-        pass
-
-    def submit(self, task, *arguments):
-        """The task's future, done."""
-        future = Future()
-        try:
-            future.set_result(task(*arguments))
-        except BaseException as error:
-            future.set_exception(error)
-        return future
+    def imap_unordered(self, task, arguments):
+        """What the tasks answer, in their order."""
+        return map(task, arguments)
 
 
 @pytest.fixture
@@ -176,7 +167,7 @@ def ran(monkeypatch):
         return made_up(case)
 
     monkeypatch.setattr(sweep, "run_case", run_case)
-    monkeypatch.setattr(sweep, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(sweep, "get_context", lambda _: SimpleNamespace(Pool=Pool))
     monkeypatch.setattr(sweep, "sources", lambda: "these")
     return names
 
@@ -235,7 +226,6 @@ def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
             raise KeyboardInterrupt
         return keep(case)
 
-    monkeypatch.setattr(sweep, "as_completed", list)  # in their order
     monkeypatch.setattr(sweep, "run_case", interrupted)
     assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 130
     assert str(tmp_path) in capsys.readouterr().err
@@ -325,3 +315,18 @@ def test_a_contact_that_was_never_felt_does_not_cost_the_report(tmp_path):
         each["switch_latency_ms"] = math.nan
     sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
     assert (tmp_path / "sweep.png").exists()
+
+
+def test_lines_that_are_no_records_are_passed_over(tmp_path):
+    path = tmp_path / sweep.RECORD
+    path.write_text('null\n{"x": 1}\n[1]\n"digest"\n{"digest": "these"}\n')
+    assert sweep.load_records(path, "these") == {}
+
+
+def test_a_folder_that_cannot_be_one_is_told_in_a_line(ran, tmp_path, capsys):
+    out = tmp_path / "file"
+    out.write_text("kept")
+    assert sweep.main(["-n", "1", "--out", str(out)]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert out.read_text() == "kept"
+    assert ran == []

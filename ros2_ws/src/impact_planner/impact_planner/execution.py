@@ -19,22 +19,24 @@ from numpy.typing import NDArray
 from .errors import InvalidRequest
 from .execution_types import (
     APPROACH,
+    MISSED,
     SCALED,
     Command,
     ExecutablePlan,
     ExecutionSettings,
     Measured,
     Outcome,
+    held_verdict,
+    off_track,
+    too_far_off,
 )
 from .knots import Knots
 from .plan_types import ENDINGS
 from .post import continue_from, to_rest_within
+from .speed_of_b import SpeedOfB
 from .splice import concatenate, duration, shifted, slowed, without_first
 
 Array = NDArray[np.float64]
-
-_SAME_TICK = 0.003  # between stamps of joints and gyro of one tick of 5 ms [s]
-_IN_CONTACT = 2  # newest speeds of B, which may be of the contact already
 
 
 @dataclass
@@ -55,6 +57,7 @@ class Execution:
         phase: The one that it is in.
         measured: What it felt so far.
         door_angle: The last one heard [rad].
+        turned_round: Whether the door was seen to open to its peak.
 
     Raises:
         InvalidRequest: A scale out of range.
@@ -77,18 +80,17 @@ class Execution:
         self.phase = APPROACH[0]
         self.measured = Measured()
         self.door_angle = 0.0
+        self.turned_round = False
         self._starts: dict[str, float] = {}
         self._end = np.inf
         self._sent: tuple[float, Knots] | None = None
-        self._speeds: deque[float] = deque(maxlen=8)
-        self._joints: tuple[float, Array, Array] | None = None  # stamp, positions, speeds
-        self._rate: tuple[float, Array] | None = None  # stamp and angular velocity of the IMU
+        self._speed = SpeedOfB(self.speed_of_b)
         self._held: deque[float] = deque(maxlen=30)
         self._stop_asked = False
+        self._went_back = ""  # why, in place of the plan's ending
+        self._door_heard = -np.inf
         self._heard = -np.inf
         self._at_rest = np.inf  # after a stop in the run-up
-
-    # -- motion -------------------------------------------------------------------------------
 
     def start(self, now: float) -> Command:
         """Everything up to the end of the run-up, as one trajectory.
@@ -114,11 +116,6 @@ class Execution:
     def starts(self) -> dict[str, float]:
         """When the phases began or will begin, on the robot's clock [s]."""
         return dict(self._starts)
-
-    @property
-    def turned_round(self) -> bool:
-        """Whether the door was seen to open to its peak."""
-        return self.phase in ENDINGS
 
     @property
     def planned_contact(self) -> float:
@@ -147,74 +144,65 @@ class Execution:
                 return self._brake(now)
             return self._stop(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
         if self.phase in ENDINGS:
-            if now >= self._end:
-                self._judge_ending()
-            return []
-        self._joints = (now, position, velocity)
+            return self._judge_ending(position) if now >= self._end else []
+        if self.phase == "post" and now > self._starts["post"] + self._longest_opening:
+            return self._go_back(now, "the door was not seen to turn round within "
+                                 f"{self._longest_opening:.1f} s after the hit")
+        self._speed.joints = (now, position, velocity)
         self._watch_b()
         if self.phase == "cam" and now > self._end + self.settings.late:
-            return self._missed()
+            return self._ended(Outcome.NO_CONTACT, MISSED)
         return self._watch_tracking(now, position)
 
-    def _missed(self) -> list[Command]:
-        """The run-up has come to rest and the door has not moved."""
-        self.outcome = Outcome.NO_CONTACT
-        self.reason = (
-            "no contact: neither feet nor door told of one until the run-up had come to rest; the "
-            "door stands farther than planned or is open")
+    def _ended(self, outcome: Outcome, reason: str) -> list[Command]:
+        """Ends without a word to the driver."""
+        self.outcome, self.reason = outcome, reason
         return []
 
-    def _judge_ending(self) -> None:
+    @property
+    def _longest_opening(self) -> float:
+        """In which the door must be seen to turn round [s]."""
+        return self.settings.slower * duration(self.plan.phases["post"])
+
+    def _judge_ending(self, position: Array) -> list[Command]:
         """Ends with success; a hold only where the door stands still near the desired angle."""
+        assert self._sent is not None
+        why = off_track(position, self._sent[1].position[-1], self.joint_names,
+                        self.settings.tracking, f"the {self.phase} ends")
+        if why:
+            return self._ended(Outcome.NOT_FOLLOWED, why)
+        if self._went_back:
+            return self._ended(Outcome.NOT_HELD, f"{self._went_back}; the robot went back")
         if self.phase != self.plan.ending:
-            self.outcome, self.reason = Outcome.STOPPED, "stopped after the hit, back from the door"
-            return
+            return self._ended(Outcome.STOPPED, "stopped after the hit, back from the door")
         if self.phase != "hold":
-            self.outcome, self.reason = Outcome.SUCCESS, "the door was opened, the robot went back"
-            return
-        held, spread = float(np.mean(self._held)), float(np.ptp(self._held))
-        self.measured.held_angle = held
-        off, within = abs(held - self.plan.desired_angle), self.settings.held_within
-        if max(off, spread) <= within:
-            self.outcome = Outcome.SUCCESS
-            return
-        self.outcome = Outcome.NOT_HELD
-        self.reason = (
-            f"the door is not held: it stands at {np.degrees(held):.1f} deg and moved by "
-            f"{np.degrees(spread):.1f} deg in the end, {np.degrees(self.plan.desired_angle):.1f} "
-            f"deg were desired, {np.degrees(within):.1f} deg off or moved are allowed")
+            return self._ended(Outcome.SUCCESS, "the door was opened, the robot went back")
+        self.measured.held_angle = float(np.mean(self._held))
+        return self._ended(*held_verdict(
+            self._held, self.plan.desired_angle, self.settings.held_within))
 
     def _watch_tracking(self, now: float, position: Array) -> list[Command]:
         """Stops where the joints are not where they were sent, while a stop keeps balance."""
         if self._sent is None or self.past_no_return(now):
             return []
         stamp, knots = self._sent
-        off = np.abs(position - knots.at(now - stamp)[0][0])
-        worst = int(np.argmax(off))
-        if off[worst] <= self.settings.tracking:
-            return []
-        name = self.joint_names[worst] if self.joint_names else f"joint {worst}"
-        return self._stop(
-            Outcome.NOT_FOLLOWED,
-            f"stopped in the phase {self.phase}: {name} is {off[worst]:.3f} rad from where it was "
-            f"sent, more than {self.settings.tracking:g} rad; the driver refused the trajectory "
-            "or cannot follow it")
+        why = off_track(position, knots.at(now - stamp)[0][0], self.joint_names,
+                        self.settings.tracking, "it was sent")
+        why = why and f"stopped in the phase {self.phase}: {why}"
+        return self._stop(Outcome.NOT_FOLLOWED, why) if why else []
 
     def _watch_b(self) -> None:
-        """Speeds of B around the hit, from joints and gyro of the same time."""
-        if self.phase not in ("cam", "post") or self._joints is None or self._rate is None:
+        """Speeds of B around the hit."""
+        told = self._speed.now() if self.phase in ("cam", "post") else None
+        if told is None:
             return
-        (now, position, velocity), (at, rate) = self._joints, self._rate
-        if abs(at - now) > _SAME_TICK:
-            return
+        now, speed = told
         measured, felt = self.measured, not np.isnan(self.measured.contact_time)
         if not felt and now <= self.planned_contact + self.plan.steady_time:
-            self._speeds.append(self.speed_of_b(position, velocity, rate))
-            before = [*self._speeds][:-_IN_CONTACT] or [*self._speeds]
-            measured.v_rb = float(np.mean(before))
+            measured.v_rb = self._speed.before_contact(speed)
         elif felt and np.isnan(measured.v_rb_post) and (
                 now >= measured.contact_time + self.settings.settle):
-            measured.v_rb_post = self.speed_of_b(position, velocity, rate)
+            measured.v_rb_post = speed
 
     # -- contact ------------------------------------------------------------------------------
 
@@ -243,17 +231,18 @@ class Execution:
             angle: [rad].
             velocity: [rad/s].
         """
+        stale = abs(now - self._heard) > self.settings.stale
+        if now <= self._door_heard or stale or not np.isfinite([angle, velocity]).all():
+            return []
+        self._door_heard = now
         self.door_angle = angle
         self._held.append(angle)
-        if self.outcome is not Outcome.RUNNING or self.phase not in ("cam", "post"):
-            return []
-        if self._stopping:
+        running = self.outcome is Outcome.RUNNING and not self._stopping
+        if not running or self.phase not in ("cam", "post"):
             return []
         if not np.isnan(self.measured.contact_time):
             return self._follow_opening(now, angle, velocity)
-        if velocity > self.settings.door_moves:
-            return self._contact(now)
-        return []
+        return self._contact(now) if velocity > self.settings.door_moves else []
 
     def _contact(self, begin: float) -> list[Command]:
         """The contact has begun: the switch to the motion after the hit.
@@ -284,13 +273,29 @@ class Execution:
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
         if measured.peak_angle - angle < self.settings.peak_drop:
             return []
+        self.turned_round = True
+        off = measured.peak_angle - self.plan.desired_angle
+        if self.plan.ending == "hold" and abs(off) > self.settings.hold_within:
+            return self._go_back(now, too_far_off(measured.peak_angle, self.plan.desired_angle))
         self.phase = self.plan.ending
+        if self._stop_asked and "retreat" not in self.plan.phases:
+            return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
         if self._stop_asked:
-            if "retreat" not in self.plan.phases:
-                return self._stop(Outcome.STOPPED, "stopped after the hit, as asked")
             self.phase, self._stop_asked = "retreat", False  # a second stop is one in the retreat
+        return self._end_with(now)
+
+    def _go_back(self, now: float, why: str) -> list[Command]:
+        """Retreats where the plan's ending makes no sense; stops where it has no retreat."""
+        if "retreat" not in self.plan.phases:
+            return self._stop(Outcome.NOT_HELD, why)
+        self.phase, self._stop_asked, self._went_back = "retreat", False, why
+        return self._end_with(now)
+
+    def _end_with(self, now: float) -> list[Command]:
+        """The phase that follows the door's peak."""
         # Without the first knot: the driver starts from where it is.
         ending = self._shifted(without_first(self.plan.phases[self.phase]))
+        self._sent = (now, ending)
         self._starts[self.phase] = now
         self._end = now + self.settings.judged_after + float(ending.time[-1])
         return [Command(0.0, ending)]  # from its arrival on: late is better than refused
@@ -303,6 +308,8 @@ class Execution:
         """
         assert self._sent is not None
         off = self._sent[1].position[-1] - self.plan.phases["post"].position[-1]
+        # A door that stood still farther off would take joints to the ends of their ranges.
+        off *= min(1.0, self.plan.steady_time / max(abs(self.measured.contact_delay), 1e-9))
         return shifted(
             ending, off, np.inf if self.phase == "hold" else self.settings.back_to_plan)
 
@@ -356,8 +363,7 @@ class Execution:
         """The end of a stop in the run-up."""
         if now < self._at_rest:
             return self._watch_tracking(now, position)
-        self.outcome, self.reason = Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked"
-        return []
+        return self._ended(Outcome.STOPPED, f"stopped in the phase {self.phase}, as asked")
 
     def give_up(self, reason: str) -> None:
         """Ends without a word to the driver."""
@@ -377,13 +383,11 @@ class Execution:
             tilt: Of the trunk [rad].
             rate: Angular velocity in the IMU's frame, (3,) [rad/s].
         """
-        self._rate = (now, rate)
+        self._speed.rate = (now, rate)
         self._watch_b()
         if self.outcome is Outcome.RUNNING and tilt > self.settings.fall_tilt:
             return self._stop(Outcome.FELL)
         return []
-
-    # -- progress -----------------------------------------------------------------------------
 
     def progress(self, now: float) -> float:
         """Share of the phase that has passed, 0 to 1."""

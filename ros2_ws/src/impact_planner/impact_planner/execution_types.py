@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .errors import InvalidRequest
 from .knots import Knots
 from .plan_types import ENDINGS
 
+Array = NDArray[np.float64]
+
 APPROACH = ("prepare", "shift", "step", "back", "cam")
 SCALED = APPROACH[:-1]  # the run-up keeps its speed
 PLANNED = (*APPROACH, "post")
+
+MISSED = ("no contact: neither feet nor door told of one until the run-up had come to rest; the "
+          "door stands farther than planned or is open")
 
 
 class Outcome(enum.Enum):
@@ -60,6 +67,9 @@ class ExecutionSettings:
         back_to_plan: In which a retreat from a door that stood elsewhere is as planned again [s].
         fall_tilt: Tilt of the trunk that counts as a fall [rad].
         tracking: A joint further than this from its reference does not follow [rad].
+        hold_within: A door whose peak is further from the desired angle is not caught [rad].
+        slower: Multiple of the planned time in which the door must be seen to turn round.
+        stale: An angle of the door whose stamp is further from the joints' is passed over [s].
         held_within: A door further than this from the desired angle is not held [rad].
     """
 
@@ -75,6 +85,9 @@ class ExecutionSettings:
     back_to_plan: float = 0.6
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
+    hold_within: float = float(np.radians(6.0))
+    slower: float = 3.0
+    stale: float = 2.0
     held_within: float = float(np.radians(2.0))
 
     def __post_init__(self) -> None:
@@ -182,3 +195,49 @@ class Measured:
     peak_angle: float = np.nan
     peak_time: float = np.nan
     held_angle: float = np.nan
+
+
+def held_verdict(
+    angles: Sequence[float], desired: float, within: float
+) -> tuple[Outcome, str]:
+    """Whether a door stands still near an angle, and what is said where it does not.
+
+    Args:
+        angles: The last ones heard [rad].
+        desired: [rad].
+        within: So far it may be off, and move [rad].
+    """
+    held, spread = float(np.mean(angles)), float(np.ptp(angles))
+    if max(abs(held - desired), spread) <= within:
+        return Outcome.SUCCESS, ""
+    return Outcome.NOT_HELD, (
+        f"the door is not held: it stands at {np.degrees(held):.1f} deg and moved by "
+        f"{np.degrees(spread):.1f} deg in the end, {np.degrees(desired):.1f} deg were desired, "
+        f"{np.degrees(within):.1f} deg off or moved are allowed")
+
+
+def too_far_off(peak: float, desired: float) -> str:
+    """What is said of a door that is not caught, for angles [rad]."""
+    return (f"the door opened to {np.degrees(peak):.1f} deg, {np.degrees(desired):.1f} deg were "
+            "desired: too far off for the arm to meet it as planned")
+
+
+def off_track(
+    position: Array, wanted: Array, names: Sequence[str], limit: float, where: str
+) -> str:
+    """What is said of a robot that does not follow; empty where it does.
+
+    Args:
+        position: Of the joints, (J,) [rad].
+        wanted: Where they are to be, (J,) [rad].
+        names: Of the joints; may be empty.
+        limit: So far a joint may be off [rad].
+        where: What put them there.
+    """
+    off = np.abs(position - wanted)
+    worst = int(np.argmax(off))
+    if off[worst] <= limit:
+        return ""
+    name = names[worst] if names else f"joint {worst}"
+    return (f"{name} is {off[worst]:.3f} rad from where {where}, more than {limit:g} rad; the "
+            "driver refused the trajectory or cannot follow it")

@@ -32,7 +32,7 @@ _FORGOTTEN = 0.01  # how far both may drift from one hit to the next
 _OMEGA_STD = 0.01  # of w' by the peak, as a share
 _V_POST_STD = 0.03  # of v'_rB [m/s]
 _FACTORS = (0.3, 3.0)  # of the effective mass that are believed
-_BELIEVED = 0.4  # of a w' that differs from the expected one, as a logarithm: a door was blocked
+_BELIEVED = 0.6  # of a w' that differs from the expected one, as a logarithm: a door was blocked
 _STEP = 1e-5  # of differences
 
 
@@ -169,8 +169,8 @@ def load(path: Path) -> dict[str, Experience]:
         if document is None:
             return {}
         return {str(door): _checked(**entry) for door, entry in document.items()}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, ValueError,
-            AttributeError) as error:
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, ValueError, AttributeError,
+            RecursionError, OverflowError) as error:
         raise ExperienceUnreadable(
             f"{path} holds no experience of hits: {error}", quantity="experience_file",
             value=str(path)) from error

@@ -56,6 +56,7 @@ class ImpactPlanner(Node):
         self._experience_file = Path(name).expanduser() if name else None
         self._experience = load(self._experience_file) if self._experience_file else {}
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
+        self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last hit
         self._identified: KnownDoor | None = None
         self._refusal = ""
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -147,6 +148,11 @@ class ImpactPlanner(Node):
             self.get_logger().warning(f"nothing learned from plan {message.plan_id!r}, which is "
                                       "not the last one that was made here")
             return
+        stamp = message.header.stamp
+        report = (message.plan_id, stamp.sec, stamp.nanosec, message.peak_angle)
+        if report == self._reported:
+            return  # once more
+        self._reported = report
         plan, known = self._last
         before = self._experience.get(known.name, Experience.none(self._settings.restitution))
         try:
@@ -181,7 +187,7 @@ class ImpactPlanner(Node):
             return True
         try:
             save(self._experience_file, self._experience)
-        except OSError as error:
+        except (OSError, ValueError) as error:
             self.get_logger().error(f"{self._experience_file} cannot be written: {error}")
             return False
         return True

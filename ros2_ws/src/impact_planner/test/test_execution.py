@@ -27,8 +27,7 @@ def straight(start: float, end: float, length: float) -> Knots:
 
 def run_up() -> Knots:
     """To the constant speed within 0.2 s, past the contact, and to rest."""
-    full = CONTACT + OVERRUN
-    time = np.append([0.0, 0.2, 0.45], full)
+    time = np.array([0.0, 0.2, 0.45, CONTACT + OVERRUN])
     steady = Knots(time, SPEED * np.maximum(time - 0.1, 0.0)[:, None],
                    np.append(0.0, np.full(3, SPEED))[:, None], np.zeros((4, 1)))
     late = np.linspace(0.0, STOP, 25)
@@ -267,9 +266,10 @@ def test_a_door_is_held_where_it_stands_still_near_the_desired_angle(
         angles: np.ndarray, outcome: Outcome) -> None:
     execution, cam = started()
     end = opened(execution, cam + CONTACT) + 3.0
-    for angle in angles:
-        execution.on_door(end, angle, 0.0)
-    joints(execution, end)
+    joints(execution, end - 1.0)
+    for number, angle in enumerate(angles):
+        execution.on_door(end - 0.4 + 0.01 * number, angle, 0.0)
+    execution.on_joint_state(end, np.array([0.5]), np.zeros(1))
     assert execution.outcome is outcome
     assert (outcome is Outcome.SUCCESS) == (execution.reason == "")
 
@@ -327,17 +327,17 @@ def test_it_ends_in_the_plans_retreat_which_can_be_stopped_again() -> None:
             execution.stop()
         commands = joints(execution, now + 0.5, 0.0)
         assert [command.knots for command in commands] == ([None] if again else [])
-        joints(execution, now + 2.0, 0.0)
+        execution.on_joint_state(now + 2.0, np.zeros(1), np.zeros(1))
         assert execution.outcome is Outcome.STOPPED
         assert again or "back from the door" in execution.reason
 
 
 def test_the_hold_can_be_stopped() -> None:
     execution, cam = started()
-    now = opened(execution, cam + CONTACT)
-    assert not execution.past_no_return(now + 0.1)
+    now = opened(execution, cam + CONTACT) + 0.1
+    assert not execution.past_no_return(now)
     execution.stop()
-    assert joints(execution, now + 0.1, 0.0)[0].knots is None
+    assert joints(execution, now, 0.0)[0].knots is None
     assert execution.outcome is Outcome.STOPPED
 
 
@@ -365,7 +365,7 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 def test_a_falling_robot_is_stopped_once() -> None:
     execution, _ = started()
     assert execution.on_imu(11.0, 0.1, np.zeros(3)) == []
-    assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None
+    assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None  # the driver's stop
     assert execution.outcome is Outcome.FELL
     assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
 

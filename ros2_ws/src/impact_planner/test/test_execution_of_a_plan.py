@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from impact_planner.execution import Execution
-from impact_planner.execution_types import ExecutablePlan, ExecutionSettings
+from impact_planner.execution_types import ExecutablePlan, ExecutionSettings, Outcome
 from impact_planner.knots import TOLERANCE
 from impact_planner.plan import plan_impact
 from impact_planner.plan_types import PlannerSettings, PlanRequest
@@ -117,3 +117,81 @@ def test_the_switch_is_where_the_plan_s_phase_post_begins(good):
     end = cut(good.phases["cam"], good.switch_time)
     np.testing.assert_allclose(end.position[-1], good.phases["post"].position[0], atol=1e-4)
     np.testing.assert_allclose(end.velocity[-1], good.phases["post"].velocity[0], atol=1e-2)
+
+
+def stand(execution, now, knots):
+    """The robot where a trajectory ends."""
+    return execution.on_joint_state(now, knots.position[-1], np.zeros(30))
+
+
+@pytest.mark.parametrize("off", [-10.0, 15.0])
+def test_a_door_that_opened_far_too_little_or_too_far_is_not_caught(robot, good, off):
+    """The arm would strike it: the robot goes back, and says why."""
+    execution, _, begin, _ = hit(robot, good, 0.0)
+    peak = good.desired_angle + np.radians(off)
+    execution.on_door(begin + 1.0, peak, 0.1)
+    (command,) = execution.on_door(begin + 1.1, peak - 0.01, -0.1)
+    assert execution.phase == "retreat"
+    assert stand(execution, begin + 6.0, command.knots) == []
+    assert execution.outcome is Outcome.NOT_HELD
+    assert f"opened to {np.degrees(peak):.1f} deg" in execution.reason
+    assert execution.turned_round
+
+
+@pytest.mark.parametrize("stop", [False, True])
+def test_a_door_that_is_not_seen_to_turn_round_ends_in_the_retreat(robot, good, stop):
+    """Its encoder may be stuck, or the door stay open: nobody waits for ever."""
+    execution, _, begin, splice = hit(robot, good, 0.0)
+    if stop:
+        execution.stop()
+    for now in np.arange(begin + 0.1, begin + 20.0, 0.1):
+        commands = stand(execution, now, splice.knots)
+        execution.on_door(now, 0.0, 0.0)
+        if commands:
+            break
+    assert execution.phase == "retreat"
+    assert not execution.turned_round
+    stand(execution, now + 5.0, commands[0].knots)
+    assert execution.outcome is Outcome.NOT_HELD
+    assert "turn round" in execution.reason
+
+
+def test_an_ending_that_the_driver_does_not_follow_is_no_success(robot, good):
+    execution, _, begin, splice = hit(robot, good, 0.0)
+    execution.on_door(begin + 1.0, good.desired_angle, 0.1)
+    execution.on_door(begin + 1.1, good.desired_angle - 0.01, -0.1)
+    stand(execution, begin + 20.0, splice.knots)
+    assert execution.outcome is Outcome.NOT_FOLLOWED
+    assert "where the hold ends" in execution.reason
+
+
+@pytest.mark.parametrize(
+    ("later", "angle", "velocity"),
+    [(0.03, np.nan, 0.5), (0.03, 0.05, np.nan), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0),
+     (50.0, 0.0, 0.0), (-50.0, 0.0, 0.0)])
+def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
+        robot, good, later, angle, velocity):
+    """No number, older than the last one, or stamped by another clock."""
+    execution, _, begin, _ = hit(robot, good, 0.0)
+    execution.on_door(begin + 0.05, 0.03, 0.6)
+    assert execution.on_door(begin + 0.05 + later, angle, velocity) == []
+    assert execution.phase == "post"
+    assert execution.door_angle == 0.03
+    assert execution.measured.peak_angle == 0.03
+
+
+@pytest.mark.parametrize("late", [0.06, 0.1, 0.2])
+def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
+    """It is told by the door: the hold is shifted no further than for doors that were planned."""
+    execution, cam, _, _ = hit(robot, good, 1.0)
+    execution = Execution(good, PointB(robot).speed)
+    command = execution.start(0.0)
+    begin = cam + good.contact_time + late
+    position, velocity, _ = command.knots.at(begin - command.stamp)
+    execution.on_joint_state(begin, position[0], velocity[0])
+    assert execution.on_door(begin, 0.02, 0.5)
+    execution.on_door(begin + 1.0, good.desired_angle, 0.1)
+    (command,) = execution.on_door(begin + 1.1, good.desired_angle - 0.01, -0.1)
+    assert execution.phase == "hold"
+    assert np.all(command.knots.position >= robot.lower - TOLERANCE)
+    assert np.all(command.knots.position <= robot.upper + TOLERANCE)

@@ -196,6 +196,7 @@ def test_the_entry_that_the_broken_ones_differ_from_is_sound(tmp_path):
 
 @pytest.mark.parametrize("content", [
     b"just some words\n", b"- paper\n- size2\n", b"[]\n", b"false\n", b"0\n", b"paper: 3\n",
+    b"paper: " + 5000 * b"[",
     b"paper: [1, 2]\n", b"paper: {hits: 1\n", b"\xff\xfe\x00", b"paper: !!python/object:os.x {}\n",
     _entry(speed=1.0), _entry(restitution=None), _entry(restitution=2), _entry(restitution=-0.1),
     _entry(restitution=".nan"), _entry(restitution="half"), _entry(mass_factor=".nan"),

@@ -171,6 +171,7 @@ def test_a_hit_changes_the_next_plan_and_is_forgotten_when_told(capfd: Any) -> N
         rig.report(first, peak_angle=math.nan)
         rig.report(first, share=1e-3)
         rig.report(first, share=1.1)
+        rig.report(first, share=1.1)  # the same once more
         rig.until(lambda: bool(rig.node._experience))
         second = rig.ask(desired_opening_angle=0.4).plan
         assert second.learned_hits == 1
