@@ -59,8 +59,7 @@ def hit_response(
         duration: Of the contact [s].
     """
     n = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    inertia = np.array(pin.crba(robot.model, robot.data, q))
-    inertia = np.triu(inertia) + np.triu(inertia, 1).T
+    inertia = robot.mass_matrix(q)
     whole = inertia[_BASE, _BASE]
     touched = _contact_point_jacobian(robot, q, n)
     point = touched[:, _BASE]

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 _PERIOD = 0.005  # [s]
 _SAMPLES_OF_SLOWING = 11
+_SHORTER = (1.0, 0.75, 0.5, 0.25)  # shares of the time to rest, tried in this order
+_STANDING = 0.1  # the share where none of them stays on the path
 
 
 def path_time(
@@ -125,10 +127,9 @@ def to_rest_within(
     path: Knots, start: float, ratio: float, rest: float, slow: float
 ) -> Knots:
     """`continue_from`, to rest sooner where the path ends before."""
-    shares = (1.0, 0.75, 0.5, 0.25, 0.1)
-    for share in shares[:-1]:
+    for share in _SHORTER:
         try:
             return continue_from(path, start, ratio, share * rest, slow)
         except ValueError:
             continue
-    return continue_from(path, start, 0.0, shares[-1] * rest)
+    return continue_from(path, start, 0.0, _STANDING * rest)  # where it is, at once

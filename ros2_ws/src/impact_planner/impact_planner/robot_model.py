@@ -134,6 +134,11 @@ class RobotModel:
         pin.ccrba(self.model, self.data, q, np.zeros(self.model.nv))
         return np.array(self.data.Ig.inertia)
 
+    def mass_matrix(self, q: Array) -> Array:
+        """Pinocchio's joint-space inertia, without rotors, (nv, nv)."""
+        upper = np.triu(np.array(pin.crba(self.model, self.data, q)))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
     def contact_position(self, q: Array) -> Array:
         """Centre of the contact body (the elbow) in odom, (3,) [m]."""
         pin.forwardKinematics(self.model, self.data, q)
@@ -193,8 +198,7 @@ class RobotModel:
             direction: Of the blow in odom, (3,).
             rotors: Multiple of the rotors' inertia, gear^2 J, that is added to each joint.
         """
-        m = np.array(pin.crba(self.model, self.data, q))
-        m = np.triu(m) + np.triu(m, 1).T
+        m = self.mass_matrix(q)
         m[self.v_index, self.v_index] += rotors * self.config.armature
         free = np.setdiff1d(np.arange(self.model.nv), self.v_index[self.indices(locked)])
         n = np.asarray(direction, dtype=float)
