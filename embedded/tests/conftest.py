@@ -26,6 +26,8 @@ def free_domain() -> int:
 
 
 os.environ["ROS_DOMAIN_ID"] = str(free_domain())
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
 HERE = Path(__file__).parent
 
@@ -72,12 +74,11 @@ def peer(start: Callable[..., subprocess.Popen[str]]) -> subprocess.Popen[str]:
 
 @pytest.fixture
 def ros2() -> Callable[..., "subprocess.CompletedProcess[str]"]:
-    """Runs the `ros2` command to its end."""
+    """Runs the `ros2` command, the one beside this Python or else the one on PATH, to its end."""
+    here = Path(sys.executable).with_name("ros2")
+    command = str(here) if here.exists() else "ros2"
 
     def run(*arguments: str) -> "subprocess.CompletedProcess[str]":
-        code = "import sys; from ros2_embedded.cli import main; sys.exit(main())"
-        return subprocess.run(
-            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=20
-        )
+        return subprocess.run([command, *arguments], capture_output=True, text=True, timeout=30)
 
     return run

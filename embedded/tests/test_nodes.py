@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,30 +24,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
+from spinning import make, result, spin_until
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-
-
-def make(executor: Any, name: str = "tester", **options: Any) -> Node:
-    """A node that the executor spins."""
-    node = Node(name, **options)
-    executor.add_node(node)
-    return node
-
-
-def spin_until(executor: Any, done: Callable[[], Any], limit: float = 20.0) -> bool:
-    """Spins until `done`, in steps of 20 ms at most; whether it came to that in time [s]."""
-    deadline = time.monotonic() + limit
-    while not done() and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.02)
-    return bool(done())
-
-
-def result(executor: Any, future: Any) -> Any:
-    """Spins until the future is done."""
-    executor.spin_until_future_complete(future, timeout_sec=20.0)
-    assert future.done()
-    return future.result()
 
 
 def test_raw_subscription_gets_the_bytes_of_each_message(executor: SingleThreadedExecutor) -> None:
