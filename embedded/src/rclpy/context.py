@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import weakref
 from collections.abc import Sequence
 from typing import Any
 
+from ros2_embedded.domain import discovery, join_domain
 from ros2_embedded.domain import domain_id as default_domain
-from ros2_embedded.domain import join_domain
 from ros2_embedded.graph import Graph
 from ros2_embedded.reader_thread import ReaderThread
 
 from rclpy.arguments import RosArguments, parse_arguments
 from rclpy.exceptions import NotInitializedException, RCLError
-from rclpy.logging import get_logging_severity_from_string, set_logger_level
+from rclpy.logging import get_logger, get_logging_severity_from_string, set_logger_level
 
 
 class Context:
@@ -53,7 +54,10 @@ class Context:
             for name, level in self.arguments.log_levels.items():
                 set_logger_level(name, get_logging_severity_from_string(level))
             number = default_domain() if domain_id is None else domain_id
-            self._domain, self.participant = join_domain(number)
+            asked = discovery(os.environ)
+            for warning in asked.warnings:
+                get_logger("rcl").warning(warning)
+            self._domain, self.participant = join_domain(number, asked)
             self.reader_thread = ReaderThread(self.participant)
             self.graph = Graph(self.participant, self.reader_thread)
             self.graph.on_other_node = self._warn_of_namesake
