@@ -10,7 +10,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from xml.sax.saxutils import quoteattr
+from html import escape
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
@@ -113,7 +113,7 @@ def domain_configuration(asked: Discovery) -> str:
         interfaces = '<NetworkInterface autodetermine="true"/>' + interfaces
     subnet = asked.range == DiscoveryRange.SUBNET
     multicast = "" if subnet else "<AllowMulticast>false</AllowMulticast>"
-    peers = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in ("localhost", *asked.peers))
+    peers = "".join(f'<Peer address="{escape(peer)}"/>' for peer in ("localhost", *asked.peers))
     return (
         f"<CycloneDDS><Domain><General><Interfaces>{interfaces}</Interfaces>{multicast}</General>"
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Protocol
 
 JOINTS = 30
@@ -42,10 +43,12 @@ class RclpyLayer:
 
     def __init__(self) -> None:
         import rclpy
+        from rclpy.executors import SingleThreadedExecutor
 
-        self._rclpy = rclpy
         rclpy.init(args=[])
         self._node = rclpy.create_node(f"bench_{sys.argv[2]}")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
 
     def publisher(self) -> Callable[[int], None]:
         """See Layer."""
@@ -69,7 +72,7 @@ class RclpyLayer:
             heard(stamp.sec * 1_000_000_000 + stamp.nanosec)
 
         self._node.create_subscription(JointState, TOPIC, take, DEPTH)
-        self._rclpy.spin(self._node)
+        self._executor.spin()
 
     def serve(self) -> None:
         """See Layer."""
@@ -80,7 +83,7 @@ class RclpyLayer:
             return response
 
         self._node.create_service(SetBool, SERVICE, flip)
-        self._rclpy.spin(self._node)
+        self._executor.spin()
 
     def caller(self) -> Callable[[bool], bool]:
         """See Layer."""
@@ -88,13 +91,8 @@ class RclpyLayer:
 
         client = self._node.create_client(SetBool, SERVICE)
         client.wait_for_service()
-
-        def call(data: bool) -> bool:
-            future = client.call_async(SetBool.Request(data=data))
-            self._rclpy.spin_until_future_complete(self._node, future)
-            return bool(future.result().success)
-
-        return call
+        threading.Thread(target=self._executor.spin, daemon=True).start()
+        return lambda data: bool(client.call(SetBool.Request(data=data)).success)
 
 
 class DdsLayer:
@@ -102,7 +100,6 @@ class DdsLayer:
 
     def __init__(self) -> None:
         from cyclonedds.core import Policy, Qos
-        from cyclonedds.domain import DomainParticipant
         from cyclonedds.idl import make_idl_struct
         from cyclonedds.idl import types as idl
         from cyclonedds.util import duration
@@ -111,12 +108,13 @@ class DdsLayer:
         self._domain, self._participant = join_domain(domain_id(), Discovery())
         self._qos = Qos(Policy.Reliability.Reliable(duration(infinite=True)),
                         Policy.History.KeepLast(DEPTH))
-        assert DomainParticipant is not None
-        numbers = idl.sequence[idl.float64]
-        self._joints = make_idl_struct("BenchJoints", "BenchJoints", {
-            "stamp": idl.int64, "frame_id": str, "name": idl.sequence[str],
+        kinds: Any = idl
+        numbers = kinds.sequence[kinds.float64]
+        self._joints: Any = make_idl_struct("BenchJoints", "BenchJoints", {
+            "stamp": idl.int64, "frame_id": str, "name": kinds.sequence[str],
             "position": numbers, "velocity": numbers, "effort": numbers})
-        self._flip = make_idl_struct("BenchFlip", "BenchFlip", {"number": idl.int64, "data": bool})
+        self._flip: Any = make_idl_struct(
+            "BenchFlip", "BenchFlip", {"number": idl.int64, "data": bool})
 
     def _reader(self, name: str, kind: Any) -> tuple[Any, Any]:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
@@ -202,15 +200,14 @@ class Ledger:
 
     def __init__(self) -> None:
         self.ages: list[int] = []
-        self._wall, self._cpu = time.monotonic(), time.process_time()
+        self._cpu = time.process_time()
 
     def close(self) -> dict[str, Any]:
-        """The figures since the last time: share of a core, messages, their ages [ms], memory."""
+        """The figures since the last time: CPU time [s], messages, their ages [ms], memory."""
         ages, self.ages = [1e-6 * age for age in self.ages], []
-        wall, cpu = time.monotonic(), time.process_time()
-        share = (cpu - self._cpu) / (wall - self._wall)
-        self._wall, self._cpu = wall, cpu
-        told = {"cpu": share, "count": len(ages), "memory_mb": memory()}
+        now = time.process_time()
+        told = {"cpu_s": now - self._cpu, "count": len(ages), "memory_mb": memory()}
+        self._cpu = now
         if len(ages) > 1:
             told |= {"median_ms": statistics.median(ages),
                      "p99_ms": statistics.quantiles(ages, n=100)[98],
@@ -241,20 +238,19 @@ def talk(layer: Layer) -> None:
 
 
 def listen(layer: Layer) -> None:
-    """Tells of the first message, and for each line of standard input of those since the last."""
+    """Tells for each line of standard input of the messages since the last, and of the first."""
     ledger = Ledger()
+    first: list[float] = []
 
     def heard(sent: int) -> None:
-        if not first.is_set():
-            first.set()
-            tell(first=time.monotonic())
+        if not first:
+            first.append(time.monotonic())
         ledger.ages.append(time.monotonic_ns() - sent)
 
     def report() -> None:
         for _ in sys.stdin:
-            tell(**ledger.close())
+            tell(first=first[0] if first else None, **ledger.close())
 
-    first = threading.Event()
     threading.Thread(target=report, daemon=True).start()
     layer.listen(heard)
 
@@ -265,7 +261,7 @@ def call(layer: Layer) -> None:
     tell(ready=True)
     for line in sys.stdin:
         ledger = Ledger()
-        for i in range(int(line)):
+        for i in range(int(float(line))):
             begin = time.monotonic_ns()
             if ask(bool(i % 2)) is bool(i % 2):
                 raise SystemExit("a wrong answer")
@@ -275,12 +271,10 @@ def call(layer: Layer) -> None:
 
 def main() -> None:
     """Runs `bench_talk.py rclpy|dds talk|listen|serve|call`."""
-    layer: Layer = {"rclpy": RclpyLayer, "dds": DdsLayer}[sys.argv[1]]()
+    layer: Layer = RclpyLayer() if sys.argv[1] == "rclpy" else DdsLayer()
     role = {"talk": talk, "listen": listen, "call": call, "serve": lambda it: it.serve()}
-    try:
+    with suppress(KeyboardInterrupt):
         role[sys.argv[2]](layer)
-    except KeyboardInterrupt:
-        pass
 
 
 if __name__ == "__main__":
