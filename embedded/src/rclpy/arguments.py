@@ -138,7 +138,7 @@ def load_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
 
 _TOKEN = r"[A-Za-z_]\w*"
 _REMAP = re.compile(
-    rf"(?:(?P<node>{_TOKEN}):)?(?:(?P<special>__node|__name|__ns)|"
+    rf"(?:(?P<node>{_TOKEN}):(?!//))?(?:(?P<special>__node|__name|__ns)|"
     r"(?:ros(?P<kind>topic|service)://)?(?P<match>[\w/~{}]+)):=(?P<to>[\w/~{}]+)",
     re.ASCII,
 )

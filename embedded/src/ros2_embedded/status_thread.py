@@ -91,14 +91,18 @@ class StatusThread:
         while not self._stopping:
             try:
                 self._waitset.wait(_FOREVER)
-                with self._lock:
-                    for endpoint, sinks in list(self._sinks.items()):
-                        if endpoint.get_status_changes():
-                            self._hand_over(endpoint, sinks)
+                self._look_around()
             except DDSException:
                 # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
                 if not self._stopping:
                     raise
+
+    def _look_around(self) -> None:
+        # Not in `_run`: its variables would keep an endpoint alive after the last look.
+        with self._lock:
+            for endpoint, sinks in list(self._sinks.items()):
+                if endpoint.get_status_changes():
+                    self._hand_over(endpoint, sinks)
 
     def _hand_over(self, endpoint: Any, sinks: Sinks) -> None:
         for kind, sink in sinks.items():
