@@ -7,12 +7,14 @@ from typing import Any
 
 from ros2_embedded.messages import message_class
 
+from rclpy.logging_service import start_logging_service
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 from rclpy.parameter_store import ParameterStore, new_descriptor
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.rosout import Rosout
 from rclpy.time_source import TimeSource
+from rclpy.type_description_service import start_type_description_service
 
 
 def start_node_services(
@@ -48,6 +50,9 @@ def start_node_services(
     handle.services.append(TimeSource(node))
     if parameter_services:
         ParameterService(node)
+    if logger_service:
+        start_logging_service(node)
+    start_type_description_service(node)
 
 
 def _event(
