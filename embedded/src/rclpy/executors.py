@@ -62,7 +62,7 @@ class Executor:
             node.executor.remove_node(node)
         self._nodes.append(node)
         node.executor = self
-        for entity in node.entities():
+        for entity in list(node.handle.entities):
             entity.wake()
         self.wake()
         return True
@@ -99,7 +99,7 @@ class Executor:
         """A timer that is due, or None and the time until one may be [s]."""
         wait = _FOREVER
         for node in self._nodes:
-            for timer in node.timers_list:
+            for timer in node.handle.timers:
                 if timer.is_canceled() or timer.running:
                     continue
                 left = timer.time_until_next_call()
