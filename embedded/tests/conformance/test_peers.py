@@ -3,7 +3,6 @@
 import signal
 import subprocess
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -37,11 +36,26 @@ class Collector:
         """What it has heard."""
         return [int(line) for line in self.lines if line.isdecimal()]
 
+    @property
+    def last(self) -> int:
+        """What it has heard last, at first -1."""
+        return int(self.lines[-1]) if self.lines and self.lines[-1].isdecimal() else -1
+
 
 @pytest.fixture
 def collect(start: Callable[..., "subprocess.Popen[str]"]) -> Callable[[str], Collector]:
     """Starts a collector; one that is stopped is ended too."""
     return lambda name: Collector(start(COLLECTOR, name, str(DEPTH)))
+
+
+def publish_to(
+    executor: Any, publish: Callable[[int], None], numbers: range, hearer: Collector
+) -> None:
+    """Publishes numbers no faster than a hearer, whose queue is limited, hears them."""
+    for number in numbers:
+        assert spin_until(executor, lambda number=number: number - hearer.last < DEPTH // 2)
+        publish(number)
+    assert spin_until(executor, lambda: hearer.last == numbers[-1])
 
 
 def publisher_to(executor: Any, count: int) -> Callable[[int], None]:
@@ -59,19 +73,14 @@ def test_stopped_subscription_gets_what_the_depth_holds_and_delays_nobody(
     stopped, other = collect("stopped"), collect("other")
     publish = publisher_to(executor, 2)
     stopped.process.send_signal(signal.SIGSTOP)
-    for number in range(DEPTH):
-        publish(number)
-        time.sleep(0.001)
-    assert spin_until(executor, lambda: other.numbers == list(range(DEPTH)))
+    publish_to(executor, publish, range(DEPTH), other)
     assert stopped.numbers == []
     stopped.process.send_signal(signal.SIGCONT)
     assert spin_until(executor, lambda: stopped.numbers == list(range(DEPTH)))
     stopped.process.send_signal(signal.SIGSTOP)
     last = 10 * DEPTH
-    for number in range(DEPTH, last):
-        publish(number)
-        time.sleep(0.001)
-    assert spin_until(executor, lambda: other.numbers == list(range(last)))
+    publish_to(executor, publish, range(DEPTH, last), other)
+    assert other.numbers == list(range(last))
     stopped.process.send_signal(signal.SIGCONT)
     assert spin_until(executor, lambda: stopped.numbers[-1] == last - 1)
     assert stopped.numbers[-DEPTH:] == list(range(last - DEPTH, last))
@@ -87,10 +96,8 @@ def test_killed_subscription_delays_nobody_and_its_successor_is_heard(
     publish(0)
     assert spin_until(executor, lambda: killed.numbers == [0])
     killed.process.kill()
-    for number in range(1, 10 * DEPTH):
-        publish(number)
-        time.sleep(0.001)
-    assert spin_until(executor, lambda: other.numbers == list(range(10 * DEPTH)))
+    publish_to(executor, publish, range(1, 10 * DEPTH), other)
+    assert other.numbers == list(range(10 * DEPTH))
     successor = collect("killed")
     numbers = iter(range(10 * DEPTH, 100 * DEPTH))
 
