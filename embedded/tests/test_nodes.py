@@ -22,6 +22,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.time import Time as RosTime
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from spinning import make, result, spin_until
@@ -299,10 +300,10 @@ def test_throttled_and_single_logs(
 ) -> None:
     """Logs have ROS's form; throttling goes by the line, on the logger's clock."""
     clock = ROSClock()
-    clock.set_simulated(0)
+    clock._set_ros_time_is_active(True)
     logger = rclpy.logging.RcutilsLogger("a.b", clock)
     for second in range(6):
-        clock.set_simulated(second * 1_000_000_000)
+        clock.set_ros_time_override(RosTime(seconds=second, clock_type=clock.clock_type))
         logger.info("often", throttle_duration_sec=2.0)
         logger.warning("single", once=True)
         logger.debug("never")

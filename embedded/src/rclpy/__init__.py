@@ -70,20 +70,28 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
     Raises:
         RCLError: it has been left before, as after Ctrl-C.
     """
+    _end_spinning(context)
     (context or get_default_context()).shutdown()
     _clean_up(context, uninstall_handlers)
 
 
 def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
     """Leaves the domain, if it is in one."""
+    _end_spinning(context)
     (context or get_default_context()).try_shutdown()
     _clean_up(context, uninstall_handlers)
 
 
-def _clean_up(context: Context | None, uninstall: bool | None) -> None:
+def _end_spinning(context: Context | None) -> None:
+    """Has `spin` return in other threads: the shutdown is no surprise to them."""
     global _global_executor
-    if context is None:
+    if _global_executor is not None and context in (None, _global_executor.context):
+        if _global_executor.context.ok():
+            _global_executor.shutdown()
         _global_executor = None
+
+
+def _clean_up(context: Context | None, uninstall: bool | None) -> None:
     if uninstall or (uninstall is None and context is None):
         uninstall_signal_handlers()
 
@@ -99,44 +107,36 @@ def create_node(node_name: str, **options: Any) -> Node:
 def get_global_executor() -> Executor:
     """The executor of `spin` and its like."""
     global _global_executor
-    if _global_executor is None or _global_executor._shut_down:
+    if _global_executor is None:
         _global_executor = SingleThreadedExecutor()
     return _global_executor
 
 
-def _borrow(node: Node, executor: Executor | None) -> tuple[Executor, bool]:
-    """The executor, and whether the node was given to it for this call only."""
-    chosen = executor or get_global_executor()
-    if node.executor is not None and executor is None:
-        chosen = node.executor
-    return chosen, chosen.add_node(node)
-
-
 def spin(node: Node, executor: Executor | None = None) -> None:
-    """Runs the node's callbacks until the shutdown.
+    """Runs the node's callbacks until the shutdown; afterwards no executor has the node.
 
     Raises:
-        ExternalShutdownException: SIGTERM, or a shutdown in another thread.
+        ExternalShutdownException: SIGTERM.
     """
-    chosen, borrowed = _borrow(node, executor)
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         while chosen.context.ok():
             chosen.spin_once()
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Runs one callback."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs one callback; afterwards no executor has the node."""
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         chosen.spin_once(timeout_sec)
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_until_future_complete(
@@ -145,10 +145,14 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Runs the node's callbacks until a future is done or the time is over."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs the node's callbacks until a future is done or the time is over.
+
+    Afterwards no executor has the node, unless the chosen one had it before.
+    """
+    chosen = executor or get_global_executor()
+    added = chosen.add_node(node)
     try:
         chosen.spin_until_future_complete(future, timeout_sec)
     finally:
-        if borrowed:
+        if added:
             chosen.remove_node(node)

@@ -31,7 +31,7 @@ class Context:
         self.graph: Any = None
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
-        self.executors: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._sleepers: set[weakref.ref[Any]] = set()
         self._client_count = 0
 
     def init(self, args: Sequence[str] | None = None, *, domain_id: int | None = None) -> None:
@@ -96,8 +96,14 @@ class Context:
     def interrupt(self) -> None:
         """Ends it from a signal handler: nothing runs on, the domain is left later."""
         self._ok = False
-        for executor in list(self.executors):
-            executor.wake()
+        for reference in list(self._sleepers):
+            sleeper = reference()
+            if sleeper is not None:
+                sleeper.wake()
+
+    def wake_at_end(self, sleeper: Any) -> None:
+        """Has `sleeper.wake()` called at the end, maybe in a signal handler."""
+        self._sleepers.add(weakref.ref(sleeper, self._sleepers.discard))
 
     def resume(self) -> None:
         """Takes an `interrupt` back, for a last word to others before the shutdown."""

@@ -11,6 +11,10 @@ class RCLError(RuntimeError):
     """An operation that the state of the context or of an entity does not allow."""
 
 
+class InvalidHandle(RuntimeError):
+    """Something that has been destroyed was used."""
+
+
 class NotInitializedException(Exception):
     """`rclpy.init()` has not been called, or `shutdown()` has."""
 
@@ -86,6 +90,7 @@ InvalidTopicNameException = InvalidNameError
 InvalidServiceNameException = InvalidNameError
 
 __all__ = [
+    "InvalidHandle",
     "InvalidNamespaceException",
     "InvalidNodeNameException",
     "InvalidParameterTypeException",

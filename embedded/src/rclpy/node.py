@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from ros2_embedded import naming
 from ros2_embedded.graph import NodeEntry
-from ros2_embedded.messages import message_class
 
 from rclpy.arguments import RosArguments, parse_arguments
-from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
 from rclpy.clock import Clock, ROSClock
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 from rclpy.entity import Entity
+from rclpy.guard_condition import GuardCondition
 from rclpy.logging import RcutilsLogger
 from rclpy.node_graph import NodeGraph
 from rclpy.node_parameters import NodeParameters
@@ -22,10 +27,11 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 from rclpy.parameter_store import ParameterStore
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, as_profile, qos_profile_clock, qos_profile_services_default
+from rclpy.qos import QoSProfile, as_profile, qos_profile_services_default
 from rclpy.service import Client, Service
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
+from rclpy.time_source import TimeSource
+from rclpy.timer import Rate, Timer
 
 
 class Node(NodeParameters, NodeGraph):
@@ -65,7 +71,8 @@ class Node(NodeParameters, NodeGraph):
             self._arguments.namespace(node_name, namespace or "/")
         )
         self._name = name
-        self.executor: Any = None
+        self.__executor: weakref.ref[Any] | None = None
+        self.__rate_group = ReentrantCallbackGroup()
         self.default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._entities: list[Entity] = []
         self._publishers: list[Publisher] = []
@@ -79,17 +86,34 @@ class Node(NodeParameters, NodeGraph):
         overrides.update({p.name: p.value for p in parameter_overrides or ()})
         self._parameters = ParameterStore(overrides, allow_undeclared_parameters)
         self._destroyed = False
-        self._clock_subscription: Subscription | None = None
+        self.__time_source = TimeSource(self, self._clock)
         self.context.graph.add_node(self.entry)
         self.context.nodes.add(self)
         if automatically_declare_parameters_from_overrides:
             self.declare_parameters("", [(key, value) for key, value in overrides.items()])
-        self._parameters.post_callbacks.append(self._follow_sim_time)
+        self._parameters.post_callbacks.append(self.__time_source.follow)
         if not self.has_parameter("use_sim_time"):
             self.declare_parameter("use_sim_time", False)
-        self._follow_sim_time([self.get_parameter("use_sim_time")])
+        self.__time_source.follow([self.get_parameter("use_sim_time")])
         if start_parameter_services:
             self._parameter_service = ParameterService(self, self._parameters)
+
+    @property
+    def executor(self) -> Any:
+        """The executor that it was added to last; None if there is none."""
+        return None if self.__executor is None else self.__executor()
+
+    @executor.setter
+    def executor(self, new_executor: Any) -> None:
+        current = self.executor
+        if current is new_executor:
+            return
+        if current is not None:
+            current.remove_node(self)
+        self.__executor = None
+        if new_executor is not None:
+            new_executor.add_node(self)
+            self.__executor = weakref.ref(new_executor)
 
     # Names.
 
@@ -158,8 +182,7 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Service:
         """Creates a service; `callback(request, response)` returns the response."""
-        name = self.resolve_service_name(srv_name)
-        return self._keep(Service(self, srv_type, name, callback, qos_profile, callback_group))
+        return self._keep(Service(self, srv_type, srv_name, callback, qos_profile, callback_group))
 
     def create_client(
         self,
@@ -170,8 +193,7 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Client:
         """Creates a client of a service."""
-        name = self.resolve_service_name(srv_name)
-        return self._keep(Client(self, srv_type, name, qos_profile, callback_group))
+        return self._keep(Client(self, srv_type, srv_name, qos_profile, callback_group))
 
     def create_timer(
         self,
@@ -182,14 +204,33 @@ class Node(NodeParameters, NodeGraph):
         autostart: bool = True,
     ) -> Timer:
         """Creates a timer on the node's clock, or on another one."""
-        period = int(float(timer_period_sec) * S_TO_NS)
-        timer = Timer(self, period, callback, callback_group, clock or self._clock)
-        if not autostart:
-            timer.cancel()
+        group = callback_group or self.default_callback_group
+        timer = Timer(
+            callback, group, int(float(timer_period_sec) * S_TO_NS), clock or self._clock,
+            context=self.context, autostart=autostart,
+        )  # fmt: skip
+        timer.node = self
+        group.add_entity(timer)
         self.timers_list = [*self.timers_list, timer]  # the executor may be going through the list
-        if self.executor is not None:
-            self.executor.wake()
+        timer.requeue()
         return timer
+
+    def create_guard_condition(
+        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Creates a guard condition: its `trigger` has the executor call `callback`."""
+        return self._keep(GuardCondition(self, callback, callback_group))
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Creates a rate: its `sleep` waits for the next beat of a timer of `frequency` [Hz].
+
+        Raises:
+            ValueError: a frequency that is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be > 0")
+        timer = self.create_timer(1.0 / frequency, _no_callback, self.__rate_group, clock)
+        return Rate(timer, context=self.context)
 
     def _keep(self, entity: Any) -> Any:
         self._entities.append(entity)
@@ -197,8 +238,10 @@ class Node(NodeParameters, NodeGraph):
         return entity
 
     def add_waitable(self, waitable: Any) -> None:
-        """Keeps an action's server or client, to end it with the node."""
+        """Keeps an action's server or client: it has entities, and ends with the node."""
         self._waitables.append(waitable)
+        for entity in waitable.entities():
+            entity.wake()
 
     def remove_waitable(self, waitable: Any) -> None:
         """Forgets an action's server or client."""
@@ -207,7 +250,7 @@ class Node(NodeParameters, NodeGraph):
 
     def entities(self) -> list[Entity]:
         """What an executor works on, without the timers."""
-        return list(self._entities)
+        return [*self._entities, *(e for w in self._waitables for e in w.entities())]
 
     @property
     def publishers(self) -> list[Publisher]:
@@ -249,9 +292,20 @@ class Node(NodeParameters, NodeGraph):
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Ends a timer; whether it was the node's."""
-        timer.destroy()
-        known = timer in self.timers_list
+        if timer not in self.timers_list:
+            return False
         self.timers_list = [other for other in self.timers_list if other is not timer]
+        timer.destroy()
+        return True
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Ends a guard condition; whether it was the node's."""
+        return self._destroy(self._entities, guard)
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Ends a rate; whether it was the node's."""
+        known = self.destroy_timer(rate.timer)
+        rate.destroy()
         return known
 
     def destroy_node(self) -> None:
@@ -271,23 +325,6 @@ class Node(NodeParameters, NodeGraph):
             self.context.graph.remove_node(self.entry)
         self.context.nodes.discard(self)
 
-    # Simulated time.
 
-    def _follow_sim_time(self, parameters: list[Parameter]) -> None:
-        for parameter in parameters:
-            if parameter.name != "use_sim_time":
-                continue
-            if parameter.value and self._clock_subscription is None:
-                self._clock.set_simulated(0)
-                clock = message_class("rosgraph_msgs/msg/Clock")
-                self._clock_subscription = self.create_subscription(
-                    clock, "/clock", self._on_clock, qos_profile_clock,
-                    callback_group=CallbackGroup(),
-                )  # fmt: skip
-            elif not parameter.value and self._clock_subscription is not None:
-                self.destroy_subscription(self._clock_subscription)
-                self._clock_subscription = None
-                self._clock.set_simulated(None)
-
-    def _on_clock(self, message: Any) -> None:
-        self._clock.set_simulated(message.clock.sec * S_TO_NS + message.clock.nanosec)
+def _no_callback() -> None:
+    """Stands for the callback that a rate gives its timer."""
