@@ -118,14 +118,16 @@ class Timer:
 
     def take(self) -> tuple[()] | None:
         """Sets the time of the next call, periods that were missed left out; None: no call."""
-        self.queued = False
         if self._cancelled or self._destroyed:
+            self.queued = False
             return None
         now, period = self.clock.nanoseconds(), self._period
         self._last = now
         self._next += period
         if self._next <= now:
             self._next = now + period - (now - self._next) % period if period else now
+        if self.queued:  # the thread that spins has left it out of account since then
+            self.requeue()
         return ()
 
     def handle(self) -> Any:
