@@ -1,8 +1,6 @@
-"""A domain of its own for each test session, so that parallel runs do not meet."""
+"""Processes and executors for the tests of the runtime."""
 
 import os
-import random
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -12,21 +10,6 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-
-def free_domain() -> int:
-    """A domain whose first participant's port nobody has (RTPS: 7410 + 250 times the domain)."""
-    while True:
-        domain = random.randint(1, 100)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(("", 7410 + 250 * domain))
-            except OSError:
-                continue
-        return domain
-
-
-os.environ["ROS_DOMAIN_ID"] = str(free_domain())
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
 HERE = Path(__file__).parent

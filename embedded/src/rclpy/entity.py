@@ -69,19 +69,19 @@ class Endpoints:
     def add_writer(self, writer: Any) -> None:
         """Tells the graph of a writer."""
         self._writers.append(writer)
-        self._node.entry.writers.append(writer.guid.bytes)
+        self._node.handle.entry.writers.append(writer.guid.bytes)
         self._node.context.graph.changed()
 
     def add_reader(self, reader: Any, sink: Any) -> None:
         """Tells the graph of a reader and has the reader thread serve it."""
         condition = self._node.context.reader_thread.add(reader, sink)
         self._readers.append((reader, condition))
-        self._node.entry.readers.append(reader.guid.bytes)
+        self._node.handle.entry.readers.append(reader.guid.bytes)
         self._node.context.graph.changed()
 
     def release(self) -> None:
         """Takes them out of the graph and forgets them."""
-        entry, context = self._node.entry, self._node.context
+        entry, context = self._node.handle.entry, self._node.context
         for writer in self._writers:
             entry.writers.remove(writer.guid.bytes)
         for reader, condition in self._readers:

@@ -82,7 +82,7 @@ class Executor:
             return False
         self._nodes[node] = None
         node.executor = self
-        for entity in node.entities():
+        for entity in node.handle.all_entities():
             entity.wake()
         self.wake()
         return True
@@ -120,7 +120,7 @@ class Executor:
         """The timer that is due the longest, or None and the time until one may be [s]."""
         due, longest, wait = None, 1, _FOREVER
         for node in list(self._nodes):
-            for timer in node.timers_list:
+            for timer in node.handle.timers:
                 left = None if timer.queued else timer.left()
                 if left is None:
                     continue

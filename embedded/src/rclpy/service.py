@@ -9,21 +9,24 @@ from __future__ import annotations
 
 import inspect
 import itertools
+import struct
 import threading
 import time
 from collections.abc import Callable
 from functools import cache
+from types import new_class
 from typing import Any
 
-from cyclonedds.idl import make_idl_struct
+from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from ros2_embedded import naming
+from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
-from ros2_embedded.messages import dds_type_name, full_type_name
+from ros2_embedded.messages import dds_type_name, full_type_name, no_key
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
@@ -42,12 +45,39 @@ _NUMBERS = 1 << 32
 """rmw_cyclonedds_cpp counts a process's requests in 32 bits (rmw_node.cpp, `rmw_send_request`)."""
 
 
+_HEADER = struct.Struct("<Qq")
+
+
 @cache
 def wire_class(payload: Any) -> Any:
     """The struct on the wire: header, then the payload's fields, under the payload's type name."""
     name = full_type_name(payload)
-    fields = {_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__}
-    return make_idl_struct(name.rsplit("/", 1)[1], dds_type_name(name), fields)
+
+    def initialise(self: Any, client: int, number: int, content: Any) -> None:
+        self.rmw_client_guid, self.rmw_sequence_number = client, number
+        self.payload = content
+
+    def serialize(self: Any, **_: Any) -> bytes:
+        header = _HEADER.pack(self.rmw_client_guid, self.rmw_sequence_number)
+        return LITTLE_ENDIAN + header + self.payload.serialize()[len(LITTLE_ENDIAN) :]
+
+    def deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+        start = len(LITTLE_ENDIAN)
+        return cls(*_HEADER.unpack_from(data, start),
+                   payload.deserialize(data[:start] + data[start + _HEADER.size :]))  # fmt: skip
+
+    return new_class(
+        name.rsplit("/", 1)[1],
+        (IdlStruct,),
+        {"typename": dds_type_name(name)},
+        lambda namespace: namespace.update(
+            __annotations__={_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__},
+            __init__=initialise,
+            serialize=serialize,
+            deserialize=classmethod(deserialize),
+            deserialize_key=classmethod(no_key),
+        ),
+    )
 
 
 class _Peer(Entity):
@@ -77,7 +107,7 @@ class _Peer(Entity):
             endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
-        self._write_class, self._read_class = wire_class(ways["write"][1]), ways["read"][1]
+        self._write_class = wire_class(ways["write"][1])
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
         self._endpoints.add_reader(self._reader, self.receive)
@@ -93,12 +123,7 @@ class _Peer(Entity):
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
 
     def _send(self, client: int, number: int, payload: Any) -> None:
-        header = {_GUID: client, _NUMBER: number}
-        self._writer.write(self._write_class(**header, **payload.wire_values()))
-
-    def _payload(self, sample: Any) -> Any:
-        names = self._read_class.__annotations__
-        return self._read_class(**{name: getattr(sample, name) for name in names})
+        self._writer.write(self._write_class(client, number, payload))
 
     def destroy(self) -> None:
         """Ends it."""
@@ -148,7 +173,7 @@ class Service(_Peer):
 
     def handle(self, sample: Any) -> Any:
         """Calls the callback and replies."""
-        response = self.callback(self._payload(sample), self.srv_type.Response())
+        response = self.callback(sample.payload, self.srv_type.Response())
         if inspect.iscoroutine(response):
             return self._reply_later(sample, response)
         self.send_response(response, sample)
@@ -219,7 +244,7 @@ class Client(_Peer):
         future = self._pending.pop(sample.rmw_sequence_number, None)
         if future is not None:
             future._set_executor(self.node.executor)
-            future.set_result(self._payload(sample))
+            future.set_result(sample.payload)
 
     def call_async(self, request: Any) -> Future:
         """Sends a request; the future gets the response.

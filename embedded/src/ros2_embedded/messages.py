@@ -11,19 +11,17 @@ from typing import Any, ClassVar
 import numpy as np
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as _idl_types
+from cyclonedds.idl._machinery import StringMachine
 
 from ros2_embedded.catalogue import message_spec
-from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, FieldType, MessageSpec
+from ros2_embedded.cdr import Codec
+from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, TYPECODES, FieldType, MessageSpec
 
 idl: Any = _idl_types
 Checker = Callable[[str, Any], Any]
 
 _IDL_NAMES = {
     "bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double",
-}  # fmt: skip
-_TYPECODES = {
-    "int8": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H", "int32": "i",
-    "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
 _IDL_TYPES = {
     "bool": bool, "string": str, "char": idl.uint8, "byte": idl.array[idl.uint8, 1],
@@ -74,14 +72,39 @@ class Message:
         fields = (f"{f.name}={_shown(self.__dict__[f.name])}" for f in self._spec.fields)
         return f"{cls.__module__}.{cls.__qualname__}({', '.join(fields)})"
 
-    def wire_values(self) -> dict[str, Any]:
-        """What goes onto the wire, by field."""
-        return {name: self.__dict__[name] for name in self._checks}
-
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:
         """Names of the fields and their types as IDL writes them."""
         return {f.name: _idl_text(f.type) for f in cls._spec.fields}
+
+
+def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
+    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
+
+    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
+    """
+    buffer.align(4)
+    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
+
+
+StringMachine.deserialize = _read_string  # type: ignore[method-assign]
+
+
+def _serialize(self: Any, **_: Any) -> bytes:
+    """In CDR; Cyclone DDS's writers call it."""
+    return _codec.serialize(self)
+
+
+def _deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+    """From CDR; Cyclone DDS's readers call it."""
+    try:
+        return _codec.deserialize(cls._spec.name, data)
+    except UnicodeDecodeError:
+        return IdlStruct.deserialize.__func__(cls, data)  # type: ignore[attr-defined]
+
+
+def no_key(_cls: Any, _data: bytes, **_: Any) -> None:
+    """Nothing: ROS 2's types have no keys, and of a writer that went there is no message."""
 
 
 def _same(left: Any, right: Any) -> bool:
@@ -168,7 +191,7 @@ def _is_sequence(value: Any) -> bool:
 
 def _numeric_check(kind: FieldType) -> Checker:
     """Check of numbers in a row: kept as array.array, or if the length is fixed in numpy's."""
-    code = _TYPECODES[kind.base]
+    code = TYPECODES[kind.base]
     dtype = np.dtype(code)
     kinds = "f" if dtype.kind == "f" else "iu"
     element = _scalar_check(FieldType(kind.base))
@@ -219,7 +242,7 @@ def _list_check(kind: FieldType) -> Checker:
 def _check(kind: FieldType) -> Checker:
     if not kind.container:
         return _scalar_check(kind)
-    return _numeric_check(kind) if kind.base in _TYPECODES else _list_check(kind)
+    return _numeric_check(kind) if kind.base in TYPECODES else _list_check(kind)
 
 
 def _default(kind: FieldType, given: Any) -> Callable[[], Any]:
@@ -272,7 +295,12 @@ def message_class(name: str) -> Any:
         short,
         (IdlStruct, Message),
         {"typename": dds_type_name(name)},
-        lambda namespace: namespace["__annotations__"].update(annotations),
+        lambda namespace: namespace.update(
+            __annotations__=annotations,
+            serialize=_serialize,
+            deserialize=classmethod(_deserialize),
+            deserialize_key=classmethod(no_key),
+        ),
     )
     cls.__module__ = f"{package}.{kind}"
     cls._spec = spec
@@ -281,6 +309,9 @@ def message_class(name: str) -> Any:
     for constant in spec.constants:
         setattr(cls, constant.name, constant.value)
     return cls
+
+
+_codec = Codec(message_class)
 
 
 def full_type_name(cls: Any) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +22,6 @@ from cyclonedds.core import (
     WaitSet,
 )
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl._machinery import StringMachine
 from cyclonedds.internal import InvalidSample
 from cyclonedds.util import duration
 
@@ -30,18 +30,6 @@ _BATCH = 256
 _FOREVER = duration(infinite=True)
 
 Sink = Callable[[list[Any]], None]
-
-
-def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
-    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
-
-    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
-    """
-    buffer.align(4)
-    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
-
-
-StringMachine.deserialize = _read_string  # type: ignore[method-assign]
 
 
 class ReaderThread:
@@ -131,7 +119,12 @@ class ReaderThread:
     def _hand_over_all(self) -> None:
         for condition, sink in list(self._sinks.items()):
             if condition.triggered:
-                self._hand_over(condition, sink)
+                try:
+                    self._hand_over(condition, sink)
+                except DDSException:
+                    raise
+                except Exception:  # a batch that cannot be read must not make the process deaf
+                    traceback.print_exc()
 
     def _hand_over(self, condition: ReadCondition, sink: Sink) -> None:
         samples = condition.reader.take(_BATCH, condition=condition)

@@ -60,7 +60,7 @@ class _ActionService(Service):
 
     def handle(self, sample: Any) -> Any:
         """Calls the callback, a coroutine function."""
-        return self.callback(self._payload(sample), sample)
+        return self.callback(sample.payload, sample)
 
 
 class ActionServer:

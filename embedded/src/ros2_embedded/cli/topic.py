@@ -5,12 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
 from ros2_embedded.cli import topic_echo, topic_hz, topic_pub
 from ros2_embedded.cli.common import CliError, command_node, define_list, print_list, run, settle
-from ros2_embedded.domain import parse_user_data
-from ros2_embedded.naming import ros_type
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
@@ -46,25 +42,12 @@ def _info(options: argparse.Namespace) -> None:
             raise CliError(f"Unknown topic '{options.topic_name}'")
         publishers = node.get_publishers_info_by_topic(name)
         subscriptions = node.get_subscriptions_info_by_topic(name)
-        owners = {
-            guid: (name, space)
-            for name, space, read, written in node.context.graph.nodes()
-            for guid in read + written
-        }
     end = "\n\n" if options.verbose else "\n"
     print(f"Type: {types[0] if len(types) == 1 else types}", end=end)
     for title, endpoints in (("Publisher", publishers), ("Subscription", subscriptions)):
         print(f"{title} count: {len(endpoints)}", end=end)
         for endpoint in endpoints if options.verbose else ():
-            qos = QoSProfile.from_dds(endpoint.qos)
-            owner = owners.get(endpoint.guid, ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_"))
-            print(f"Node name: {owner[0]}\nNode namespace: {owner[1]}")
-            print(f"Topic type: {ros_type(endpoint.type)}")
-            print(f"Topic type hash: {parse_user_data(endpoint.qos).get('typehash', 'INVALID')}")
-            print(f"Endpoint type: {title.upper()}")
-            print(f"GID: {'.'.join(f'{byte:02x}' for byte in endpoint.guid)}\nQoS profile:")
-            print(f"  Reliability: {ReliabilityPolicy(qos.reliability).name}")
-            print(f"  Durability: {DurabilityPolicy(qos.durability).name}\n")
+            print(f"{endpoint}\n")
 
 
 def _type(options: argparse.Namespace) -> None:

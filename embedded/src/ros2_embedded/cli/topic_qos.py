@@ -29,7 +29,7 @@ def define(parser: argparse.ArgumentParser) -> None:
 
 def profile(options: argparse.Namespace, found: list[Any], default_depth: int = 10) -> QoSProfile:
     """The options' profile; without them the strictest that all of the publishers offer."""
-    offered = [QoSProfile.from_dds(endpoint.qos) for endpoint in found]
+    offered = [endpoint.qos_profile for endpoint in found]
     reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offered)
     latched = bool(offered) and all(
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offered
