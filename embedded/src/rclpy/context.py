@@ -40,6 +40,9 @@ class Context:
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
         self._sleepers: set[weakref.ref[Any]] = set()
+        self.in_callback: set[int] = set()
+        """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
+        self.leaves_after_callback = False
         self._client_count = 0
 
     def init(
@@ -185,12 +188,17 @@ class Context:
                 callback()
         finally:
             self.interrupt()
-            with self._lock:
+            self.leaves_after_callback = threading.get_ident() in self.in_callback
+            if not self.leaves_after_callback:
+                self.leave()
+
+    def leave(self) -> None:
+        """Leaves the domain after the shutdown."""
+        with self._lock:
+            if self.reader_thread is not None:
                 self._close()
 
     def _close(self) -> None:
-        if self.reader_thread is None:
-            return
         for node in list(self.nodes):
             node.destroy_node()
         self.status_thread.stop()

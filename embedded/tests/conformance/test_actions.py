@@ -222,7 +222,9 @@ def test_goals_are_cancelled_by_id_time_or_all(executor: SingleThreadedExecutor)
     """As action_msgs/srv/CancelGoal says; a goal that has ended stays as it is."""
     held = Held()
     action = held.action(executor)
-    first, second, third, ended = (action.send(plan) for plan in ("a", "b", "c", "d"))
+    first = action.send("a")
+    then = action.node.get_clock().now().to_msg()
+    second, third, ended = (action.send(plan) for plan in ("b", "c", "d"))
     assert spin_until(executor, lambda: len(held.handles) == 4)
     held.gates["d"].set_result(None)
     executor.wake()
@@ -232,8 +234,8 @@ def test_goals_are_cancelled_by_id_time_or_all(executor: SingleThreadedExecutor)
         CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID,
         set(),
     )
-    assert cancel_request(action, goal_id=unknown, stamp=first.stamp) == (0, {key(first)})
-    assert cancel_request(action, goal_id=third.goal_id, stamp=first.stamp) == (0, {key(third)})
+    assert cancel_request(action, goal_id=unknown, stamp=then) == (0, {key(first)})
+    assert cancel_request(action, goal_id=third.goal_id, stamp=then) == (0, {key(third)})
     assert cancel_request(action) == (0, {key(second)})
     assert cancel_request(action) == (0, set())
     assert held.handles["d"].status == SUCCEEDED
