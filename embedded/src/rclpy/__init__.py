@@ -100,7 +100,7 @@ def create_node(node_name: str, **options: Any) -> Node:
 def get_global_executor() -> Executor:
     """The executor of `spin` and its like."""
     global _global_executor
-    if _global_executor is None:
+    if _global_executor is None or not _global_executor.context.ok():
         _global_executor = SingleThreadedExecutor()
         get_default_context().on_shutdown(_forget_global_executor)
     return _global_executor
@@ -113,39 +113,31 @@ def _forget_global_executor() -> None:
     _global_executor = None
 
 
-def _borrow(node: Node, executor: Executor | None) -> tuple[Executor, bool]:
-    """The executor, and whether the node was given to it for this call only."""
-    chosen = executor or get_global_executor()
-    if node.executor is not None and executor is None:
-        chosen = node.executor
-    return chosen, chosen.add_node(node)
-
-
 def spin(node: Node, executor: Executor | None = None) -> None:
-    """Runs the node's callbacks until the shutdown.
+    """Runs the node's callbacks until the shutdown; afterwards no executor has the node.
 
     Raises:
-        ExternalShutdownException: SIGTERM, or a shutdown in another thread.
+        ExternalShutdownException: SIGTERM.
     """
-    chosen, borrowed = _borrow(node, executor)
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         while chosen.context.ok():
             chosen.spin_once()
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Runs one callback."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs one callback; afterwards no executor has the node."""
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         chosen.spin_once(timeout_sec)
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_until_future_complete(
@@ -154,10 +146,14 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Runs the node's callbacks until a future is done or the time is over."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs the node's callbacks until a future is done or the time is over.
+
+    Afterwards no executor has the node, unless the chosen one had it before.
+    """
+    chosen = executor or get_global_executor()
+    added = chosen.add_node(node)
     try:
         chosen.spin_until_future_complete(future, timeout_sec)
     finally:
-        if borrowed:
+        if added:
             chosen.remove_node(node)

@@ -39,7 +39,10 @@ class Context:
         self.graph: Any = None
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
-        self.executors: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._sleepers: set[weakref.ref[Any]] = set()
+        self.in_callback: set[int] = set()
+        """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
+        self.leaves_after_callback = False
         self._client_count = 0
 
     def init(
@@ -132,8 +135,14 @@ class Context:
     def interrupt(self) -> None:
         """Ends it from a signal handler: nothing runs on, the domain is left later."""
         self._ok = False
-        for executor in list(self.executors):
-            executor.wake()
+        for reference in list(self._sleepers):
+            sleeper = reference()
+            if sleeper is not None:
+                sleeper.wake()
+
+    def wake_at_end(self, sleeper: Any) -> None:
+        """Has `sleeper.wake()` called at the end, maybe in a signal handler."""
+        self._sleepers.add(weakref.ref(sleeper, self._sleepers.discard))
 
     def resume(self) -> None:
         """Takes an `interrupt` back, for a last word to others before the shutdown."""
@@ -171,17 +180,25 @@ class Context:
 
     def try_shutdown(self) -> None:
         """Leaves the domain, if it is in one."""
-        callbacks = self._on_shutdown if self._ok else []
-        self.interrupt()
-        with self._lock:
-            self._close()
-            self._on_shutdown = []
+        callbacks, self._on_shutdown = (self._on_shutdown if self._ok else []), []
+        self._ok = False
+        try:
+            # First of all: one of them has `rclpy.spin` return in other threads.
             for callback in callbacks:
                 callback()
+        finally:
+            self.interrupt()
+            self.leaves_after_callback = threading.get_ident() in self.in_callback
+            if not self.leaves_after_callback:
+                self.leave()
+
+    def leave(self) -> None:
+        """Leaves the domain after the shutdown."""
+        with self._lock:
+            if self.reader_thread is not None:
+                self._close()
 
     def _close(self) -> None:
-        if self.reader_thread is None:
-            return
         for node in list(self.nodes):
             node.destroy_node()
         self.status_thread.stop()

@@ -15,6 +15,7 @@ class Entity:
         """Keeps at most `depth` samples that wait for the executor (0: all)."""
         self.node = node
         self.callback_group = group or node.default_callback_group
+        self.callback_group.add_entity(self)
         self._inbox: deque[Any] = deque(maxlen=depth or None)
         self._queued_in: Any = None
 
@@ -30,18 +31,21 @@ class Entity:
             self._queued_in = executor
             executor.put(self)
 
-    def turn(self) -> Any:
-        """Handles one sample; a coroutine is returned for the executor to run."""
+    def take(self) -> tuple[Any] | None:
+        """One sample to handle, in a tuple; asks for another turn if there are more."""
         # Cleared first: what comes from now on asks for another turn.
         self._queued_in = None
         try:
             sample = self._inbox.popleft()
         except IndexError:
             return None
-        try:
-            return self.handle(sample)
-        finally:
-            self.wake()
+        self.wake()
+        return (sample,)
+
+    def requeue(self) -> None:
+        """Asks again, after a turn that could not be used."""
+        self._queued_in = None
+        self.wake()
 
     def drop_turn(self, executor: Any) -> None:
         """The executor does not own the node any more."""
@@ -49,7 +53,7 @@ class Entity:
             self._queued_in = None
 
     def handle(self, sample: Any) -> Any:
-        """Does what the entity is there for."""
+        """Does what the entity is there for; a coroutine is returned for the executor to run."""
         raise NotImplementedError
 
 

@@ -134,7 +134,7 @@ class EventHandler(Entity):
         super().__init__(node, group, 0)
         self.callback, self._kind = callback, kind
 
-    def take(self, status: Any) -> None:
+    def note(self, status: Any) -> None:
         """Takes a status from the thread that watches."""
         self.receive([_info(self._kind, status)])
 
@@ -240,7 +240,7 @@ class EndpointEvents:
             if callback is not None:
                 handler = EventHandler(node, group, callback, kind)
                 self.handlers.append(handler)
-                sinks[status] = handler.take
+                sinks[status] = handler.note
         if sinks:
             node.handle.entities.extend(self.handlers)
             node.context.status_thread.watch(endpoint, sinks)

@@ -11,6 +11,7 @@ from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import NodeNameNonExistentError, NotInitializedException, RCLError
+from rclpy.guard_condition import GuardCondition
 from rclpy.logging import RcutilsLogger
 from rclpy.names import expand_topic_name, validate_full_topic_name, validate_topic_name
 from rclpy.node_graph import NodeGraph
@@ -23,7 +24,7 @@ from rclpy.qos import QoSProfile, as_profile, qos_profile_services_default
 from rclpy.qos_overriding_options import QoSOverridingOptions, override_qos
 from rclpy.service import Client, Service
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
+from rclpy.timer import Rate, Timer
 from rclpy.type_support import check_is_valid_msg_type, check_is_valid_srv_type
 
 __all__ = ["Node", "NodeNameNonExistentError"]
@@ -91,7 +92,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def executor(self) -> Any:
-        """The executor that runs the callbacks, or None."""
+        """The executor that it was added to last, or None."""
         return self.__handle.executor
 
     @executor.setter
@@ -194,8 +195,8 @@ class Node(NodeParameters, NodeGraph):
     ) -> Service:
         """Creates a service; `callback(request, response)` returns the response."""
         check_is_valid_srv_type(srv_type)
-        name = _resolved(self, srv_name, True)
-        return _kept(self, Service(self, srv_type, name, callback, qos_profile, callback_group))
+        _resolved(self, srv_name, True)
+        return _kept(self, Service(self, srv_type, srv_name, callback, qos_profile, callback_group))
 
     def create_client(
         self,
@@ -207,8 +208,8 @@ class Node(NodeParameters, NodeGraph):
     ) -> Client:
         """Creates a client of a service."""
         check_is_valid_srv_type(srv_type)
-        name = _resolved(self, srv_name, True)
-        return _kept(self, Client(self, srv_type, name, qos_profile, callback_group))
+        _resolved(self, srv_name, True)
+        return _kept(self, Client(self, srv_type, srv_name, qos_profile, callback_group))
 
     def create_timer(
         self,
@@ -219,19 +220,43 @@ class Node(NodeParameters, NodeGraph):
         autostart: bool = True,
     ) -> Timer:
         """Creates a timer on the node's clock, or on another one."""
-        period = int(float(timer_period_sec) * S_TO_NS)
         handle = self.__handle
-        timer = Timer(self, period, callback, callback_group, clock or handle.clock)
-        if not autostart:
-            timer.cancel()
+        group = callback_group or handle.default_callback_group
+        timer = Timer(
+            callback, group, int(float(timer_period_sec) * S_TO_NS), clock or handle.clock,
+            context=handle.context, autostart=autostart,
+        )  # fmt: skip
+        timer.node = self
+        group.add_entity(timer)
         handle.timers = [*handle.timers, timer]  # the executor may be going through the list
-        if handle.executor is not None:
-            handle.executor.wake()
+        timer.requeue()
         return timer
 
+    def create_guard_condition(
+        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Creates a guard condition: its `trigger` has the executor call `callback`."""
+        guard = GuardCondition(self, callback, callback_group)
+        self.__handle.guards.append(guard)
+        return guard
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Creates a rate: its `sleep` waits for the next beat of a timer of `frequency` [Hz].
+
+        Raises:
+            ValueError: a frequency that is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be > 0")
+        group = self.__handle.rate_group
+        timer = self.create_timer(1.0 / frequency, _no_callback, group, clock)
+        return Rate(timer, context=self.context)
+
     def add_waitable(self, waitable: Any) -> None:
-        """Keeps an action's server or client, to end it with the node."""
+        """Keeps an action's server or client: it has entities, and ends with the node."""
         self.__handle.waitables.append(waitable)
+        for entity in waitable.entities():
+            entity.wake()
 
     def remove_waitable(self, waitable: Any) -> None:
         """Forgets an action's server or client."""
@@ -264,6 +289,11 @@ class Node(NodeParameters, NodeGraph):
         yield from self.__handle.timers
 
     @property
+    def guards(self) -> Iterator[GuardCondition]:
+        """The guard conditions."""
+        yield from self.__handle.guards
+
+    @property
     def waitables(self) -> Iterator[Any]:
         """The actions' servers and clients."""
         yield from self.__handle.waitables
@@ -293,6 +323,16 @@ class Node(NodeParameters, NodeGraph):
         handle.timers = [other for other in handle.timers if other is not timer]
         return True
 
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Ends a guard condition; whether it was the node's."""
+        return _destroyed(self.__handle.guards, guard)
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Ends a rate; whether it was the node's."""
+        known = self.destroy_timer(rate.timer)
+        rate.destroy()
+        return known
+
     def destroy_node(self) -> None:
         """Ends the node and all that it has; once more does nothing."""
         handle = self.__handle
@@ -304,14 +344,19 @@ class Node(NodeParameters, NodeGraph):
         for waitable in list(handle.waitables):
             waitable.destroy()
         things: list[Any] = [
-            *handle.services, *handle.entities, *handle.publishers, *handle.timers
+            *handle.services, *handle.entities, *handle.guards, *handle.publishers, *handle.timers
         ]  # fmt: skip
         for thing in things:
             thing.destroy()
         handle.services, handle.entities, handle.publishers, handle.timers = [], [], [], []
+        handle.guards = []
         if handle.context.graph is not None:
             handle.context.graph.remove_node(handle.entry)
         handle.context.nodes.discard(self)
+
+
+def _no_callback() -> None:
+    """Stands for the callback that a rate gives its timer."""
 
 
 def _resolved(node: Node, name: str, is_service: bool) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 from ros2_embedded import naming
@@ -58,7 +59,7 @@ class NodeHandle:
         self.logger: RcutilsLogger = get_logger(self.full_name.strip("/").replace("/", "."))
         self.default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self.rate_group: CallbackGroup = ReentrantCallbackGroup()
-        self.executor: Any = None
+        self._executor: weakref.ref[Any] | None = None
         self.entities: list[Any] = []
         self.publishers: list[Any] = []
         self.timers: list[Any] = []
@@ -67,6 +68,20 @@ class NodeHandle:
         self.services: list[Any] = []
         """What serves the node itself and must live as long as it."""
         self.destroyed = False
+
+    @property
+    def executor(self) -> Any:
+        """The executor that the node was added to last, or None; it is not kept alive."""
+        return None if self._executor is None else self._executor()
+
+    @executor.setter
+    def executor(self, executor: Any) -> None:
+        self._executor = None if executor is None else weakref.ref(executor)
+
+    def all_entities(self) -> list[Any]:
+        """What an executor works on, without the timers."""
+        own = [*self.entities, *self.guards]
+        return own + [entity for waitable in self.waitables for entity in waitable.entities()]
 
     def __enter__(self) -> NodeHandle:
         """For `with node.handle:`, which programs for rclpy may have."""

@@ -8,6 +8,7 @@ rmw_cyclonedds_cpp).
 from __future__ import annotations
 
 import inspect
+import itertools
 import struct
 import threading
 import time
@@ -30,7 +31,7 @@ from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Endpoints, Entity
-from rclpy.exceptions import RCLError
+from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
@@ -83,10 +84,17 @@ class _Peer(Entity):
     """What a service and a client have in common: one writer and one reader with one identity."""
 
     def __init__(
-        self, node: Any, role: str, ways: dict[str, tuple[str, Any]], qos: QoSProfile, group: Any
+        self,
+        node: Any,
+        role: str,
+        full_name: str,
+        ways: dict[str, tuple[str, Any]],
+        qos: QoSProfile,
+        group: Any,
     ) -> None:
         """`ways` gives topic and payload of the `write` and the `read` side."""
         super().__init__(node, group, 0)
+        self._full_name = full_name
         participant = node.context.participant
         number = node.context.next_client_number().to_bytes(4, "big")
         identity = participant.guid.bytes[:12] + number
@@ -104,9 +112,17 @@ class _Peer(Entity):
         self._endpoints.add_writer(self._writer)
         self._endpoints.add_reader(self._reader, self.receive)
 
-    def _send(self, client: int, number: int, payload: Any) -> None:
+    @property
+    def service_name(self) -> str:
+        """Full name of the service; raises InvalidHandle if it was destroyed."""
+        self._check()
+        return self._full_name
+
+    def _check(self) -> None:
         if self._writer is None:
-            raise RCLError("Failed to send: the context is invalid or the entity destroyed")
+            raise InvalidHandle("cannot use Destroyable because destruction was requested")
+
+    def _send(self, client: int, number: int, payload: Any) -> None:
         self._writer.write(self._write_class(client, number, payload))
 
     def destroy(self) -> None:
@@ -129,20 +145,17 @@ class Service(_Peer):
         qos: QoSProfile,
         group: CallbackGroup | None,
     ) -> None:
-        """Made by `Node.create_service`; `name` is full."""
+        """Made by `Node.create_service`."""
         self.srv_type, self.srv_name, self.callback = srv_type, name, callback
+        self.qos_profile = qos
         self._headed: set[int] = set()
         self._known: set[int] = set()
+        full = node.resolve_service_name(name)
         ways = {
-            "read": (naming.request_name(name), srv_type.Request),
-            "write": (naming.reply_name(name), srv_type.Response),
+            "read": (naming.request_name(full), srv_type.Request),
+            "write": (naming.reply_name(full), srv_type.Response),
         }
-        super().__init__(node, "service", ways, qos, group)
-
-    @property
-    def service_name(self) -> str:
-        """Full name of the service."""
-        return self.srv_name
+        super().__init__(node, "service", full, ways, qos, group)
 
     def receive(self, samples: list[Any]) -> None:
         """Leaves aside what has no header, should it ever look like a request."""
@@ -163,22 +176,27 @@ class Service(_Peer):
         response = self.callback(sample.payload, self.srv_type.Response())
         if inspect.iscoroutine(response):
             return self._reply_later(sample, response)
-        self._reply(sample, response)
+        self.send_response(response, sample)
         return None
 
     async def _reply_later(self, sample: Any, coroutine: Any) -> None:
-        self._reply(sample, await coroutine)
+        self.send_response(await coroutine, sample)
 
-    def _reply(self, sample: Any, response: Any) -> None:
+    def send_response(self, response: Any, header: Any) -> None:
+        """Replies to the request that `header` stands for.
+
+        Raises:
+            TypeError: a response of another type.
+            InvalidHandle: the service was destroyed.
+        """
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"The callback of the service {self.srv_name} returned "
                 f"{type(response).__name__}, not {self.srv_type.Response.__name__}"
             )
-        if self._writer is None:
-            return
-        self._await_reader(sample.sample_info.publication_handle)
-        self._send(sample.rmw_client_guid, sample.rmw_sequence_number, response)
+        self._check()
+        self._await_reader(header.sample_info.publication_handle)
+        self._send(header.rmw_client_guid, header.rmw_sequence_number, response)
 
     def _await_reader(self, request_writer: int) -> None:
         """Waits until the client's reader is discovered: it would miss the reply otherwise."""
@@ -205,32 +223,27 @@ class Client(_Peer):
     def __init__(
         self, node: Any, srv_type: Any, name: str, qos: QoSProfile, group: CallbackGroup | None
     ) -> None:
-        """Made by `Node.create_client`; `name` is full."""
-        self.srv_type, self.srv_name = srv_type, name
+        """Made by `Node.create_client`."""
+        self.srv_type, self.srv_name, self.qos_profile = srv_type, name, qos
         self._pending: dict[int, Future] = {}
-        self._number = 0
-        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        full = node.resolve_service_name(name)
         ways = {
-            "write": (naming.request_name(name), srv_type.Request),
-            "read": (naming.reply_name(name), srv_type.Response),
+            "write": (naming.request_name(full), srv_type.Request),
+            "read": (naming.reply_name(full), srv_type.Response),
         }
-        super().__init__(node, "client", ways, qos, group)
+        super().__init__(node, "client", full, ways, qos, group)
         self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
-
-    @property
-    def service_name(self) -> str:
-        """Full name of the service."""
-        return self.srv_name
 
     def receive(self, samples: list[Any]) -> None:
         """Leaves replies to other clients aside."""
         super().receive([sample for sample in samples if sample.rmw_client_guid == self._guid])
 
-    def handle(self, sample: Any) -> Any:
-        """Completes the future of the call."""
-        with self._lock:
-            future = self._pending.pop(sample.rmw_sequence_number, None)
+    def handle(self, sample: Any) -> None:
+        """Completes the future of the call; its done callbacks are tasks of the executor."""
+        future = self._pending.pop(sample.rmw_sequence_number, None)
         if future is not None:
+            future._set_executor(self.node.executor)
             future.set_result(sample.payload)
 
     def call_async(self, request: Any) -> Future:
@@ -238,42 +251,51 @@ class Client(_Peer):
 
         Raises:
             TypeError: a request of another type.
+            InvalidHandle: the client was destroyed.
         """
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(
                 f"Expected {self.srv_type.Request.__name__}, got {type(request).__name__}"
             )
-        future = Future(executor=self.node.executor)
-        with self._lock:
-            self._number += 1
-            number = self._number
-            self._pending[number] = future
+        self._check()
+        future = Future()
+        number = next(self._numbers)
+        self._pending[number] = future
+        future._add_waker(lambda: self._pending.pop(number, None))  # as after a cancellation
         self._send(self._guid, number, request)
         return future
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
-        """Calls and waits; another thread must spin the node.
+        """Calls and waits, None if no response came in time; another thread must spin the node.
 
         Raises:
-            TimeoutError: no response in time.
+            TypeError: a request of another type.
+            InvalidHandle: the client was destroyed.
         """
         event = threading.Event()
         future = self.call_async(request)
-        future.add_done_callback(lambda _: event.set())
+        future._add_waker(event.set)
         if not event.wait(timeout_sec):
             self.remove_pending_request(future)
-            raise TimeoutError(f"No response from {self.srv_name} within {timeout_sec} s")
         return future.result()
+
+    def get_pending_request(self, sequence_number: int) -> Future:
+        """The future of a call; raises KeyError if there is none of that number."""
+        return self._pending[sequence_number]
 
     def remove_pending_request(self, future: Future) -> None:
         """Forgets a call: its response will be ignored."""
-        with self._lock:
-            for number in [n for n, f in self._pending.items() if f is future]:
-                del self._pending[number]
+        for number in [n for n, f in self._pending.copy().items() if f is future]:
+            self._pending.pop(number, None)
 
     def service_is_ready(self) -> bool:
-        """Whether a server has been discovered in both directions that can understand us."""
-        if self._writer is None or not self._reader.get_matched_publications():
+        """Whether a server has been discovered in both directions that can understand us.
+
+        Raises:
+            InvalidHandle: the client was destroyed.
+        """
+        self._check()
+        if not self._reader.get_matched_publications():
             return False
         handles = self._writer.get_matched_subscriptions()
         servers = (self._writer.get_matched_subscription_data(handle) for handle in handles)

@@ -6,11 +6,10 @@ from typing import Any
 
 from ros2_embedded.messages import message_class
 
-from rclpy.callback_groups import CallbackGroup
-from rclpy.duration import S_TO_NS
 from rclpy.parameter import Parameter
 from rclpy.parameter_store import set_result
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
 
 CLOCK_TOPIC = "/clock"
 USE_SIM_TIME_NAME = "use_sim_time"
@@ -48,21 +47,19 @@ class TimeSource:
 
     def _set_active(self, active: bool) -> None:
         if active and self._subscription is None:
-            self._clock.set_simulated(0)
             self._subscription = self._node.create_subscription(
                 message_class("rosgraph_msgs/msg/Clock"),
                 CLOCK_TOPIC,
                 self._on_clock,
                 QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
-                callback_group=CallbackGroup(),
             )
         elif not active and self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
-            self._clock.set_simulated(None)
+        self._clock._set_ros_time_is_active(active)
 
     def _on_clock(self, message: Any) -> None:
-        self._clock.set_simulated(message.clock.sec * S_TO_NS + message.clock.nanosec)
+        self._clock.set_ros_time_override(Time.from_msg(message.clock))
 
     def destroy(self) -> None:
         """Ends with its node, which ends the subscription."""

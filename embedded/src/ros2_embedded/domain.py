@@ -7,6 +7,7 @@ import fcntl
 import os
 import socket
 import struct
+import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -124,13 +125,19 @@ def domain_configuration(asked: Discovery) -> str:
     )
 
 
+_domains: weakref.WeakValueDictionary[int, Domain] = weakref.WeakValueDictionary()
+"""Those that the process is in: a second context of a domain shares it."""
+
+
 def join_domain(number: int, asked: Discovery) -> tuple[Domain, DomainParticipant]:
     """Creates the domain and a participant of a process without an enclave.
 
     What CYCLONEDDS_URI says goes before all else.
     """
     parts = (domain_configuration(asked), os.environ.get("CYCLONEDDS_URI", ""))
-    domain = Domain(number, ",".join(filter(None, parts)))
+    domain = _domains.get(number)
+    if domain is None:
+        domain = _domains[number] = Domain(number, ",".join(filter(None, parts)))
     qos = Qos(Policy.Userdata(b"enclave=/;"))
     return domain, DomainParticipant(number, qos=qos)
 
