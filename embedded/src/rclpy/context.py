@@ -193,6 +193,7 @@ class Context:
             return
         for node in list(self.nodes):
             node.destroy_node()
+        outputs.console.enabled = True
         self.status_thread.stop()
         self.reader_thread.stop()
         # In this order: a participant must be gone before its domain.
