@@ -17,11 +17,15 @@ HERE = Path(__file__).parent
 
 @pytest.fixture
 def executor() -> Iterator[SingleThreadedExecutor]:
-    """An executor in a fresh context."""
+    """An executor in a fresh context; its nodes are gone after the test."""
     rclpy.init(args=[])
+    executor = SingleThreadedExecutor()
     try:
-        yield SingleThreadedExecutor()
+        yield executor
     finally:
+        # ROS 2's stay in the graph after a shutdown, as long as anything refers to them.
+        for node in executor.get_nodes():
+            node.destroy_node()
         rclpy.try_shutdown()
 
 
