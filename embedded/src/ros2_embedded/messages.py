@@ -144,7 +144,7 @@ def _scalar_check(kind: FieldType) -> Checker:
         )
 
         def integer(name: str, value: Any) -> int:
-            if type(value) is not int and (not isinstance(value, int) or isinstance(value, bool)):
+            if not isinstance(value, int):  # a bool is one, as in rclpy
                 raise _refuse(name, "of type 'int'", value)
             if not low <= value <= high:
                 raise _refuse(name, f"an integer in [{low}, {high}]", value)
@@ -195,7 +195,7 @@ def _numeric_check(kind: FieldType) -> Checker:
     dtype = np.dtype(code)
     kinds = "f" if dtype.kind == "f" else "iu"
     element = _scalar_check(FieldType(kind.base))
-    exact = {float} if dtype.kind == "f" else {int}
+    exact = {float} if dtype.kind == "f" else {int, bool}
     # Cyclone DDS cannot write bytes from a numpy array: they stay an array.array.
     fixed = kind.container == "array" and code != "B"
 
