@@ -1,6 +1,5 @@
 """Processes and executors for the tests of the runtime."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -9,8 +8,6 @@ from pathlib import Path
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-
-os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
 HERE = Path(__file__).parent
 
