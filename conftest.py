@@ -22,6 +22,8 @@ def free_domain(worker: int) -> int:
         return domain
 
 
+# Before any message is imported: ROS 2 reads it then.
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 os.environ["ROS_DOMAIN_ID"] = str(
     free_domain(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")))
 )

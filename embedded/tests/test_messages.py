@@ -160,9 +160,7 @@ def test_hash_leaves_defaults_constants_and_comments_out(monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("cls", "field", "value"),
     [
-        (JointState, "position", [1]), (JointState, "position", np.array([1])),
-        (JointState, "position", 1.0), (JointState, "position", ["a"]),
-        (JointState, "position", "12"), (JointState, "name", "abc"), (JointState, "name", [1]),
+        (JointState, "name", "abc"), (JointState, "name", [1]),
         (JointState, "header", None), (Header, "frame_id", b"odom"), (Header, "frame_id", 3),
         (Quaternion, "w", 1), (Quaternion, "w", True), (Quaternion, "w", "1.0"),
         (Quaternion, "w", None), (PoseWithCovariance, "covariance", [0.0] * 35),

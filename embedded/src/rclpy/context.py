@@ -201,6 +201,7 @@ class Context:
     def _close(self) -> None:
         for node in list(self.nodes):
             node.destroy_node()
+        outputs.console.enabled = True
         self.status_thread.stop()
         self.reader_thread.stop()
         # In this order: a participant must be gone before its domain.
