@@ -72,13 +72,36 @@ def peer(start: Callable[..., subprocess.Popen[str]]) -> subprocess.Popen[str]:
     return process
 
 
+def find_ros2() -> str:
+    """The `ros2` command: the one beside this Python, or else the one on PATH."""
+    here = Path(sys.executable).with_name("ros2")
+    return str(here) if here.exists() else "ros2"
+
+
+@pytest.fixture
+def start_ros2() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts the `ros2` command, and ends it after the test."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def run(*arguments: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [find_ros2(), *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        processes.append(process)
+        return process
+
+    yield run
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
 @pytest.fixture
 def ros2() -> Callable[..., "subprocess.CompletedProcess[str]"]:
-    """Runs the `ros2` command, the one beside this Python or else the one on PATH, to its end."""
-    here = Path(sys.executable).with_name("ros2")
-    command = str(here) if here.exists() else "ros2"
+    """Runs the `ros2` command to its end."""
 
     def run(*arguments: str) -> "subprocess.CompletedProcess[str]":
-        return subprocess.run([command, *arguments], capture_output=True, text=True, timeout=30)
+        command = [find_ros2(), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=30)
 
     return run
