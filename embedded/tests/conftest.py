@@ -2,10 +2,13 @@
 
 import os
 import random
+import shlex
 import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -30,6 +33,8 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
 HERE = Path(__file__).parent
+Start = Callable[..., subprocess.Popen[str]]
+Done = subprocess.CompletedProcess[str]
 
 
 @pytest.fixture
@@ -42,17 +47,14 @@ def executor() -> Iterator[SingleThreadedExecutor]:
         rclpy.try_shutdown()
 
 
-@pytest.fixture
-def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Starts Python programs, and ends them after the test."""
+@contextmanager
+def starter(*program: str) -> Iterator[Start]:
+    """Starts a program with arguments, several times; what has been started ends in the end."""
     processes: list[subprocess.Popen[str]] = []
 
-    def run(*command: str) -> subprocess.Popen[str]:
+    def run(*arguments: str) -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, "-u", *command],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
+            [*program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         processes.append(process)
         return process
@@ -64,12 +66,31 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
 
 
 @pytest.fixture
-def peer(start: Callable[..., subprocess.Popen[str]]) -> subprocess.Popen[str]:
-    """The node of `peer_node.py`, in a process of its own."""
+def start() -> Iterator[Start]:
+    """Starts Python programs, and ends them after the test."""
+    with starter(sys.executable, "-u") as run:
+        yield run
+
+
+def start_peer(start: Start) -> subprocess.Popen[str]:
+    """Starts the node of `peer_node.py`, and waits until it spins."""
     process = start(str(HERE / "peer_node.py"))
     assert process.stdout is not None
     assert "ready" in process.stdout.readline()
     return process
+
+
+@pytest.fixture
+def peer(start: Start) -> subprocess.Popen[str]:
+    """The node of `peer_node.py`, in a process of its own."""
+    return start_peer(start)
+
+
+@pytest.fixture(scope="module")
+def shared_peer() -> Iterator[subprocess.Popen[str]]:
+    """The same, one for all tests of a module that leave it as it is."""
+    with starter(sys.executable, "-u") as run:
+        yield start_peer(run)
 
 
 def find_ros2() -> str:
@@ -79,29 +100,29 @@ def find_ros2() -> str:
 
 
 @pytest.fixture
-def start_ros2() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+def start_ros2() -> Iterator[Start]:
     """Starts the `ros2` command, and ends it after the test."""
-    processes: list[subprocess.Popen[str]] = []
-
-    def run(*arguments: str) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [find_ros2(), *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        processes.append(process)
-        return process
-
-    yield run
-    for process in processes:
-        process.kill()
-        process.communicate()
+    with starter(find_ros2()) as run:
+        yield run
 
 
 @pytest.fixture
-def ros2() -> Callable[..., "subprocess.CompletedProcess[str]"]:
+def ros2() -> Callable[..., Done]:
     """Runs the `ros2` command to its end."""
 
-    def run(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    def run(*arguments: str) -> Done:
         command = [find_ros2(), *arguments]
         return subprocess.run(command, capture_output=True, text=True, timeout=30)
+
+    return run
+
+
+@pytest.fixture
+def ros2_each(ros2: Callable[..., Done]) -> Callable[..., list[Done]]:
+    """Runs several `ros2` commands, given as texts, at once: each waits for discovery."""
+
+    def run(*commands: str) -> list[Done]:
+        with ThreadPoolExecutor() as pool:
+            return list(pool.map(lambda command: ros2(*shlex.split(command)), commands))
 
     return run

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-Ros2 = Callable[..., "subprocess.CompletedProcess[str]"]
-pytestmark = pytest.mark.usefixtures("peer")
+Each = Callable[..., "list[subprocess.CompletedProcess[str]]"]
+pytestmark = pytest.mark.usefixtures("shared_peer")
 
 JOINTS = """\
 header:
@@ -29,15 +29,19 @@ effort: []
 """
 
 
-def test_topics_are_listed(ros2: Ros2) -> None:
+def test_topics_are_listed(ros2_each: Each) -> None:
     """list prints sorted names, with types or only their number; hidden ones where asked for."""
-    topics = ros2("topic", "list", "-t").stdout.splitlines()
+    typed, hidden, verbose = (
+        done.stdout
+        for done in ros2_each(
+            "topic list -t", "topic list --include-hidden-topics --no-daemon", "topic list -v"
+        )
+    )
+    topics = typed.splitlines()
     assert "/joints [sensor_msgs/msg/JointState]" in topics
     assert topics == sorted(topics)
     assert not any("_action" in line for line in topics)
-    hidden = ros2("topic", "list", "--include-hidden-topics", "--no-daemon").stdout.splitlines()
-    assert "/push/_action/feedback" in hidden
-    verbose = ros2("topic", "list", "-v").stdout
+    assert "/push/_action/feedback" in hidden.splitlines()
     assert verbose.startswith("Published topics:\n * /")
     assert " * /joints [sensor_msgs/msg/JointState] 1 publisher\n" in verbose
     assert "\n\nSubscribed topics:\n" in verbose
@@ -45,67 +49,67 @@ def test_topics_are_listed(ros2: Ros2) -> None:
     assert verbose.endswith("\n\n")
 
 
-def test_a_topic_is_described(ros2: Ros2) -> None:
+def test_a_topic_is_described(ros2_each: Each) -> None:
     """info counts the ends; type prints the type alone, or nothing and 1."""
-    assert ros2("topic", "info", "/joints").stdout == (
+    info, kind, found, unknown, none = ros2_each(
+        "topic info /joints", "topic type /joints", "topic find sensor_msgs/msg/Imu",
+        "topic info /none", "topic type /none",
+    )  # fmt: skip
+    assert info.stdout == (
         "Type: sensor_msgs/msg/JointState\nPublisher count: 1\nSubscription count: 0\n"
     )
-    assert ros2("topic", "type", "/joints").stdout == "sensor_msgs/msg/JointState\n"
-    assert ros2("topic", "find", "sensor_msgs/msg/Imu").stdout == "/imu\n"
-    unknown = ros2("topic", "info", "/none")
+    assert kind.stdout == "sensor_msgs/msg/JointState\n"
+    assert found.stdout == "/imu\n"
     assert (unknown.stdout, unknown.stderr) == ("", "Unknown topic '/none'\n")
-    unknown = ros2("topic", "type", "/none")
-    assert (unknown.stdout, unknown.stderr, unknown.returncode) == ("", "", 1)
+    assert (none.stdout, none.stderr, none.returncode) == ("", "", 1)
 
 
-def test_messages_are_echoed_as_yaml(ros2: Ros2) -> None:
-    """echo matches the publisher's QoS by itself; `---` ends each message."""
-    assert ros2("topic", "echo", "--once", "/joints").stdout == JOINTS
-    assert ros2("topic", "echo", "--once", "/latched").stdout == "data: kept\n---\n"
-    flow = ros2("topic", "echo", "--once", "--flow-style", "--no-arr", "--no-str", "/joints").stdout
-    assert flow == (
-        "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: '<string length: <0>>'}, "
-        "name: '<sequence type: string, length: 2>', "
-        "position: '<sequence type: double, length: 2>', "
-        "velocity: '<sequence type: double, length: 0>', "
-        "effort: '<sequence type: double, length: 0>'}\n---\n"
+def test_messages_are_echoed(ros2_each: Each) -> None:
+    """echo matches the publisher's QoS by itself, prints YAML or a line of CSV, and selects."""
+    joints, latched, csv, row, stamp, raw = (
+        done.stdout
+        for done in ros2_each(
+            "topic echo --once /joints",
+            "topic echo --once /latched",
+            "topic echo --once --csv /joints",
+            "topic echo --once --field position joints",
+            "topic echo --once --field header.stamp --flow-style /joints",
+            "topic echo --once --raw /latched std_msgs/msg/String",
+        )
     )
-    short = ros2("topic", "echo", "--once", "-l", "1", "/joints").stdout
-    assert "name:\n- a\n- '...'\nposition:\n- 1.0\n- '...'\n" in short
-
-
-def test_messages_are_echoed_in_parts(ros2: Ros2) -> None:
-    """csv is one line; a field that is no message, and raw data, are as Python prints them."""
-    assert ros2("topic", "echo", "--once", "--csv", "/joints").stdout == "0,0,,a,b,1.0,2.5,,\n"
-    assert ros2("topic", "echo", "--once", "--field", "position", "joints").stdout == (
-        "array('d', [1.0, 2.5])\n---\n"
-    )
-    assert ros2("topic", "echo", "--once", "--field", "header.stamp", "/joints").stdout == (
-        "sec: 0\nnanosec: 0\n---\n"
-    )
-    raw = ros2("topic", "echo", "--once", "--raw", "/latched", "std_msgs/msg/String").stdout
+    assert joints == JOINTS
+    assert latched == "data: kept\n---\n"
+    assert csv == "0,0,,a,b,1.0,2.5,,\n"
+    assert row == "array('d', [1.0, 2.5])\n---\n"
+    assert stamp == "{sec: 0, nanosec: 0}\n---\n"
     assert raw.startswith(r"b'\x00\x01\x00\x00\x05\x00\x00\x00kept\x00")
     assert raw.endswith("'\n---\n")
 
 
-def test_what_cannot_be_echoed_is_said(ros2: Ros2) -> None:
+def test_what_cannot_be_echoed_is_said(ros2_each: Each) -> None:
     """Errors go to stderr, with 1."""
-    bad = ros2("topic", "echo", "--once", "--field", "header.nope", "/joints")
+    bad, nobody, wrong, silent = ros2_each(
+        "topic echo --once --field header.nope /joints",
+        "topic echo /none",
+        "topic echo /none std_msgs/msg/Nothing",
+        "topic echo --timeout 0.1 /none std_msgs/msg/String",
+    )
     assert (bad.returncode, bad.stdout) == (1, "")
     assert bad.stderr == "Invalid field 'header.nope': 'Header' object has no attribute 'nope'\n"
-    nobody = ros2("topic", "echo", "/none")
     assert nobody.stdout == "WARNING: topic [/none] does not appear to be published yet\n"
     assert nobody.stderr == "Could not determine the type for the passed topic\n"
     assert nobody.returncode == 1
-    wrong = ros2("topic", "echo", "/none", "std_msgs/msg/Nothing")
     assert (wrong.returncode, wrong.stderr) == (1, "The passed message type is invalid\n")
-    silent = ros2("topic", "echo", "--timeout", "0.1", "/none", "std_msgs/msg/String")
     assert (silent.returncode, silent.stdout, silent.stderr) == (0, "", "")
 
 
-def test_messages_are_published(ros2: Ros2) -> None:
+def test_messages_are_published(ros2_each: Each) -> None:
     """pub shows what it sends; the values of the fields are converted to the fields' types."""
-    sent = ros2("topic", "pub", "-t", "2", "-r", "50", "/say", "std_msgs/String", "{data: 1}")
+    sent, quiet, stamped = ros2_each(
+        "topic pub -t 2 -r 50 /say std_msgs/String '{data: 1}'",
+        "topic pub --once -w 0 -p 2 /x std_msgs/msg/Empty",
+        "topic pub --once -w 0 /y std_msgs/msg/Header 'stamp: now'",
+    )
     lines = sent.stdout.splitlines()
     start = lines.index("publisher: beginning loop")
     assert set(lines[:start]) <= {"Waiting for at least 1 matching subscription(s)..."}
@@ -113,30 +117,27 @@ def test_messages_are_published(ros2: Ros2) -> None:
         "publishing #1: std_msgs.msg.String(data='1')", "",
         "publishing #2: std_msgs.msg.String(data='1')", "",
     ]  # fmt: skip
-    quiet = ros2("topic", "pub", "--once", "-w", "0", "-p", "2", "/x", "std_msgs/msg/Empty")
     assert quiet.stdout == "publisher: beginning loop\n"
-    stamped = ros2("topic", "pub", "--once", "-w", "0", "/x", "std_msgs/msg/Header", "stamp: now")
     assert re.search(r"Time\(sec=[1-9]\d+, nanosec=\d+\), frame_id=''\)\n", stamped.stdout)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        (["std_msgs/msg/String", "{dat: 1}"],
-         "Failed to populate field: 'String' object has no attribute 'dat'"),
-        (["std_msgs/msg/String", "text"],
-         "The passed value needs to be a dictionary in YAML format"),
-        (["std_msgs/msg/Float64", "{data: text}"],
-         "Failed to populate field: could not convert string to float: 'text'"),
-        (["std_msgs/msg/Header", "{stamp: 3}"],
-         "Failed to populate field: Value '3' is expected to be a dictionary but is a int"),
-        (["std_msgs/msg/Nothing"], "The passed message type is invalid"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_published_is_said(ros2: Ros2, arguments: list[str], error: str) -> None:
+UNPUBLISHABLE = {
+    "std_msgs/msg/String '{dat: 1}'":
+        "Failed to populate field: 'String' object has no attribute 'dat'",
+    "std_msgs/msg/String text": "The passed value needs to be a dictionary in YAML format",
+    "std_msgs/msg/Float64 '{data: text}'":
+        "Failed to populate field: could not convert string to float: 'text'",
+    "std_msgs/msg/Header '{stamp: 3}'":
+        "Failed to populate field: Value '3' is expected to be a dictionary but is a int",
+    "std_msgs/msg/Nothing": "The passed message type is invalid",
+}  # fmt: skip
+
+
+def test_what_cannot_be_published_is_said(ros2_each: Each) -> None:
     """The error names the field and the value."""
-    done = ros2("topic", "pub", "--once", "-w", "0", "/x", *arguments)
-    assert (done.returncode, done.stderr) == (1, error + "\n")
+    ran = ros2_each(*(f"topic pub --once -w 0 /x {what}" for what in UNPUBLISHABLE))
+    assert [done.stderr.removesuffix("\n") for done in ran] == list(UNPUBLISHABLE.values())
+    assert {done.returncode for done in ran} == {1}
 
 
 def _interrupted(start_ros2: Any, lines: int, *arguments: str) -> tuple[list[str], int]:

@@ -61,15 +61,19 @@ def send_goal(options: argparse.Namespace) -> str | None:
         if not handle.accepted:
             print("Goal was rejected.")
             return None
-        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
         try:
-            response = spin_until(node, handle.get_result_async())
+            _await_result(node, handle)
         except KeyboardInterrupt:
             _cancel(node, handle)
             raise
-        print(f"Result:\n    {to_yaml(response.result)}")
-        print(f"Goal finished with status: {_STATUSES.get(response.status, 'UNKNOWN')}")
     return None
+
+
+def _await_result(node: Node, handle: Any) -> None:
+    print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+    response = spin_until(node, handle.get_result_async())
+    print(f"Result:\n    {to_yaml(response.result)}")
+    print(f"Goal finished with status: {_STATUSES.get(response.status, 'UNKNOWN')}")
 
 
 def _cancel(node: Node, handle: Any) -> None:
