@@ -61,8 +61,13 @@ def starter(*program: str) -> Iterator[Start]:
 
     yield run
     for process in processes:
-        process.kill()
-        process.communicate()
+        process.terminate()  # a node that is killed stays in the graph for its lease
+    for process in processes:
+        try:
+            process.communicate(timeout=5)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
 
 
 @pytest.fixture

@@ -15,10 +15,22 @@ def is_message(value: Any) -> bool:
     return hasattr(value, "get_fields_and_field_types")
 
 
+class _Dumper(yaml.SafeDumper):
+    """Writes mappings in lines whatever the style, as ROS 2 does."""
+
+
+def _in_lines(dumper: yaml.SafeDumper, mapping: dict[str, Any]) -> yaml.Node:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=False)
+
+
+_Dumper.add_representer(dict, _in_lines)
+
+
 def to_yaml(message: Any, *, flow: bool = False, **options: Any) -> str:
-    """YAML of a message; other options as in `to_plain`."""
-    return yaml.safe_dump(
+    """YAML of a message; `flow` puts lists into one line; other options as in `to_plain`."""
+    return yaml.dump(
         to_plain(message, **options),
+        Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
         width=float("inf"),

@@ -66,14 +66,15 @@ def test_a_topic_is_described(ros2_each: Each) -> None:
 
 def test_messages_are_echoed(ros2_each: Each) -> None:
     """echo matches the publisher's QoS by itself, prints YAML or a line of CSV, and selects."""
-    joints, latched, csv, row, stamp, raw = (
+    joints, latched, csv, row, stamp, flow, raw = (
         done.stdout
         for done in ros2_each(
             "topic echo --once /joints",
             "topic echo --once /latched",
             "topic echo --once --csv /joints",
             "topic echo --once --field position joints",
-            "topic echo --once --field header.stamp --flow-style /joints",
+            "topic echo --once --field header.stamp /joints",
+            "topic echo --once --flow-style --no-str /joints",
             "topic echo --once --raw /latched std_msgs/msg/String",
         )
     )
@@ -81,7 +82,9 @@ def test_messages_are_echoed(ros2_each: Each) -> None:
     assert latched == "data: kept\n---\n"
     assert csv == "0,0,,a,b,1.0,2.5,,\n"
     assert row == "array('d', [1.0, 2.5])\n---\n"
-    assert stamp == "{sec: 0, nanosec: 0}\n---\n"
+    assert stamp == "sec: 0\nnanosec: 0\n---\n"
+    assert "\n  frame_id: '<string length: <0>>'\nname: [" in flow
+    assert "]\nposition: [1.0, 2.5]\nvelocity: []\n" in flow
     assert raw.startswith(r"b'\x00\x01\x00\x00\x05\x00\x00\x00kept\x00")
     assert raw.endswith("'\n---\n")
 

@@ -27,18 +27,20 @@ def _add_node(parser: argparse.ArgumentParser, **optional: Any) -> None:
     parser.add_argument("node_name", help="Name of the ROS node", **optional)
 
 
-def _add_rest(parser: argparse.ArgumentParser, *, timeout: bool = True) -> None:
+def _add_hidden(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well"
     )
-    if timeout:
-        parser.add_argument(
-            "--timeout",
-            metavar="N",
-            type=int,
-            default=1,
-            help="Wait for N seconds until node becomes available (default %(default)s sec)",
-        )
+
+
+def _add_timeout(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--timeout",
+        metavar="N",
+        type=int,
+        default=1,
+        help="Wait for N seconds until node becomes available (default %(default)s sec)",
+    )
 
 
 def _full(name: str) -> str:
@@ -70,7 +72,7 @@ def _define_list(parser: argparse.ArgumentParser) -> None:
         help="Only parameters matching the regex expression will be showed. Supports `re` regex "
         "syntax.",
     )
-    _add_rest(parser, timeout=False)
+    _add_hidden(parser)
     parser.add_argument(
         "--param-prefixes",
         nargs="+",
@@ -110,9 +112,10 @@ def _list(options: argparse.Namespace) -> None:
 
 def _define_get(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
     parser.add_argument("parameter_name", help="Name of the parameter")
     parser.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    _add_timeout(parser)
 
 
 def _get(options: argparse.Namespace) -> str | None:
@@ -133,9 +136,10 @@ def _get(options: argparse.Namespace) -> str | None:
 
 def _define_set(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
     parser.add_argument("parameter_name", help="Name of the parameter")
     parser.add_argument("value", help="Value of the parameter")
+    _add_timeout(parser)
 
 
 def _set(options: argparse.Namespace) -> None:
@@ -154,8 +158,9 @@ def _tell(result: Any, success: str, failure: str) -> None:
 
 def _define_delete(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
     parser.add_argument("parameter_name", help="Name of the parameter")
+    _add_timeout(parser)
 
 
 def _delete(options: argparse.Namespace) -> None:
@@ -167,8 +172,9 @@ def _delete(options: argparse.Namespace) -> None:
 
 def _define_describe(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
     parser.add_argument("parameter_names", nargs="+", help="Names of the parameters")
+    _add_timeout(parser)
 
 
 def _describe(options: argparse.Namespace) -> None:
@@ -192,7 +198,8 @@ def _describe(options: argparse.Namespace) -> None:
 
 def _define_dump(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
+    _add_timeout(parser)
 
 
 def _dump(options: argparse.Namespace) -> None:
@@ -208,13 +215,14 @@ def _dump(options: argparse.Namespace) -> None:
 
 def _define_load(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
-    _add_rest(parser)
+    _add_hidden(parser)
     parser.add_argument("parameter_file", help="Parameter file")
     parser.add_argument(
         "--no-use-wildcard",
         action="store_true",
         help="Do not load parameters in the '/**' namespace into the node",
     )
+    _add_timeout(parser)
 
 
 def _load(options: argparse.Namespace) -> None:
