@@ -1,6 +1,5 @@
 """Processes and executors for the tests of the runtime."""
 
-import os
 import shlex
 import subprocess
 import sys
@@ -12,8 +11,6 @@ from pathlib import Path
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-
-os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
 HERE = Path(__file__).parent
 Start = Callable[..., subprocess.Popen[str]]
