@@ -227,7 +227,12 @@ def _take(parsed: RosArguments, option: str, value: str) -> None:
     elif option in ("-p", "--param"):
         parsed.parameters.append(_parse_parameter(option, value))
     elif option == "--params-file":
-        parsed.parameters.extend(load_parameter_file(value))
+        try:
+            parsed.parameters.extend(load_parameter_file(value))
+        except ArgumentError as error:
+            raise ArgumentError(
+                f"Couldn't parse params file: '{option} {value}'. Error: {error}"
+            ) from error
     elif option == "--log-level":
         name, level = _parse_log_level(option, value)
         parsed.log_levels[name] = level

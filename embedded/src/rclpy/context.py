@@ -203,6 +203,7 @@ class Context:
                 return
             for node in list(self.nodes):
                 Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
+            outputs.console.enabled = True
             self.status_thread.stop()
             self.reader_thread.stop()
             # In this order: a participant must be gone before its domain.

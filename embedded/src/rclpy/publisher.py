@@ -51,7 +51,8 @@ class Publisher:
 
     @property
     def topic_name(self) -> str:
-        """Full name of the topic."""
+        """Full name of the topic; raises InvalidHandle if it was destroyed."""
+        self._living()
         return self._topic_name
 
     @property

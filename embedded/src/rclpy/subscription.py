@@ -83,7 +83,8 @@ class Subscription(Entity):
 
     @property
     def topic_name(self) -> str:
-        """Full name of the topic."""
+        """Full name of the topic; raises InvalidHandle if it was destroyed."""
+        self._check()
         return self._topic_name
 
     @property
@@ -128,10 +129,13 @@ class Subscription(Entity):
             },
         )
 
-    def get_publisher_count(self) -> int:
-        """Number of publishers that it hears."""
+    def _check(self) -> None:
         if self._reader is None:
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
+
+    def get_publisher_count(self) -> int:
+        """Number of publishers that it hears."""
+        self._check()
         return len(self._reader.get_matched_publications())
 
     def destroy(self) -> None:

@@ -116,7 +116,7 @@ def _incoming(kind: FieldType) -> Convert | None:
     code = TYPECODES.get(kind.base)
     if code is None:
         return None
-    if kind.container == "array" and code != "B":
+    if kind.container == "array":
         return lambda row: row.copy()
     return lambda row: array.array(code, row.tobytes())
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 import time
 import traceback
+from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any
 
@@ -40,7 +41,7 @@ class ReaderThread:
         self._waitset = WaitSet(participant)
         self._guard = GuardCondition(participant)
         self._waitset.attach(self._guard)
-        self._sinks: dict[ReadCondition, Sink] = {}
+        self._sinks: OrderedDict[ReadCondition, Sink] = OrderedDict()
         self._lock = threading.RLock()
         self._stopping = False
         self._due: dict[Callable[[], None], float] = {}
@@ -75,9 +76,9 @@ class ReaderThread:
         lock and takes it again before this thread wakes up, which can keep it waiting for seconds.
         """
         try:
-            if not self._stopping and self._waitset.wait(0):
+            if not self._stopping and (triggered := self._waitset.wait(0)):
                 with self._lock:
-                    self._hand_over_all()
+                    self._hand_over_all(triggered)
         except DDSException:
             if not self._stopping:  # see `_run`
                 raise
@@ -107,20 +108,25 @@ class ReaderThread:
             with self._lock:
                 if self._due:
                     timeout = max(0, int((min(self._due.values()) - time.monotonic()) * 1e9))
-            self._waitset.wait(timeout)
+            triggered = self._waitset.wait(timeout)
             self._guard.set(False)
             with self._lock:
                 now = time.monotonic()
                 for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
                     del self._due[function]
                     function()
-                self._hand_over_all()
+                self._hand_over_all(triggered)
 
-    def _hand_over_all(self) -> None:
-        for condition, sink in list(self._sinks.items()):
+    def _hand_over_all(self, triggered: int) -> None:
+        """Looks for so many conditions with data, first where there was data last."""
+        for condition in reversed(list(self._sinks)):
+            if triggered <= 0:
+                return
             if condition.triggered:
+                triggered -= 1
+                self._sinks.move_to_end(condition)
                 try:
-                    self._hand_over(condition, sink)
+                    self._hand_over(condition, self._sinks[condition])
                 except DDSException:
                     raise
                 except Exception:  # a batch that cannot be read must not make the process deaf

@@ -7,13 +7,12 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
 from rclpy.arguments import ArgumentError, load_yaml
 
-from ros2_embedded.entry_points import EntryPointError, find_entry_point
+from ros2_embedded.entry_points import PackageError, executables
 from ros2_embedded.launch.errors import LaunchError
 from ros2_embedded.launch.substitutions import Scope, is_true, substitute
 
@@ -26,6 +25,7 @@ class Argument:
     default: str | None
     description: str
     choices: tuple[str, ...] = ()
+    conditional: bool = False
 
 
 @dataclass(frozen=True)
@@ -193,9 +193,11 @@ class LaunchReader:
             return
         package, executable = substitute(body["pkg"], scope), substitute(body["exec"], scope)
         try:
-            find_entry_point(package, executable)
-        except (EntryPointError, PackageNotFoundError) as error:
+            known = executables(package)
+        except PackageError as error:
             raise LaunchError(str(error)) from error
+        if executable not in known:
+            raise LaunchError(f"executable '{executable}' not found in the package '{package}'")
         ros: list[str] = []
         if "name" in body:
             ros += ["-r", f"__node:={substitute(body['name'], scope)}"]
@@ -205,8 +207,8 @@ class LaunchReader:
         for remap in body.get("remap", []):
             ros += ["-r", f"{substitute(remap['from'], scope)}:={substitute(remap['to'], scope)}"]
         ros += self._parameters(body.get("param", []), "", scope)
-        arguments = shlex.split(substitute(body.get("args", ""), scope))
-        command = [sys.executable, "-m", "ros2_embedded.cli.run", package, executable, *arguments]
+        command = [sys.executable, "-m", "ros2_embedded.executable", package, executable]
+        command += shlex.split(substitute(body.get("args", ""), scope))
         self._add(body, scope, executable, command + (["--ros-args", *ros] if ros else []))
 
     def _parameters(self, items: list[Any], prefix: str, scope: Scope) -> list[str]:

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO, Any
 
-from ros2_embedded.launch.description import ProcessSpec
+from ros2_embedded.launch.description import LaunchPlan, ProcessSpec
 
 GRACE = 5.0
 """After this time [s] a process that does not end is told so more firmly."""
@@ -49,9 +49,9 @@ class _Child:
 class Supervisor:
     """Runs a list of processes until all have ended."""
 
-    def __init__(self, specs: list[ProcessSpec]) -> None:
+    def __init__(self, plan: LaunchPlan) -> None:
         """Nothing is started yet."""
-        self._specs = specs
+        self._messages, self._specs = plan.messages, plan.processes
         self._children: list[_Child] = []
         self._selector = selectors.DefaultSelector()
         self._wake_read, self._wake_write = os.pipe()
@@ -72,6 +72,8 @@ class Supervisor:
         previous_fd = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._selector.register(self._wake_read, selectors.EVENT_READ, None)
         try:
+            for message in self._messages:
+                say("INFO", "launch.user", message)
             for spec in self._specs:
                 if self._stage < 0:
                     self._start(spec)
@@ -101,7 +103,7 @@ class Supervisor:
                 preexec_fn=lambda: _die_with_parent(parent),
             )
         except OSError as error:
-            _say("ERROR", spec.label, f"process could not be started: {error}")
+            say("ERROR", spec.label, f"process could not be started: {error}")
             self._failed = True
             self._shut_down()
             return
@@ -111,7 +113,7 @@ class Supervisor:
             assert stream is not None
             os.set_blocking(stream.fileno(), False)
             self._selector.register(stream, selectors.EVENT_READ, child)
-        _say("INFO", spec.label, f"process started with pid [{process.pid}]")
+        say("INFO", spec.label, f"process started with pid [{process.pid}]")
 
     def _step(self) -> None:
         timeout = max(0.0, self._next_stage - time.monotonic())
@@ -126,10 +128,10 @@ class Supervisor:
 
     def _on_signals(self, numbers: bytes) -> None:
         if signal.SIGINT in numbers and self._stage < 0:
-            _say("WARNING", "launch", "user interrupted with ctrl-c (SIGINT)")
+            say("WARNING", "launch", "user interrupted with ctrl-c (SIGINT)")
             self._shut_down()
         if signal.SIGTERM in numbers and self._stage < 0:
-            _say("INFO", "launch", "received SIGTERM")
+            say("INFO", "launch", "received SIGTERM")
             self._shut_down()
 
     def _forward(self, child: _Child, stream: Any) -> None:
@@ -175,11 +177,11 @@ class Supervisor:
     def _report(self, child: _Child) -> None:
         code, pid = child.process.returncode, child.process.pid
         if code == 0:
-            _say("INFO", child.spec.label, f"process has finished cleanly [pid {pid}]")
+            say("INFO", child.spec.label, f"process has finished cleanly [pid {pid}]")
             return
         command = " ".join(child.spec.command)
         text = f"process has died [pid {pid}, exit code {code}, cmd '{command}']."
-        _say("ERROR", child.spec.label, text)
+        say("ERROR", child.spec.label, text)
         if self._stage < 0:
             self._failed = True
 
@@ -197,13 +199,13 @@ class Supervisor:
             label = child.spec.label
             if self._stage:
                 before = _ESCALATION[self._stage - 1].name
-                _say(
+                say(
                     "ERROR",
                     label,
                     f"process[{label}] failed to terminate '{GRACE:g}' seconds after receiving "
                     f"'{before}', escalating to '{number.name}'",
                 )
-            _say("INFO", label, f"sending signal '{number.name}' to process[{label}]")
+            say("INFO", label, f"sending signal '{number.name}' to process[{label}]")
             child.signal_group(number)
         self._next_stage = time.monotonic() + GRACE
 
@@ -214,5 +216,6 @@ class Supervisor:
                 child.process.wait()
 
 
-def _say(level: str, name: str, text: str) -> None:
+def say(level: str, name: str, text: str) -> None:
+    """Prints a line of the launcher's own."""
     print(f"[{level}] [{name}]: {text}", flush=True)
