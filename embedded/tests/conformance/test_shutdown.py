@@ -109,8 +109,8 @@ def test_a_signal_lets_a_callback_end(start: Start, number: signal.Signals) -> N
 rclpy.init()
 node = Node("tester")
 def work():
-    tell("ready")
     try:
+        tell("ready")
         for _ in range(1000):
             time.sleep(0.002)
             if not rclpy.ok():
@@ -204,6 +204,23 @@ def test_what_is_done_in_a_callback_ends_there(executor: SingleThreadedExecutor)
     other.create_timer(0.001, lambda: calls.append("other"))
     assert spin_until(executor, lambda: len(calls) > 2)
     assert set(calls) == {"other"}
+
+
+def test_the_shutdown_calls_no_method_of_a_node() -> None:
+    """A destroy_node of the program's own is called by the program only."""
+    calls: list[int] = []
+
+    class Mine(Node):
+        def destroy_node(self) -> None:
+            calls.append(1)
+            super().destroy_node()
+
+    rclpy.init(args=[])
+    node = Mine("tester")
+    rclpy.shutdown()
+    assert calls == []
+    node.destroy_node()
+    assert calls == [1]
 
 
 def test_the_response_to_a_last_request_arrives(start: Start) -> None:
