@@ -6,6 +6,7 @@ import shlex
 import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -31,6 +32,9 @@ def free_domain() -> int:
 os.environ["ROS_DOMAIN_ID"] = str(free_domain())
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+
+_LOGS = tempfile.TemporaryDirectory(prefix="ros_logs_")
+os.environ["ROS_LOG_DIR"] = _LOGS.name
 
 HERE = Path(__file__).parent
 Start = Callable[..., subprocess.Popen[str]]
