@@ -8,11 +8,13 @@ ENV := . ros2_ws/install/local_setup.sh &&
 PYTHON := $(ENV) exec python3
 ROS2 := $(ENV) exec ros2
 TESTS := ros2_ws/src tests
+WORKERS :=
 else
 READY := .venv/.ready
 PYTHON := .venv/bin/python
 ROS2 := .venv/bin/ros2
 TESTS :=
+WORKERS := -n auto --maxprocesses 8 --dist loadgroup
 endif
 VENV := .venv
 BIN := $(VENV)/bin
@@ -75,7 +77,7 @@ up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)" experience:=out/experience.yaml
 
 test: $(READY)
-	@$(PYTHON) -m pytest $(TESTS)
+	@$(PYTHON) -m pytest $(WORKERS) $(TESTS)
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .

@@ -1,7 +1,6 @@
-"""Fixtures of the tests that cross packages: a domain of one's own, the demo, the graph."""
+"""Fixtures of the tests that cross packages: the demo, the graph."""
 
 import os
-import random
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -12,21 +11,17 @@ from typing import Any
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from processes import GUARD, Started, environments, find_ros2
+from processes import GUARD, Started, find_ros2
 from reference_door import ReferenceDoor
 from running_graph import Graph, launch
 
 
 @pytest.fixture(scope="session", autouse=True)
 def domain() -> Iterator[int]:
-    """A random ROS_DOMAIN_ID that no other process here uses, for this session alone."""
-    taken = {environment.get("ROS_DOMAIN_ID") for _, environment in environments()}
-    number = random.choice([n for n in range(1, 101) if str(n) not in taken])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(number))
-        yield number
-        if "ROS_DISTRO" in os.environ:  # its commands leave a daemon behind in this domain
-            run_command(find_ros2(), "daemon", "stop")
+    """The ROS_DOMAIN_ID of this session."""
+    yield int(os.environ["ROS_DOMAIN_ID"])
+    if "ROS_DISTRO" in os.environ:  # its commands leave a daemon behind in this domain
+        run_command(find_ros2(), "daemon", "stop")
 
 
 Start = Callable[..., Started]

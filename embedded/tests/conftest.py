@@ -1,9 +1,7 @@
-"""A domain of its own for each test session, so that parallel runs do not meet."""
+"""Processes and executors for the tests of the runtime."""
 
 import os
-import random
 import shlex
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,23 +14,6 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-
-def free_domain() -> int:
-    """A domain whose first participant's port nobody has (RTPS: 7410 + 250 times the domain)."""
-    while True:
-        domain = random.randint(1, 100)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(("", 7410 + 250 * domain))
-            except OSError:
-                continue
-        return domain
-
-
-os.environ["ROS_DOMAIN_ID"] = str(free_domain())
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-
 _LOGS = tempfile.TemporaryDirectory(prefix="ros_logs_")
 os.environ["ROS_LOG_DIR"] = _LOGS.name
 
@@ -43,11 +24,15 @@ Done = subprocess.CompletedProcess[str]
 
 @pytest.fixture
 def executor() -> Iterator[SingleThreadedExecutor]:
-    """An executor in a fresh context."""
+    """An executor in a fresh context; its nodes are gone after the test."""
     rclpy.init(args=[])
+    executor = SingleThreadedExecutor()
     try:
-        yield SingleThreadedExecutor()
+        yield executor
     finally:
+        # ROS 2's stay in the graph after a shutdown, as long as anything refers to them.
+        for node in executor.get_nodes():
+            node.destroy_node()
         rclpy.try_shutdown()
 
 

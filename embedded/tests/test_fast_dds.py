@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
+from spinning import make, spin_until
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-
-from .test_nodes import make, spin_until
 
 CALLER = """
 import rclpy, std_srvs.srv

@@ -6,32 +6,38 @@ import atexit
 from collections.abc import Sequence
 from typing import Any
 
-from rclpy.context import Context, get_default_context
+from rclpy.context import Context, get_default_context, initialized_contexts
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.signals import (
     SignalHandlerOptions,
     install_signal_handlers,
     uninstall_signal_handlers,
 )
 from rclpy.task import Future
-from rclpy.utilities import ok
+from rclpy.utilities import get_rmw_implementation_identifier, ok, try_shutdown
+from rclpy.utilities import shutdown as _shutdown
 
 __all__ = [
     "Context",
     "Future",
     "Node",
+    "Parameter",
     "SignalHandlerOptions",
     "create_node",
     "get_default_context",
     "get_global_executor",
+    "get_rmw_implementation_identifier",
     "init",
+    "install_signal_handlers",
     "ok",
     "shutdown",
     "spin",
     "spin_once",
     "spin_until_future_complete",
     "try_shutdown",
+    "uninstall_signal_handlers",
 ]
 
 _global_executor: Executor | None = None
@@ -56,39 +62,34 @@ def init(
         RuntimeError: it has been called before.
     """
     chosen = context or get_default_context()
-    chosen.init(args, domain_id=domain_id)
     if signal_handler_options is None:
-        signal_handler_options = (
-            SignalHandlerOptions.ALL if context is None else SignalHandlerOptions.NO
-        )
-    install_signal_handlers(chosen, signal_handler_options)
+        default = chosen is get_default_context()
+        signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
+    chosen.init(args, domain_id=domain_id)
+    install_signal_handlers(signal_handler_options)
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
     """Leaves the domain.
 
     Raises:
+        RuntimeError: there was no `init`.
         RCLError: it has been left before, as after Ctrl-C.
     """
-    (context or get_default_context()).shutdown()
-    _clean_up(context, uninstall_handlers)
+    is_default = context is None or context is get_default_context()
+    try:
+        _shutdown(context=context)
+    finally:
+        if uninstall_handlers or (uninstall_handlers is None and is_default):
+            uninstall_signal_handlers()
 
 
-def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
-    """Leaves the domain, if it is in one."""
-    (context or get_default_context()).try_shutdown()
-    _clean_up(context, uninstall_handlers)
+def _leave_all() -> None:
+    for context in initialized_contexts():
+        context.try_shutdown()
 
 
-def _clean_up(context: Context | None, uninstall: bool | None) -> None:
-    global _global_executor
-    if context is None:
-        _global_executor = None
-    if uninstall or (uninstall is None and context is None):
-        uninstall_signal_handlers()
-
-
-atexit.register(try_shutdown)
+atexit.register(_leave_all)
 
 
 def create_node(node_name: str, **options: Any) -> Node:
@@ -99,44 +100,44 @@ def create_node(node_name: str, **options: Any) -> Node:
 def get_global_executor() -> Executor:
     """The executor of `spin` and its like."""
     global _global_executor
-    if _global_executor is None or _global_executor._shut_down:
+    if _global_executor is None or not _global_executor.context.ok():
         _global_executor = SingleThreadedExecutor()
+        get_default_context().on_shutdown(_forget_global_executor)
     return _global_executor
 
 
-def _borrow(node: Node, executor: Executor | None) -> tuple[Executor, bool]:
-    """The executor, and whether the node was given to it for this call only."""
-    chosen = executor or get_global_executor()
-    if node.executor is not None and executor is None:
-        chosen = node.executor
-    return chosen, chosen.add_node(node)
+def _forget_global_executor() -> None:
+    global _global_executor
+    if _global_executor is not None:
+        _global_executor.shutdown()
+    _global_executor = None
 
 
 def spin(node: Node, executor: Executor | None = None) -> None:
-    """Runs the node's callbacks until the shutdown.
+    """Runs the node's callbacks until the shutdown; afterwards no executor has the node.
 
     Raises:
-        ExternalShutdownException: SIGTERM, or a shutdown in another thread.
+        ExternalShutdownException: SIGTERM.
     """
-    chosen, borrowed = _borrow(node, executor)
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         while chosen.context.ok():
             chosen.spin_once()
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Runs one callback."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs one callback; afterwards no executor has the node."""
+    chosen = executor or get_global_executor()
     try:
+        chosen.add_node(node)
         chosen.spin_once(timeout_sec)
     finally:
-        if borrowed:
-            chosen.remove_node(node)
+        chosen.remove_node(node)
 
 
 def spin_until_future_complete(
@@ -145,10 +146,14 @@ def spin_until_future_complete(
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Runs the node's callbacks until a future is done or the time is over."""
-    chosen, borrowed = _borrow(node, executor)
+    """Runs the node's callbacks until a future is done or the time is over.
+
+    Afterwards no executor has the node, unless the chosen one had it before.
+    """
+    chosen = executor or get_global_executor()
+    added = chosen.add_node(node)
     try:
         chosen.spin_until_future_complete(future, timeout_sec)
     finally:
-        if borrowed:
+        if added:
             chosen.remove_node(node)

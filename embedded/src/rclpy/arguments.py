@@ -8,46 +8,29 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-from ros2_embedded import naming
+from rclpy.exceptions import UnknownROSArgsError
+from rclpy.names import expand_topic_name
+from rclpy.yaml_values import ArgumentError, load_parameters, load_yaml
 
-
-class ArgumentError(ValueError):
-    """A ROS argument that cannot be understood."""
-
-
-class RosYamlLoader(yaml.SafeLoader):
-    """YAML as ROS 2 reads it: `1e-3` is a number too."""
-
-
-RosYamlLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|[-+]?(\d+\.\d*|\.\d+)|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
-    ),
-    list("-+0123456789."),
-)
-
-
-def load_yaml(text: str) -> Any:
-    """Reads YAML.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    try:
-        return yaml.load(text, RosYamlLoader)
-    except yaml.YAMLError as error:
-        raise ArgumentError(f"not valid YAML: {error}") from error
+__all__ = [
+    "ArgumentError",
+    "RemapRule",
+    "RosArguments",
+    "flatten",
+    "load_parameter_file",
+    "load_yaml",
+    "parse_arguments",
+]
 
 
 @dataclass(frozen=True)
 class RemapRule:
-    """`node:match:=replacement`; without a node it holds for all."""
+    """`node:match:=replacement`; without a node it holds for all, without a kind for both."""
 
     match: str
     replacement: str
     node: str | None = None
+    kind: str = ""
 
 
 @dataclass
@@ -57,6 +40,7 @@ class RosArguments:
     remaps: list[RemapRule] = field(default_factory=list)
     parameters: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     log_levels: dict[str, str] = field(default_factory=dict)
+    flags: dict[str, bool] = field(default_factory=dict)
     remaining: list[str] = field(default_factory=list)
 
     def node_name(self, name: str) -> str:
@@ -64,7 +48,7 @@ class RosArguments:
         return self._special(("__node", "__name"), name) or name
 
     def namespace(self, name: str, namespace: str) -> str:
-        """The namespace after `__ns:=`; `name` is the one that the program gave."""
+        """The namespace after `__ns:=`; `name` is the one after remapping."""
         return self._special(("__ns",), name) or namespace
 
     def _special(self, keys: tuple[str, ...], name: str) -> str | None:
@@ -73,23 +57,32 @@ class RosArguments:
                 return rule.replacement
         return None
 
-    def resolve(self, name: str, node: str, namespace: str) -> str:
-        """Full name of a topic or a service after remapping."""
-        full = naming.expand(name, node, namespace)
+    def remap(self, full: str, node: str, namespace: str, kind: str = "topic") -> str:
+        """Name of a topic or a service after remapping; `full` is its name before."""
         for rule in self.remaps:
             if rule.match.startswith("__") or rule.node not in (None, node):
                 continue
-            if naming.expand(rule.match, node, namespace) == full:
-                return naming.expand(rule.replacement, node, namespace)
+            if rule.kind in ("", kind) and _expanded(rule.match, node, namespace) == full:
+                return expand_topic_name(rule.replacement, node, namespace)
         return full
 
     def parameters_for(self, full_name: str) -> dict[str, Any]:
-        """Parameter values for a node; what comes later wins."""
-        values: dict[str, Any] = {}
+        """Parameter values for a node: a name or pattern counts where it was first mentioned."""
+        merged: dict[str, dict[str, Any]] = {}
         for pattern, parameters in self.parameters:
+            merged.setdefault(pattern, {}).update(parameters)
+        values: dict[str, Any] = {}
+        for pattern, parameters in merged.items():
             if _matches(pattern, full_name):
                 values.update(parameters)
         return values
+
+
+def _expanded(name: str, node: str, namespace: str) -> str | None:
+    try:
+        return expand_topic_name(name, node, namespace)
+    except ValueError:
+        return None
 
 
 def _matches(pattern: str, full_name: str) -> bool:
@@ -123,7 +116,7 @@ def load_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
         ArgumentError: the file is missing or is no parameter file.
     """
     try:
-        tree = load_yaml(Path(path).read_text(encoding="utf-8"))
+        tree = load_parameters(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise ArgumentError(f"Cannot read the parameter file '{path}': {error}") from error
     except ArgumentError as error:
@@ -143,18 +136,54 @@ def load_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
     return found
 
 
-def _parse_remap(rule: str) -> RemapRule:
-    match = re.fullmatch(r"(?:(?P<node>[A-Za-z_]\w*):)?(?P<match>[^:=]+):=(?P<to>.+)", rule)
-    if match is None:
-        raise ArgumentError(f"Couldn't parse remap rule: '-r {rule}'")
-    return RemapRule(match["match"], match["to"], match["node"])
+_TOKEN = r"[A-Za-z_]\w*"
+_REMAP = re.compile(
+    rf"(?:(?P<node>{_TOKEN}):(?!//))?(?:(?P<special>__node|__name|__ns)|"
+    r"(?:ros(?P<kind>topic|service)://)?(?P<match>[\w/~{}]+)):=(?P<to>[\w/~{}]+)",
+    re.ASCII,
+)
 
 
-def _parse_parameter(rule: str) -> tuple[str, dict[str, Any]]:
+def _parse_remap(option: str, rule: str) -> RemapRule:
+    match = _REMAP.fullmatch(rule)
+    wanted = {"__ns": "/.*", "__node": _TOKEN, "__name": _TOKEN}
+    if match is None or not re.fullmatch(wanted.get(match["special"], ".*"), match["to"]):
+        raise ArgumentError(f"Couldn't parse remap rule: '{option} {rule}'.")
+    name = match["special"] or match["match"]
+    return RemapRule(name, match["to"], match["node"], match["kind"] or "")
+
+
+def _parse_parameter(option: str, rule: str) -> tuple[str, dict[str, Any]]:
     match = re.fullmatch(r"(?:(?P<node>[^:]+):)?(?P<name>[^:=]+):=(?P<value>.*)", rule, re.DOTALL)
+    wrong = f"Couldn't parse parameter override rule: '{option} {rule}'."
     if match is None:
-        raise ArgumentError(f"Couldn't parse parameter override rule: '-p {rule}'")
-    return match["node"] or "/**", {match["name"]: load_yaml(match["value"])}
+        raise ArgumentError(wrong)
+    try:
+        value = load_parameters(match["value"])
+    except ArgumentError as error:
+        raise ArgumentError(f"{wrong} Error: {error}") from error
+    node = match["node"] or "/**"
+    return node if node.startswith("/") else f"/{node}", flatten({match["name"]: value})
+
+
+def _parse_log_level(option: str, rule: str) -> tuple[str, str]:
+    name, separator, level = rule.rpartition(":=")
+    wrong = f"Couldn't parse log level: '{option} {rule}'. Error: "
+    if separator and not name:
+        raise ArgumentError(wrong + "Argument has an invalid logger item that name is empty")
+    if level.upper() not in ("UNSET", "DEBUG", "INFO", "WARN", "ERROR", "FATAL"):
+        raise ArgumentError(wrong + "Argument does not use a valid severity level")
+    return name, level
+
+
+_FLAG = re.compile(r"--(enable|disable)-(rosout|stdout|external-lib)-logs")
+_TRAILING = {
+    "-r": "remap rule found", "--remap": "remap rule found",
+    "-p": "parameter override rule found", "--param": "parameter override rule found",
+    "--params-file": "file path provided", "--log-level": "log level provided",
+    "--log-config-file": "file path provided", "--log-file-name": "string prefix provided",
+    "-e": "enclave path provided", "--enclave": "enclave path provided",
+}  # fmt: skip
 
 
 def parse_arguments(arguments: Sequence[str]) -> RosArguments:
@@ -164,39 +193,46 @@ def parse_arguments(arguments: Sequence[str]) -> RosArguments:
         arguments: with or without the program's name; the rest comes back in `remaining`.
 
     Raises:
-        ArgumentError: an unknown or incomplete ROS argument.
+        ArgumentError: a ROS argument that cannot be understood, or that lacks its value.
+        UnknownROSArgsError: arguments after `--ros-args` that ROS does not know.
     """
     parsed = RosArguments()
+    unknown: list[str] = []
     ours, items = False, list(arguments)
     while items:
         item = items.pop(0)
+        flag = _FLAG.fullmatch(item)
         if item == "--ros-args":
             ours = True
         elif not ours:
             parsed.remaining.append(item)
         elif item == "--":
             ours = False
-        elif item in ("--enable-rosout-logs", "--disable-rosout-logs", "--disable-stdout-logs",
-                      "--enable-stdout-logs", "--disable-external-lib-logs",
-                      "--enable-external-lib-logs"):  # fmt: skip
-            continue
-        elif item not in ("-r", "--remap", "-p", "--param", "--params-file", "--log-level",
-                          "-e", "--enclave", "--log-config-file"):  # fmt: skip
-            raise ArgumentError(f"Unknown ROS argument: '{item}'")
+        elif flag:
+            parsed.flags[flag[2]] = flag[1] == "enable"
+        elif item not in _TRAILING:
+            unknown.append(item)
         elif not items:
-            raise ArgumentError(f"Missing value after the ROS argument '{item}'")
+            raise ArgumentError(f"Couldn't parse trailing {item} flag. No {_TRAILING[item]}.")
         else:
             _take(parsed, item, items.pop(0))
+    if unknown:
+        raise UnknownROSArgsError(repr(unknown))
     return parsed
 
 
 def _take(parsed: RosArguments, option: str, value: str) -> None:
     if option in ("-r", "--remap"):
-        parsed.remaps.append(_parse_remap(value))
+        parsed.remaps.append(_parse_remap(option, value))
     elif option in ("-p", "--param"):
-        parsed.parameters.append(_parse_parameter(value))
+        parsed.parameters.append(_parse_parameter(option, value))
     elif option == "--params-file":
-        parsed.parameters.extend(load_parameter_file(value))
+        try:
+            parsed.parameters.extend(load_parameter_file(value))
+        except ArgumentError as error:
+            raise ArgumentError(
+                f"Couldn't parse params file: '{option} {value}'. Error: {error}"
+            ) from error
     elif option == "--log-level":
-        name, _, level = value.rpartition(":=")
+        name, level = _parse_log_level(option, value)
         parsed.log_levels[name] = level

@@ -1,48 +1,95 @@
-"""Callback groups: which callbacks may run at the same time in a MultiThreadedExecutor."""
+"""Callback groups: which callbacks may run at the same time."""
 
 from __future__ import annotations
 
 import threading
+import weakref
 from typing import Any
 
 
 class CallbackGroup:
-    """A group of a node's entities."""
+    """Base of the groups; a class of one's own implements the three methods that raise."""
 
     def __init__(self) -> None:
-        """Nothing runs at first."""
-        self._lock = threading.Lock()
-        self._waiting: list[Any] = []
-        self._running = False
+        """Has no entities yet."""
+        super().__init__()
+        self.entities: set[weakref.ref[Any]] = set()
+        self.__parked: dict[Any, None] = {}
+        self.__lock = threading.Lock()
 
-    def enter(self, entity: Any) -> bool:
-        """Whether the entity's callback may run now; if not, `leave` gives it back."""
-        return True
+    def add_entity(self, entity: Any) -> None:
+        """Makes a subscription, timer, service, client or guard condition belong to the group."""
+        self.entities.add(weakref.ref(entity, self.entities.discard))
 
-    def leave(self) -> list[Any]:
-        """Says that a callback has ended; returns the entities that had to wait."""
-        return []
+    def has_entity(self, entity: Any) -> bool:
+        """Whether the entity belongs to the group."""
+        return weakref.ref(entity) in self.entities
+
+    def can_execute(self, entity: Any) -> bool:
+        """Whether the entity's callback might run now."""
+        raise NotImplementedError
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Whether the entity's callback runs now; if so, `ending_execution` comes after it."""
+        raise NotImplementedError
+
+    def ending_execution(self, entity: Any) -> None:
+        """Says that the entity's callback has ended."""
+        raise NotImplementedError
+
+    def park(self, entity: Any) -> None:
+        """Keeps an entity whose callback may not run now until another callback has ended."""
+        with self.__lock:
+            self.__parked[entity] = None
+        if self.can_execute(entity):  # it ended just now
+            self.unpark()
+
+    def unpark(self) -> None:
+        """Has the parked entities ask their executors for another turn, in their order."""
+        if not self.__parked:
+            return
+        with self.__lock:
+            parked, self.__parked = self.__parked, {}
+        for entity in parked:
+            entity.requeue()
 
 
 class ReentrantCallbackGroup(CallbackGroup):
     """Callbacks of this group may run at the same time."""
 
+    def can_execute(self, entity: Any) -> bool:
+        """Always."""
+        return True
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Always."""
+        return True
+
+    def ending_execution(self, entity: Any) -> None:
+        """Needs nothing."""
+
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
-    """One callback of this group runs at a time."""
+    """One callback of this group runs at a time; one that awaits is not at its end."""
 
-    def enter(self, entity: Any) -> bool:
+    def __init__(self) -> None:
+        """Nothing runs at first."""
+        super().__init__()
+        self.__active: Any = None
+        self.__lock = threading.Lock()
+
+    def can_execute(self, entity: Any) -> bool:
+        """Whether no callback of the group runs."""
+        return self.__active is None
+
+    def beginning_execution(self, entity: Any) -> bool:
         """Whether no other callback of the group runs."""
-        with self._lock:
-            if self._running:
-                self._waiting.append(entity)
+        with self.__lock:
+            if self.__active is not None:
                 return False
-            self._running = True
+            self.__active = entity
             return True
 
-    def leave(self) -> list[Any]:
+    def ending_execution(self, entity: Any) -> None:
         """Lets the next one in."""
-        with self._lock:
-            waiting, self._waiting = self._waiting, []
-            self._running = False
-            return waiting
+        self.__active = None

@@ -2,25 +2,187 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from enum import IntEnum
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
+from rclpy.exceptions import NotInitializedException
 from rclpy.time import Time
 
-__all__ = ["Clock", "ClockType", "ROSClock"]
+if TYPE_CHECKING:
+    from rclpy.context import Context
 
-_SLEEP_STEP = 0.001
+__all__ = [
+    "Clock",
+    "ClockChange",
+    "ClockType",
+    "JumpHandle",
+    "JumpThreshold",
+    "ROSClock",
+    "TimeJump",
+]
+
+
+class ClockChange(IntEnum):
+    """What else happens to a clock in a jump of its time."""
+
+    ROS_TIME_NO_CHANGE = 1
+    ROS_TIME_ACTIVATED = 2
+    ROS_TIME_DEACTIVATED = 3
+    SYSTEM_TIME_NO_CHANGE = 4
+
+
+class JumpThreshold:
+    """Which jumps of a clock's time matter."""
+
+    def __init__(
+        self,
+        *,
+        min_forward: Duration | None,
+        min_backward: Duration | None,
+        on_clock_change: bool = True,
+    ) -> None:
+        """Jumps of at least these durations; the one backwards is negative.
+
+        Args:
+            min_forward: positive; None: no jump forward matters.
+            min_backward: negative; None: no jump backwards matters.
+            on_clock_change: whether the begin and the end of simulated time matter.
+
+        Raises:
+            ValueError: a duration of the wrong sign, or nothing matters.
+        """
+        if min_forward is not None and min_forward.nanoseconds <= 0:
+            raise ValueError("min_forward must be a positive non-zero duration")
+        if min_backward is not None and min_backward.nanoseconds >= 0:
+            raise ValueError("min_backward must be a negative non-zero duration")
+        if min_forward is None and min_backward is None and not on_clock_change:
+            raise ValueError("At least one jump threshold must be enabled")
+        self.min_forward, self.min_backward = min_forward, min_backward
+        self.on_clock_change = on_clock_change
+
+    def is_exceeded(self, jump: TimeJump) -> bool:
+        """Whether a jump matters."""
+        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
+            return self.on_clock_change
+        back, forward = self.min_backward, self.min_forward
+        return (back is not None and jump.delta <= back) or (
+            forward is not None and jump.delta >= forward
+        )
+
+
+class TimeJump:
+    """A jump of a clock's time."""
+
+    def __init__(self, clock_change: ClockChange, delta: Duration) -> None:
+        """Raises TypeError unless `clock_change` is a ClockChange."""
+        if not isinstance(clock_change, ClockChange):
+            raise TypeError("clock_change must be an instance of rclpy.clock.ClockChange")
+        self._clock_change, self._delta = clock_change, delta
+
+    @property
+    def clock_change(self) -> ClockChange:
+        """Whether simulated time began or ended."""
+        return self._clock_change
+
+    @property
+    def delta(self) -> Duration:
+        """How far it jumps; zero where simulated time begins or ends."""
+        return self._delta
+
+
+class JumpListener(NamedTuple):
+    """What a clock calls before and after a jump that matters."""
+
+    threshold: JumpThreshold
+    before: Callable[[TimeJump], Any]
+    after: Callable[[TimeJump], Any]
+
+
+class JumpHandle:
+    """Callbacks for the jumps of a clock; as a context manager it ends them."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        threshold: JumpThreshold,
+        pre_callback: Callable[[], Any] | None,
+        post_callback: Callable[[TimeJump], Any] | None,
+    ) -> None:
+        """Made by `Clock.create_jump_callback`.
+
+        Raises:
+            ValueError: a callback that cannot be called, or none.
+        """
+        if pre_callback is None and post_callback is None:
+            raise ValueError("One of pre_callback or post_callback must be callable")
+        for name, callback in (("pre_callback", pre_callback), ("post_callback", post_callback)):
+            if callback is not None and not callable(callback):
+                raise ValueError(f"{name} must be callable if given")
+        self._clock: Clock | None = clock
+        self._listener = JumpListener(
+            threshold,
+            lambda _: None if pre_callback is None else pre_callback(),
+            lambda jump: None if post_callback is None else post_callback(jump),
+        )
+        clock.add_listener(self._listener)
+
+    def unregister(self) -> None:
+        """Ends the callbacks; once more does nothing."""
+        clock, self._clock = self._clock, None
+        if clock is not None:
+            clock.remove_listener(self._listener)
+
+    def __enter__(self) -> JumpHandle:
+        """The handle."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Ends the callbacks."""
+        self.unregister()
+
+
+class _Sleeper:
+    """What can be woken from any thread and from a signal handler, as an executor can."""
+
+    def __init__(self) -> None:
+        self._queue: SimpleQueue[None] = SimpleQueue()
+
+    def wake(self) -> None:
+        self._queue.put(None)
+
+    def wait(self, seconds: float | None) -> None:
+        limit = None if seconds is None else min(seconds, threading.TIMEOUT_MAX)
+        with suppress(Empty):
+            self._queue.get(timeout=limit)
 
 
 class Clock:
-    """A clock of the machine."""
+    """A clock of the machine; of the type ROS_TIME it is a `ROSClock`."""
 
-    def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
-        """A clock of the given kind."""
+    _clock_type: ClockType
+    _listeners: list[JumpListener]
+
+    def __new__(cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> Clock:
+        """A clock of the given kind; raises TypeError for anything but a ClockType."""
+        if not isinstance(clock_type, ClockType):
+            raise TypeError("Clock type must be a ClockType enum")
+        ros = clock_type == ClockType.ROS_TIME and cls is Clock
+        self = object.__new__(ROSClock if ros else cls)
         self._clock_type = clock_type
-        self._read = time.monotonic_ns if clock_type == ClockType.STEADY_TIME else time.time_ns
+        self._listeners = []
+        return self
+
+    def __repr__(self) -> str:
+        """With the kind of clock."""
+        return f"Clock(clock_type={self._clock_type.name})"
 
     @property
     def clock_type(self) -> ClockType:
@@ -34,57 +196,119 @@ class Clock:
 
     def nanoseconds(self) -> int:
         """The time now [ns], without an object around it."""
-        return self._read()
+        steady = self._clock_type == ClockType.STEADY_TIME
+        return time.monotonic_ns() if steady else time.time_ns()
 
     def now(self) -> Time:
         """The time now."""
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
 
-    def sleep_until(self, until: Time, context: object = None) -> bool:
-        """Sleeps until a time on this clock; False if the context was shut down meanwhile."""
-        from rclpy.utilities import ok
+    def add_listener(self, listener: JumpListener) -> None:
+        """Tells a listener of jumps from now on."""
+        # A new list: a jump may be going through the old one.
+        self._listeners = [*self._listeners, listener]
 
-        while self.nanoseconds() < until.nanoseconds:
-            if not ok():
-                return False
-            left = (until.nanoseconds - self.nanoseconds()) * 1e-9
-            time.sleep(_SLEEP_STEP if self.simulated else max(0.0, min(left, 0.1)))
-        return ok()
+    def remove_listener(self, listener: JumpListener) -> None:
+        """Tells a listener of no more jumps."""
+        self._listeners = [other for other in self._listeners if other is not listener]
 
-    def sleep_for(self, rel_time: Duration, context: object = None) -> bool:
-        """Sleeps for a duration on this clock; False if the context was shut down meanwhile."""
+    def create_jump_callback(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre_callback: Callable[[], Any] | None = None,
+        post_callback: Callable[[TimeJump], Any] | None = None,
+    ) -> JumpHandle:
+        """Has functions called before and after each jump of the time that matters."""
+        return JumpHandle(
+            clock=self, threshold=threshold, pre_callback=pre_callback, post_callback=post_callback
+        )
+
+    def sleep_until(self, until: Time, context: Context | None = None) -> bool:
+        """Sleeps until a time on this clock.
+
+        Returns:
+            False if the context was shut down meanwhile, or simulated time began or ended.
+
+        Raises:
+            NotInitializedException: the context is not initialised or was shut down.
+            ValueError: a time of another kind of clock.
+        """
+        from rclpy.context import get_default_context  # it logs, with clocks
+
+        chosen = context or get_default_context()
+        if not chosen.ok():
+            raise NotInitializedException
+        if until.clock_type != self._clock_type:
+            raise ValueError("until's clock type does not match this clock's type")
+        sleeper, changes = _Sleeper(), []
+
+        def on_jump(jump: TimeJump) -> None:
+            if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
+                changes.append(jump)
+            sleeper.wake()
+
+        threshold = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=None)
+        chosen.wake_at_end(sleeper)
+        with self.create_jump_callback(threshold, post_callback=on_jump):
+            left = until.nanoseconds - self.nanoseconds()
+            while left > 0 and chosen.ok() and not changes:
+                sleeper.wait(None if self.simulated else left * 1e-9)
+                left = until.nanoseconds - self.nanoseconds()
+        return chosen.ok() and not changes
+
+    def sleep_for(self, rel_time: Duration, context: Context | None = None) -> bool:
+        """Sleeps for a duration on this clock; see `sleep_until`."""
         return self.sleep_until(self.now() + rel_time, context)
 
 
 class ROSClock(Clock):
     """The system's clock, or with `use_sim_time` what `/clock` told last (at first 0)."""
 
-    def __init__(self) -> None:
+    _override = 0
+    _active = False
+
+    def __new__(cls) -> ROSClock:
         """Shows the system's time at first."""
-        super().__init__(clock_type=ClockType.ROS_TIME)
-        self._override: int | None = None
-        self._listeners: list[Callable[[], None]] = []
+        return super().__new__(cls, clock_type=ClockType.ROS_TIME)  # type: ignore[return-value]
 
     @property
     def ros_time_is_active(self) -> bool:
         """Whether the time comes from `/clock`."""
-        return self._override is not None
+        return self._active
 
-    @property
-    def simulated(self) -> bool:
-        """Whether the time comes from `/clock`."""
-        return self._override is not None
+    simulated = ros_time_is_active
 
     def nanoseconds(self) -> int:
         """The time now [ns]."""
-        return time.time_ns() if self._override is None else self._override
+        return self._override if self._active else time.time_ns()
 
-    def on_jump(self, listener: Callable[[], None]) -> None:
-        """Has `listener` called whenever the simulated time is set."""
-        self._listeners.append(listener)
+    def set_ros_time_override(self, time: Time) -> None:
+        """Sets the time that it shows while simulated time is active."""
+        if not isinstance(time, Time):
+            raise TypeError(
+                f"Time must be specified as rclpy.time.Time. Received type: {type(time)}"
+            )
+        if not self._active:
+            self._override = time.nanoseconds
+            return
+        delta = Duration(nanoseconds=time.nanoseconds - self._override)
+        with self._jump(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
+            self._override = time.nanoseconds
 
-    def set_simulated(self, nanoseconds: int | None) -> None:
-        """Sets the simulated time, or returns to the system's with None."""
-        self._override = nanoseconds
-        for listener in self._listeners:
-            listener()
+    def _set_ros_time_is_active(self, enabled: bool) -> None:
+        """Begins or ends simulated time."""
+        if enabled == self._active:
+            return
+        on, off = ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED
+        with self._jump(TimeJump(on if enabled else off, Duration())):
+            self._active = enabled
+
+    @contextmanager
+    def _jump(self, jump: TimeJump) -> Iterator[None]:
+        listeners = [each for each in self._listeners if each.threshold.is_exceeded(jump)]
+        for listener in listeners:
+            listener.before(jump)
+        yield
+        for listener in listeners:
+            listener.after(jump)

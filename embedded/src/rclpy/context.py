@@ -2,63 +2,97 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from ros2_embedded.domain import discovery, join_domain
 from ros2_embedded.domain import domain_id as default_domain
-from ros2_embedded.domain import join_domain
 from ros2_embedded.graph import Graph
 from ros2_embedded.reader_thread import ReaderThread
+from ros2_embedded.status_thread import StatusThread
 
 from rclpy.arguments import RosArguments, parse_arguments
-from rclpy.exceptions import NotInitializedException, RCLError
-from rclpy.logging import get_logging_severity_from_string, set_logger_level
+from rclpy.exceptions import RCLError
+from rclpy.impl.log_output import outputs
+from rclpy.logging import get_logger, get_logging_severity_from_string, set_logger_level
+
+_initialized: weakref.WeakSet[Context] = weakref.WeakSet()
 
 
 class Context:
-    """State between `init` and `shutdown`."""
+    """State between `init` and `shutdown`; it is used once."""
 
     def __init__(self) -> None:
         """Is not initialised yet."""
-        self._ok = False
+        self._ok = self._used = False
         self._lock = threading.RLock()
         self._domain: Any = None
+        self._domain_id = 0
+        self._on_shutdown: list[Callable[[], Any]] = []
         self.participant: Any = None
         self.reader_thread: Any = None
+        self.status_thread: Any = None
         self.graph: Any = None
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
-        self.executors: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._sleepers: set[weakref.ref[Any]] = set()
+        self.in_callback: set[int] = set()
+        """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
+        self.leaves_after_callback = False
         self._client_count = 0
 
-    def init(self, args: Sequence[str] | None = None, *, domain_id: int | None = None) -> None:
+    def init(
+        self,
+        args: Sequence[str] | None = None,
+        *,
+        initialize_logging: bool = True,
+        domain_id: int | None = None,
+    ) -> None:
         """Joins the domain.
 
         Args:
             args: command line; None takes the process's.
+            initialize_logging: whether the command line's words on logging count.
             domain_id: number of the domain; None takes ROS_DOMAIN_ID.
 
         Raises:
-            RuntimeError: it has been initialised before.
+            RuntimeError: it has been initialised before, or the domain's number is negative.
             ArgumentError: the command line has a ROS argument that cannot be understood.
+            UnknownROSArgsError: the command line has ROS arguments that ROS does not know.
         """
         with self._lock:
-            if self._ok:
+            if domain_id is not None and domain_id < 0:
+                raise RuntimeError(f"Domain id ({domain_id}) should not be lower than zero.")
+            if self._used:
                 raise RuntimeError("Context.init() must only be called once")
-            self._close()
             self.arguments = parse_arguments(sys.argv if args is None else args)
-            for name, level in self.arguments.log_levels.items():
-                set_logger_level(name, get_logging_severity_from_string(level))
-            number = default_domain() if domain_id is None else domain_id
-            self._domain, self.participant = join_domain(number)
+            if initialize_logging:
+                _configure_logging(self.arguments)
+            self._domain_id = default_domain() if domain_id is None else domain_id
+            asked = discovery(os.environ)
+            for warning in asked.warnings:
+                get_logger("rcl").warning(warning)
+            self._domain, self.participant = join_domain(self._domain_id, asked)
             self.reader_thread = ReaderThread(self.participant)
+            self.status_thread = StatusThread(self.participant)
             self.graph = Graph(self.participant, self.reader_thread)
             self.graph.on_other_node = self._warn_of_namesake
             self.graph.warn = self._warn
-            self._ok = True
+            self._ok = self._used = True
+            _initialized.add(self)
+
+    def __enter__(self) -> Context:
+        """Joins the domain."""
+        self.init()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leaves the domain."""
+        self.try_shutdown()
 
     def _warn(self, full_name: str, text: str) -> None:
         for node in list(self.nodes):
@@ -76,10 +110,15 @@ class Context:
         """Whether it is initialised and not shut down."""
         return self._ok
 
-    def require_ok(self) -> None:
-        """Raises NotInitializedException unless `ok`."""
-        if not self._ok:
-            raise NotInitializedException
+    def get_domain_id(self) -> int:
+        """The number of the domain.
+
+        Raises:
+            RuntimeError: it has not been initialised.
+        """
+        if not self._used:
+            raise RuntimeError("Context must be initialized before it can have a domain id")
+        return self._domain_id
 
     def next_client_number(self) -> int:
         """Numbers clients and services, whose identity goes into USER_DATA."""
@@ -96,44 +135,104 @@ class Context:
     def interrupt(self) -> None:
         """Ends it from a signal handler: nothing runs on, the domain is left later."""
         self._ok = False
-        for executor in list(self.executors):
-            executor.wake()
+        for reference in list(self._sleepers):
+            sleeper = reference()
+            if sleeper is not None:
+                sleeper.wake()
+
+    def wake_at_end(self, sleeper: Any) -> None:
+        """Has `sleeper.wake()` called at the end, maybe in a signal handler."""
+        self._sleepers.add(weakref.ref(sleeper, self._sleepers.discard))
 
     def resume(self) -> None:
         """Takes an `interrupt` back, for a last word to others before the shutdown."""
         self._ok = self.reader_thread is not None
 
+    def on_shutdown(self, callback: Callable[[], Any]) -> None:
+        """Has `callback` called at the shutdown, or at once if that was already.
+
+        Raises:
+            TypeError: it cannot be called.
+        """
+        if not callable(callback):
+            raise TypeError(f"callback should be a callable, got {type(callback)}")
+        if self._used and not self._ok:
+            callback()
+        elif hasattr(callback, "__self__"):
+            method = weakref.WeakMethod(callback)
+            self._on_shutdown.append(lambda: (method() or _nothing)())
+        else:
+            self._on_shutdown.append(callback)
+
     def shutdown(self) -> None:
         """Leaves the domain.
 
         Raises:
-            RCLError: it has been shut down before.
+            RuntimeError: it has not been initialised.
+            RCLError: it has been shut down before, as by Ctrl-C.
         """
-        if not self._ok:
-            raise RCLError("failed to shutdown: rcl_shutdown already called on the given context")
+        if not self._used:
+            raise RuntimeError("Context must be initialized before it can be shutdown")
+        was_ok = self._ok
         self.try_shutdown()
+        if not was_ok:
+            raise RCLError("failed to shutdown: rcl_shutdown already called on the given context")
 
     def try_shutdown(self) -> None:
         """Leaves the domain, if it is in one."""
-        self.interrupt()
+        callbacks, self._on_shutdown = (self._on_shutdown if self._ok else []), []
+        self._ok = False
+        try:
+            # First of all: one of them has `rclpy.spin` return in other threads.
+            for callback in callbacks:
+                callback()
+        finally:
+            self.interrupt()
+            self.leaves_after_callback = threading.get_ident() in self.in_callback
+            if not self.leaves_after_callback:
+                self.leave()
+
+    def leave(self) -> None:
+        """Leaves the domain after the shutdown."""
         with self._lock:
-            self._close()
+            if self.reader_thread is not None:
+                self._close()
 
     def _close(self) -> None:
-        if self.reader_thread is None:
-            return
         for node in list(self.nodes):
             node.destroy_node()
+        outputs.console.enabled = True
+        self.status_thread.stop()
         self.reader_thread.stop()
         # In this order: a participant must be gone before its domain.
-        self.graph = self.reader_thread = None
+        self.graph = self.reader_thread = self.status_thread = None
         self.participant = None
         self._domain = None
 
 
-_default = Context()
+def _nothing() -> None:
+    pass
 
 
-def get_default_context() -> Context:
-    """The context of `rclpy.init()`."""
-    return _default
+def _configure_logging(arguments: RosArguments) -> None:
+    for name, level in arguments.log_levels.items():
+        set_logger_level(name, get_logging_severity_from_string(level))
+    outputs.console.enabled = arguments.flags.get("stdout", True)
+
+
+def initialized_contexts() -> list[Context]:
+    """The contexts that have been initialised and are still there."""
+    return list(_initialized)
+
+
+_default: Context | None = None
+_default_lock = threading.RLock()
+
+
+def get_default_context(*, shutting_down: bool = False) -> Context:
+    """The context of `rclpy.init()`; after a shutdown there is a new one."""
+    global _default
+    with _default_lock:
+        context = _default or Context()
+        _default = None if shutting_down else context
+        return context

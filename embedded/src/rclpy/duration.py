@@ -21,8 +21,15 @@ class Duration:
     """A length of time in whole nanoseconds."""
 
     def __init__(self, *, seconds: float = 0, nanoseconds: int = 0) -> None:
-        """The sum of both arguments."""
-        self._nanoseconds = int(seconds * S_TO_NS) + int(nanoseconds)
+        """The sum of both arguments.
+
+        Raises:
+            OverflowError: more than 64 bits of nanoseconds.
+        """
+        total = int(seconds * S_TO_NS) + int(nanoseconds)
+        if not -(1 << 63) <= total < 1 << 63:
+            raise OverflowError("Total nanoseconds value is too large to store in C duration.")
+        self._nanoseconds = total
 
     @property
     def nanoseconds(self) -> int:
@@ -33,9 +40,15 @@ class Duration:
         """With the nanoseconds."""
         return f"Duration(nanoseconds={self._nanoseconds})"
 
+    def __str__(self) -> str:
+        """As `ros2 topic info --verbose` shows it."""
+        return "Infinite" if self == Infinite else f"{self._nanoseconds} nanoseconds"
+
     def __eq__(self, other: object) -> bool:
         """Same length."""
-        return isinstance(other, Duration) and self._nanoseconds == other._nanoseconds
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return self._nanoseconds == other._nanoseconds
 
     def __lt__(self, other: Duration) -> bool:
         """Shorter."""
@@ -54,5 +67,14 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: Any) -> Duration:
-        """From builtin_interfaces/msg/Duration."""
+        """From builtin_interfaces/msg/Duration.
+
+        Raises:
+            TypeError: another message.
+        """
+        if not isinstance(msg, message_class("builtin_interfaces/msg/Duration")):
+            raise TypeError("Must pass a builtin_interfaces.msg.Duration object")
         return cls(nanoseconds=msg.sec * S_TO_NS + msg.nanosec)
+
+
+Infinite = Duration(nanoseconds=(1 << 63) - 1)

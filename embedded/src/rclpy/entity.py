@@ -15,6 +15,7 @@ class Entity:
         """Keeps at most `depth` samples that wait for the executor (0: all)."""
         self.node = node
         self.callback_group = group or node.default_callback_group
+        self.callback_group.add_entity(self)
         self._inbox: deque[Any] = deque(maxlen=depth or None)
         self._queued_in: Any = None
 
@@ -30,18 +31,21 @@ class Entity:
             self._queued_in = executor
             executor.put(self)
 
-    def turn(self) -> Any:
-        """Handles one sample; a coroutine is returned for the executor to run."""
+    def take(self) -> tuple[Any] | None:
+        """One sample to handle, in a tuple; asks for another turn if there are more."""
         # Cleared first: what comes from now on asks for another turn.
         self._queued_in = None
         try:
             sample = self._inbox.popleft()
         except IndexError:
             return None
-        try:
-            return self.handle(sample)
-        finally:
-            self.wake()
+        self.wake()
+        return (sample,)
+
+    def requeue(self) -> None:
+        """Asks again, after a turn that could not be used."""
+        self._queued_in = None
+        self.wake()
 
     def drop_turn(self, executor: Any) -> None:
         """The executor does not own the node any more."""
@@ -49,7 +53,7 @@ class Entity:
             self._queued_in = None
 
     def handle(self, sample: Any) -> Any:
-        """Does what the entity is there for."""
+        """Does what the entity is there for; a coroutine is returned for the executor to run."""
         raise NotImplementedError
 
 
@@ -65,19 +69,19 @@ class Endpoints:
     def add_writer(self, writer: Any) -> None:
         """Tells the graph of a writer."""
         self._writers.append(writer)
-        self._node.entry.writers.append(writer.guid.bytes)
+        self._node.handle.entry.writers.append(writer.guid.bytes)
         self._node.context.graph.changed()
 
     def add_reader(self, reader: Any, sink: Any) -> None:
         """Tells the graph of a reader and has the reader thread serve it."""
         condition = self._node.context.reader_thread.add(reader, sink)
         self._readers.append((reader, condition))
-        self._node.entry.readers.append(reader.guid.bytes)
+        self._node.handle.entry.readers.append(reader.guid.bytes)
         self._node.context.graph.changed()
 
     def release(self) -> None:
         """Takes them out of the graph and forgets them."""
-        entry, context = self._node.entry, self._node.context
+        entry, context = self._node.handle.entry, self._node.context
         for writer in self._writers:
             entry.writers.remove(writer.guid.bytes)
         for reader, condition in self._readers:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import inspect
+import os
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, Self
 
 from rclpy.context import Context, get_default_context
 from rclpy.task import Future, Task
+from rclpy.timer import Timer
 
 _FOREVER = 1e9
 
@@ -21,6 +24,12 @@ def _deadline(timeout_sec: float | None) -> float | None:
     if timeout_sec is None or timeout_sec < 0:
         return None
     return time.monotonic() + timeout_sec
+
+
+async def await_or_execute(callback: Callable[..., Any], *args: Any) -> Any:
+    """Awaits a coroutine function, calls any other."""
+    result = callback(*args)
+    return await result if inspect.iscoroutinefunction(callback) else result
 
 
 class ExternalShutdownException(Exception):
@@ -35,17 +44,30 @@ class TimeoutException(Exception):
     """There was no work in time."""
 
 
+class ConditionReachedException(Exception):
+    """What was waited for has come."""
+
+
 class Executor:
     """Base of the executors: a queue of entities and tasks with something to do, and timers."""
 
     def __init__(self, *, context: Context | None = None) -> None:
         """Has no nodes yet."""
+        super().__init__()
         self._context = context or get_default_context()
-        self._nodes: list[Any] = []
+        self._nodes: dict[Any, None] = {}
         self._queue: SimpleQueue[Any] = SimpleQueue()
-        self._shut_down = False
+        self._is_shutdown = False
         self._timer_was_last = False
-        self._context.executors.add(self)
+        self._context.wake_at_end(self)
+
+    def __enter__(self) -> Self:
+        """The executor."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Shuts it down."""
+        self.shutdown()
 
     @property
     def context(self) -> Context:
@@ -58,20 +80,17 @@ class Executor:
         """Takes over a node's callbacks; False if it has the node already."""
         if node in self._nodes:
             return False
-        if node.executor is not None:
-            node.executor.remove_node(node)
-        self._nodes.append(node)
+        self._nodes[node] = None
         node.executor = self
-        for entity in node.entities():
+        for entity in node.handle.all_entities():
             entity.wake()
         self.wake()
         return True
 
     def remove_node(self, node: Any) -> None:
-        """Gives a node back."""
-        if node in self._nodes:
-            self._nodes.remove(node)
-            node.executor = None
+        """Leaves a node's callbacks alone from now on."""
+        self._nodes.pop(node, None)
+        self.wake()
 
     def get_nodes(self) -> list[Any]:
         """The nodes."""
@@ -87,27 +106,32 @@ class Executor:
         """Has the executor look around: at the timers, at the context."""
         self._queue.put(None)
 
-    wake_task = put
-
     def create_task(self, callback: Any, *args: Any, **kwargs: Any) -> Task:
         """Runs a function or a coroutine; returns the future of its result."""
         task = Task(callback, args, kwargs, executor=self)
         self.put(task)
         return task
 
+    def can_execute(self, entity: Any) -> bool:
+        """Whether the entity's callback group lets its callback run now."""
+        return bool(entity.callback_group.can_execute(entity))
+
     def _next_timer(self) -> tuple[Any, float]:
-        """A timer that is due, or None and the time until one may be [s]."""
-        wait = _FOREVER
-        for node in self._nodes:
-            for timer in node.timers_list:
-                if timer.is_canceled() or timer.running:
+        """The timer that is due the longest, or None and the time until one may be [s]."""
+        due, longest, wait = None, 1, _FOREVER
+        for node in list(self._nodes):
+            for timer in node.handle.timers:
+                left = None if timer.queued else timer.left()
+                if left is None:
                     continue
-                left = timer.time_until_next_call()
-                if left <= 0:
-                    return timer, 0.0
-                if not timer.clock.simulated:
-                    wait = min(wait, left * 1e-9)
-        return None, wait
+                if left > 0:
+                    if not timer.clock.simulated:
+                        wait = min(wait, left * 1e-9)
+                elif not self.can_execute(timer):
+                    timer.callback_group.park(timer)
+                elif left < longest:
+                    due, longest = timer, left
+        return due, 0.0 if due is not None else wait
 
     def _next(self, deadline: float | None) -> Any:
         """Waits for an entity, a timer or a task; None if none came, or something changed."""
@@ -128,141 +152,205 @@ class Executor:
         except Empty:
             return None
 
-    def _wait(self, timeout_sec: float | None) -> Any:
+    def _wait(
+        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+    ) -> Any:
+        """Waits for an entity, a timer or a task.
+
+        Raises:
+            ShutdownException: the executor was shut down.
+            ExternalShutdownException: the context was shut down.
+            ConditionReachedException: the condition came true.
+            TimeoutException: the time is over.
+        """
         deadline = _deadline(timeout_sec)
         while True:
-            item = self._next(deadline)
-            if not self._context.ok():
-                raise ExternalShutdownException
-            if self._shut_down:
+            if self._is_shutdown:
                 raise ShutdownException
-            if item is not None:
-                if not isinstance(item, Task) and item.node.executor is not self:
-                    item.drop_turn(self)
-                    continue
+            if condition():
+                raise ConditionReachedException
+            item = self._next(deadline)
+            if not self._context.ok() and not self._is_shutdown:
+                raise ExternalShutdownException
+            if isinstance(item, Task) or (item is not None and item.node in self._nodes):
                 return item
-            if deadline is not None and time.monotonic() >= deadline:
-                return self._next_timer()[0]
+            if item is not None:
+                item.drop_turn(self)
+            elif deadline is not None and time.monotonic() >= deadline:
+                raise TimeoutException
+
+    def wait_for_ready_callbacks(
+        self,
+        timeout_sec: float | None = None,
+        nodes: list[Any] | None = None,
+        condition: Callable[[], bool] = lambda: False,
+    ) -> tuple[Callable[[], None], Any, Any]:
+        """For executors of one's own: what runs the next callback, its entity and its node.
+
+        Raises what `_wait` does.
+        """
+        item = self._wait(timeout_sec, condition)
+        run = lambda: self._run(item)  # noqa: E731
+        return (run, None, None) if isinstance(item, Task) else (run, item, item.node)
 
     def _run(self, item: Any) -> None:
         """Runs one item; an exception of a callback or of a task comes out."""
         if isinstance(item, Task):
-            item.step()
-            self._raise_from(item)
+            self._run_task(item)
             return
-        result = item.turn()
-        if inspect.iscoroutine(result):
-            task = Task(result, executor=self)
-            task.step()
-            self._raise_from(task)
+        group = item.callback_group
+        if not group.beginning_execution(item):
+            group.park(item)
+            return
+        coroutine = None
+        threads, me = self._context.in_callback, threading.get_ident()
+        nested = me in threads
+        threads.add(me)
+        try:
+            taken = item.take()
+            result = None if taken is None else item.handle(*taken)
+            if inspect.iscoroutine(result) and inspect.iscoroutinefunction(item.callback):
+                coroutine = self._to_the_end(result, item)
+        finally:
+            if coroutine is None:
+                group.ending_execution(item)
+                group.unpark()
+            if not nested:
+                threads.discard(me)
+                if self._context.leaves_after_callback:
+                    self._context.leave()
+        if coroutine is not None:
+            self._run_task(Task(coroutine, executor=self))
 
     @staticmethod
-    def _raise_from(task: Task) -> None:
-        if task.done() and task.exception() is not None:
-            task.result()
+    async def _to_the_end(coroutine: Any, item: Any) -> None:
+        """A callback's coroutine: its group is busy until it ends."""
+        try:
+            await coroutine
+        finally:
+            item.callback_group.ending_execution(item)
+            item.callback_group.unpark()
 
-    def _execute(self, item: Any) -> None:
-        self._run(item)
+    @staticmethod
+    def _run_task(task: Task) -> None:
+        task()
+        if task.done():
+            task.result()
 
     # Spinning.
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Waits for one callback and runs it.
+        """Waits for one callback and runs it; executors of one's own define it.
 
         Raises:
             ExternalShutdownException: the context was shut down.
         """
-        item = self._wait(timeout_sec)
-        if item is not None:
-            self._execute(item)
+        self._spin_once(timeout_sec)
+
+    def spin_once_until_future_complete(
+        self, future: Future, timeout_sec: float | None = None
+    ) -> None:
+        """Waits for one callback and runs it, unless the future is done before."""
+        future._add_waker(self.wake)
+        try:
+            self._spin_once(timeout_sec, future.done)
+        finally:
+            future._remove_waker(self.wake)
+
+    def _spin_once(
+        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+    ) -> None:
+        raise NotImplementedError
 
     def spin(self) -> None:
         """Runs callbacks until the shutdown."""
-        while self._context.ok() and not self._shut_down:
+        while self._context.ok() and not self._is_shutdown:
             self.spin_once()
 
     def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Runs callbacks until a future is done or the time is over."""
-
-        def wake(_: Future) -> None:
-            self.wake()
-
-        future.add_done_callback(wake)
-        try:
-            self._spin_until(future.done, timeout_sec)
-        finally:
-            future.remove_done_callback(wake)
-
-    def _spin_until(self, done: Callable[[], bool], timeout_sec: float | None) -> None:
-        deadline = _deadline(timeout_sec)
-        while self._context.ok() and not self._shut_down and not done():
-            item = self._next(deadline)
-            if not self._context.ok():
-                raise ExternalShutdownException
-            if item is not None:
-                if isinstance(item, Task) or item.node.executor is self:
-                    self._execute(item)
-                else:
-                    item.drop_turn(self)
-            if deadline is not None and time.monotonic() >= deadline:
-                return
+        deadline, left = _deadline(timeout_sec), timeout_sec
+        while self._context.ok() and not future.done() and not self._is_shutdown:
+            self.spin_once_until_future_complete(future, left)
+            if deadline is not None:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    return
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Ends spinning and gives the nodes back."""
-        self._shut_down = True
+        """Ends spinning and forgets the nodes; does not wait for callbacks, as in rclpy."""
+        self._is_shutdown = True
+        self._nodes = {}
         self.wake()
-        for node in list(self._nodes):
-            self.remove_node(node)
         return True
 
 
 class SingleThreadedExecutor(Executor):
     """Runs one callback at a time, in the thread that spins."""
 
+    def _spin_once(
+        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+    ) -> None:
+        try:
+            item = self._wait(timeout_sec, condition)
+        except (ShutdownException, TimeoutException, ConditionReachedException):
+            return
+        self._run(item)
+
 
 class MultiThreadedExecutor(Executor):
-    """Runs callbacks of different groups in a pool of threads."""
+    """Runs callbacks in a pool of threads, as their groups allow."""
 
     def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
-        """Starts the pool."""
+        """Starts the pool; without a number it has as many threads as there are processors."""
         super().__init__(context=context)
+        if num_threads is None:
+            num_threads = len(os.sched_getaffinity(0))
+        if num_threads == 1:
+            warnings.warn(
+                "MultiThreadedExecutor is used with a single thread.\n"
+                "Use the SingleThreadedExecutor instead.",
+                stacklevel=2,
+            )
         self._pool = ThreadPoolExecutor(num_threads, thread_name_prefix="executor")
         self._errors: SimpleQueue[BaseException] = SimpleQueue()
 
-    def _execute(self, item: Any) -> None:
-        group = None if isinstance(item, Task) else item.callback_group
-        if group is None or group.enter(item):
-            if hasattr(item, "running"):
-                item.running = True
-            self._pool.submit(self._work, item, group)
+    def _spin_once(
+        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+    ) -> None:
+        try:
+            item = self._wait(timeout_sec, lambda: condition() or not self._errors.empty())
+        except (ExternalShutdownException, ShutdownException):
+            return
+        except (TimeoutException, ConditionReachedException):
+            item = None
+        if item is not None:
+            self._start(item)
         if not self._errors.empty():
             raise self._errors.get()
 
-    def _work(self, item: Any, group: Any) -> None:
+    def _start(self, item: Any) -> None:
+        if not isinstance(item, Task):
+            if not self.can_execute(item):
+                item.callback_group.park(item)
+                return
+            if isinstance(item, Timer):
+                item.queued = True
+        try:
+            self._pool.submit(self._work, item)
+        except RuntimeError:  # a callback has shut the executor down
+            if not self._is_shutdown:
+                raise
+
+    def _work(self, item: Any) -> None:
         try:
             self._run(item)
         except BaseException as error:
             self._errors.put(error)
-        finally:
-            if hasattr(item, "running"):
-                item.running = False
-            for waiting in group.leave() if group is not None else ():
-                self.put(waiting)
             self.wake()
 
-    def _wait(self, timeout_sec: float | None) -> Any:
-        item = super()._wait(timeout_sec)
-        if item is None and not self._errors.empty():
-            raise self._errors.get()
-        return item
-
-    def _next(self, deadline: float | None) -> Any:
-        if not self._errors.empty():
-            raise self._errors.get()
-        return super()._next(deadline)
-
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Ends spinning and the pool."""
+        """Ends spinning and the pool; does not wait for callbacks, as in rclpy."""
         done = super().shutdown(timeout_sec)
-        self._pool.shutdown(wait=timeout_sec is None or timeout_sec > 0, cancel_futures=True)
+        self._pool.shutdown(wait=False, cancel_futures=True)
         return done

@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from ros2_embedded import naming
-from ros2_embedded.graph import NodeEntry
-from ros2_embedded.messages import message_class
-
-from rclpy.arguments import RosArguments, parse_arguments
-from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ROSClock
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
-from rclpy.entity import Entity
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.exceptions import NodeNameNonExistentError, NotInitializedException, RCLError
+from rclpy.guard_condition import GuardCondition
 from rclpy.logging import RcutilsLogger
+from rclpy.names import expand_topic_name, validate_full_topic_name, validate_topic_name
 from rclpy.node_graph import NodeGraph
+from rclpy.node_handle import NodeHandle
 from rclpy.node_parameters import NodeParameters
+from rclpy.node_services import start_node_services
 from rclpy.parameter import Parameter
-from rclpy.parameter_service import ParameterService
-from rclpy.parameter_store import ParameterStore
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, as_profile, qos_profile_clock, qos_profile_services_default
+from rclpy.qos import QoSProfile, as_profile, qos_profile_services_default
+from rclpy.qos_overriding_options import QoSOverridingOptions, override_qos
 from rclpy.service import Client, Service
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
+from rclpy.timer import Rate, Timer
+from rclpy.type_support import check_is_valid_msg_type, check_is_valid_srv_type
+
+__all__ = ["Node", "NodeNameNonExistentError"]
 
 
 class Node(NodeParameters, NodeGraph):
-    """A node: the owner of publishers, subscriptions, services, clients, timers and parameters."""
+    """A node: the owner of publishers, subscriptions, services, clients, timers and parameters.
+
+    All that it has is in `handle`: programs may give a subclass any attribute that rclpy's has not.
+    """
 
     def __init__(
         self,
@@ -44,109 +49,140 @@ class Node(NodeParameters, NodeGraph):
         parameter_overrides: Sequence[Parameter] | None = None,
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
+        enable_logger_service: bool = False,
     ) -> None:
-        """Creates the node and its parameter services.
+        """Creates the node and its services.
 
         Raises:
             NotInitializedException: before `rclpy.init()`.
-            InvalidNameError: a name that ROS 2 does not allow.
+            InvalidNodeNameException: a name that ROS does not allow.
+            InvalidNamespaceException: a namespace that ROS does not allow.
         """
-        self.context = context or get_default_context()
-        self.context.require_ok()
-        own = parse_arguments(cli_args or [])
-        shared = self.context.arguments if use_global_arguments else RosArguments()
-        # The node's own arguments go first: the first rule that fits is taken.
-        self._arguments = RosArguments(
-            remaps=own.remaps + shared.remaps, parameters=shared.parameters + own.parameters
+        chosen = get_default_context() if context is None else context
+        if not chosen.ok():
+            raise NotInitializedException("cannot create node")
+        handle = NodeHandle(chosen, node_name, namespace or "", cli_args, use_global_arguments)
+        self.__handle = handle
+        chosen.graph.add_node(handle.entry)
+        chosen.nodes.add(self)
+        start_node_services(
+            self,
+            overrides=parameter_overrides or (),
+            rosout=enable_rosout,
+            parameter_services=start_parameter_services,
+            logger_service=enable_logger_service,
+            allow_undeclared=allow_undeclared_parameters,
+            declare_overrides=automatically_declare_parameters_from_overrides,
         )
-        name = self._arguments.node_name(node_name)
-        naming.check_node_name(name)
-        self._namespace = naming.normalise_namespace(
-            self._arguments.namespace(node_name, namespace or "/")
-        )
-        self._name = name
-        self.executor: Any = None
-        self.default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
-        self._entities: list[Entity] = []
-        self._publishers: list[Publisher] = []
-        self.timers_list: list[Timer] = []
-        self._waitables: list[Any] = []
-        self._clock = ROSClock()
-        full_name = naming.join(self._namespace, name)
-        self._logger = RcutilsLogger(full_name.strip("/").replace("/", "."), self._clock)
-        self.entry = NodeEntry(name, self._namespace)
-        overrides = self._arguments.parameters_for(full_name)
-        overrides.update({p.name: p.value for p in parameter_overrides or ()})
-        self._parameters = ParameterStore(overrides, allow_undeclared_parameters)
-        self._destroyed = False
-        self._clock_subscription: Subscription | None = None
-        self.context.graph.add_node(self.entry)
-        self.context.nodes.add(self)
-        if automatically_declare_parameters_from_overrides:
-            self.declare_parameters("", [(key, value) for key, value in overrides.items()])
-        self._parameters.post_callbacks.append(self._follow_sim_time)
-        if not self.has_parameter("use_sim_time"):
-            self.declare_parameter("use_sim_time", False)
-        self._follow_sim_time([self.get_parameter("use_sim_time")])
-        if start_parameter_services:
-            self._parameter_service = ParameterService(self, self._parameters)
+
+    @property
+    def handle(self) -> NodeHandle:  # type: ignore[override]
+        """What the node consists of; for rclpy itself."""
+        return self.__handle
+
+    @property
+    def context(self) -> Context:
+        """The context that it belongs to."""
+        return self.__handle.context
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The group of what is given no other."""
+        return self.__handle.default_callback_group
+
+    @property
+    def executor(self) -> Any:
+        """The executor that it was added to last, or None."""
+        return self.__handle.executor
+
+    @executor.setter
+    def executor(self, new_executor: Any) -> None:
+        handle = self.__handle
+        current = handle.executor
+        if current is new_executor:
+            return
+        handle.executor = None
+        if current is not None:
+            current.remove_node(self)
+        if new_executor is not None:
+            new_executor.add_node(self)
+            handle.executor = new_executor
 
     # Names.
 
     def get_name(self) -> str:
         """Name without the namespace."""
-        return self._name
+        return self.__handle.name
 
     def get_namespace(self) -> str:
         """Namespace, `/` at least."""
-        return self._namespace
+        return self.__handle.namespace
 
     def get_fully_qualified_name(self) -> str:
         """Namespace and name."""
-        return naming.join(self._namespace, self._name)
+        return self.__handle.full_name
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Full name of a topic, after remapping."""
-        if only_expand:
-            return naming.expand(topic, self._name, self._namespace)
-        return self._arguments.resolve(topic, self._name, self._namespace)
+        """Full name of a topic, after remapping unless `only_expand`."""
+        return self.__handle.resolve(topic, "topic", only_expand)
 
-    resolve_service_name = resolve_topic_name
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Full name of a service, after remapping unless `only_expand`."""
+        return self.__handle.resolve(service, "service", only_expand)
 
     def get_logger(self) -> RcutilsLogger:
         """The node's logger."""
-        return self._logger
+        return self.__handle.logger
 
     def get_clock(self) -> ROSClock:
         """The node's clock: simulated if `use_sim_time` is set."""
-        return self._clock
+        return self.__handle.clock
 
     # What the node has.
 
     def create_publisher(
-        self, msg_type: Any, topic: str, qos_profile: QoSProfile | int, **_: Any
+        self,
+        msg_type: Any,
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
+        publisher_class: type[Publisher] = Publisher,
     ) -> Publisher:
         """Creates a publisher; `qos_profile` may be a depth."""
-        name = self.resolve_topic_name(topic)
-        publisher = Publisher(self, msg_type, name, as_profile(qos_profile))
-        self._publishers.append(publisher)
+        qos = as_profile(qos_profile)
+        full = _resolved(self, topic, False)
+        override_qos(self, "publisher", full, qos, qos_overriding_options)
+        check_is_valid_msg_type(msg_type)
+        publisher = publisher_class(
+            self, msg_type, topic, qos, event_callbacks or PublisherEventCallbacks(),
+            callback_group or self.default_callback_group,
+        )  # fmt: skip
+        self.__handle.publishers.append(publisher)
         return publisher
 
     def create_subscription(
         self,
         msg_type: Any,
         topic: str,
-        callback: Callable[[Any], Any],
+        callback: Callable[..., Any],
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
-        **_: Any,
     ) -> Subscription:
         """Creates a subscription; `qos_profile` may be a depth, `raw` messages are bytes of CDR."""
-        name = self.resolve_topic_name(topic)
         qos = as_profile(qos_profile)
-        return self._keep(Subscription(self, msg_type, name, callback, qos, callback_group, raw))
+        full = _resolved(self, topic, False)
+        override_qos(self, "subscription", full, qos, qos_overriding_options)
+        check_is_valid_msg_type(msg_type)
+        group = callback_group or self.default_callback_group
+        events = event_callbacks or SubscriptionEventCallbacks()
+        return _kept(self, Subscription(self, msg_type, topic, callback, qos, group, raw, events))
 
     def create_service(
         self,
@@ -158,8 +194,9 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Service:
         """Creates a service; `callback(request, response)` returns the response."""
-        name = self.resolve_service_name(srv_name)
-        return self._keep(Service(self, srv_type, name, callback, qos_profile, callback_group))
+        check_is_valid_srv_type(srv_type)
+        _resolved(self, srv_name, True)
+        return _kept(self, Service(self, srv_type, srv_name, callback, qos_profile, callback_group))
 
     def create_client(
         self,
@@ -170,8 +207,9 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Client:
         """Creates a client of a service."""
-        name = self.resolve_service_name(srv_name)
-        return self._keep(Client(self, srv_type, name, qos_profile, callback_group))
+        check_is_valid_srv_type(srv_type)
+        _resolved(self, srv_name, True)
+        return _kept(self, Client(self, srv_type, srv_name, qos_profile, callback_group))
 
     def create_timer(
         self,
@@ -182,112 +220,171 @@ class Node(NodeParameters, NodeGraph):
         autostart: bool = True,
     ) -> Timer:
         """Creates a timer on the node's clock, or on another one."""
-        period = int(float(timer_period_sec) * S_TO_NS)
-        timer = Timer(self, period, callback, callback_group, clock or self._clock)
-        if not autostart:
-            timer.cancel()
-        self.timers_list = [*self.timers_list, timer]  # the executor may be going through the list
-        if self.executor is not None:
-            self.executor.wake()
+        handle = self.__handle
+        group = callback_group or handle.default_callback_group
+        timer = Timer(
+            callback, group, int(float(timer_period_sec) * S_TO_NS), clock or handle.clock,
+            context=handle.context, autostart=autostart,
+        )  # fmt: skip
+        timer.node = self
+        group.add_entity(timer)
+        handle.timers = [*handle.timers, timer]  # the executor may be going through the list
+        timer.requeue()
         return timer
 
-    def _keep(self, entity: Any) -> Any:
-        self._entities.append(entity)
-        entity.wake()
-        return entity
+    def create_guard_condition(
+        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Creates a guard condition: its `trigger` has the executor call `callback`."""
+        guard = GuardCondition(self, callback, callback_group)
+        self.__handle.guards.append(guard)
+        return guard
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Creates a rate: its `sleep` waits for the next beat of a timer of `frequency` [Hz].
+
+        Raises:
+            ValueError: a frequency that is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be > 0")
+        group = self.__handle.rate_group
+        timer = self.create_timer(1.0 / frequency, _no_callback, group, clock)
+        return Rate(timer, context=self.context)
 
     def add_waitable(self, waitable: Any) -> None:
-        """Keeps an action's server or client, to end it with the node."""
-        self._waitables.append(waitable)
+        """Keeps an action's server or client: it has entities, and ends with the node."""
+        self.__handle.waitables.append(waitable)
+        for entity in waitable.entities():
+            entity.wake()
 
     def remove_waitable(self, waitable: Any) -> None:
         """Forgets an action's server or client."""
-        if waitable in self._waitables:
-            self._waitables.remove(waitable)
-
-    def entities(self) -> list[Entity]:
-        """What an executor works on, without the timers."""
-        return list(self._entities)
+        if waitable in self.__handle.waitables:
+            self.__handle.waitables.remove(waitable)
 
     @property
-    def publishers(self) -> list[Publisher]:
+    def publishers(self) -> Iterator[Publisher]:
         """The publishers."""
-        return list(self._publishers)
+        yield from self.__handle.publishers
 
     @property
-    def subscriptions(self) -> list[Subscription]:
+    def subscriptions(self) -> Iterator[Subscription]:
         """The subscriptions."""
-        return [entity for entity in self._entities if isinstance(entity, Subscription)]
+        yield from _of_kind(self, Subscription)
 
     @property
-    def timers(self) -> list[Timer]:
-        """The timers."""
-        return list(self.timers_list)
+    def clients(self) -> Iterator[Client]:
+        """The clients of services."""
+        yield from _of_kind(self, Client)
 
-    def _destroy(self, owner: list[Any], thing: Any) -> bool:
-        if thing not in owner:
-            return False
-        owner.remove(thing)
-        thing.destroy()
-        return True
+    @property
+    def services(self) -> Iterator[Service]:
+        """The services."""
+        yield from _of_kind(self, Service)
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """The timers."""
+        yield from self.__handle.timers
+
+    @property
+    def guards(self) -> Iterator[GuardCondition]:
+        """The guard conditions."""
+        yield from self.__handle.guards
+
+    @property
+    def waitables(self) -> Iterator[Any]:
+        """The actions' servers and clients."""
+        yield from self.__handle.waitables
 
     def destroy_publisher(self, publisher: Publisher) -> bool:
         """Ends a publisher; whether it was the node's."""
-        return self._destroy(self._publishers, publisher)
+        return _destroyed(self.__handle.publishers, publisher)
 
     def destroy_subscription(self, subscription: Subscription) -> bool:
         """Ends a subscription; whether it was the node's."""
-        return self._destroy(self._entities, subscription)
+        return _destroyed(self.__handle.entities, subscription)
 
     def destroy_service(self, service: Service) -> bool:
         """Ends a service; whether it was the node's."""
-        return self._destroy(self._entities, service)
+        return _destroyed(self.__handle.entities, service)
 
     def destroy_client(self, client: Client) -> bool:
         """Ends a client; whether it was the node's."""
-        return self._destroy(self._entities, client)
+        return _destroyed(self.__handle.entities, client)
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Ends a timer; whether it was the node's."""
+        handle = self.__handle
+        if timer not in handle.timers:
+            return False
         timer.destroy()
-        known = timer in self.timers_list
-        self.timers_list = [other for other in self.timers_list if other is not timer]
+        handle.timers = [other for other in handle.timers if other is not timer]
+        return True
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Ends a guard condition; whether it was the node's."""
+        return _destroyed(self.__handle.guards, guard)
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Ends a rate; whether it was the node's."""
+        known = self.destroy_timer(rate.timer)
+        rate.destroy()
         return known
 
     def destroy_node(self) -> None:
         """Ends the node and all that it has; once more does nothing."""
-        if self._destroyed:
+        handle = self.__handle
+        if handle.destroyed:
             return
-        self._destroyed = True
-        if self.executor is not None:
-            self.executor.remove_node(self)
-        for waitable in list(self._waitables):
+        handle.destroyed = True
+        if handle.executor is not None:
+            handle.executor.remove_node(self)
+        for waitable in list(handle.waitables):
             waitable.destroy()
-        things: list[Any] = [*self._entities, *self._publishers, *self.timers_list]
+        things: list[Any] = [
+            *handle.services, *handle.entities, *handle.guards, *handle.publishers, *handle.timers
+        ]  # fmt: skip
         for thing in things:
             thing.destroy()
-        self._entities, self._publishers, self.timers_list = [], [], []
-        if self.context.graph is not None:
-            self.context.graph.remove_node(self.entry)
-        self.context.nodes.discard(self)
+        handle.services, handle.entities, handle.publishers, handle.timers = [], [], [], []
+        handle.guards = []
+        if handle.context.graph is not None:
+            handle.context.graph.remove_node(handle.entry)
+        handle.context.nodes.discard(self)
 
-    # Simulated time.
 
-    def _follow_sim_time(self, parameters: list[Parameter]) -> None:
-        for parameter in parameters:
-            if parameter.name != "use_sim_time":
-                continue
-            if parameter.value and self._clock_subscription is None:
-                self._clock.set_simulated(0)
-                clock = message_class("rosgraph_msgs/msg/Clock")
-                self._clock_subscription = self.create_subscription(
-                    clock, "/clock", self._on_clock, qos_profile_clock,
-                    callback_group=CallbackGroup(),
-                )  # fmt: skip
-            elif not parameter.value and self._clock_subscription is not None:
-                self.destroy_subscription(self._clock_subscription)
-                self._clock_subscription = None
-                self._clock.set_simulated(None)
+def _no_callback() -> None:
+    """Stands for the callback that a rate gives its timer."""
 
-    def _on_clock(self, message: Any) -> None:
-        self._clock.set_simulated(message.clock.sec * S_TO_NS + message.clock.nanosec)
+
+def _resolved(node: Node, name: str, is_service: bool) -> str:
+    """Full name of a topic or a service; the error for a wrong name points at what is wrong."""
+    try:
+        if is_service:
+            return node.resolve_service_name(name)
+        return node.resolve_topic_name(name)
+    except RCLError:
+        validate_topic_name(name, is_service=is_service)
+        full = expand_topic_name(name, node.get_name(), node.get_namespace())
+        validate_full_topic_name(full, is_service=is_service)
+        raise
+
+
+def _kept(node: Node, entity: Any) -> Any:
+    node.handle.entities.append(entity)
+    entity.wake()
+    return entity
+
+
+def _of_kind(node: Node, kind: type) -> list[Any]:
+    return [entity for entity in node.handle.entities if isinstance(entity, kind)]
+
+
+def _destroyed(owner: list[Any], thing: Any) -> bool:
+    if thing not in owner:
+        return False
+    owner.remove(thing)
+    thing.destroy()
+    return True

@@ -5,89 +5,163 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ros2_embedded.messages import message_class
+
 from rclpy.exceptions import ParameterNotDeclaredException
-from rclpy.parameter import Parameter
-from rclpy.parameter_store import _UNSET, ParameterStore
+from rclpy.parameter import PARAMETER_SEPARATOR_STRING, Parameter
+from rclpy.parameter_store import new_descriptor
 
 
 class NodeParameters:
     """Methods of `Node` on its parameters; the errors are those of `ParameterStore`."""
 
-    _parameters: ParameterStore
+    handle: Any
 
     def declare_parameter(
         self, name: str, value: Any = None, descriptor: Any = None, ignore_override: bool = False
     ) -> Parameter:
         """Declares a parameter: the command line's value replaces the default."""
-        return self._parameters.declare(name, value, descriptor, ignore_override)
+        item: tuple[Any, ...] = (name,)
+        if value is not None or descriptor is not None:
+            item = (name, value, new_descriptor() if descriptor is None else descriptor)
+        return self.declare_parameters("", [item], ignore_override)[0]
 
     def declare_parameters(
         self, namespace: str, parameters: Sequence[tuple[Any, ...]], ignore_override: bool = False
     ) -> list[Parameter]:
         """Declares several: tuples of name, default and descriptor."""
-        prefix = f"{namespace}." if namespace else ""
-        declared = []
-        for item in parameters:
-            name, value, descriptor = (*item, None, None)[:3]
-            declared.append(
-                self.declare_parameter(prefix + name, value, descriptor, ignore_override)
-            )
-        return declared
+        return self.handle.parameters.declare(namespace, parameters, ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
         """Takes a declaration back."""
-        if name not in self._parameters.parameters:
-            raise ParameterNotDeclaredException(name)
-        del self._parameters.parameters[name], self._parameters.descriptors[name]
+        self.handle.parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
         """Whether it has been declared."""
-        return name in self._parameters.parameters
+        return name in self.handle.parameters.parameters
 
     def get_parameter(self, name: str) -> Parameter:
         """A parameter."""
-        return self._parameters.get(name)
+        return self.handle.parameters.get(name)
 
-    def get_parameter_or(self, name: str, alternative_value: Any = _UNSET) -> Parameter:
-        """A parameter, or the given one if there is none."""
-        if name in self._parameters.parameters:
-            return self._parameters.get(name)
-        if isinstance(alternative_value, Parameter):
-            return alternative_value
-        return self._parameters.get(name, alternative_value)
+    def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
+        """A parameter that has a value, or else the given one."""
+        return self.handle.parameters.get_or(name, alternative_value)
 
     def get_parameters(self, names: Sequence[str]) -> list[Parameter]:
         """Several parameters."""
+        _check_names(names)
         return [self.get_parameter(name) for name in names]
+
+    def get_parameter_type(self, name: str) -> Any:
+        """The number of a parameter's type."""
+        if self.has_parameter(name):
+            return self.handle.parameters.parameters[name].type_.value
+        if self.handle.parameters.allow_undeclared:
+            return Parameter.Type.NOT_SET
+        raise ParameterNotDeclaredException(name)
+
+    def get_parameter_types(self, names: Sequence[str]) -> list[Any]:
+        """The numbers of several parameters' types."""
+        _check_names(names)
+        return [self.get_parameter_type(name) for name in names]
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Parameters whose names begin with a prefix and a dot, without that."""
-        start = f"{prefix}." if prefix else ""
-        found = self._parameters.parameters
+        start = prefix + PARAMETER_SEPARATOR_STRING if prefix else ""
+        found = self.handle.parameters.parameters
         return {key.removeprefix(start): p for key, p in found.items() if key.startswith(start)}
+
+    def list_parameters(self, prefixes: list[str], depth: int) -> Any:
+        """Names of parameters as a ListParametersResult.
+
+        Args:
+            prefixes: only what is named so or stands below; none: everything.
+            depth: how many parts a name may have, without its prefix; 0: any number.
+
+        Raises:
+            TypeError: an argument of another type.
+            ValueError: a negative depth.
+        """
+        if not isinstance(prefixes, list):
+            raise TypeError("The prefixes argument must be a list")
+        if not all(isinstance(prefix, str) for prefix in prefixes):
+            raise TypeError("All prefixes must be instances of type str")
+        if not isinstance(depth, int):
+            raise TypeError("The depth must be instance of type int")
+        if depth < 0:
+            raise ValueError("The depth must be greater than or equal to zero")
+        result = message_class("rcl_interfaces/msg/ListParametersResult")()
+        names = [n for n in self.handle.parameters.parameters if _is_listed(n, prefixes, depth)]
+        groups = [name.rpartition(PARAMETER_SEPARATOR_STRING)[0] for name in names]
+        result.names, result.prefixes = names, [g for g in dict.fromkeys(groups) if g]
+        return result
 
     def describe_parameter(self, name: str) -> Any:
         """The descriptor of a parameter."""
-        if name not in self._parameters.descriptors:
-            raise ParameterNotDeclaredException(name)
-        return self._parameters.descriptors[name]
+        return self.handle.parameters.describe(name)
+
+    def describe_parameters(self, names: Sequence[str]) -> list[Any]:
+        """The descriptors of several parameters."""
+        return [self.describe_parameter(name) for name in names]
+
+    def set_descriptor(self, name: str, descriptor: Any, alternative_value: Any = None) -> Any:
+        """Sets a descriptor, and the alternative value if the present one is refused by it."""
+        return self.handle.parameters.set_descriptor(name, descriptor, alternative_value)
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
         """Sets one after the other; returns a SetParametersResult for each."""
-        return [self._parameters.set_atomically([parameter]) for parameter in parameter_list]
+        store = self.handle.parameters
+        return [store.set_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> Any:
         """Sets all or none; returns a SetParametersResult."""
-        return self._parameters.set_atomically(parameter_list)
+        return self.handle.parameters.set_atomically(parameter_list)
+
+    def add_pre_set_parameters_callback(
+        self, callback: Callable[[list[Parameter]], list[Parameter]]
+    ) -> None:
+        """Has `callback` return what shall be set instead; the last one that was added is first."""
+        self.handle.parameters.pre_callbacks.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
         """Has `callback` asked before parameters change; it returns a SetParametersResult."""
-        self._parameters.callbacks.insert(0, callback)
+        self.handle.parameters.callbacks.insert(0, callback)
+
+    def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], None]) -> None:
+        """Has `callback` told after parameters have changed."""
+        self.handle.parameters.post_callbacks.insert(0, callback)
+
+    def remove_pre_set_parameters_callback(
+        self, callback: Callable[[list[Parameter]], list[Parameter]]
+    ) -> None:
+        """Forgets a callback."""
+        self.handle.parameters.pre_callbacks.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
         """Forgets a callback."""
-        self._parameters.callbacks.remove(callback)
+        self.handle.parameters.callbacks.remove(callback)
 
-    def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
-        """Has `callback` told after parameters have changed."""
-        self._parameters.post_callbacks.insert(0, callback)
+    def remove_post_set_parameters_callback(
+        self, callback: Callable[[list[Parameter]], None]
+    ) -> None:
+        """Forgets a callback."""
+        self.handle.parameters.post_callbacks.remove(callback)
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not all(isinstance(name, str) for name in names):
+        raise TypeError("All names must be instances of type str")
+
+
+def _is_listed(name: str, prefixes: list[str], depth: int) -> bool:
+    def short(text: str) -> bool:
+        return not depth or text.count(PARAMETER_SEPARATOR_STRING) < depth
+
+    if not prefixes:
+        return short(name)
+    for prefix in prefixes:
+        start = prefix + PARAMETER_SEPARATOR_STRING
+        if name == prefix or (name.startswith(start) and short(name.removeprefix(start))):
+            return True
+    return False

@@ -2,32 +2,109 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+import warnings
+from collections.abc import Callable
+from enum import Enum, IntEnum
 from typing import Any
 
-from cyclonedds.core import Policy, Qos
-from cyclonedds.util import duration
+from cyclonedds.core import Qos
+
+from rclpy.duration import Duration
+from rclpy.qos_compatibility import QoSCompatibility, qos_check_compatible
+from rclpy.qos_dds import from_dds, to_dds
+
+__all__ = [
+    "DeadlineBestAvailable",
+    "DurabilityPolicy",
+    "HistoryPolicy",
+    "InvalidQoSProfileException",
+    "LivelinessLeaseDurationeBestAvailable",
+    "LivelinessPolicy",
+    "QoSCompatibility",
+    "QoSDurabilityPolicy",
+    "QoSHistoryPolicy",
+    "QoSLivelinessPolicy",
+    "QoSPolicyEnum",
+    "QoSPolicyKind",
+    "QoSPresetProfiles",
+    "QoSProfile",
+    "QoSReliabilityPolicy",
+    "ReliabilityPolicy",
+    "as_profile",
+    "qos_check_compatible",
+    "qos_policy_name_from_kind",
+    "qos_profile_action_status_default",
+    "qos_profile_best_available",
+    "qos_profile_default",
+    "qos_profile_parameter_events",
+    "qos_profile_parameters",
+    "qos_profile_sensor_data",
+    "qos_profile_services_default",
+    "qos_profile_system_default",
+    "qos_profile_unknown",
+]
 
 
-class ReliabilityPolicy(IntEnum):
+class QoSPolicyKind(IntEnum):
+    """Which policy something is about."""
+
+    INVALID = 1 << 0
+    DURABILITY = 1 << 1
+    DEADLINE = 1 << 2
+    LIVELINESS = 1 << 3
+    RELIABILITY = 1 << 4
+    HISTORY = 1 << 5
+    LIFESPAN = 1 << 6
+    DEPTH = 1 << 7
+    LIVELINESS_LEASE_DURATION = 1 << 8
+    AVOID_ROS_NAMESPACE_CONVENTIONS = 1 << 9
+
+
+def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
+    """Name of a policy."""
+    return QoSPolicyKind(policy_kind).name
+
+
+class QoSPolicyEnum(IntEnum):
+    """Base of the policies: they have short names for the command line."""
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """The short names."""
+        return [name.lower() for name in cls.__members__]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> int:
+        """The value of a short name, in capitals or not."""
+        return cls[name.upper()].value
+
+    @property
+    def short_key(self) -> str:
+        """The short name."""
+        return self.name.lower()
+
+
+class ReliabilityPolicy(QoSPolicyEnum):
     """Whether lost samples are sent again."""
 
     SYSTEM_DEFAULT = 0
     RELIABLE = 1
     BEST_EFFORT = 2
     UNKNOWN = 3
+    BEST_AVAILABLE = 4
 
 
-class DurabilityPolicy(IntEnum):
+class DurabilityPolicy(QoSPolicyEnum):
     """Whether late subscribers get what was published before."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = 1
     VOLATILE = 2
     UNKNOWN = 3
+    BEST_AVAILABLE = 4
 
 
-class HistoryPolicy(IntEnum):
+class HistoryPolicy(QoSPolicyEnum):
     """How many samples are kept."""
 
     SYSTEM_DEFAULT = 0
@@ -36,13 +113,14 @@ class HistoryPolicy(IntEnum):
     UNKNOWN = 3
 
 
-class LivelinessPolicy(IntEnum):
-    """Who says that a publisher is alive: here always the middleware."""
+class LivelinessPolicy(QoSPolicyEnum):
+    """Who says that a publisher is alive: the middleware or the publisher."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
     MANUAL_BY_TOPIC = 3
     UNKNOWN = 4
+    BEST_AVAILABLE = 5
 
 
 QoSReliabilityPolicy = ReliabilityPolicy
@@ -50,50 +128,115 @@ QoSDurabilityPolicy = DurabilityPolicy
 QoSHistoryPolicy = HistoryPolicy
 QoSLivelinessPolicy = LivelinessPolicy
 
+_BEST_AVAILABLE_NS = (1 << 63) - 2
+DeadlineBestAvailable = Duration(nanoseconds=_BEST_AVAILABLE_NS)
+LivelinessLeaseDurationeBestAvailable = Duration(nanoseconds=_BEST_AVAILABLE_NS)
+
 
 class InvalidQoSProfileException(Exception):
     """A profile that makes no sense."""
 
+    def __init__(self, *args: Any) -> None:
+        """Keeps the reason."""
+        super().__init__("Invalid QoSProfile", *args)
+
+
+def _instance(kind: type) -> Callable[[Any], Any]:
+    def check(value: Any) -> Any:
+        assert isinstance(value, kind)
+        return value
+
+    return check
+
+
+def _member(kind: type[IntEnum]) -> Callable[[Any], Any]:
+    def check(value: Any) -> Any:
+        assert isinstance(value, int)
+        return kind(value)
+
+    return check
+
+
+_CHECKS = {
+    "history": _member(HistoryPolicy),
+    "depth": _instance(int),
+    "reliability": _member(ReliabilityPolicy),
+    "durability": _member(DurabilityPolicy),
+    "lifespan": _instance(Duration),
+    "deadline": _instance(Duration),
+    "liveliness": _member(LivelinessPolicy),
+    "liveliness_lease_duration": _instance(Duration),
+    "avoid_ros_namespace_conventions": _instance(bool),
+}
+_DEFAULTS = {
+    "depth": 10,
+    "reliability": ReliabilityPolicy.RELIABLE,
+    "durability": DurabilityPolicy.VOLATILE,
+    "lifespan": Duration(),
+    "deadline": Duration(),
+    "liveliness": LivelinessPolicy.SYSTEM_DEFAULT,
+    "liveliness_lease_duration": Duration(),
+    "avoid_ros_namespace_conventions": False,
+}
+
 
 class QoSProfile:
-    """Reliability, durability and history of a publisher or a subscription."""
+    """The policies of a publisher or a subscription; a duration of 0 stands for the default."""
 
-    def __init__(
-        self,
-        *,
-        depth: int | None = None,
-        history: HistoryPolicy | None = None,
-        reliability: ReliabilityPolicy = ReliabilityPolicy.RELIABLE,
-        durability: DurabilityPolicy = DurabilityPolicy.VOLATILE,
-        liveliness: LivelinessPolicy = LivelinessPolicy.AUTOMATIC,
-    ) -> None:
+    __slots__ = tuple(_CHECKS)
+
+    history: HistoryPolicy
+    depth: int
+    reliability: ReliabilityPolicy
+    durability: DurabilityPolicy
+    lifespan: Duration
+    deadline: Duration
+    liveliness: LivelinessPolicy
+    liveliness_lease_duration: Duration
+    avoid_ros_namespace_conventions: bool
+
+    def __init__(self, **kwargs: Any) -> None:
         """Takes the policies.
 
         Raises:
-            InvalidQoSProfileException: neither a depth nor a history, or a depth under 1.
+            InvalidQoSProfileException: neither a depth nor a history, or KEEP_LAST without a depth.
+            AssertionError: an unknown policy, or a value of another type.
         """
-        if history is None:
-            if depth is None:
-                raise InvalidQoSProfileException("History and/or depth settings are required.")
-            history = HistoryPolicy.KEEP_LAST
-        if history == HistoryPolicy.KEEP_LAST and depth is None:
+        assert kwargs.keys() <= _CHECKS.keys(), (
+            f"Invalid arguments passed to constructor: {kwargs.keys()!r}"
+        )
+        if "history" not in kwargs and "depth" not in kwargs:
+            raise InvalidQoSProfileException("History and/or depth settings are required.")
+        self.history = kwargs.get("history", HistoryPolicy.KEEP_LAST)
+        if self.history == HistoryPolicy.KEEP_LAST and "depth" not in kwargs:
             raise InvalidQoSProfileException("History set to KEEP_LAST without a depth setting.")
-        if depth is not None and depth < 0:
-            raise InvalidQoSProfileException(f"A depth cannot be negative: {depth}")
-        self.history, self.depth = history, depth or (1 if depth == 0 else 0)
-        self.reliability, self.durability = reliability, durability
-        self.liveliness = liveliness
+        for name, default in _DEFAULTS.items():
+            setattr(self, name, kwargs.get(name, default))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Checks a policy and sets it."""
+        check = _CHECKS.get(name)
+        checked = check(value) if check else value
+        if name == "depth" and value == 0 and self.history == HistoryPolicy.KEEP_LAST:
+            warnings.warn(
+                "A zero depth with KEEP_LAST doesn't make sense; no data could be stored. "
+                "This will be interpreted as SYSTEM_DEFAULT",
+                stacklevel=2,
+            )
+        object.__setattr__(self, name, checked)
 
     def __eq__(self, other: object) -> bool:
         """The same policies."""
-        return isinstance(other, QoSProfile) and vars(self) == vars(other)
+        if not isinstance(other, QoSProfile):
+            return False
+        return all(getattr(self, name) == getattr(other, name) for name in _CHECKS)
 
-    def __repr__(self) -> str:
+    __hash__ = None  # type: ignore[assignment]
+
+    def __str__(self) -> str:
         """The policies."""
-        return (
-            f"QoSProfile(depth={self.depth}, history={self.history.name}, "
-            f"reliability={self.reliability.name}, durability={self.durability.name})"
-        )
+        policies = ", ".join(f"{name}={getattr(self, name)}" for name in _CHECKS)
+        return f"{type(self).__name__}({policies})"
 
     @property
     def keep_all(self) -> bool:
@@ -102,52 +245,65 @@ class QoSProfile:
 
     def to_dds(self, user_data: str, writer: bool) -> Qos:
         """As Cyclone DDS's QoS, in the way of rmw_cyclonedds_cpp."""
-        history = Policy.History.KeepAll
-        if not self.keep_all:
-            history = Policy.History.KeepLast(max(self.depth, 1))
-        policies: list[Any] = [
-            history,
-            Policy.DataRepresentation(use_cdrv0_representation=True),
-            Policy.Userdata(user_data.encode("ascii")),
-            Policy.Reliability.BestEffort
-            if self.reliability == ReliabilityPolicy.BEST_EFFORT
-            else Policy.Reliability.Reliable(duration(infinite=True)),
-        ]
-        if self.durability == DurabilityPolicy.TRANSIENT_LOCAL:
-            policies.append(Policy.Durability.TransientLocal)
-            # Cyclone DDS keeps for late readers what this policy says, not what the history says.
-            policies.append(Policy.DurabilityService(0, history, -1, -1, -1))
-        else:
-            policies.append(Policy.Durability.Volatile)
-        if writer:
-            policies.append(Policy.WriterDataLifecycle(autodispose=False))
-        return Qos(*policies)
+        return to_dds(self, user_data, writer)
 
     @classmethod
     def from_dds(cls, qos: Qos) -> QoSProfile:
         """The profile of an endpoint that was found in the domain."""
-        history = qos[Policy.History] if Policy.History in qos else Policy.History.KeepLast(1)
-        keep_all = history == Policy.History.KeepAll
-        reliability, durability = ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE
-        if qos[Policy.Reliability] == Policy.Reliability.BestEffort:
-            reliability = ReliabilityPolicy.BEST_EFFORT
-        if qos[Policy.Durability] == Policy.Durability.TransientLocal:
-            durability = DurabilityPolicy.TRANSIENT_LOCAL
-        return cls(
-            depth=0 if keep_all else history.depth,
-            history=HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
-            reliability=reliability,
-            durability=durability,
-        )
+        return cls(**from_dds(qos))
 
 
+qos_profile_unknown = QoSProfile(
+    history=HistoryPolicy.UNKNOWN,
+    depth=0,
+    reliability=ReliabilityPolicy.UNKNOWN,
+    durability=DurabilityPolicy.UNKNOWN,
+    liveliness=LivelinessPolicy.UNKNOWN,
+)
 qos_profile_default = QoSProfile(depth=10)
-qos_profile_system_default = QoSProfile(depth=1)
+qos_profile_system_default = QoSProfile(
+    history=HistoryPolicy.SYSTEM_DEFAULT,
+    depth=0,
+    reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
+    durability=DurabilityPolicy.SYSTEM_DEFAULT,
+)
+qos_profile_sensor_data = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 qos_profile_services_default = QoSProfile(depth=10)
 qos_profile_parameters = QoSProfile(depth=1000)
-qos_profile_sensor_data = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+qos_profile_parameter_events = QoSProfile(depth=1000)
+qos_profile_best_available = QoSProfile(
+    depth=10,
+    reliability=ReliabilityPolicy.BEST_AVAILABLE,
+    durability=DurabilityPolicy.BEST_AVAILABLE,
+    deadline=DeadlineBestAvailable,
+    liveliness=LivelinessPolicy.BEST_AVAILABLE,
+    liveliness_lease_duration=LivelinessLeaseDurationeBestAvailable,
+)
 qos_profile_action_status_default = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-qos_profile_clock = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class QoSPresetProfiles(Enum):
+    """The profiles that have a name."""
+
+    UNKNOWN = qos_profile_unknown
+    DEFAULT = qos_profile_default
+    SYSTEM_DEFAULT = qos_profile_system_default
+    SENSOR_DATA = qos_profile_sensor_data
+    SERVICES_DEFAULT = qos_profile_services_default
+    PARAMETERS = qos_profile_parameters
+    PARAMETER_EVENTS = qos_profile_parameter_events
+    ACTION_STATUS_DEFAULT = qos_profile_action_status_default
+    BEST_AVAILABLE = qos_profile_best_available
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """The short names."""
+        return [name.lower() for name in cls.__members__]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> QoSProfile:
+        """The profile of a short name, in capitals or not."""
+        return cls[name.upper()].value
 
 
 def as_profile(qos: QoSProfile | int) -> QoSProfile:
@@ -161,6 +317,6 @@ def as_profile(qos: QoSProfile | int) -> QoSProfile:
         return qos
     if isinstance(qos, int):
         if qos < 0:
-            raise ValueError(f"History depth must be greater than or equal to zero, not {qos}")
+            raise ValueError("history depth must be greater than or equal to zero")
         return QoSProfile(depth=qos)
-    raise TypeError(f"Expected QoSProfile or int, not {qos!r}")
+    raise TypeError(f"Expected QoSProfile or int, but received {type(qos)!r}")

@@ -8,26 +8,30 @@ rmw_cyclonedds_cpp).
 from __future__ import annotations
 
 import inspect
+import itertools
+import struct
 import threading
 import time
 from collections.abc import Callable
 from functools import cache
+from types import new_class
 from typing import Any
 
-from cyclonedds.idl import make_idl_struct
+from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from ros2_embedded import naming
+from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
-from ros2_embedded.messages import dds_type_name, full_type_name
+from ros2_embedded.messages import dds_type_name, full_type_name, no_key
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Endpoints, Entity
-from rclpy.exceptions import RCLError
+from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
@@ -41,22 +45,56 @@ _NUMBERS = 1 << 32
 """rmw_cyclonedds_cpp counts a process's requests in 32 bits (rmw_node.cpp, `rmw_send_request`)."""
 
 
+_HEADER = struct.Struct("<Qq")
+
+
 @cache
 def wire_class(payload: Any) -> Any:
     """The struct on the wire: header, then the payload's fields, under the payload's type name."""
     name = full_type_name(payload)
-    fields = {_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__}
-    return make_idl_struct(name.rsplit("/", 1)[1], dds_type_name(name), fields)
+
+    def initialise(self: Any, client: int, number: int, content: Any) -> None:
+        self.rmw_client_guid, self.rmw_sequence_number = client, number
+        self.payload = content
+
+    def serialize(self: Any, **_: Any) -> bytes:
+        header = _HEADER.pack(self.rmw_client_guid, self.rmw_sequence_number)
+        return LITTLE_ENDIAN + header + self.payload.serialize()[len(LITTLE_ENDIAN) :]
+
+    def deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+        start = len(LITTLE_ENDIAN)
+        return cls(*_HEADER.unpack_from(data, start),
+                   payload.deserialize(data[:start] + data[start + _HEADER.size :]))  # fmt: skip
+
+    return new_class(
+        name.rsplit("/", 1)[1],
+        (IdlStruct,),
+        {"typename": dds_type_name(name)},
+        lambda namespace: namespace.update(
+            __annotations__={_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__},
+            __init__=initialise,
+            serialize=serialize,
+            deserialize=classmethod(deserialize),
+            deserialize_key=classmethod(no_key),
+        ),
+    )
 
 
 class _Peer(Entity):
     """What a service and a client have in common: one writer and one reader with one identity."""
 
     def __init__(
-        self, node: Any, role: str, ways: dict[str, tuple[str, Any]], qos: QoSProfile, group: Any
+        self,
+        node: Any,
+        role: str,
+        full_name: str,
+        ways: dict[str, tuple[str, Any]],
+        qos: QoSProfile,
+        group: Any,
     ) -> None:
         """`ways` gives topic and payload of the `write` and the `read` side."""
         super().__init__(node, group, 0)
+        self._full_name = full_name
         participant = node.context.participant
         number = node.context.next_client_number().to_bytes(4, "big")
         identity = participant.guid.bytes[:12] + number
@@ -69,20 +107,23 @@ class _Peer(Entity):
             endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
-        self._write_class, self._read_class = wire_class(ways["write"][1]), ways["read"][1]
+        self._write_class = wire_class(ways["write"][1])
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
         self._endpoints.add_reader(self._reader, self.receive)
 
-    def _send(self, client: int, number: int, payload: Any) -> None:
-        if self._writer is None:
-            raise RCLError("Failed to send: the context is invalid or the entity destroyed")
-        header = {_GUID: client, _NUMBER: number}
-        self._writer.write(self._write_class(**header, **payload.wire_values()))
+    @property
+    def service_name(self) -> str:
+        """Full name of the service; raises InvalidHandle if it was destroyed."""
+        self._check()
+        return self._full_name
 
-    def _payload(self, sample: Any) -> Any:
-        names = self._read_class.__annotations__
-        return self._read_class(**{name: getattr(sample, name) for name in names})
+    def _check(self) -> None:
+        if self._writer is None:
+            raise InvalidHandle("cannot use Destroyable because destruction was requested")
+
+    def _send(self, client: int, number: int, payload: Any) -> None:
+        self._writer.write(self._write_class(client, number, payload))
 
     def destroy(self) -> None:
         """Ends it."""
@@ -104,20 +145,17 @@ class Service(_Peer):
         qos: QoSProfile,
         group: CallbackGroup | None,
     ) -> None:
-        """Made by `Node.create_service`; `name` is full."""
+        """Made by `Node.create_service`."""
         self.srv_type, self.srv_name, self.callback = srv_type, name, callback
+        self.qos_profile = qos
         self._headed: set[int] = set()
         self._known: set[int] = set()
+        full = node.resolve_service_name(name)
         ways = {
-            "read": (naming.request_name(name), srv_type.Request),
-            "write": (naming.reply_name(name), srv_type.Response),
+            "read": (naming.request_name(full), srv_type.Request),
+            "write": (naming.reply_name(full), srv_type.Response),
         }
-        super().__init__(node, "service", ways, qos, group)
-
-    @property
-    def service_name(self) -> str:
-        """Full name of the service."""
-        return self.srv_name
+        super().__init__(node, "service", full, ways, qos, group)
 
     def receive(self, samples: list[Any]) -> None:
         """Leaves aside what has no header, should it ever look like a request."""
@@ -135,25 +173,30 @@ class Service(_Peer):
 
     def handle(self, sample: Any) -> Any:
         """Calls the callback and replies."""
-        response = self.callback(self._payload(sample), self.srv_type.Response())
+        response = self.callback(sample.payload, self.srv_type.Response())
         if inspect.iscoroutine(response):
             return self._reply_later(sample, response)
-        self._reply(sample, response)
+        self.send_response(response, sample)
         return None
 
     async def _reply_later(self, sample: Any, coroutine: Any) -> None:
-        self._reply(sample, await coroutine)
+        self.send_response(await coroutine, sample)
 
-    def _reply(self, sample: Any, response: Any) -> None:
+    def send_response(self, response: Any, header: Any) -> None:
+        """Replies to the request that `header` stands for.
+
+        Raises:
+            TypeError: a response of another type.
+            InvalidHandle: the service was destroyed.
+        """
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"The callback of the service {self.srv_name} returned "
                 f"{type(response).__name__}, not {self.srv_type.Response.__name__}"
             )
-        if self._writer is None:
-            return
-        self._await_reader(sample.sample_info.publication_handle)
-        self._send(sample.rmw_client_guid, sample.rmw_sequence_number, response)
+        self._check()
+        self._await_reader(header.sample_info.publication_handle)
+        self._send(header.rmw_client_guid, header.rmw_sequence_number, response)
 
     def _await_reader(self, request_writer: int) -> None:
         """Waits until the client's reader is discovered: it would miss the reply otherwise."""
@@ -180,75 +223,79 @@ class Client(_Peer):
     def __init__(
         self, node: Any, srv_type: Any, name: str, qos: QoSProfile, group: CallbackGroup | None
     ) -> None:
-        """Made by `Node.create_client`; `name` is full."""
-        self.srv_type, self.srv_name = srv_type, name
+        """Made by `Node.create_client`."""
+        self.srv_type, self.srv_name, self.qos_profile = srv_type, name, qos
         self._pending: dict[int, Future] = {}
-        self._number = 0
-        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        full = node.resolve_service_name(name)
         ways = {
-            "write": (naming.request_name(name), srv_type.Request),
-            "read": (naming.reply_name(name), srv_type.Response),
+            "write": (naming.request_name(full), srv_type.Request),
+            "read": (naming.reply_name(full), srv_type.Response),
         }
-        super().__init__(node, "client", ways, qos, group)
+        super().__init__(node, "client", full, ways, qos, group)
         self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
-
-    @property
-    def service_name(self) -> str:
-        """Full name of the service."""
-        return self.srv_name
 
     def receive(self, samples: list[Any]) -> None:
         """Leaves replies to other clients aside."""
         super().receive([sample for sample in samples if sample.rmw_client_guid == self._guid])
 
-    def handle(self, sample: Any) -> Any:
-        """Completes the future of the call."""
-        with self._lock:
-            future = self._pending.pop(sample.rmw_sequence_number, None)
+    def handle(self, sample: Any) -> None:
+        """Completes the future of the call; its done callbacks are tasks of the executor."""
+        future = self._pending.pop(sample.rmw_sequence_number, None)
         if future is not None:
-            future.set_result(self._payload(sample))
+            future._set_executor(self.node.executor)
+            future.set_result(sample.payload)
 
     def call_async(self, request: Any) -> Future:
         """Sends a request; the future gets the response.
 
         Raises:
             TypeError: a request of another type.
+            InvalidHandle: the client was destroyed.
         """
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(
                 f"Expected {self.srv_type.Request.__name__}, got {type(request).__name__}"
             )
-        future = Future(executor=self.node.executor)
-        with self._lock:
-            self._number += 1
-            number = self._number
-            self._pending[number] = future
+        self._check()
+        future = Future()
+        number = next(self._numbers)
+        self._pending[number] = future
+        future._add_waker(lambda: self._pending.pop(number, None))  # as after a cancellation
         self._send(self._guid, number, request)
         return future
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
-        """Calls and waits; another thread must spin the node.
+        """Calls and waits, None if no response came in time; another thread must spin the node.
 
         Raises:
-            TimeoutError: no response in time.
+            TypeError: a request of another type.
+            InvalidHandle: the client was destroyed.
         """
         event = threading.Event()
         future = self.call_async(request)
-        future.add_done_callback(lambda _: event.set())
+        future._add_waker(event.set)
         if not event.wait(timeout_sec):
             self.remove_pending_request(future)
-            raise TimeoutError(f"No response from {self.srv_name} within {timeout_sec} s")
         return future.result()
+
+    def get_pending_request(self, sequence_number: int) -> Future:
+        """The future of a call; raises KeyError if there is none of that number."""
+        return self._pending[sequence_number]
 
     def remove_pending_request(self, future: Future) -> None:
         """Forgets a call: its response will be ignored."""
-        with self._lock:
-            for number in [n for n, f in self._pending.items() if f is future]:
-                del self._pending[number]
+        for number in [n for n, f in self._pending.copy().items() if f is future]:
+            self._pending.pop(number, None)
 
     def service_is_ready(self) -> bool:
-        """Whether a server has been discovered in both directions that can understand us."""
-        if self._writer is None or not self._reader.get_matched_publications():
+        """Whether a server has been discovered in both directions that can understand us.
+
+        Raises:
+            InvalidHandle: the client was destroyed.
+        """
+        self._check()
+        if not self._reader.get_matched_publications():
             return False
         handles = self._writer.get_matched_subscriptions()
         servers = (self._writer.get_matched_subscription_data(handle) for handle in handles)

@@ -8,7 +8,7 @@ from enum import IntEnum
 from types import FrameType
 from typing import Any
 
-from rclpy.context import Context
+from rclpy.context import initialized_contexts
 
 
 class SignalHandlerOptions(IntEnum):
@@ -23,20 +23,26 @@ class SignalHandlerOptions(IntEnum):
 _previous: dict[int, Any] = {}
 
 
-def install_signal_handlers(context: Context, options: SignalHandlerOptions) -> None:
-    """SIGINT ends the context with KeyboardInterrupt; SIGTERM ends it and spinning."""
+def _handle(number: int, frame: FrameType | None) -> None:
+    for context in initialized_contexts():
+        context.interrupt()
+    previous = _previous.get(number)
+    if callable(previous):
+        previous(number, frame)
+
+
+def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
+    """SIGINT ends all contexts with KeyboardInterrupt; SIGTERM ends them and spinning."""
     if threading.current_thread() is not threading.main_thread():
         return
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        context.interrupt()
-        previous = _previous.get(number)
-        if callable(previous):
-            previous(number, frame)
-
     for number, option in ((signal.SIGINT, 1), (signal.SIGTERM, 2)):
         if options & option and number not in _previous:
-            _previous[number] = signal.signal(number, handle)
+            _previous[number] = signal.signal(number, _handle)
+
+
+def get_current_signal_handlers_options() -> SignalHandlerOptions:
+    """Which signals are handled now."""
+    return SignalHandlerOptions((signal.SIGINT in _previous) + 2 * (signal.SIGTERM in _previous))
 
 
 def uninstall_signal_handlers() -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+import time
 from collections.abc import Callable
+from enum import Enum
 from typing import Any
 
 from cyclonedds._clayer import ddspy_take
@@ -15,7 +18,10 @@ from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Endpoints, Entity
+from rclpy.event_handler import EndpointEvents, EventHandler, SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
+from rclpy.qos_best_available import for_subscription
 
 
 class RawReader(DataReader):
@@ -29,49 +35,117 @@ class RawReader(DataReader):
         return [data for data, info in taken if info.valid_data]
 
 
+def _accepts(callback: Callable[..., Any], count: int) -> bool:
+    try:
+        inspect.signature(callback).bind(*range(count))
+    except TypeError:
+        return False
+    return True
+
+
 class Subscription(Entity):
     """Calls a function with every message of a topic."""
+
+    class CallbackType(Enum):
+        """Whether the function wants to know about the message too."""
+
+        MessageOnly = 0
+        WithMessageInfo = 1
 
     def __init__(
         self,
         node: Any,
         msg_type: Any,
         topic: str,
-        callback: Callable[[Any], Any],
+        callback: Callable[..., Any],
         qos_profile: QoSProfile,
-        group: CallbackGroup | None,
-        raw: bool = False,
+        callback_group: CallbackGroup,
+        raw: bool,
+        event_callbacks: SubscriptionEventCallbacks,
     ) -> None:
-        """Made by `Node.create_subscription`; `topic` is a full name."""
-        super().__init__(node, group, 0 if qos_profile.keep_all else qos_profile.depth)
-        self.msg_type, self.topic_name, self.qos_profile = msg_type, topic, qos_profile
-        self.callback = callback
+        """Made by `Node.create_subscription`; `topic` is the name that the program gave."""
+        depth = 0 if qos_profile.keep_all else max(qos_profile.depth, 1)
+        super().__init__(node, callback_group, depth)
+        self.msg_type, self.topic, self.qos_profile = msg_type, topic, qos_profile
+        self.raw, self.callback = raw, callback
+        self._topic_name = node.resolve_topic_name(topic)
+        chosen = for_subscription(qos_profile, lambda: _offers(node, self._topic_name))
         user_data = f"typehash={type_hash(full_type_name(msg_type))};"
         participant = node.context.participant
-        dds_topic = Topic(participant, naming.topic_name(topic), msg_type)
+        name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
+        dds_topic = Topic(participant, name, msg_type)
         make = RawReader if raw else DataReader
-        self._reader: Any = make(participant, dds_topic, qos_profile.to_dds(user_data, False))
+        self._reader: Any = make(participant, dds_topic, chosen.to_dds(user_data, False))
         self._endpoints = Endpoints(node)
         self._endpoints.add_reader(self._reader, self.receive)
+        events = event_callbacks.events(node, topic)
+        self._events = EndpointEvents(node, self.callback_group, self._reader, events)
 
     @property
-    def topic(self) -> str:
-        """Full name of the topic."""
-        return self.topic_name
+    def topic_name(self) -> str:
+        """Full name of the topic; raises InvalidHandle if it was destroyed."""
+        self._check()
+        return self._topic_name
+
+    @property
+    def event_handlers(self) -> list[EventHandler]:
+        """What calls the functions for events."""
+        return self._events.handlers
+
+    @property
+    def callback(self) -> Callable[..., Any]:
+        """What is called with each message, and if it takes two arguments with news of it."""
+        return self._callback
+
+    @callback.setter
+    def callback(self, value: Callable[..., Any]) -> None:
+        for kind, count in (
+            (self.CallbackType.MessageOnly, 1),
+            (self.CallbackType.WithMessageInfo, 2),
+        ):
+            if _accepts(value, count):
+                self._callback, self._callback_type = value, kind
+                return
+        raise RuntimeError(
+            "Subscription.__init__(): callback should be either be callable with one argument"
+            "(to get only the message) or two (to get message and message info)"
+        )
 
     def handle(self, sample: Any) -> Any:
         """Calls the callback."""
-        if self._reader is not None:
-            return self.callback(sample)
-        return None
+        if self._reader is None:
+            return None
+        if self._callback_type is self.CallbackType.MessageOnly:
+            return self._callback(sample)
+        now = time.time_ns()
+        info = getattr(sample, "sample_info", None)
+        return self._callback(
+            sample,
+            {
+                "source_timestamp": info.source_timestamp if info else now,
+                "received_timestamp": now,
+                "publication_sequence_number": None,
+                "reception_sequence_number": None,
+            },
+        )
+
+    def _check(self) -> None:
+        if self._reader is None:
+            raise InvalidHandle("cannot use Destroyable because destruction was requested")
 
     def get_publisher_count(self) -> int:
         """Number of publishers that it hears."""
-        return 0 if self._reader is None else len(self._reader.get_matched_publications())
+        self._check()
+        return len(self._reader.get_matched_publications())
 
     def destroy(self) -> None:
         """Ends it: no callback comes afterwards."""
         if self._reader is not None:
+            self._events.release()
             self._endpoints.release()
             self._reader = None
             self._inbox.clear()
+
+
+def _offers(node: Any, topic: str) -> list[QoSProfile]:
+    return [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]

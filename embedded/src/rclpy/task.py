@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import threading
+import warnings
+import weakref
 from collections.abc import Callable, Generator
 from typing import Any
 
@@ -12,14 +15,22 @@ class Future:
     """A result that comes later. It can be awaited in a coroutine that an executor runs."""
 
     def __init__(self, *, executor: Any = None) -> None:
-        """Has no result yet; callbacks run in `executor` where one is given."""
-        self._lock = threading.RLock()
+        """Has no result yet; done callbacks are tasks of `executor` where one is given."""
+        self._lock = threading.Lock()
         self._done = self._cancelled = False
         self._result: Any = None
         self._exception: BaseException | None = None
-        self._callbacks: list[Callable[[Future], Any]] = []
-        self._executor = executor
         self._exception_fetched = False
+        self._callbacks: list[Callable[[Future], Any]] = []
+        self._wakers: list[Callable[[], Any]] = []
+        self._executor: Callable[[], Any] = _nothing
+        self._set_executor(executor)
+
+    def __del__(self) -> None:
+        """Complains of an exception that nobody has asked for."""
+        if self._exception is not None and not self._exception_fetched:
+            text = f"The following exception was never retrieved: {self._exception}"
+            print(text, file=sys.stderr)
 
     def __await__(self) -> Generator[Future, None, Any]:
         """Hands itself to the task that awaits it until it is done."""
@@ -37,9 +48,9 @@ class Future:
 
     def result(self) -> Any:
         """The result, None if there is none; an exception is raised again."""
-        if self._exception is not None:
-            self._exception_fetched = True
-            raise self._exception
+        exception = self.exception()
+        if exception is not None:
+            raise exception
         return self._result
 
     def exception(self) -> BaseException | None:
@@ -48,85 +59,130 @@ class Future:
         return self._exception
 
     def set_result(self, result: Any) -> None:
-        """Sets the result and runs the callbacks."""
-        self._finish(result=result)
+        """Sets the result and has the callbacks called."""
+        with self._lock:
+            self._result = result
+            self._done, self._cancelled = True, False
+        self._finish()
 
     def set_exception(self, exception: BaseException) -> None:
-        """Sets the exception and runs the callbacks."""
-        self._finish(exception=exception)
+        """Sets the exception and has the callbacks called."""
+        with self._lock:
+            self._exception, self._exception_fetched = exception, False
+            self._done, self._cancelled = True, False
+        self._finish()
 
     def cancel(self) -> None:
         """Cancels it, unless it is done."""
-        self._finish(cancelled=True)
-
-    def _finish(
-        self,
-        result: Any = None,
-        exception: BaseException | None = None,
-        cancelled: bool = False,
-    ) -> None:
         with self._lock:
-            if self._done:
-                return
-            self._result, self._exception, self._cancelled = result, exception, cancelled
-            self._done = True
+            if not self._done:
+                self._done = self._cancelled = True
+        self._finish()
+
+    def _finish(self) -> None:
+        with self._lock:
             callbacks, self._callbacks = self._callbacks, []
+            wakers, self._wakers = self._wakers, []
+            executor = self._executor()
+        for wake in wakers:
+            wake()
         for callback in callbacks:
-            callback(self)
+            if executor is not None:
+                executor.create_task(callback, self)
+                continue
+            try:
+                callback(self)
+            except Exception as error:  # there may be more callbacks to call
+                warnings.warn(f"Unhandled exception in done callback: {error}", stacklevel=3)
+
+    def _set_executor(self, executor: Any) -> None:
+        self._executor = _nothing if executor is None else weakref.ref(executor)
 
     def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
-        """Has `callback(future)` called when it is done, at once if it is."""
+        """Has `callback(future)` called when it is done, or now if it is.
+
+        The executor that fills in the future does it, as a task; without one the caller of
+        `set_result` does.
+        """
         with self._lock:
             if not self._done:
                 self._callbacks.append(callback)
                 return
-        callback(self)
+            executor = self._executor()
+        if executor is not None:
+            executor.create_task(callback, self)
+        else:
+            callback(self)
 
-    def remove_done_callback(self, callback: Callable[[Future], Any]) -> bool:
-        """Forgets a callback; whether it was there."""
+    def _add_waker(self, wake: Callable[[], Any]) -> None:
+        """Has `wake` called as soon as it is done, in the thread that completes it."""
         with self._lock:
-            found = callback in self._callbacks
-            if found:
-                self._callbacks.remove(callback)
-            return found
+            if not self._done:
+                self._wakers.append(wake)
+                return
+        wake()
+
+    def _remove_waker(self, wake: Callable[[], Any]) -> None:
+        with self._lock:
+            if wake in self._wakers:
+                self._wakers.remove(wake)
+
+
+def _nothing() -> None:
+    """Stands for the weak reference to an executor where there is none."""
 
 
 class Task(Future):
     """A function or a coroutine that an executor runs; the future of what it returns."""
 
     def __init__(
-        self, handler: Any, args: Any = (), kwargs: Any = None, executor: Any = None
+        self, handler: Any, args: Any = None, kwargs: Any = None, executor: Any = None
     ) -> None:
-        """Nothing runs until the executor calls `step`."""
+        """Nothing runs until the executor calls the task."""
         super().__init__(executor=executor)
-        self._handler, self._args, self._kwargs = handler, args, kwargs or {}
-        self._coroutine = handler if inspect.iscoroutine(handler) else None
+        self._handler, self._args, self._kwargs = handler, args or (), kwargs or {}
+        if inspect.iscoroutinefunction(handler):
+            self._handler = handler(*self._args, **self._kwargs)
+        self._executing = False
+
+    def executing(self) -> bool:
+        """Whether it runs at this moment."""
+        return self._executing
 
     def cancel(self) -> None:
         """Cancels it: a coroutine goes no further."""
         super().cancel()
-        coroutine = self._coroutine
-        if coroutine is not None and inspect.getcoroutinestate(coroutine) != inspect.CORO_RUNNING:
-            coroutine.close()
+        if inspect.iscoroutine(self._handler) and not self._executing:
+            self._handler.close()
 
-    def step(self) -> None:
+    def __call__(self) -> None:
         """Runs until the end, or until the coroutine awaits something that is not there yet."""
-        if self.done():
+        if self._done or self._executing:
             return
+        self._executing = True
+        awaited: Any = None
+        coroutine = self._handler if inspect.iscoroutine(self._handler) else None
         try:
-            if self._coroutine is None:
-                result = self._handler(*self._args, **self._kwargs)
-                if not inspect.iscoroutine(result):
-                    self.set_result(result)
-                    return
-                self._coroutine = result
-            awaited = self._coroutine.send(None)
-        except StopIteration as stop:
-            self.set_result(stop.value)
-        except Exception as error:
-            self.set_exception(error)
-        else:
-            if isinstance(awaited, Future):
-                awaited.add_done_callback(lambda _: self._executor.wake_task(self))
+            if coroutine is not None:
+                awaited = coroutine.send(None)
             else:
-                self._executor.wake_task(self)
+                self.set_result(self._handler(*self._args, **self._kwargs))
+        except Exception as error:
+            if coroutine is not None and isinstance(error, StopIteration):
+                self.set_result(error.value)
+            else:
+                self.set_exception(error)
+        finally:
+            self._executing = False
+        if self._done:
+            self._handler = self._args = self._kwargs = None
+        elif isinstance(awaited, Future):
+            # Last of all: it may be done already, and another thread take over.
+            awaited._add_waker(self._resume)
+        else:
+            self._resume()
+
+    def _resume(self) -> None:
+        executor = self._executor()
+        if executor is not None:
+            executor.put(self)

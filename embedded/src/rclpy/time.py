@@ -25,11 +25,20 @@ class Time:
         """The sum of seconds and nanoseconds.
 
         Raises:
+            TypeError: `clock_type` is none.
             ValueError: a negative argument.
+            OverflowError: more than 63 bits of nanoseconds.
         """
-        if seconds < 0 or nanoseconds < 0:
-            raise ValueError(f"Time cannot be negative: {seconds} s, {nanoseconds} ns")
-        self._nanoseconds = int(seconds * S_TO_NS) + int(nanoseconds)
+        if not isinstance(clock_type, ClockType):
+            raise TypeError("Clock type must be a ClockType enum")
+        if seconds < 0:
+            raise ValueError("Seconds value must not be negative")
+        if nanoseconds < 0:
+            raise ValueError("Nanoseconds value must not be negative")
+        total = int(seconds * S_TO_NS) + int(nanoseconds)
+        if total >= 1 << 63:
+            raise OverflowError("Total nanoseconds value is too large to store in C time point.")
+        self._nanoseconds = total
         self._clock_type = clock_type
 
     @property
@@ -50,26 +59,31 @@ class Time:
         """With nanoseconds and clock."""
         return f"Time(nanoseconds={self._nanoseconds}, clock_type={self._clock_type.name})"
 
-    def _same_clock(self, other: Time) -> None:
+    def _same_clock(self, other: Time, verb: str = "compare") -> None:
         if self._clock_type != other._clock_type:
-            raise TypeError("Can't compare times with different clock types")
+            raise TypeError(f"Can't {verb} times with different clock types")
 
     def __add__(self, other: Duration) -> Time:
         """Later by a duration."""
         if not isinstance(other, Duration):
             return NotImplemented
         total = self._nanoseconds + other.nanoseconds
-        return Time(nanoseconds=total, clock_type=self._clock_type)
+        try:
+            return Time(nanoseconds=total, clock_type=self._clock_type)
+        except OverflowError as error:
+            raise OverflowError("Addition leads to overflow in C storage.") from error
 
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
         """The duration between two times, or the time earlier by a duration."""
         if isinstance(other, Time):
-            self._same_clock(other)
+            self._same_clock(other, "subtract")
             return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
         if isinstance(other, Duration):
             left = self._nanoseconds - other.nanoseconds
+            if left < 0:
+                raise ValueError("Subtraction leads to negative time.")
             return Time(nanoseconds=left, clock_type=self._clock_type)
         return NotImplemented
 
@@ -97,5 +111,11 @@ class Time:
 
     @classmethod
     def from_msg(cls, msg: Any, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """From builtin_interfaces/msg/Time."""
+        """From builtin_interfaces/msg/Time.
+
+        Raises:
+            TypeError: another message.
+        """
+        if not isinstance(msg, message_class("builtin_interfaces/msg/Time")):
+            raise TypeError("Must pass a builtin_interfaces.msg.Time object")
         return cls(nanoseconds=msg.sec * S_TO_NS + msg.nanosec, clock_type=clock_type)

@@ -1,13 +1,21 @@
-"""Timers."""
+"""Timers and rates."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.clock import Clock
-from rclpy.exceptions import RCLError
+from rclpy.clock import Clock, ClockChange, JumpListener, JumpThreshold, TimeJump
+from rclpy.context import Context, get_default_context
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle, RCLError, ROSInterruptException
+
+_ANY_JUMP = JumpThreshold(
+    min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1)
+)
 
 
 class Timer:
@@ -15,66 +23,192 @@ class Timer:
 
     def __init__(
         self,
-        node: Any,
-        period_ns: int,
         callback: Callable[[], Any],
-        group: CallbackGroup | None,
+        callback_group: CallbackGroup,
+        timer_period_ns: int,
         clock: Clock,
+        *,
+        context: Context | None = None,
+        autostart: bool = True,
     ) -> None:
-        """Made by `Node.create_timer`; the first call is one period from now."""
-        if period_ns < 0:
-            raise RCLError(f"timer period must be non-negative: {period_ns} ns")
-        self.node, self.callback, self.clock = node, callback, clock
-        self.callback_group = group or node.default_callback_group
-        self.timer_period_ns = period_ns
-        self._cancelled = False
+        """Made by `Node.create_timer`; the first call is one period from now.
+
+        Raises:
+            RCLError: a negative period.
+        """
+        if timer_period_ns < 0:
+            raise RCLError(
+                "failed to create timer: timer period must be non-negative, "
+                f"at {timer_period_ns} ns"
+            )
+        self.node: Any = None
+        self.callback, self.callback_group, self.clock = callback, callback_group, clock
+        self.context = context or get_default_context()
+        self._period, self._cancelled, self._destroyed = timer_period_ns, not autostart, False
         self._last = clock.nanoseconds()
-        self._next = self._last + period_ns
-        self.running = False
+        self._next = self._last + timer_period_ns
+        self._left_at_change: int | None = None
+        self.queued = False
+        """Whether a thread of the executor is going to take it: till then it is not due again."""
+        self._listener = JumpListener(_ANY_JUMP, self._before_jump, self._after_jump)
+        clock.add_listener(self._listener)
+
+    # For users.
+
+    def _check(self) -> None:
+        if self._destroyed:
+            raise InvalidHandle("cannot use Destroyable because destruction was requested")
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period [ns]; another one counts from the next call on."""
+        self._check()
+        return self._period
+
+    @timer_period_ns.setter
+    def timer_period_ns(self, value: float) -> None:
+        self._check()
+        self._period = int(value)
 
     def is_canceled(self) -> bool:
         """Whether it was cancelled."""
+        self._check()
         return self._cancelled
 
     def cancel(self) -> None:
         """Stops calling until `reset`."""
+        self._check()
         self._cancelled = True
 
     def reset(self) -> None:
         """Starts anew: the next call is one period from now."""
+        self._check()
+        self._next = self.clock.nanoseconds() + self._period
         self._cancelled = False
-        self._next = self.clock.nanoseconds() + self.timer_period_ns
-        if self.node.executor is not None:
-            self.node.executor.wake()
+        self.requeue()
 
     def is_ready(self) -> bool:
         """Whether a call is due."""
-        return not self._cancelled and self.time_until_next_call() <= 0
+        self._check()
+        left = self.left()
+        return left is not None and left <= 0
 
     def time_since_last_call(self) -> int:
         """Since the last call, or the start [ns]."""
+        self._check()
         return self.clock.nanoseconds() - self._last
 
-    def time_until_next_call(self) -> int:
-        """Until the next call on the timer's clock [ns]."""
-        left = self._next - self.clock.nanoseconds()
-        if left > self.timer_period_ns:  # the clock was set back, as a simulation's is by a reset
-            self._next -= left - self.timer_period_ns
-            left = self.timer_period_ns
-        return left
+    def time_until_next_call(self) -> int | None:
+        """Until the next call on the timer's clock [ns]; None if cancelled."""
+        self._check()
+        return self.left()
 
-    def turn(self) -> Any:
-        """Sets the next call's time and calls; periods that were missed are left out."""
-        now, period = self.clock.nanoseconds(), self.timer_period_ns
+    def destroy(self) -> None:
+        """Ends it."""
+        self._destroyed = True
+        self.clock.remove_listener(self._listener)
+
+    # For the executor.
+
+    def left(self) -> int | None:
+        """Until the next call [ns]; None if there will be none."""
+        if self._cancelled or self._destroyed:
+            return None
+        return self._next - self.clock.nanoseconds()
+
+    def take(self) -> tuple[()] | None:
+        """Sets the time of the next call, periods that were missed left out; None: no call."""
+        if self._cancelled or self._destroyed:
+            self.queued = False
+            return None
+        now, period = self.clock.nanoseconds(), self._period
         self._last = now
         self._next += period
         if self._next <= now:
             self._next = now + period - (now - self._next) % period if period else now
-        return None if self._cancelled else self.callback()
+        if self.queued:  # the thread that spins has left it out of account since then
+            self.requeue()
+        return ()
 
-    def drop_turn(self, executor: Any) -> None:
-        """The executor does not own the node any more."""
+    def handle(self) -> Any:
+        """Calls the callback."""
+        return self.callback()
+
+    def requeue(self) -> None:
+        """Has the executor look at it."""
+        self.queued = False
+        executor = self.node.executor if self.node is not None else None
+        if executor is not None:
+            executor.wake()
+
+    # Jumps of the clock, as in rcl's timer.c: `_rcl_timer_time_jump`.
+
+    def _before_jump(self, jump: TimeJump) -> None:
+        now = self.clock.nanoseconds()
+        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE and now:
+            self._left_at_change = self._next - now
+
+    def _after_jump(self, jump: TimeJump) -> None:
+        now = self.clock.nanoseconds()
+        if jump.clock_change == ClockChange.ROS_TIME_NO_CHANGE:
+            if now < self._last and self._next > now:
+                self._last, self._next = now, now + self._period
+        elif now and self._left_at_change:
+            self._last = now - self._left_at_change
+            self._next = self._last + self._period
+            self._left_at_change = None
+        self.requeue()
+
+
+class Rate:
+    """Sleeps until a timer fires."""
+
+    def __init__(self, timer: Timer, *, context: Context) -> None:
+        """Made by `Node.create_rate`."""
+        self.timer, self._context = timer, context
+        self._destroyed = self._fired = False
+        self._lock = threading.Lock()
+        self._sleepers: list[SimpleQueue[None]] = []
+        timer.callback = self._fire
+        context.wake_at_end(self)
+
+    def _fire(self) -> None:
+        with self._lock:
+            self._fired = True
+        self.wake()
+
+    def wake(self) -> None:
+        """Wakes all that sleep."""
+        for sleeper in list(self._sleepers):
+            sleeper.put(None)
 
     def destroy(self) -> None:
-        """Ends it."""
-        self.cancel()
+        """Wakes all that sleep, and lets nobody sleep any more."""
+        self._destroyed = True
+        self.wake()
+
+    def sleep(self) -> None:
+        """Waits until the timer fires, or returns if it has since the last sleep.
+
+        Another thread must spin the node.
+
+        Raises:
+            ROSInterruptException: the context was shut down.
+            RuntimeError: the rate was destroyed before.
+        """
+        if not self._context.ok():
+            raise ROSInterruptException
+        if self._destroyed:
+            raise RuntimeError("Rate cannot sleep because it has been destroyed")
+        sleeper: SimpleQueue[None] = SimpleQueue()
+        self._sleepers.append(sleeper)
+        try:
+            while not self._fired and not self._destroyed and self._context.ok():
+                sleeper.get()
+        finally:
+            with self._lock:
+                self._sleepers.remove(sleeper)
+                if not self._sleepers:
+                    self._fired = False
+        if not self._context.ok():
+            raise ROSInterruptException

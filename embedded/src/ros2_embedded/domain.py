@@ -7,6 +7,11 @@ import fcntl
 import os
 import socket
 import struct
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from html import escape
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
@@ -44,34 +49,95 @@ def _only_loopback() -> bool:
     return names <= {"lo"}
 
 
-def domain_configuration() -> str:
-    """Cyclone DDS's XML: this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE is SUBNET.
+class DiscoveryRange(Enum):
+    """How far a participant looks for others by itself: ROS_AUTOMATIC_DISCOVERY_RANGE."""
+
+    OFF = "OFF"
+    LOCALHOST = "LOCALHOST"
+    SUBNET = "SUBNET"
+    SYSTEM_DEFAULT = "SYSTEM_DEFAULT"
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """What the environment says on discovery; `peers` are static ones, `warnings` for the user."""
+
+    range: DiscoveryRange = DiscoveryRange.LOCALHOST
+    peers: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def discovery(environment: Mapping[str, str]) -> Discovery:
+    """Reads ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS and ROS_LOCALHOST_ONLY as Jazzy does.
+
+    Only the range without the variable is another: this machine, where ROS 2 takes its subnet.
+    """
+    name = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "LOCALHOST"
+    peers = tuple(filter(None, environment.get("ROS_STATIC_PEERS", "").split(";")))
+    if environment.get("ROS_LOCALHOST_ONLY", "") == "1":
+        text = "ROS_LOCALHOST_ONLY is deprecated but still honored: nodes of this machine only"
+        return Discovery(warnings=(text,))
+    if name not in DiscoveryRange.__members__:
+        text = (
+            f"Invalid value '{name}' specified for 'ROS_AUTOMATIC_DISCOVERY_RANGE', "
+            "assuming localhost only"
+        )
+        return Discovery(peers=peers, warnings=(text,))
+    chosen = DiscoveryRange[name]
+    if peers and chosen in (DiscoveryRange.OFF, DiscoveryRange.SYSTEM_DEFAULT):
+        text = f"ROS_STATIC_PEERS is ignored: ROS_AUTOMATIC_DISCOVERY_RANGE is {name}"
+        return Discovery(chosen, warnings=(text,))
+    return Discovery(chosen, peers)
+
+
+def domain_configuration(asked: Discovery) -> str:
+    """Cyclone DDS's XML for what the environment asks, without CYCLONEDDS_URI.
 
     Without multicast each participant is looked for at `localhost`, on the ports that an index
     from 0 to `MAX_PARTICIPANTS` gives: so `lo` is named and the index is `auto`. ROS 2 calls by
     multicast unless it is told otherwise, and that is not heard here: so that it is found even if
     it comes late, each participant keeps calling at all these ports.
     """
-    interfaces = '<NetworkInterface name="lo"/>'
+    if asked.range == DiscoveryRange.SYSTEM_DEFAULT:
+        return ""
+    if asked.range == DiscoveryRange.OFF:
+        # A tag that nobody else has: participants of other tags are not heard.
+        return (
+            "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
+            "<Discovery><ParticipantIndex>none</ParticipantIndex>"
+            f"<Tag>ros_discovery_off_{os.getpid()}</Tag></Discovery></Domain></CycloneDDS>"
+        )
+    # Peers are called from the interface that comes first: from `lo` no other machine is reached.
+    last = ' priority="-1"' if asked.peers else ""
+    interfaces = f'<NetworkInterface name="lo"{last}/>'
     if not _only_loopback():
         interfaces = '<NetworkInterface autodetermine="true"/>' + interfaces
-    subnet = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST").upper() == "SUBNET"
+    subnet = asked.range == DiscoveryRange.SUBNET
     multicast = "" if subnet else "<AllowMulticast>false</AllowMulticast>"
-    own = (
+    peers = "".join(f'<Peer address="{escape(peer)}"/>' for peer in ("localhost", *asked.peers))
+    return (
         f"<CycloneDDS><Domain><General><Interfaces>{interfaces}</Interfaces>{multicast}</General>"
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
         f"<MaxAutoParticipantIndex>{MAX_PARTICIPANTS}</MaxAutoParticipantIndex>"
         f"<SPDPInterval>{_CALL_INTERVAL} s</SPDPInterval>"
         "<InitialLocatorPruneDelay>inf</InitialLocatorPruneDelay>"
-        '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
+        f"<Peers>{peers}</Peers></Discovery></Domain></CycloneDDS>"
     )
-    extra = os.environ.get("CYCLONEDDS_URI", "")
-    return f"{own},{extra}" if extra else own
 
 
-def join_domain(number: int) -> tuple[Domain, DomainParticipant]:
-    """Creates the domain and a participant of a process without an enclave."""
-    domain = Domain(number, domain_configuration())
+_domains: weakref.WeakValueDictionary[int, Domain] = weakref.WeakValueDictionary()
+"""Those that the process is in: a second context of a domain shares it."""
+
+
+def join_domain(number: int, asked: Discovery) -> tuple[Domain, DomainParticipant]:
+    """Creates the domain and a participant of a process without an enclave.
+
+    What CYCLONEDDS_URI says goes before all else.
+    """
+    parts = (domain_configuration(asked), os.environ.get("CYCLONEDDS_URI", ""))
+    domain = _domains.get(number)
+    if domain is None:
+        domain = _domains[number] = Domain(number, ",".join(filter(None, parts)))
     qos = Qos(Policy.Userdata(b"enclave=/;"))
     return domain, DomainParticipant(number, qos=qos)
 

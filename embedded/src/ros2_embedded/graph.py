@@ -54,13 +54,6 @@ class Endpoint:
     qos: Qos
     writer: bool
 
-    @property
-    def qos_profile(self) -> Any:
-        """The `QoSProfile` that it offers or asks for."""
-        from rclpy.qos import QoSProfile  # rclpy imports this module
-
-        return QoSProfile.from_dds(self.qos)
-
 
 class NodeEntry:
     """A node of this process, with its endpoints' GUIDs."""
@@ -256,11 +249,6 @@ class Graph:
         """Services and their types, of all endpoints or of the given ones."""
         chosen = self.endpoints() if endpoints is None else endpoints
         return _collect(chosen, naming.demangle_service)
-
-    def on_topic(self, topic: str, writer: bool) -> list[Endpoint]:
-        """Writers or readers of a ROS topic."""
-        name = naming.topic_name(topic)
-        return [e for e in self.endpoints() if e.topic == name and e.writer == writer]
 
 
 def _full_name(node: Any) -> str:

@@ -15,8 +15,13 @@ def _group(name: str, parts: dict[str, str]) -> type:
     """Class that only holds others, as `Trigger` holds `Trigger.Request`."""
     package, kind, short = name.split("/")
     members = {attr: message_class(name + suffix) for attr, suffix in parts.items()}
-    group = type(short, (), {"_name": name, "__module__": f"{package}.{kind}", **members})
-    return group
+
+    def refuse(self: Any) -> None:
+        what = {"srv": "Service", "action": "Action"}[kind]
+        raise NotImplementedError(f"{what} classes can not be instantiated")
+
+    own = {"_name": name, "__module__": f"{package}.{kind}", "__init__": refuse}
+    return type(short, (), {**own, **members})
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import math
 from collections.abc import Callable, Iterable
 from functools import cache
 from types import new_class
@@ -11,19 +12,18 @@ from typing import Any, ClassVar
 import numpy as np
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as _idl_types
+from cyclonedds.idl._machinery import StringMachine
 
 from ros2_embedded.catalogue import message_spec
-from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, FieldType, MessageSpec
+from ros2_embedded.cdr import Codec
+from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, TYPECODES, FieldType, MessageSpec
 
 idl: Any = _idl_types
 Checker = Callable[[str, Any], Any]
+_LARGEST_SINGLE = 3.4028234663852886e38
 
 _IDL_NAMES = {
     "bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double",
-}  # fmt: skip
-_TYPECODES = {
-    "int8": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H", "int32": "i",
-    "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
 _IDL_TYPES = {
     "bool": bool, "string": str, "char": idl.uint8, "byte": idl.array[idl.uint8, 1],
@@ -36,15 +36,17 @@ class Message:
 
     _spec: ClassVar[MessageSpec]
     _checks: ClassVar[dict[str, Checker]]
+    _initial: ClassVar[dict[str, Checker]]
     _defaults: ClassVar[dict[str, Callable[[], Any]]]
 
     def __init__(self, **fields: Any) -> None:
         """Sets the given fields, and the others to their defaults."""
-        values, checks = self.__dict__, self._checks
+        values, initial = self.__dict__, self._initial
         for name, value in fields.items():
-            if name not in checks:
-                raise AssertionError(f"Invalid arguments passed to constructor: {{'{name}'}}")
-            values[name] = checks[name](name, value)
+            if name not in initial:
+                wrong = ", ".join(sorted(fields.keys() - initial.keys()))
+                raise AssertionError(f"Invalid arguments passed to constructor: {wrong}")
+            values[name] = initial[name](name, value)
         for name, default in self._defaults.items():
             if name not in values:
                 values[name] = default()
@@ -74,14 +76,39 @@ class Message:
         fields = (f"{f.name}={_shown(self.__dict__[f.name])}" for f in self._spec.fields)
         return f"{cls.__module__}.{cls.__qualname__}({', '.join(fields)})"
 
-    def wire_values(self) -> dict[str, Any]:
-        """What goes onto the wire, by field."""
-        return {name: self.__dict__[name] for name in self._checks}
-
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:
         """Names of the fields and their types as IDL writes them."""
         return {f.name: _idl_text(f.type) for f in cls._spec.fields}
+
+
+def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
+    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
+
+    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
+    """
+    buffer.align(4)
+    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
+
+
+StringMachine.deserialize = _read_string  # type: ignore[method-assign]
+
+
+def _serialize(self: Any, **_: Any) -> bytes:
+    """In CDR; Cyclone DDS's writers call it."""
+    return _codec.serialize(self)
+
+
+def _deserialize(cls: Any, data: bytes, **_: Any) -> Any:
+    """From CDR; Cyclone DDS's readers call it."""
+    try:
+        return _codec.deserialize(cls._spec.name, data)
+    except UnicodeDecodeError:
+        return IdlStruct.deserialize.__func__(cls, data)  # type: ignore[attr-defined]
+
+
+def no_key(_cls: Any, _data: bytes, **_: Any) -> None:
+    """Nothing: ROS 2's types have no keys, and of a writer that went there is no message."""
 
 
 def _same(left: Any, right: Any) -> bool:
@@ -121,7 +148,7 @@ def _scalar_check(kind: FieldType) -> Checker:
         )
 
         def integer(name: str, value: Any) -> int:
-            if type(value) is not int and (not isinstance(value, int) or isinstance(value, bool)):
+            if not isinstance(value, int):  # a bool is one, as in rclpy
                 raise _refuse(name, "of type 'int'", value)
             if not low <= value <= high:
                 raise _refuse(name, f"an integer in [{low}, {high}]", value)
@@ -132,7 +159,7 @@ def _scalar_check(kind: FieldType) -> Checker:
 
         def byte(name: str, value: Any) -> bytes:
             if not isinstance(value, (bytes, bytearray)) or len(value) != 1:
-                raise _refuse(name, "of type 'bytes' and length 1", value)
+                raise _refuse(name, "of type 'bytes' or 'ByteString' with length 1", value)
             return bytes(value)
 
         return byte
@@ -144,12 +171,23 @@ def _scalar_check(kind: FieldType) -> Checker:
             return value
 
         return bounded
-    types: dict[str, type] = {"bool": bool, "float32": float, "float64": float, "string": str}
+    if base == "float32":
+
+        def single(name: str, value: Any) -> float:
+            if not isinstance(value, float):
+                raise _refuse(name, "of type 'float'", value)
+            if abs(value) > _LARGEST_SINGLE and not math.isinf(value):
+                raise _refuse(name, "a float in [-3.402823466e+38, 3.402823466e+38]", value)
+            return value
+
+        return single
+    types: dict[str, type] = {"bool": bool, "float64": float, "string": str}
     wanted = types[base] if kind.primitive else message_class(base)
+    what = f"{'of' if kind.primitive else 'a sub message of'} type '{wanted.__name__}'"
 
     def instance(name: str, value: Any) -> Any:
         if not isinstance(value, wanted):
-            raise _refuse(name, f"of type '{wanted.__name__}'", value)
+            raise _refuse(name, what, value)
         return value
 
     return instance
@@ -168,18 +206,18 @@ def _is_sequence(value: Any) -> bool:
 
 def _numeric_check(kind: FieldType) -> Checker:
     """Check of numbers in a row: kept as array.array, or if the length is fixed in numpy's."""
-    code = _TYPECODES[kind.base]
+    code = TYPECODES[kind.base]
     dtype = np.dtype(code)
     kinds = "f" if dtype.kind == "f" else "iu"
     element = _scalar_check(FieldType(kind.base))
-    exact = {float} if dtype.kind == "f" else {int}
-    # Cyclone DDS cannot write bytes from a numpy array: they stay an array.array.
-    fixed = kind.container == "array" and code != "B"
+    row = f"a set or sequence and each value of type '{'float' if dtype.kind == 'f' else 'int'}'"
+    exact = {float} if dtype.kind == "f" else {int, bool}
+    fixed = kind.container == "array"
 
     def numbers(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray):
             if value.dtype.kind not in kinds or value.ndim != 1:
-                raise _refuse(name, f"a row of {kind.base}", value)
+                raise _refuse(name, row, value)
             values: Any = array.array(code, value.tolist())
         elif isinstance(value, array.array) and value.typecode == code:
             values = value
@@ -193,9 +231,9 @@ def _numeric_check(kind: FieldType) -> Checker:
             try:
                 values = array.array(code, values)
             except OverflowError as error:
-                raise _refuse(name, f"a row of {kind.base}", value) from error
+                raise _refuse(name, row, value) from error
         else:
-            raise _refuse(name, f"a row of {kind.base}", value)
+            raise _refuse(name, row, value)
         _check_size(name, values, kind)
         return np.array(values, dtype) if fixed else values
 
@@ -205,21 +243,39 @@ def _numeric_check(kind: FieldType) -> Checker:
 def _list_check(kind: FieldType) -> Checker:
     """Check of strings, booleans, bytes or messages in a row: kept as a list."""
     element = _scalar_check(FieldType(kind.base, string_bound=kind.string_bound))
+    word = {"string": "str", "byte": "bytes"}.get(kind.base, kind.base.rpartition("/")[2])
+    row = f"a set or sequence and each value of type '{word}'"
 
     def items(name: str, value: Any) -> list[Any]:
         if not _is_sequence(value):
-            raise _refuse(name, f"a row of {kind.base}", value)
-        values = [element(name, item) for item in value]
+            raise _refuse(name, row, value)
+        try:
+            values = [element(name, item) for item in value]
+        except AssertionError:
+            raise _refuse(name, row, value) from None
         _check_size(name, values, kind)
         return values
 
     return items
 
 
+def _initial(kind: FieldType, check: Checker) -> Checker:
+    """Check of what the constructor is given: as in rclpy, it turns rows of numbers into arrays."""
+    if kind.container != "sequence" or kind.base not in TYPECODES:
+        return check
+    code = TYPECODES[kind.base]
+
+    def converted(name: str, value: Any) -> Any:
+        row = value.tolist() if isinstance(value, np.ndarray) else value
+        return check(name, array.array(code, row))
+
+    return converted
+
+
 def _check(kind: FieldType) -> Checker:
     if not kind.container:
         return _scalar_check(kind)
-    return _numeric_check(kind) if kind.base in _TYPECODES else _list_check(kind)
+    return _numeric_check(kind) if kind.base in TYPECODES else _list_check(kind)
 
 
 def _default(kind: FieldType, given: Any) -> Callable[[], Any]:
@@ -272,15 +328,27 @@ def message_class(name: str) -> Any:
         short,
         (IdlStruct, Message),
         {"typename": dds_type_name(name)},
-        lambda namespace: namespace["__annotations__"].update(annotations),
+        lambda namespace: namespace.update(
+            __annotations__=annotations,
+            serialize=_serialize,
+            deserialize=classmethod(_deserialize),
+            deserialize_key=classmethod(no_key),
+        ),
     )
     cls.__module__ = f"{package}.{kind}"
     cls._spec = spec
     cls._checks = {f.name: _check(f.type) for f in spec.wire_fields}
+    cls._initial = {f.name: _initial(f.type, cls._checks[f.name]) for f in spec.wire_fields}
     cls._defaults = {f.name: _default(f.type, f.default) for f in spec.wire_fields}
     for constant in spec.constants:
         setattr(cls, constant.name, constant.value)
+    for field in spec.fields:
+        if field.default is not None:
+            setattr(cls, f"{field.name.upper()}__DEFAULT", field.default)
     return cls
+
+
+_codec = Codec(message_class)
 
 
 def full_type_name(cls: Any) -> str:

@@ -6,34 +6,8 @@ import re
 
 TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
 
-_NODE = re.compile(r"[A-Za-z_]\w*")
-_NAMESPACE = re.compile(r"/|(/[A-Za-z_]\w*)+")
-_TOPIC_NAME = re.compile(r"(~|~/|/)?[A-Za-z_{}]\w*(/[A-Za-z_]\w*)*|~")
 _SERVICE_TYPE = re.compile(r"(.*)_(Request|Response)_")
 HIDDEN_ACTION_PARTS = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
-
-
-class InvalidNameError(ValueError):
-    """A name that ROS 2 does not allow."""
-
-    def __init__(self, kind: str, name: str) -> None:
-        """Keeps the offending name."""
-        super().__init__(f"Invalid {kind}: '{name}'")
-        self.name = name
-
-
-def check_node_name(name: str) -> None:
-    """Raises InvalidNameError unless `name` is letters, digits and underscores."""
-    if not _NODE.fullmatch(name):
-        raise InvalidNameError("node name", name)
-
-
-def normalise_namespace(namespace: str) -> str:
-    """Puts the leading slash before a namespace and checks it."""
-    absolute = namespace if namespace.startswith("/") else f"/{namespace}"
-    if not _NAMESPACE.fullmatch(absolute):
-        raise InvalidNameError("node namespace", namespace)
-    return absolute
 
 
 def join(namespace: str, name: str) -> str:
@@ -41,20 +15,14 @@ def join(namespace: str, name: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
-def expand(name: str, node: str, namespace: str) -> str:
-    """Makes a name of a topic or a service absolute; `~` stands for the node's full name."""
-    if not _TOPIC_NAME.fullmatch(name) or "__" in name:
-        raise InvalidNameError("topic or service name", name)
-    if name.startswith("/"):
-        return name
-    if name.startswith("~"):
-        return join(namespace, node) + name[1:]
-    return join(namespace, name)
-
-
 def topic_name(name: str) -> str:
     """DDS topic of a ROS topic: `/imu` is `rt/imu`."""
     return TOPIC + name
+
+
+def dds_topic(name: str, plain: bool) -> str:
+    """DDS topic of a ROS topic, or its `plain` name, for DDS programs without ROS."""
+    return name if plain else topic_name(name)
 
 
 def request_name(name: str) -> str:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
+from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +23,6 @@ from cyclonedds.core import (
     WaitSet,
 )
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl._machinery import StringMachine
 from cyclonedds.internal import InvalidSample
 from cyclonedds.util import duration
 
@@ -32,18 +33,6 @@ _FOREVER = duration(infinite=True)
 Sink = Callable[[list[Any]], None]
 
 
-def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
-    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
-
-    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
-    """
-    buffer.align(4)
-    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
-
-
-StringMachine.deserialize = _read_string  # type: ignore[method-assign]
-
-
 class ReaderThread:
     """Waits for all readers of a participant and hands over what they receive."""
 
@@ -52,7 +41,7 @@ class ReaderThread:
         self._waitset = WaitSet(participant)
         self._guard = GuardCondition(participant)
         self._waitset.attach(self._guard)
-        self._sinks: dict[ReadCondition, Sink] = {}
+        self._sinks: OrderedDict[ReadCondition, Sink] = OrderedDict()
         self._lock = threading.RLock()
         self._stopping = False
         self._due: dict[Callable[[], None], float] = {}
@@ -87,9 +76,9 @@ class ReaderThread:
         lock and takes it again before this thread wakes up, which can keep it waiting for seconds.
         """
         try:
-            if not self._stopping and self._waitset.wait(0):
+            if not self._stopping and (triggered := self._waitset.wait(0)):
                 with self._lock:
-                    self._hand_over_all()
+                    self._hand_over_all(triggered)
         except DDSException:
             if not self._stopping:  # see `_run`
                 raise
@@ -119,19 +108,29 @@ class ReaderThread:
             with self._lock:
                 if self._due:
                     timeout = max(0, int((min(self._due.values()) - time.monotonic()) * 1e9))
-            self._waitset.wait(timeout)
+            triggered = self._waitset.wait(timeout)
             self._guard.set(False)
             with self._lock:
                 now = time.monotonic()
                 for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
                     del self._due[function]
                     function()
-                self._hand_over_all()
+                self._hand_over_all(triggered)
 
-    def _hand_over_all(self) -> None:
-        for condition, sink in list(self._sinks.items()):
+    def _hand_over_all(self, triggered: int) -> None:
+        """Looks for so many conditions with data, first where there was data last."""
+        for condition in reversed(list(self._sinks)):
+            if triggered <= 0:
+                return
             if condition.triggered:
-                self._hand_over(condition, sink)
+                triggered -= 1
+                self._sinks.move_to_end(condition)
+                try:
+                    self._hand_over(condition, self._sinks[condition])
+                except DDSException:
+                    raise
+                except Exception:  # a batch that cannot be read must not make the process deaf
+                    traceback.print_exc()
 
     def _hand_over(self, condition: ReadCondition, sink: Sink) -> None:
         samples = condition.reader.take(_BATCH, condition=condition)

@@ -26,6 +26,11 @@ PRIMITIVES = frozenset(
         "string",
     ]
 )
+TYPECODES = {
+    "int8": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H", "int32": "i",
+    "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
+}  # fmt: skip
+"""Of the numbers that stand in rows as an array.array or numpy array."""
 INTEGER_BITS = {f"{sign}int{bits}": bits for sign in ("", "u") for bits in (8, 16, 32, 64)}
 DUMMY_FIELD = "structure_needs_at_least_one_member"
 """IDL has no empty struct: ROS 2 puts this uint8 into a message without fields."""

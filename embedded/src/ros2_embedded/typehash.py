@@ -59,6 +59,16 @@ def _describe(name: str, described: dict[str, dict[str, Any]]) -> None:
             _describe(field.type.base, described)
 
 
+def description(name: str) -> dict[str, Any]:
+    """The fields of type_description_interfaces/msg/TypeDescription of a type."""
+    described: dict[str, dict[str, Any]] = {}
+    _describe(name, described)
+    return {
+        "type_description": described.pop(name),
+        "referenced_type_descriptions": [described[key] for key in sorted(described)],
+    }
+
+
 @cache
 def type_hash(name: str) -> str:
     """Hash of a message, a service or an action, `RIHS01_` and 64 hexadecimal digits.
@@ -66,10 +76,4 @@ def type_hash(name: str) -> str:
     Args:
         name: full name, e.g. `sensor_msgs/msg/JointState`.
     """
-    described: dict[str, dict[str, Any]] = {}
-    _describe(name, described)
-    whole = {
-        "type_description": described.pop(name),
-        "referenced_type_descriptions": [described[key] for key in sorted(described)],
-    }
-    return "RIHS01_" + hashlib.sha256(json.dumps(whole).encode()).hexdigest()
+    return "RIHS01_" + hashlib.sha256(json.dumps(description(name)).encode()).hexdigest()

@@ -5,7 +5,11 @@ An action NAME is three services and two topics: `NAME/_action/send_goal`, `canc
 """
 
 from rclpy.action.client import ActionClient, ClientGoalHandle
-from rclpy.action.graph import get_action_names_and_types
+from rclpy.action.graph import (
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
+)
 from rclpy.action.server import (
     ActionServer,
     CancelResponse,
@@ -20,5 +24,7 @@ __all__ = [
     "ClientGoalHandle",
     "GoalResponse",
     "ServerGoalHandle",
+    "get_action_client_names_and_types_by_node",
     "get_action_names_and_types",
+    "get_action_server_names_and_types_by_node",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import uuid
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -12,30 +13,66 @@ from ros2_embedded.messages import message_class
 
 from rclpy.action.names import GoalStatus, check_action_type, part
 from rclpy.callback_groups import CallbackGroup
-from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.executors import await_or_execute
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+from rclpy.service import Client
 from rclpy.task import Future
 
 _POLL = 0.01
+_ENDED = (GoalStatus.SUCCEEDED, GoalStatus.CANCELED, GoalStatus.ABORTED)
 
 
 class ClientGoalHandle:
     """A goal, as the client sees it."""
 
-    def __init__(self, client: ActionClient, goal_id: Any, response: Any) -> None:
+    def __init__(self, action_client: ActionClient, goal_id: Any, goal_response: Any) -> None:
         """Made by the client when the server has answered."""
-        self._client, self._goal_id = client, goal_id
-        self.accepted = bool(response.accepted)
-        self.stamp = response.stamp
-        self.status = int(GoalStatus.ACCEPTED if self.accepted else GoalStatus.UNKNOWN)
+        self._action_client, self._goal_id = action_client, goal_id
+        self._goal_response = goal_response
+        self._status = int(GoalStatus.UNKNOWN)
+
+    def __eq__(self, other: object) -> bool:
+        """The same goal."""
+        return bool(self._goal_id == other.goal_id)  # type: ignore[attr-defined]
+
+    def __repr__(self) -> str:
+        """With id, acceptance and state."""
+        return (
+            f"ClientGoalHandle <id={self.goal_id.uuid}, accepted={self.accepted}, "
+            f"status={self.status}>"
+        )
 
     @property
     def goal_id(self) -> Any:
         """unique_identifier_msgs/msg/UUID of the goal."""
         return self._goal_id
 
+    @property
+    def stamp(self) -> Any:
+        """When it was accepted, builtin_interfaces/msg/Time."""
+        return self._goal_response.stamp
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the server has accepted it."""
+        return bool(self._goal_response.accepted)
+
+    @property
+    def status(self) -> int:
+        """State of the goal, as the server's topic `status` told last."""
+        return self._status
+
+    def set_status(self, status: int) -> None:
+        """Notes what the topic `status` has told."""
+        self._status = status
+
     def cancel_goal_async(self) -> Future:
         """Asks for a cancellation; the future gets the CancelGoal response."""
-        return self._client.cancel_goal_async(self)
+        return self._action_client.cancel_goal_async(self)
 
     def cancel_goal(self) -> Any:
         """Asks for a cancellation and waits; another thread must spin the node."""
@@ -43,7 +80,7 @@ class ClientGoalHandle:
 
     def get_result_async(self) -> Future:
         """The future gets the response with `status` and `result` when the goal has ended."""
-        return self._client.get_result_async(self)
+        return self._action_client.get_result_async(self)
 
     def get_result(self) -> Any:
         """Waits for the result; another thread must spin the node."""
@@ -52,9 +89,14 @@ class ClientGoalHandle:
 
 def _wait(future: Future) -> Any:
     event = threading.Event()
-    future.add_done_callback(lambda _: event.set())
+    future._add_waker(event.set)
     event.wait()
     return future.result()
+
+
+def _check_handle(handle: Any) -> None:
+    if not isinstance(handle, ClientGoalHandle):
+        raise TypeError(f"Expected type ClientGoalHandle but received {type(handle)}")
 
 
 class ActionClient:
@@ -67,46 +109,57 @@ class ActionClient:
         action_name: str,
         *,
         callback_group: CallbackGroup | None = None,
-        **_: Any,
+        goal_service_qos_profile: QoSProfile = qos_profile_services_default,
+        result_service_qos_profile: QoSProfile = qos_profile_services_default,
+        cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
+        feedback_sub_qos_profile: QoSProfile | None = None,
+        status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
-        """Starts it."""
+        """Starts it; feedback is reliable and 10 deep by default."""
         check_action_type(action_type)
-        self._node, self._type = node, action_type
-        self._goals: dict[bytes, ClientGoalHandle] = {}
-        self._feedback: dict[bytes, Callable[[Any], Any]] = {}
-        self.action_name = node.resolve_topic_name(action_name)
+        self._node, self._action_type = node, action_type
+        self._goal_handles: dict[bytes, weakref.ref[ClientGoalHandle]] = {}
+        self._feedback_callbacks: dict[bytes, Callable[[Any], Any]] = {}
         impl = action_type.Impl
-        self._send, self._cancel, self._result = self._clients = [
-            node.create_client(kind, part(self.action_name, name), callback_group=callback_group)
-            for kind, name in (
-                (impl.SendGoalService, "send_goal"),
-                (impl.CancelGoalService, "cancel_goal"),
-                (impl.GetResultService, "get_result"),
+        self._goal_client, self._cancel_client, self._result_client = self._clients = [
+            Client(node, kind, part(action_name, name), qos, callback_group)
+            for kind, name, qos in (
+                (impl.SendGoalService, "send_goal", goal_service_qos_profile),
+                (impl.CancelGoalService, "cancel_goal", cancel_service_qos_profile),
+                (impl.GetResultService, "get_result", result_service_qos_profile),
             )
         ]
         self._subscriptions = [
-            node.create_subscription(kind, part(self.action_name, name), callback, qos,
-                                     callback_group=callback_group)
+            node.create_subscription(
+                kind, part(action_name, name), callback, qos, callback_group=callback_group
+            )
             for kind, name, callback, qos in (
-                (impl.FeedbackMessage, "feedback", self._on_feedback, QoSProfile(depth=10)),
+                (impl.FeedbackMessage, "feedback", self._on_feedback,
+                 feedback_sub_qos_profile or 10),
                 (message_class("action_msgs/msg/GoalStatusArray"), "status", self._on_status,
-                 qos_profile_action_status_default),
+                 status_sub_qos_profile),
             )
         ]  # fmt: skip
         node.add_waitable(self)
 
-    def _on_feedback(self, message: Any) -> Any:
-        callback = self._feedback.get(bytes(message.goal_id.uuid))
-        return callback(message) if callback is not None else None
+    def entities(self) -> list[Any]:
+        """What an executor works on, beside the node's subscriptions."""
+        return list(self._clients)
+
+    async def _on_feedback(self, message: Any) -> None:
+        callback = self._feedback_callbacks.get(bytes(message.goal_id.uuid))
+        if callback is not None:
+            await await_or_execute(callback, message)
 
     def _on_status(self, message: Any) -> None:
         for state in message.status_list:
             key = bytes(state.goal_info.goal_id.uuid)
-            handle = self._goals.get(key)
+            reference = self._goal_handles.get(key)
+            handle = None if reference is None else reference()
             if handle is not None:
-                handle.status = int(state.status)
-                if not GoalStatus(state.status).active:
-                    del self._goals[key]
+                handle.set_status(int(state.status))
+            if handle is None or state.status in _ENDED:
+                self._goal_handles.pop(key, None)
 
     def send_goal_async(
         self,
@@ -119,48 +172,55 @@ class ActionClient:
         Raises:
             TypeError: a message that is not the action's goal.
         """
-        if not isinstance(goal, self._type.Goal):
-            raise TypeError(f"Expected {self._type.Goal.__name__}, got {type(goal).__name__}")
+        if not isinstance(goal, self._action_type.Goal):
+            raise TypeError(
+                f"Expected {self._action_type.Goal.__name__}, got {type(goal).__name__}"
+            )
         if goal_uuid is None:
             goal_uuid = message_class("unique_identifier_msgs/msg/UUID")(uuid=uuid.uuid4().bytes)
-        key = bytes(goal_uuid.uuid)
         if feedback_callback is not None:
-            self._feedback[key] = feedback_callback
-        future = Future(executor=self._node.executor)
-
-        def answered(sent: Future) -> None:
-            handle = ClientGoalHandle(self, goal_uuid, sent.result())
-            if handle.accepted:
-                self._goals[key] = handle
-            else:
-                self._feedback.pop(key, None)
-            future.set_result(handle)
-
-        request = self._type.Impl.SendGoalService.Request(goal_id=goal_uuid, goal=goal)
-        self._send.call_async(request).add_done_callback(answered)
+            self._feedback_callbacks[bytes(goal_uuid.uuid)] = feedback_callback
+        future = Future()
+        request = self._action_type.Impl.SendGoalService.Request(goal_id=goal_uuid, goal=goal)
+        sent = self._goal_client.call_async(request)
+        sent._add_waker(lambda: self._on_answer(sent, goal_uuid, future))
+        future._add_waker(sent.cancel)  # as after a cancellation
         return future
 
+    def _on_answer(self, sent: Future, goal_uuid: Any, future: Future) -> None:
+        if sent.cancelled():
+            return
+        handle = ClientGoalHandle(self, goal_uuid, sent.result())
+        key = bytes(goal_uuid.uuid)
+        if handle.accepted:
+            if key in self._goal_handles:
+                raise RuntimeError(f"Two goals were accepted with the same ID ({handle})")
+            self._goal_handles[key] = weakref.ref(handle)
+        future._set_executor(self._node.executor)
+        future.set_result(handle)
+
     def send_goal(self, goal: Any, **options: Any) -> Any:
-        """Sends a goal and waits for its result; another thread must spin the node."""
-        handle = _wait(self.send_goal_async(goal, **options))
-        return handle.get_result() if handle.accepted else None
+        """Sends a goal and waits for the response with its result; another thread must spin."""
+        return self.get_result(_wait(self.send_goal_async(goal, **options)))
+
+    def get_result(self, handle: ClientGoalHandle) -> Any:
+        """Waits for the response with the result; another thread must spin the node."""
+        return _wait(self.get_result_async(handle))
 
     def cancel_goal_async(self, handle: ClientGoalHandle) -> Future:
         """Asks for the cancellation of a goal."""
-        request = self._type.Impl.CancelGoalService.Request()
+        _check_handle(handle)
+        request = self._action_type.Impl.CancelGoalService.Request()
         request.goal_info.goal_id = handle.goal_id
-        return self._cancel.call_async(request)
+        return self._cancel_client.call_async(request)
 
     def get_result_async(self, handle: ClientGoalHandle) -> Future:
-        """Asks for the result of a goal."""
-        request = self._type.Impl.GetResultService.Request(goal_id=handle.goal_id)
-        future = self._result.call_async(request)
-
-        def ended(done: Future) -> None:
-            handle.status = int(done.result().status)
-            self._feedback.pop(bytes(handle.goal_id.uuid), None)
-
-        future.add_done_callback(ended)
+        """Asks for the result of a goal; when it has come there is no more feedback."""
+        _check_handle(handle)
+        request = self._action_type.Impl.GetResultService.Request(goal_id=handle.goal_id)
+        future = self._result_client.call_async(request)
+        key = bytes(handle.goal_id.uuid)
+        future._add_waker(lambda: self._feedback_callbacks.pop(key, None))
         return future
 
     def server_is_ready(self) -> bool:
@@ -180,7 +240,7 @@ class ActionClient:
     def destroy(self) -> None:
         """Ends it."""
         for client in self._clients:
-            self._node.destroy_client(client)
+            client.destroy()
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._node.remove_waitable(self)

@@ -17,11 +17,6 @@ class GoalStatus(IntEnum):
     CANCELED = 5
     ABORTED = 6
 
-    @property
-    def active(self) -> bool:
-        """Whether the goal has not ended."""
-        return self in (self.ACCEPTED, self.EXECUTING, self.CANCELING)
-
 
 def part(action_name: str, name: str) -> str:
     """Name of a topic or service of an action."""

@@ -2,122 +2,65 @@
 
 from __future__ import annotations
 
-import inspect
 import threading
+import traceback
 from collections.abc import Callable
-from enum import IntEnum
+from enum import Enum
 from typing import Any
 
 from ros2_embedded.messages import message_class
 
+from rclpy.action.goal_handle import CANCELABLE, ServerGoalHandle
 from rclpy.action.names import GoalStatus, check_action_type, part
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import RCLError
-from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.executors import await_or_execute
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+from rclpy.service import Service
 from rclpy.task import Future
 
-_UNKNOWN_GOAL, _TERMINATED, _REJECTED = 2, 3, 1  # action_msgs/srv/CancelGoal
-_FEEDBACK_QOS = QoSProfile(depth=10)
+_NONE, _UNKNOWN_GOAL, _TERMINATED = 0, 2, 3  # action_msgs/srv/CancelGoal
 
 
-class GoalResponse(IntEnum):
+class GoalResponse(Enum):
     """Answer to a goal."""
 
     REJECT = 1
     ACCEPT = 2
 
 
-class CancelResponse(IntEnum):
+class CancelResponse(Enum):
     """Answer to a wish to cancel."""
 
     REJECT = 1
     ACCEPT = 2
 
 
-class ServerGoalHandle:
-    """A goal, as the callback that executes it sees it."""
+def default_handle_accepted_callback(goal_handle: ServerGoalHandle) -> None:
+    """Executes the goal at once."""
+    goal_handle.execute()
 
-    def __init__(self, server: ActionServer, goal_id: Any, request: Any, stamp: Any) -> None:
-        """Is accepted at first."""
-        self._server, self._goal_id, self._request = server, goal_id, request
-        self.stamp = stamp
-        self._status = GoalStatus.ACCEPTED
-        self.result_future = Future()
-        self.ended_at: int | None = None
 
-    @property
-    def goal_id(self) -> Any:
-        """unique_identifier_msgs/msg/UUID of the goal."""
-        return self._goal_id
+def default_goal_callback(goal_request: Any) -> GoalResponse:
+    """Accepts every goal."""
+    return GoalResponse.ACCEPT
 
-    @property
-    def request(self) -> Any:
-        """The goal."""
-        return self._request
 
-    @property
-    def status(self) -> GoalStatus:
-        """State of the goal."""
-        return self._status
+def default_cancel_callback(cancel_request: Any) -> CancelResponse:
+    """Rejects every cancellation."""
+    return CancelResponse.REJECT
 
-    @property
-    def is_active(self) -> bool:
-        """Whether it has not ended."""
-        return self._status.active
 
-    @property
-    def is_cancel_requested(self) -> bool:
-        """Whether a cancellation was asked for and granted."""
-        return self._status == GoalStatus.CANCELING
+class _ActionService(Service):
+    """A service whose callback replies itself: it gets the request and its header."""
 
-    def set_status(self, status: GoalStatus, *allowed_from: GoalStatus) -> None:
-        """Changes the state and publishes it.
-
-        Raises:
-            RCLError: the state it is in does not allow that.
-        """
-        if self._status not in allowed_from:
-            raise RCLError(
-                f"Failed to update goal state: no way from {self._status.name} to {status.name}"
-            )
-        self._status = status
-        self._server.publish_status()
-
-    def execute(self, execute_callback: Callable[[ServerGoalHandle], Any] | None = None) -> None:
-        """Has the goal executed by the executor."""
-        if not self.is_cancel_requested:
-            self.set_status(GoalStatus.EXECUTING, GoalStatus.ACCEPTED)
-        self._server.notify_execute(self, execute_callback)
-
-    def publish_feedback(self, feedback: Any) -> None:
-        """Tells the client how it goes.
-
-        Raises:
-            TypeError: a message that is not the action's feedback.
-        """
-        self._server.publish_feedback(self._goal_id, feedback)
-
-    def succeed(self, response: Any = None) -> None:
-        """Ends it well; the result may be given here."""
-        self._end(GoalStatus.SUCCEEDED, response)
-
-    def abort(self, response: Any = None) -> None:
-        """Ends it as failed; the result may be given here."""
-        self._end(GoalStatus.ABORTED, response)
-
-    def canceled(self, response: Any = None) -> None:
-        """Ends it as cancelled; the result may be given here."""
-        self.set_status(GoalStatus.CANCELED, GoalStatus.CANCELING)
-        if response is not None:
-            self.result_future.set_result(response)
-
-    def _end(self, status: GoalStatus, response: Any) -> None:
-        self.set_status(status, GoalStatus.EXECUTING, GoalStatus.CANCELING)
-        if response is not None:
-            self.result_future.set_result(response)
-
-    def destroy(self) -> None:
-        """Forgets the goal."""
+    def handle(self, sample: Any) -> Any:
+        """Calls the callback, a coroutine function."""
+        return self.callback(sample.payload, sample)
 
 
 class ActionServer:
@@ -131,189 +74,233 @@ class ActionServer:
         execute_callback: Callable[[ServerGoalHandle], Any],
         *,
         callback_group: CallbackGroup | None = None,
-        goal_callback: Callable[[Any], GoalResponse] = lambda goal: GoalResponse.ACCEPT,
-        handle_accepted_callback: Callable[[Any], Any] = lambda handle: handle.execute(),
-        cancel_callback: Callable[[Any], CancelResponse] = lambda handle: CancelResponse.REJECT,
-        result_timeout: int = 10,
-        **_: Any,
+        goal_callback: Callable[[Any], Any] | None = default_goal_callback,
+        handle_accepted_callback: Callable[[Any], Any] | None = default_handle_accepted_callback,
+        cancel_callback: Callable[[Any], Any] | None = default_cancel_callback,
+        goal_service_qos_profile: QoSProfile = qos_profile_services_default,
+        result_service_qos_profile: QoSProfile = qos_profile_services_default,
+        cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
+        feedback_pub_qos_profile: QoSProfile | None = None,
+        status_pub_qos_profile: QoSProfile = qos_profile_action_status_default,
+        result_timeout: float = 900,
     ) -> None:
-        """Starts it.
+        """Starts it. Each callback may be a coroutine function.
 
         Args:
             node: the node that it belongs to.
             action_type: class of the action.
             action_name: name of the action.
-            execute_callback: executes a goal and returns the result; may be a coroutine function.
-            callback_group: group of the callbacks.
+            execute_callback: executes a goal and returns the result.
+            callback_group: group of the callbacks but `execute_callback`, which has none.
             goal_callback: accepts or rejects a goal.
             handle_accepted_callback: starts an accepted goal; by default at once.
             cancel_callback: accepts or rejects a cancellation; by default rejects.
-            result_timeout: how long a result is kept [s].
+            goal_service_qos_profile: quality of the service `send_goal`.
+            result_service_qos_profile: quality of the service `get_result`.
+            cancel_service_qos_profile: quality of the service `cancel_goal`.
+            feedback_pub_qos_profile: quality of the topic `feedback`; by default reliable, 10 deep.
+            status_pub_qos_profile: quality of the topic `status`.
+            result_timeout: how long a result is kept, from the acceptance of the goal [s].
+
+        Raises:
+            TypeError: no action type, or an `execute_callback` that cannot be called.
         """
         check_action_type(action_type)
-        self._node, self._type = node, action_type
-        self._execute_callback = execute_callback
-        self._goal_callback, self._cancel_callback = goal_callback, cancel_callback
-        self._accepted_callback = handle_accepted_callback
+        self.register_handle_accepted_callback(handle_accepted_callback)
+        self.register_goal_callback(goal_callback)
+        self.register_cancel_callback(cancel_callback)
+        self.register_execute_callback(execute_callback)
+        self._node, self._action_type = node, action_type
         self._result_timeout_ns = int(result_timeout * 1e9)
         self._lock = threading.RLock()
-        self._goals: dict[bytes, ServerGoalHandle] = {}
+        self._goal_handles: dict[bytes, ServerGoalHandle] = {}
+        self._result_futures: dict[bytes, Future] = {}
+        self._logger = node.get_logger().get_child("action_server")
         impl = action_type.Impl
-        self.action_name = node.resolve_topic_name(action_name)
-        self._publishers = [
-            node.create_publisher(
-                impl.FeedbackMessage, part(self.action_name, "feedback"), _FEEDBACK_QOS
-            ),
-            node.create_publisher(
-                message_class("action_msgs/msg/GoalStatusArray"),
-                part(self.action_name, "status"),
-                qos_profile_action_status_default,
-            ),
-        ]
-        self._services = [
-            node.create_service(
-                kind, part(self.action_name, name), handler, callback_group=callback_group
+        self._feedback_publisher, self._status_publisher = (
+            node.create_publisher(kind, part(action_name, name), qos)
+            for kind, name, qos in (
+                (impl.FeedbackMessage, "feedback", feedback_pub_qos_profile or 10),
+                (message_class("action_msgs/msg/GoalStatusArray"), "status",
+                 status_pub_qos_profile),
             )
-            for kind, name, handler in (
-                (impl.SendGoalService, "send_goal", self._on_goal),
-                (impl.CancelGoalService, "cancel_goal", self._on_cancel),
-                (impl.GetResultService, "get_result", self._on_get_result),
+        )  # fmt: skip
+        self._goal_service, self._cancel_service, self._result_service = self._services = [
+            _ActionService(node, kind, part(action_name, name), handler, qos, callback_group)
+            for kind, name, handler, qos in (
+                (impl.SendGoalService, "send_goal", self._on_goal, goal_service_qos_profile),
+                (impl.CancelGoalService, "cancel_goal", self._on_cancel,
+                 cancel_service_qos_profile),
+                (impl.GetResultService, "get_result", self._on_get_result,
+                 result_service_qos_profile),
             )
-        ]
+        ]  # fmt: skip
         node.add_waitable(self)
 
-    def register_goal_callback(self, goal_callback: Callable[[Any], GoalResponse]) -> None:
-        """Replaces the callback that accepts or rejects goals."""
-        self._goal_callback = goal_callback
+    @property
+    def action_type(self) -> Any:
+        """Class of the action."""
+        return self._action_type
 
-    def register_cancel_callback(self, cancel_callback: Callable[[Any], CancelResponse]) -> None:
-        """Replaces the callback that accepts or rejects cancellations."""
-        self._cancel_callback = cancel_callback
+    def entities(self) -> list[Any]:
+        """What an executor works on."""
+        return list(self._services)
 
-    def _now(self) -> Any:
-        return self._node.get_clock().now().to_msg()
+    def register_handle_accepted_callback(self, callback: Callable[[Any], Any] | None) -> None:
+        """Replaces the callback that starts accepted goals; None: they start at once."""
+        self._handle_accepted_callback = callback or default_handle_accepted_callback
 
-    def _on_goal(self, request: Any, response: Any) -> Any:
-        """Answers `send_goal`."""
+    def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
+        """Replaces the callback that accepts or rejects goals; None: all are accepted."""
+        self._goal_callback = goal_callback or default_goal_callback
+
+    def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
+        """Replaces the callback that accepts or rejects cancellations; None: rejects all."""
+        self._cancel_callback = cancel_callback or default_cancel_callback
+
+    def register_execute_callback(self, execute_callback: Callable[[Any], Any]) -> None:
+        """Replaces the callback that executes goals; raises TypeError unless it can be called."""
+        if not callable(execute_callback):
+            raise TypeError("Failed to register goal execution callback: not callable")
+        self._execute_callback = execute_callback
+
+    # The services.
+
+    async def _on_goal(self, request: Any, header: Any) -> None:
         self._expire()
+        response = self._action_type.Impl.SendGoalService.Response()
+        key, handle = bytes(request.goal_id.uuid), None
+        if key not in self._goal_handles:
+            answer = await await_or_execute(self._goal_callback, request.goal)
+            if not isinstance(answer, GoalResponse):
+                self._logger.warning(
+                    "Goal request callback did not return a GoalResponse type. Rejecting goal."
+                )
+            elif answer == GoalResponse.ACCEPT:
+                response.accepted = True
+                response.stamp = self._node.get_clock().now().to_msg()
+                handle = self._new_goal(request, response.stamp)
+        self._reply(self._goal_service, response, header)
+        if handle is not None:
+            await await_or_execute(self._handle_accepted_callback, handle)
+
+    def _new_goal(self, request: Any, stamp: Any) -> ServerGoalHandle:
+        info = message_class("action_msgs/msg/GoalInfo")(goal_id=request.goal_id, stamp=stamp)
+        handle = ServerGoalHandle(self, info, request.goal)
         key = bytes(request.goal_id.uuid)
-        if key in self._goals:
-            self._node.get_logger().error(f"A goal with the id {key.hex()} is there already")
-            return response
-        response.accepted = self._goal_callback(request.goal) == GoalResponse.ACCEPT
-        if response.accepted:
-            response.stamp = self._now()
-            handle = ServerGoalHandle(self, request.goal_id, request.goal, response.stamp)
-            with self._lock:
-                self._goals[key] = handle
-            self.publish_status()
-            # As a task: the client has the answer before the execution begins.
-            self._node.executor.create_task(self._accepted_callback, handle)
-        return response
-
-    def _candidates(self, info: Any) -> list[ServerGoalHandle]:
-        """Goals that a cancellation means: by id, or up to a time, or all."""
-        key = bytes(info.goal_id.uuid)
-        until = (info.stamp.sec, info.stamp.nanosec)
-        chosen = []
-        for goal_key, handle in self._goals.items():
-            before = until != (0, 0) and (handle.stamp.sec, handle.stamp.nanosec) <= until
-            if goal_key == key or before or (not any(key) and until == (0, 0)):
-                chosen.append(handle)
-        return chosen
-
-    def _on_cancel(self, request: Any, response: Any) -> Any:
-        """Answers `cancel_goal`."""
-        info = message_class("action_msgs/msg/GoalInfo")
         with self._lock:
-            candidates = self._candidates(request.goal_info)
-        active = [handle for handle in candidates if handle.is_active]
-        granted = []
-        for handle in active:
-            if self._cancel_callback(handle) != CancelResponse.ACCEPT or not handle.is_active:
-                continue
-            if not handle.is_cancel_requested:
-                handle.set_status(GoalStatus.CANCELING, GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
-            granted.append(info(goal_id=handle.goal_id, stamp=handle.stamp))
-        response.goals_canceling = granted
-        one = any(request.goal_info.goal_id.uuid)
-        if one and not candidates:
-            response.return_code = _UNKNOWN_GOAL
-        elif one and not active:
-            response.return_code = _TERMINATED
-        elif not granted:
-            response.return_code = _REJECTED
-        return response
+            self._goal_handles[key], self._result_futures[key] = handle, Future()
+        return handle
 
-    async def _on_get_result(self, request: Any, response: Any) -> Any:
-        """Answers `get_result` when the goal has ended."""
-        handle = self._goals.get(bytes(request.goal_id.uuid))
-        if handle is None:
-            response.status = int(GoalStatus.UNKNOWN)
-            return response
-        response.result = await handle.result_future
-        response.status = int(handle.status)
-        return response
+    async def _on_cancel(self, request: Any, header: Any) -> None:
+        self._expire()
+        response = self._action_type.Impl.CancelGoalService.Response()
+        response.return_code, handles = self._to_cancel(request.goal_info)
+        canceling = []
+        for handle in handles:
+            answer = await await_or_execute(self._cancel_callback, handle)
+            if answer != CancelResponse.ACCEPT:
+                continue
+            try:
+                handle.update_state(GoalStatus.CANCELING)
+            except RCLError as error:  # it has ended meanwhile
+                self._logger.debug(f"Failed to cancel goal in cancel callback: {error}")
+            else:
+                canceling.append(handle.goal_info)
+        response.goals_canceling = canceling
+        self._reply(self._cancel_service, response, header)
+
+    def _to_cancel(self, info: Any) -> tuple[int, list[ServerGoalHandle]]:
+        """Return code and goals that a cancellation means: by id, up to a time, or all."""
+        key, until = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
+        with self._lock:
+            handles = list(self._goal_handles.values())
+            one = self._goal_handles.get(key)
+        if any(key) and until == (0, 0):
+            if one is None:
+                return _UNKNOWN_GOAL, []
+            return (_NONE, [one]) if one.status in CANCELABLE else (_TERMINATED, [])
+        chosen = []
+        for handle in handles:
+            stamp = handle.goal_info.stamp
+            meant = until == (0, 0) or (stamp.sec, stamp.nanosec) <= until or handle is one
+            if meant and handle.status in CANCELABLE:
+                chosen.append(handle)
+        return _NONE, chosen
+
+    async def _on_get_result(self, request: Any, header: Any) -> None:
+        self._expire()
+        future = self._result_futures.get(bytes(request.goal_id.uuid))
+        if future is None:  # the status of this response is UNKNOWN
+            response = self._action_type.Impl.GetResultService.Response()
+            self._reply(self._result_service, response, header)
+            return
+        future._add_waker(lambda: self._reply(self._result_service, future.result(), header))
+
+    def _reply(self, service: Service, response: Any, header: Any) -> None:
+        try:
+            service.send_response(response, header)
+        except RCLError:
+            self._logger.warning("Failed to send response (the client may have gone away)")
+
+    # Goals.
 
     def notify_execute(
-        self, handle: ServerGoalHandle, execute_callback: Callable[[Any], Any] | None
+        self, goal_handle: ServerGoalHandle, execute_callback: Callable[[Any], Any] | None
     ) -> None:
         """Has a goal executed by the executor."""
         callback = execute_callback or self._execute_callback
-        self._node.executor.create_task(self._execute, callback, handle)
+        self._node.executor.create_task(self._execute, callback, goal_handle)
 
     async def _execute(self, callback: Callable[[Any], Any], handle: ServerGoalHandle) -> None:
-        result = None
         try:
-            returned = callback(handle)
-            result = await returned if inspect.isawaitable(returned) else returned
+            result = await await_or_execute(callback, handle)
         except Exception as error:
-            self._node.get_logger().error(f"Error raised in execute callback: {error!r}")
+            result = self._action_type.Result()
+            self._logger.error(f"Error raised in execute callback: {error}")
+            traceback.print_exc()
         if handle.is_active:
-            self._node.get_logger().warning(
-                f"Goal state not set, assuming aborted. Goal ID: {bytes(handle.goal_id.uuid).hex()}"
-            )
-            if handle.status == GoalStatus.ACCEPTED:
-                handle.set_status(GoalStatus.EXECUTING, GoalStatus.ACCEPTED)
+            uuid = handle.goal_id.uuid
+            self._logger.warning(f"Goal state not set, assuming aborted. Goal ID: {uuid}")
             handle.abort()
-        handle.ended_at = self._node.get_clock().nanoseconds()
-        handle.result_future.set_result(self._type.Result() if result is None else result)
+        response = self._action_type.Impl.GetResultService.Response()
+        response.status, response.result = int(handle.status), result
+        future = self._result_futures.get(bytes(handle.goal_id.uuid))
+        if future is not None:
+            future.set_result(response)
 
     def publish_status(self) -> None:
         """Publishes the states of all goals."""
         status = message_class("action_msgs/msg/GoalStatus")
-        info = message_class("action_msgs/msg/GoalInfo")
-        publisher = self._publishers[1]
         with self._lock:
             states = [
-                status(
-                    goal_info=info(goal_id=handle.goal_id, stamp=handle.stamp),
-                    status=int(handle.status),
-                )
-                for handle in self._goals.values()
+                status(goal_info=handle.goal_info, status=int(handle.status))
+                for handle in self._goal_handles.values()
             ]
-        publisher.publish(publisher.msg_type(status_list=states))
+            publisher = self._status_publisher
+            publisher.publish(publisher.msg_type(status_list=states))
 
-    def publish_feedback(self, goal_id: Any, feedback: Any) -> None:
-        """Publishes feedback on a goal."""
-        if not isinstance(feedback, self._type.Feedback):
-            expected = self._type.Feedback.__name__
-            raise TypeError(f"Expected {expected}, got {type(feedback).__name__}")
-        message = self._type.Impl.FeedbackMessage(goal_id=goal_id, feedback=feedback)
-        self._publishers[0].publish(message)
+    def publish_feedback(self, message: Any) -> None:
+        """Publishes a message of the topic `feedback`."""
+        self._feedback_publisher.publish(message)
 
     def _expire(self) -> None:
-        """Forgets goals that ended long ago."""
+        """Forgets goals that have ended and were accepted long ago."""
         now = self._node.get_clock().nanoseconds()
         with self._lock:
-            for key, handle in list(self._goals.items()):
-                if handle.ended_at is not None and now - handle.ended_at > self._result_timeout_ns:
-                    del self._goals[key]
+            for key, handle in list(self._goal_handles.items()):
+                stamp = handle.goal_info.stamp
+                age = now - stamp.sec * 1_000_000_000 - stamp.nanosec
+                if not handle.is_active and age > self._result_timeout_ns:
+                    handle.destroy()
+                    del self._goal_handles[key], self._result_futures[key]
 
     def destroy(self) -> None:
         """Ends it."""
-        for publisher in self._publishers:
+        for handle in self._goal_handles.values():
+            handle.destroy()
+        for publisher in (self._feedback_publisher, self._status_publisher):
             self._node.destroy_publisher(publisher)
         for service in self._services:
-            self._node.destroy_service(service)
+            service.destroy()
         self._node.remove_waitable(self)

@@ -9,12 +9,13 @@ from rclpy.action.graph import (
     get_action_names_and_types,
     get_action_server_names_and_types_by_node,
 )
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 
 from ros2_embedded.cli import action_goal
 from ros2_embedded.cli.command_node import command_node
 from ros2_embedded.cli.common import CliError, Verb, define_verbs
-from ros2_embedded.naming import InvalidNameError, join
+from ros2_embedded.naming import join
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
@@ -75,7 +76,7 @@ def _ends(node: Node, action: str, by_node: object) -> list[tuple[str, list[str]
     """Nodes that have a client, or a server, of the action, with its types."""
     try:
         wanted = node.resolve_topic_name(action)
-    except InvalidNameError as error:
+    except NameValidationException as error:
         raise CliError(str(error)) from error
     found = []
     for name, namespace in node.get_node_names_and_namespaces():

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from . import bench_bridge, bench_door, bench_planner
+from . import bench_bridge, bench_door, bench_planner, bench_topics
 from .errors import DemoError
 
 
@@ -103,6 +103,42 @@ def _real_time_factor(out: Path) -> Measurement:
         reference="at least 1 on 2 cores")
 
 
+def _talk(
+    measure: Callable[[bench_topics.Layer], float], unit: str, reference: str,
+    higher_is_better: bool = False,
+) -> Callable[[Path], Measurement]:
+    """A benchmark of two processes that talk, with a peer if there is one."""
+
+    def benchmark(_: Path) -> Measurement:
+        peer = bench_topics.peer()
+        return Measurement(
+            measure(bench_topics.ours()), unit, higher_is_better,
+            peer.title if peer else None, measure(peer) if peer else None, reference)
+
+    return benchmark
+
+
+_JOINTS = "the states of 30 joints from one process to another, 200 a second"
+
+TALKS: dict[str, Callable[[Path], Measurement]] = {
+    "topic_latency_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz(layer)["median"], f"ms one way, median: {_JOINTS}",
+        "rclpy on rmw_cyclonedds_cpp: 0.74 ms"),
+    "topic_latency_p99_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz(layer)["p99"], "ms one way, 99th percentile", ""),
+    "topic_cpu_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz(layer)["listener"], "% of a core, subscriber",
+        "rclpy on rmw_cyclonedds_cpp: 19 %; at most half of it"),
+    "publisher_cpu_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz(layer)["publisher"], "% of a core, publisher", ""),
+    "topic_rate": _talk(
+        bench_topics.largest_rate, "messages a second that arrive, all and in time", "", True),
+    "service_round_trip": _talk(bench_topics.round_trip, "ms a call, median", ""),
+    "start_to_first_message": _talk(
+        bench_topics.start_to_first_message,
+        "s from the start of a process to its first callback", ""),
+}
+
 BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "identify_five_swings": _identify_five_swings,
     "identify_twenty_swings": _identify_twenty_swings,
@@ -113,6 +149,7 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "plan_retime": _plan_retime,
     "bridge_overhead": _bridge_overhead,
     "real_time_factor": _real_time_factor,
+    **TALKS,
 }
 
 

@@ -217,10 +217,9 @@ def test_what_hits_taught_outlives_the_node(tmp_path: Path) -> None:
 
 
 def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kept(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: Any
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Not planned without what was learned, and not overwritten."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(50 + os.getpid() % 50))
     path = tmp_path / "hits.yaml"
     path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
     before = path.read_bytes()
@@ -241,10 +240,9 @@ def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kep
     ],
 )
 def test_a_bad_parameter_ends_the_node_with_a_message(
-    capfd: pytest.CaptureFixture[str], monkeypatch: Any, assignment: str, reason: str
+    capfd: pytest.CaptureFixture[str], assignment: str, reason: str
 ) -> None:
     """Exit code 1 and one sentence, no traceback."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(50 + os.getpid() % 50))
     assert main(["--ros-args", "-p", assignment]) == 1
     found = capfd.readouterr().err
     assert reason in found

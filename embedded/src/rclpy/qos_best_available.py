@@ -1,0 +1,83 @@
+"""Policies that are chosen to fit the endpoints that a topic has already."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.qos import (
+    DeadlineBestAvailable,
+    DurabilityPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+
+
+def _is_open(profile: QoSProfile) -> bool:
+    return (
+        profile.reliability == ReliabilityPolicy.BEST_AVAILABLE
+        or profile.durability == DurabilityPolicy.BEST_AVAILABLE
+        or profile.liveliness == LivelinessPolicy.BEST_AVAILABLE
+        or DeadlineBestAvailable in (profile.deadline, profile.liveliness_lease_duration)
+    )
+
+
+def _settle(profile: QoSProfile, policy: str, value: Any) -> None:
+    if getattr(profile, policy).name == "BEST_AVAILABLE":
+        setattr(profile, policy, value)
+
+
+def _settle_times(profile: QoSProfile, others: list[QoSProfile], choose: Any) -> None:
+    for policy in ("deadline", "liveliness_lease_duration"):
+        if getattr(profile, policy) == DeadlineBestAvailable:
+            lengths = (getattr(other, policy) for other in others)
+            setattr(
+                profile, policy, choose((d for d in lengths if d > Duration()), default=Duration())
+            )
+
+
+def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> QoSProfile:
+    """The profile with its open policies as strict as all publishers' allow."""
+    if not _is_open(profile):
+        return profile
+    chosen, offers = copy.copy(profile), find()
+    reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+    latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+    manual = all(offer.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC for offer in offers)
+    _settle(
+        chosen,
+        "reliability",
+        ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+    )
+    _settle(
+        chosen,
+        "durability",
+        DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+    _settle(
+        chosen,
+        "liveliness",
+        LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
+    )
+    _settle_times(chosen, offers, max)
+    return chosen
+
+
+def for_publisher(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> QoSProfile:
+    """The profile with its open policies so that all subscriptions get what they ask for."""
+    if not _is_open(profile):
+        return profile
+    chosen, wishes = copy.copy(profile), find()
+    manual = any(wish.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC for wish in wishes)
+    _settle(chosen, "reliability", ReliabilityPolicy.RELIABLE)
+    _settle(chosen, "durability", DurabilityPolicy.TRANSIENT_LOCAL)
+    _settle(
+        chosen,
+        "liveliness",
+        LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
+    )
+    _settle_times(chosen, wishes, min)
+    return chosen

@@ -1,0 +1,478 @@
+"""Executors: their nodes, spinning, tasks, errors, and the order of things."""
+
+import gc
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import (
+    Executor,
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
+from rclpy.node import Node
+from rclpy.task import Future
+from spinning import make, result, spin_until
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+EXECUTORS = (SingleThreadedExecutor, partial(MultiThreadedExecutor, 3))
+each_executor = pytest.mark.parametrize("kind", EXECUTORS, ids=("single", "multi"))
+
+
+def triggered(node: Node, callback: Callable[[], Any], group: Any = None) -> Any:
+    """A guard condition of the node that has been triggered."""
+    guard = node.create_guard_condition(callback, group)
+    guard.trigger()
+    return guard
+
+
+def in_thread(work: Callable[[], Any]) -> tuple[threading.Thread, list[BaseException]]:
+    """Starts a thread; what it raises is in the list when it has ended."""
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            work()
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    return thread, errors
+
+
+# Nodes.
+
+
+def test_a_node_has_one_executor(executor: SingleThreadedExecutor) -> None:
+    """Adding tells whether it was new, another executor takes the node over, and it stays known."""
+    node, other = Node("mover"), SingleThreadedExecutor()
+    assert node.executor is None
+    assert executor.add_node(node)
+    assert not executor.add_node(node)
+    assert node.executor is executor
+    assert other.add_node(node)
+    assert executor.get_nodes() == []
+    assert other.get_nodes() == [node]
+    assert node.executor is other
+    other.remove_node(node)
+    other.remove_node(node)
+    assert other.get_nodes() == []
+    assert node.executor is other
+    node.executor = executor
+    assert executor.get_nodes() == [node]
+    node.executor = None
+    assert executor.get_nodes() == []
+
+
+def test_an_executor_is_not_kept_alive_by_its_node(executor: SingleThreadedExecutor) -> None:
+    """A node knows its executor weakly."""
+    node, short = Node("tester"), SingleThreadedExecutor()
+    short.add_node(node)
+    del short
+    gc.collect()
+    assert node.executor is None
+
+
+def test_a_context_manager_shuts_the_executor_down(executor: SingleThreadedExecutor) -> None:
+    """After the block it has no nodes, and spins no more."""
+    called: list[int] = []
+    with SingleThreadedExecutor() as mine:
+        node = make(mine)
+        triggered(node, lambda: called.append(1))
+        assert spin_until(mine, lambda: called)
+    assert mine.get_nodes() == []
+    mine.spin_once()
+    mine.spin()
+    assert mine.shutdown()
+
+
+def test_what_waited_moves_with_its_node(executor: SingleThreadedExecutor) -> None:
+    """A message that came under one executor is handled by the next, and only there."""
+    node, got = make(executor), []
+    node.create_subscription(String, "x", lambda m: got.append(m.data), 10)
+    publisher = node.create_publisher(String, "x", 10)
+    assert spin_until(executor, publisher.get_subscription_count)
+    publisher.publish(String(data="one"))
+    publisher.wait_for_all_acked()
+    other = SingleThreadedExecutor()
+    other.add_node(node)
+    executor.spin_once(timeout_sec=0.0)
+    assert got == []
+    assert spin_until(other, lambda: got == ["one"])
+
+
+@each_executor
+def test_several_nodes_share_an_executor(executor: SingleThreadedExecutor, kind: Any) -> None:
+    """Each node's callbacks are called; a node that is removed has no more calls."""
+    spinner, calls = kind(), {"a": 0, "b": 0}
+
+    def count(name: str) -> None:
+        calls[name] += 1
+
+    nodes = [make(spinner, name) for name in calls]
+    for node in nodes:
+        node.create_timer(0.001, partial(count, node.get_name()))
+    assert spin_until(spinner, lambda: min(calls.values()) > 3)
+    spinner.remove_node(nodes[0])
+    for _ in range(5):
+        spinner.spin_once(timeout_sec=0.01)
+    rest = calls["a"]
+    then = calls["b"]
+    assert spin_until(spinner, lambda: calls["b"] > then + 3)
+    assert calls["a"] == rest
+    spinner.shutdown()
+
+
+# Spinning.
+
+
+def test_spin_once_runs_one_callback(executor: SingleThreadedExecutor) -> None:
+    """Of two that are due it runs one; without any it returns after its time."""
+    node, called = make(executor), []
+    for name in "ab":
+        triggered(node, partial(called.append, name))
+    assert spin_until(executor, lambda: called)
+    assert len(called) == 1
+    assert spin_until(executor, lambda: len(called) == 2)
+    executor.spin_once(timeout_sec=0.0)
+    executor.spin_once(timeout_sec=0.01)
+    assert sorted(called) == ["a", "b"]
+
+
+def test_a_trigger_before_the_executor_counts_once(executor: SingleThreadedExecutor) -> None:
+    """A guard condition remembers that it was triggered, not how often."""
+    node, called = Node("tester"), []
+    guard = node.create_guard_condition(lambda: called.append(1))
+    guard.trigger()
+    guard.trigger()
+    executor.add_node(node)
+    assert spin_until(executor, lambda: called)
+    for _ in range(3):
+        executor.spin_once(timeout_sec=0.01)
+    assert called == [1]
+    assert node.destroy_guard_condition(guard)
+    assert not node.destroy_guard_condition(guard)
+
+
+def test_spinning_for_a_future_has_a_limit(executor: SingleThreadedExecutor) -> None:
+    """It ends when the future is done, from whichever thread, or when the time is over."""
+    future = Future()
+    executor.spin_until_future_complete(future, timeout_sec=0.0)
+    executor.spin_until_future_complete(future, timeout_sec=0.01)
+    executor.spin_once_until_future_complete(future, timeout_sec=0.01)
+    assert not future.done()
+    thread, _ = in_thread(lambda: future.set_result(7))
+    executor.spin_until_future_complete(future)
+    thread.join()
+    assert future.result() == 7
+    executor.spin_until_future_complete(future)
+    executor.spin_once_until_future_complete(future)
+
+
+def test_spin_takes_the_node_away_at_its_end(executor: SingleThreadedExecutor) -> None:
+    """rclpy.spin_once takes the node from its executor; with a future, if it was not there."""
+    node = make(executor)
+    rclpy.spin_once(node, timeout_sec=0.0)
+    assert node.executor is rclpy.get_global_executor()
+    assert executor.get_nodes() == rclpy.get_global_executor().get_nodes() == []
+    executor.add_node(node)
+    rclpy.spin_until_future_complete(node, Future(), executor, timeout_sec=0.0)
+    assert executor.get_nodes() == [node]
+    rclpy.spin_until_future_complete(node, Future(), timeout_sec=0.0)
+    assert executor.get_nodes() == []
+
+
+def test_spin_returns_when_a_callback_shuts_down(executor: SingleThreadedExecutor) -> None:
+    """rclpy.shutdown() in a callback ends rclpy.spin without an error."""
+    node = Node("tester")
+    triggered(node, rclpy.shutdown)
+    rclpy.spin(node)
+    assert not rclpy.ok()
+
+
+@each_executor
+def test_an_executor_can_be_shut_down_by_a_callback(
+    executor: SingleThreadedExecutor, kind: Any
+) -> None:
+    """spin() returns, the context lives on."""
+    spinner = kind()
+    triggered(make(spinner), spinner.shutdown)
+    spinner.spin()
+    assert rclpy.ok()
+    assert spinner.get_nodes() == []
+
+
+def test_a_shutdown_elsewhere_ends_spin(executor: SingleThreadedExecutor) -> None:
+    """rclpy.spin returns; an executor of one's own that waits is told by an exception."""
+    called = threading.Event()
+    node, other = Node("tester"), make(executor, "other")
+    triggered(node, called.set)
+    quiet, quiet_errors = in_thread(lambda: rclpy.spin(node))
+    spun = threading.Event()
+    triggered(other, spun.set)
+    loud, loud_errors = in_thread(executor.spin)
+    assert called.wait(20.0)
+    assert spun.wait(20.0)
+    rclpy.shutdown()
+    for thread in (quiet, loud):
+        thread.join(20.0)
+        assert not thread.is_alive()
+    assert quiet_errors == []
+    # Between two waits it sees the end without an exception.
+    assert all(isinstance(error, ExternalShutdownException) for error in loud_errors)
+
+
+def test_many_threads_end_quietly_with_the_context(executor: SingleThreadedExecutor) -> None:
+    """spin() of a MultiThreadedExecutor returns when the context is shut down."""
+    spinner, called = MultiThreadedExecutor(2), threading.Event()
+    triggered(make(spinner), called.set)
+    thread, errors = in_thread(spinner.spin)
+    assert called.wait(20.0)
+    rclpy.shutdown()
+    thread.join(20.0)
+    assert not thread.is_alive()
+    assert errors == []
+
+
+def test_one_thread_is_warned_of(executor: SingleThreadedExecutor) -> None:
+    """A MultiThreadedExecutor of one thread makes no sense."""
+    with pytest.warns(UserWarning, match="SingleThreadedExecutor"):
+        MultiThreadedExecutor(1).shutdown()
+
+
+# Tasks.
+
+
+@each_executor
+def test_tasks_run_functions_and_coroutines(executor: SingleThreadedExecutor, kind: Any) -> None:
+    """Arguments go in, results come out, in the order of finishing."""
+    spinner, gate = kind(), Future()
+
+    def add(a: int, b: int = 0) -> int:
+        return a + b
+
+    async def later(a: int) -> int:
+        return a + await gate
+
+    first = spinner.create_task(later, 1)
+    second = spinner.create_task(add, 2, b=3)
+    third = spinner.create_task(later(10))
+    assert spin_until(spinner, second.done)
+    assert second.result() == 5
+    for _ in range(3):
+        spinner.spin_once(timeout_sec=0.01)
+    assert not first.done()
+    gate.set_result(100)
+    assert spin_until(spinner, lambda: first.done() and third.done())
+    assert (first.result(), third.result()) == (101, 110)
+    spinner.shutdown()
+
+
+@each_executor
+def test_errors_come_out_of_spin(executor: SingleThreadedExecutor, kind: Any) -> None:
+    """What callbacks and tasks raise, spin raises; the executor goes on, tasks keep the error."""
+    spinner = kind()
+    node = make(spinner)
+    # The errors of a pool come out when there is more to do.
+    node.create_timer(0.01, lambda: None, ReentrantCallbackGroup())
+
+    def fail(*_: Any) -> None:
+        raise ZeroDivisionError
+
+    async def fail_later(*_: Any) -> None:
+        raise KeyError("later")
+
+    for callback, error in ((fail, ZeroDivisionError), (fail_later, KeyError)):
+        task = spinner.create_task(callback)
+        with pytest.raises(error):
+            spin_until(spinner, lambda: False)
+        assert isinstance(task.exception(), error)
+        guard = triggered(node, callback)
+        with pytest.raises(error):
+            spin_until(spinner, lambda: False)
+        node.destroy_guard_condition(guard)
+        timer = node.create_timer(0.001, callback)
+        with pytest.raises(error):
+            spin_until(spinner, lambda: False)
+        node.destroy_timer(timer)
+    assert spinner.get_nodes() == [node]
+    spinner.shutdown()
+
+
+def test_only_coroutine_functions_are_awaited(executor: SingleThreadedExecutor) -> None:
+    """A plain function that returns a coroutine is none: a task gives the coroutine back."""
+
+    async def work() -> int:
+        return 3
+
+    task = executor.create_task(lambda: work())
+    coroutine = result(executor, task)
+    with pytest.raises(StopIteration):
+        coroutine.send(None)
+
+
+# Calls inside of callbacks.
+
+
+def flip(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    """The service of the tests below."""
+    response.success = not request.data
+    return response
+
+
+def test_a_callback_may_await_a_service(executor: SingleThreadedExecutor) -> None:
+    """With the client in another group one thread is enough."""
+    node, answers = make(executor), []
+    node.create_service(SetBool, "flip", flip, callback_group=ReentrantCallbackGroup())
+    client = node.create_client(SetBool, "flip", callback_group=ReentrantCallbackGroup())
+    assert spin_until(executor, client.service_is_ready)
+
+    async def ask() -> None:
+        answers.append((await client.call_async(SetBool.Request())).success)
+
+    triggered(node, ask)
+    assert spin_until(executor, lambda: answers == [True])
+
+
+def test_a_callback_that_awaits_keeps_its_group_busy(executor: SingleThreadedExecutor) -> None:
+    """So a service of the same group is awaited in vain."""
+    node, answers, others = make(executor), [], []
+    node.create_service(SetBool, "flip", flip, callback_group=ReentrantCallbackGroup())
+    client = node.create_client(SetBool, "flip")
+    assert spin_until(executor, client.service_is_ready)
+    gate = Future()
+
+    async def ask() -> None:
+        future = client.call_async(SetBool.Request())
+        await gate
+        answers.append((future.done(), others[:]))
+
+    triggered(node, ask)
+    assert spin_until(executor, lambda: True)
+    executor.spin_once(timeout_sec=0.05)
+    node.create_timer(0.001, lambda: others.append(1))
+    for _ in range(10):
+        executor.spin_once(timeout_sec=0.01)
+    gate.set_result(None)
+    assert spin_until(executor, lambda: answers == [(False, [])])
+    assert spin_until(executor, lambda: others)
+
+
+def test_a_callback_may_block_for_a_service(executor: SingleThreadedExecutor) -> None:
+    """With several threads and a reentrant group `call` in a callback gets its response."""
+    pool, group, answers = MultiThreadedExecutor(4), ReentrantCallbackGroup(), []
+    node = make(pool)
+    node.create_service(SetBool, "flip", flip, callback_group=group)
+    client = node.create_client(SetBool, "flip", callback_group=group)
+    assert spin_until(pool, client.service_is_ready)
+
+    def ask() -> None:
+        answers.append(client.call(SetBool.Request(data=True), timeout_sec=8.0).success)
+
+    triggered(node, ask, group)
+    assert spin_until(pool, lambda: answers == [False])
+    pool.shutdown()
+
+
+def test_a_callback_may_spin_another_node(executor: SingleThreadedExecutor) -> None:
+    """A call by another node completes inside of a callback, with rclpy's own executor."""
+    node, helper, answers = Node("tester"), Node("helper"), []
+    node.create_service(SetBool, "flip", flip, callback_group=ReentrantCallbackGroup())
+    client = helper.create_client(SetBool, "flip")
+    assert client.wait_for_service(20.0)
+
+    def ask() -> None:
+        future = client.call_async(SetBool.Request())
+        rclpy.spin_until_future_complete(helper, future, timeout_sec=20.0)
+        answers.append(future.result().success)
+        rclpy.shutdown()
+
+    triggered(node, ask)
+    rclpy.spin(node)
+    assert answers == [True]
+
+
+# Fairness.
+
+
+@each_executor
+def test_a_late_timer_starves_nobody(executor: SingleThreadedExecutor, kind: Any) -> None:
+    """Beside a timer of period zero other timers, messages and tasks come to their turn."""
+    spinner, got = kind(), {"timer": 0, "message": 0, "busy": 0}
+    node = make(spinner)
+
+    def count(name: str, *_: Any) -> None:
+        got[name] += 1
+
+    node.create_timer(0.0, partial(count, "busy"))
+    node.create_timer(0.001, partial(count, "timer"))
+    node.create_subscription(String, "x", partial(count, "message"), 10)
+    publisher = node.create_publisher(String, "x", 10)
+    assert spin_until(spinner, publisher.get_subscription_count)
+    publisher.publish(String())
+    task = spinner.create_task(lambda: 1)
+    assert spin_until(spinner, lambda: got["timer"] > 2 and got["message"] and task.done())
+    assert got["busy"]
+    spinner.shutdown()
+
+
+@each_executor
+def test_a_flood_starves_nobody(executor: SingleThreadedExecutor, kind: Any) -> None:
+    """While messages keep coming, timers and services are served."""
+    spinner, ticks = kind(), []
+    node = make(spinner)
+    publisher = node.create_publisher(String, "x", 100)
+    node.create_subscription(String, "x", lambda m: publisher.publish(m), 100)
+    node.create_timer(0.001, lambda: ticks.append(1))
+    node.create_service(Trigger, "ask", lambda _, response: response)
+    client = node.create_client(Trigger, "ask")
+    assert spin_until(spinner, publisher.get_subscription_count)
+    assert spin_until(spinner, client.service_is_ready)
+    for _ in range(20):
+        publisher.publish(String())
+    future = client.call_async(Trigger.Request())
+    assert spin_until(spinner, lambda: future.done() and len(ticks) > 3)
+    spinner.shutdown()
+
+
+# Executors of one's own.
+
+
+class Patient(Executor):
+    """Counts the callbacks that it runs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.entities: list[Any] = []
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        try:
+            handler, entity, _ = self.wait_for_ready_callbacks(timeout_sec=timeout_sec)
+        except TimeoutException:
+            return
+        self.entities.append(entity)
+        handler()
+
+
+def test_an_executor_of_ones_own_gets_ready_callbacks(executor: SingleThreadedExecutor) -> None:
+    """It learns the entity, and runs the callback itself."""
+    mine, called = Patient(), []
+    guard = triggered(make(mine), lambda: called.append(1))
+    assert spin_until(mine, lambda: called)
+    assert guard in mine.entities
+    mine.shutdown()
+
+
+def test_the_base_class_does_not_spin(executor: SingleThreadedExecutor) -> None:
+    """A custom executor must define spin_once."""
+    base = Executor()
+    with pytest.raises(NotImplementedError):
+        base.spin_once()
