@@ -33,8 +33,8 @@ settings.register_profile("untimed", deadline=None)  # how long an example takes
 settings.load_profile("untimed")
 
 
-PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2", "start",
-             "start_process"}  # fmt: skip
+PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2",
+             "shared_peer", "start", "start_process", "start_ros2"}  # fmt: skip
 """Fixtures of tests that need the machine for their processes, and share some of them."""
 
 

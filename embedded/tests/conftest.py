@@ -1,8 +1,10 @@
 """Processes and executors for the tests of the runtime."""
 
+import os
 import shlex
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -11,6 +13,9 @@ from pathlib import Path
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+
+_LOGS = tempfile.TemporaryDirectory(prefix="ros_logs_")
+os.environ["ROS_LOG_DIR"] = _LOGS.name
 
 HERE = Path(__file__).parent
 Start = Callable[..., subprocess.Popen[str]]

@@ -9,7 +9,7 @@ from rclpy.action.graph import (
     get_action_names_and_types,
     get_action_server_names_and_types_by_node,
 )
-from rclpy.exceptions import RCLError
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 
 from ros2_embedded.cli import action_goal
@@ -76,7 +76,7 @@ def _ends(node: Node, action: str, by_node: object) -> list[tuple[str, list[str]
     """Nodes that have a client, or a server, of the action, with its types."""
     try:
         wanted = node.resolve_topic_name(action)
-    except RCLError as error:
+    except NameValidationException as error:
         raise CliError(str(error)) from error
     found = []
     for name, namespace in node.get_node_names_and_namespaces():

@@ -12,9 +12,12 @@ from contextlib import contextmanager
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+
+from ros2_embedded.cli.common import CliError
 
 PREFIX = "_ros2cli"
 """Names of these nodes begin with it: they are hidden."""
@@ -67,14 +70,21 @@ def command_node(
     options: argparse.Namespace, done: Callable[[Node], Any] = lambda node: False,
     name: str | None = None,
 ) -> Iterator[Node]:  # fmt: skip
-    """A node that knows the graph, or at least as much of it as is `done`."""
+    """A node that knows the graph, or at least as much of it as is `done`.
+
+    Raises:
+        CliError: a name that `done` asks for is not valid.
+    """
     use_sim_time = Parameter("use_sim_time", value=getattr(options, "use_sim_time", False))
     with bare_node(
         name or f"{PREFIX}_{os.getpid()}",
         start_parameter_services=False,
         parameter_overrides=[use_sim_time],
     ) as node:
-        settle(node, lambda: done(node), getattr(options, "spin_time", _SPIN_TIME))
+        try:
+            settle(node, lambda: done(node), getattr(options, "spin_time", _SPIN_TIME))
+        except (NameValidationException, ValueError) as error:
+            raise CliError(str(error)) from error
         yield node
 
 

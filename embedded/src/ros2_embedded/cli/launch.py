@@ -12,7 +12,8 @@ from ament_index_python.packages import PackageNotFoundError, get_package_share_
 from ros2_embedded.cli.common import CliError
 from ros2_embedded.launch.description import Argument, read_arguments, read_launch_file
 from ros2_embedded.launch.errors import LaunchError
-from ros2_embedded.launch.supervisor import Supervisor, say
+from ros2_embedded.launch.log import LaunchLog
+from ros2_embedded.launch.supervisor import Supervisor
 
 
 def define(parser: argparse.ArgumentParser) -> None:
@@ -139,20 +140,29 @@ def _run(options: argparse.Namespace) -> int:
     path, rest = _path(options)
     if options.launch_prefix is None and options.launch_prefix_filter is not None:
         raise CliError("--launch-prefix must be specified if --launch-prefix-filter is provided")
-    try:
-        if options.show_args:
+    if options.show_args:
+        try:
             show_arguments(read_arguments(path))
-            return 0
-        given = split_arguments(rest)
-        if options.launch_prefix:
-            given["launch-prefix"] = options.launch_prefix
-        if options.launch_prefix_filter:
-            given["launch-prefix-filter"] = options.launch_prefix_filter
+        except LaunchError as error:
+            raise CliError(str(error)) from error
+        return 0
+    given = split_arguments(rest)
+    if options.launch_prefix:
+        given["launch-prefix"] = options.launch_prefix
+    if options.launch_prefix_filter:
+        given["launch-prefix-filter"] = options.launch_prefix_filter
+    if options.show_all_subprocesses_output:
+        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    log = LaunchLog()
+    log.say("INFO", "launch", f"All log files can be found below {log.folder}")
+    log.say("INFO", "launch", "Default logging verbosity is set to INFO")
+    try:
         plan = read_launch_file(path, given)
     except LaunchError as error:
-        say("ERROR", "launch", f"Caught exception in launch (see debug for traceback): {error}")
+        text = f"Caught exception in launch (see debug for traceback): {error}"
+        log.say("ERROR", "launch", text)
         return 1
     if options.print:
         print("\n".join(" ".join(process.command) for process in plan.processes))
         return 0
-    return Supervisor(plan).run()
+    return Supervisor(plan, log).run()

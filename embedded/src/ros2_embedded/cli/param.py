@@ -11,10 +11,12 @@ from contextlib import contextmanager
 from typing import Any
 
 import yaml
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
 from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, get_parameter_value, parameter_dict_from_yaml_file
 
-from ros2_embedded.cli import param_calls, param_values
+from ros2_embedded.cli import param_calls
 from ros2_embedded.cli.command_node import add_options, command_node
 from ros2_embedded.cli.common import CliError, Verb, define_verbs
 from ros2_embedded.cli.node import node_names
@@ -134,6 +136,10 @@ def _get(options: argparse.Namespace) -> str | None:
     return None
 
 
+def _parameter(name: str, value: Any) -> Any:
+    return ParameterMessage(name=name, value=value)
+
+
 def _define_set(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
     _add_hidden(parser)
@@ -144,7 +150,7 @@ def _define_set(parser: argparse.ArgumentParser) -> None:
 
 def _set(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
-        parameter = param_values.guessed(options.parameter_name, options.value)
+        parameter = _parameter(options.parameter_name, get_parameter_value(options.value))
         result = param_calls.change(node, target, [parameter])[0]
     _tell(result, "Set parameter successful", "Setting parameter failed")
 
@@ -165,7 +171,7 @@ def _define_delete(parser: argparse.ArgumentParser) -> None:
 
 def _delete(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
-        nothing = Parameter(options.parameter_name).to_parameter_msg()
+        nothing = _parameter(options.parameter_name, ParameterValue())
         result = param_calls.change(node, target, [nothing])[0]
     _tell(result, "Deleted parameter successfully", "Deleting parameter failed")
 
@@ -196,6 +202,18 @@ def _describe(options: argparse.Namespace) -> None:
             print(f"    Additional constraints: {descriptor.additional_constraints}")
 
 
+def _nested(flat: dict[str, Any]) -> dict[str, Any]:
+    """Names with dots become mappings within mappings."""
+    tree: dict[str, Any] = {}
+    for name, value in flat.items():
+        *groups, last = name.split(".")
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = value
+    return tree
+
+
 def _define_dump(parser: argparse.ArgumentParser) -> None:
     _add_node(parser)
     _add_hidden(parser)
@@ -209,7 +227,7 @@ def _dump(options: argparse.Namespace) -> None:
     found = {
         name: param_calls.plain(value) for name, value in zip(names, values, strict=False)
     }  # fmt: skip
-    tree = {target: {"ros__parameters": param_values.nested(found)}}
+    tree = {target: {"ros__parameters": _nested(found)}}
     print(yaml.safe_dump(tree, default_flow_style=False))
 
 
@@ -227,7 +245,9 @@ def _define_load(parser: argparse.ArgumentParser) -> None:
 
 def _load(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
-        parameters = param_values.from_file(options.parameter_file, not options.no_use_wildcard)
+        wildcard = not options.no_use_wildcard
+        found = parameter_dict_from_yaml_file(options.parameter_file, wildcard)
+        parameters = list(found.values())
         results = param_calls.change(node, target, parameters)
     for parameter, result in zip(parameters, results, strict=True):
         what = f"Set parameter {parameter.name}"

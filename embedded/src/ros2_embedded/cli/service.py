@@ -9,7 +9,7 @@ from rclpy.node import Node
 from ros2_embedded.cli import service_call
 from ros2_embedded.cli.command_node import add_options, command_node
 from ros2_embedded.cli.common import Verb, define_verbs
-from ros2_embedded.naming import is_hidden, request_name
+from ros2_embedded.naming import is_hidden
 
 
 def _add_hidden(parser: argparse.ArgumentParser) -> None:
@@ -64,19 +64,10 @@ def _info(options: argparse.Namespace) -> str | None:
         types = dict(_services(node, options)).get(name)
         if types is None:
             return f"Unknown service '{name}'"
-        clients, services = (_count(node, name, writer) for writer in (True, False))
+        clients, services = node.count_clients(name), node.count_services(name)
     print(f"Type: {types[0] if len(types) == 1 else types}")
     print(f"Clients count: {clients}\nServices count: {services}")
     return None
-
-
-def _count(node: Node, service: str, writers: bool) -> int:
-    """Number of those who write requests, its clients, or read them."""
-    topic = request_name(service)
-    return sum(
-        endpoint.topic == topic and endpoint.writer == writers
-        for endpoint in node.context.graph.endpoints()
-    )
 
 
 def _define_type(parser: argparse.ArgumentParser) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
+import yaml
 from rclpy.node import Node
 from rclpy.task import Future
 
@@ -110,16 +111,19 @@ def select(message: Any, path: list[str]) -> Any:
     return value
 
 
-def text_of(value: Any, options: argparse.Namespace) -> str:
+def text_of(value: Any, options: argparse.Namespace, info: dict[str, Any]) -> str:
     """A message as the options want it, or the value of a field or raw data as Python shows it."""
+    shown = info if options.include_message_info else {}
     if not is_message(value):
-        return f"{value}\n---"
+        head = f"---Got new message, message info:---\n{shown}\n---Message data:---\n"
+        return f"{head if shown else ''}{value}\n---"
     limit = None if options.full_length else options.truncate_length
     arrays, strings = not options.no_arr, not options.no_str
     how: dict[str, Any] = {"truncate": limit, "arrays": arrays, "strings": strings}
     if options.csv:
-        return to_csv(value, **how)
-    return to_yaml(value, flow=options.flow_style, **how) + "---"
+        return ",".join([*map(str, shown.values()), to_csv(value, **how)])
+    head = f"{yaml.safe_dump(shown)}---\n" if shown else ""
+    return head + to_yaml(value, flow=options.flow_style, **how) + "---"
 
 
 def _type(node: Node, options: argparse.Namespace) -> Any:
@@ -139,10 +143,10 @@ def echo(options: argparse.Namespace) -> None:
     chosen = expression(options.filter_expr)
     end = Future()
 
-    def show(message: Any) -> None:
+    def show(message: Any, info: dict[str, Any]) -> None:
         value = select(message, path or [])
         if chosen(value) and not end.done():
-            print(text_of(value, options))
+            print(text_of(value, options, dict(info)))
             if options.once:
                 end.set_result(None)
 

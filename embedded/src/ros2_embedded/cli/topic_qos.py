@@ -4,45 +4,33 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
-from enum import IntEnum
+from copy import copy
 from typing import Any
 
-from rclpy import qos as profiles
 from rclpy.duration import Duration
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
+    QoSPresetProfiles,
     QoSProfile,
     ReliabilityPolicy,
 )
 
-_PRESETS = ("unknown", "default", "system_default", "sensor_data", "services_default", "parameters",
-            "parameter_events", "action_status_default", "best_available")  # fmt: skip
 _OVERRIDES = ("reliability", "durability", "depth", "history", "liveliness",
               "liveliness_lease_duration_seconds")  # fmt: skip
 
 
-def _names(policy: type[IntEnum]) -> list[str]:
-    return [name.lower() for name in policy.__members__]
-
-
-def preset(name: str) -> QoSProfile:
+def _preset(name: str) -> QoSProfile:
     """A profile of rclpy, to be changed."""
-    known = getattr(profiles, f"qos_profile_{name}")
-    fields = ("history", "depth", "reliability", "durability", "liveliness")
-    return QoSProfile(**{field: getattr(known, field) for field in fields})
-
-
-def _presets() -> list[str]:
-    return [name for name in _PRESETS if hasattr(profiles, f"qos_profile_{name}")]
+    return copy(QoSPresetProfiles.get_from_short_key(name))
 
 
 def define(parser: argparse.ArgumentParser, way: str, default: str) -> None:
     """Adds the options; `way` is `subscribe` or `publish`, `default` the preset's name."""
     parser.add_argument(
         "--qos-profile",
-        choices=_presets(),
+        choices=QoSPresetProfiles.short_keys(),
         default=default,
         help=f"Quality of service preset profile to {way} with (default: {default})",
     )
@@ -54,20 +42,20 @@ def define(parser: argparse.ArgumentParser, way: str, default: str) -> None:
     )
     parser.add_argument(
         "--qos-history",
-        choices=_names(HistoryPolicy),
+        choices=HistoryPolicy.short_keys(),
         help=f"History of samples setting to {way} with (overrides history value of --qos-profile "
-        f"option, default: {preset(default).history.name.lower()})",
+        f"option, default: {_preset(default).history.short_key})",
     )
     for name, policy in (("reliability", ReliabilityPolicy), ("durability", DurabilityPolicy)):
         parser.add_argument(
             f"--qos-{name}",
-            choices=_names(policy),
+            choices=policy.short_keys(),
             help=f"Quality of service {name} setting to {way} with (overrides {name} value of "
             "--qos-profile option, default: Compatible profile with running endpoints )",
         )
     parser.add_argument(
         "--qos-liveliness",
-        choices=_names(LivelinessPolicy),
+        choices=LivelinessPolicy.short_keys(),
         help=f"Quality of service liveliness setting to {way} with (overrides liveliness value of "
         "--qos-profile option",
     )
@@ -81,7 +69,7 @@ def define(parser: argparse.ArgumentParser, way: str, default: str) -> None:
 
 def profile(options: argparse.Namespace) -> QoSProfile:
     """The preset that the options name, with what they override."""
-    chosen = preset(options.qos_profile)
+    chosen = _preset(options.qos_profile)
     if options.qos_history:
         chosen.history = HistoryPolicy[options.qos_history.upper()]
     if options.qos_durability:
@@ -92,7 +80,7 @@ def profile(options: argparse.Namespace) -> QoSProfile:
         chosen.liveliness = LivelinessPolicy[options.qos_liveliness.upper()]
     lease = options.qos_liveliness_lease_duration_seconds
     if lease and lease > 0:
-        chosen.liveliness_lease_duration = Duration(seconds=lease)  # type: ignore[attr-defined]
+        chosen.liveliness_lease_duration = Duration(seconds=lease)
     if options.qos_depth and options.qos_depth > 0:
         chosen.depth = options.qos_depth
     elif chosen.durability == DurabilityPolicy.TRANSIENT_LOCAL and chosen.depth == 0:
@@ -104,7 +92,7 @@ def profile_for(options: argparse.Namespace, publishers: Sequence[Any]) -> QoSPr
     """Like `profile`, but where no option overrides anything it fits the publishers."""
     if any(getattr(options, f"qos_{name}") is not None for name in _OVERRIDES):
         return profile(options)
-    chosen = preset(options.qos_profile)
+    chosen = _preset(options.qos_profile)
     if publishers:
         offers = [publisher.qos_profile for publisher in publishers]
         reliable, best_effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import RCLError
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 
 from ros2_embedded.cli import interfaces
@@ -37,7 +37,7 @@ def type_of_topic(node: Node, topic: str, *, wait: bool) -> Any:
     """
     try:
         name = node.resolve_topic_name(topic)
-    except RCLError as error:
+    except NameValidationException as error:
         raise CliError(str(error)) from error
     types = _types(node, name)
     if not types:
