@@ -37,6 +37,18 @@ def test_bad_usage_has_a_message_and_an_exit_code(ros2: Ros2, arguments: list[st
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.usefixtures("peer")
+def test_ctrl_c_cancels_a_goal(start_ros2: Any) -> None:
+    """And says so; ROS 2's own may have left the domain before it can."""
+    action = "door_impact_msgs/action/ExecuteDoorImpact"
+    endless = start_ros2("action", "send_goal", "/push", action)
+    while not endless.stdout.readline().startswith("Goal accepted"):
+        pass
+    endless.send_signal(signal.SIGINT)
+    assert endless.stdout.read().lstrip() == "Canceling goal...\nGoal canceled.\n"
+    assert endless.wait(20) == signal.SIGINT
+
+
 def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
     """Nested definitions stand indented below their field."""
     shown = ros2("interface", "show", "geometry_msgs/msg/PointStamped").stdout

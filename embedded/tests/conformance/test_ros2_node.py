@@ -1,10 +1,8 @@
 """`ros2 node`, `ros2 service`, `ros2 action` and the help, as text."""
 
 import re
-import signal
 import subprocess
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -124,17 +122,6 @@ def test_goals_are_sent(ros2_each: Each) -> None:
         "Failed to populate message fields: "
         "AttributeError(\"'ExecuteDoorImpact_Goal' object has no attribute 'plan'\")\n"
     )
-
-
-@pytest.mark.usefixtures("shared_peer")
-def test_ctrl_c_cancels_a_goal(start_ros2: Any) -> None:
-    """It says so, and does not end with 0."""
-    endless = start_ros2("action", "send_goal", "/push", ACTION)
-    while not endless.stdout.readline().startswith("Goal accepted"):
-        pass
-    endless.send_signal(signal.SIGINT)
-    assert endless.stdout.read().lstrip().startswith("Canceling goal...\n")
-    assert endless.wait(20) != 0
 
 
 def test_a_command_without_a_verb_shows_its_help(ros2_each: Each) -> None:
