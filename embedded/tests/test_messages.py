@@ -15,14 +15,17 @@ from door_impact_msgs.srv import PlanDoorImpact
 from geometry_msgs.msg import Pose, PoseWithCovariance, Quaternion
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ros2_embedded.catalogue import KINDS, _jazzy, list_interfaces, message_spec
+from ros2_embedded import jazzy
+from ros2_embedded.catalogue import KINDS, list_interfaces, message_spec
 from ros2_embedded.messages import message_class
 from ros2_embedded.specs import FieldType, InterfaceError, parse_message
 from ros2_embedded.typehash import type_hash
+from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
+JAZZY = get_typestore(Stores.ROS2_JAZZY)
 TYPES = [
     "sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu", "trajectory_msgs/msg/JointTrajectory",
     "diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/ParameterEvent",
@@ -58,7 +61,7 @@ def messages_of(name: str) -> st.SearchStrategy[Any]:
 
 def to_rosbags(message: Any) -> Any:
     """The same message as rosbags has it."""
-    store = _jazzy()
+    store = JAZZY
     fields = {}
     for field in message._spec.wire_fields:
         value, kind = getattr(message, field.name), field.type
@@ -83,9 +86,9 @@ def test_bytes_equal_those_of_rosbags(name: str) -> None:
     @given(messages_of(name))
     def check(message: Any) -> None:
         ours = message.serialize()
-        assert ours == bytes(_jazzy().serialize_cdr(to_rosbags(message), name))
+        assert ours == bytes(JAZZY.serialize_cdr(to_rosbags(message), name))
         assert type(message).deserialize(ours) == message
-        big = _jazzy().serialize_cdr(to_rosbags(message), name, little_endian=False)
+        big = JAZZY.serialize_cdr(to_rosbags(message), name, little_endian=False)
         assert type(message).deserialize(bytes(big)) == message
 
     check()
@@ -113,16 +116,31 @@ def test_bytes_equal_those_of_cyclone_dds(name: str) -> None:
     check()
 
 
+def test_definitions_are_kept_and_made_again_when_they_cannot_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the file they are the same; a broken file or no home is no error."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    load = jazzy.definitions.__wrapped__
+    assert load() == JAZZY.fielddefs
+    (kept,) = (tmp_path / "ros2_embedded").iterdir()
+    assert load() == JAZZY.fielddefs
+    kept.write_bytes(kept.read_bytes()[:1000])
+    assert load() == JAZZY.fielddefs
+    monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
+    assert load() == JAZZY.fielddefs
+
+
 def test_every_jazzy_hash_equals_that_of_rosbags() -> None:
     """All message hashes agree with rosbags', but where that errs with char."""
-    definitions = _jazzy().fielddefs
+    definitions = JAZZY.fielddefs
     with_char = {n for n in definitions if "'char'" in str(definitions[n][1])}
     within = {n for n in definitions if any(c in str(definitions[n][1]) for c in with_char)}
     nested = {n for n in definitions if any(c in str(definitions[n][1]) for c in within)}
     left_out = with_char | within | nested
     names = [n for n in definitions if "wstring" not in str(definitions[n]) and n not in left_out]
     assert len(names) > 150
-    assert [n for n in names if type_hash(n) != _jazzy().hash_rihs01(n)] == []
+    assert [n for n in names if type_hash(n) != JAZZY.hash_rihs01(n)] == []
 
 
 def test_hashes_are_those_of_a_jazzy_installation() -> None:

@@ -17,8 +17,8 @@ from ament_index_python.packages import (
     get_package_share_directory,
     get_packages_with_prefixes,
 )
-from rosbags.typesys import Stores, get_typestore
 
+from ros2_embedded.jazzy import definitions
 from ros2_embedded.specs import (
     DUMMY_FIELD,
     Constant,
@@ -109,14 +109,9 @@ _WHOLE = {
 """A service and an action as types of their own: only their hash is of use."""
 
 
-@cache
-def _jazzy() -> Any:
-    return get_typestore(Stores.ROS2_JAZZY)
-
-
 def _from_rosbags(name: str) -> MessageSpec | None:
     """Converts a definition of rosbags: constants, and fields as (name, (node, details))."""
-    definition = _jazzy().fielddefs.get(name)
+    definition = definitions().get(name)
     if definition is None:
         return None
     constants = []
@@ -230,13 +225,13 @@ def list_interfaces(package: str, kind: str) -> list[str]:
         names.update(path.stem for path in (root / kind).glob(f"*.{kind}"))
     if kind == "msg":
         prefix = f"{package}/msg/"
-        names.update(n.removeprefix(prefix) for n in _jazzy().fielddefs if n.startswith(prefix))
+        names.update(n.removeprefix(prefix) for n in definitions() if n.startswith(prefix))
     return sorted(names)
 
 
 def list_packages() -> list[str]:
     """Packages that may hold interfaces."""
-    names = {name.split("/")[0] for name in _jazzy().fielddefs}
+    names = {name.split("/")[0] for name in definitions()}
     names.update(path.name for path in _BUNDLED.iterdir())
     names.update(
         package

@@ -75,11 +75,15 @@ def command_node(
     Raises:
         CliError: a name that `done` asks for is not valid.
     """
-    use_sim_time = Parameter("use_sim_time", value=getattr(options, "use_sim_time", False))
+    overrides = {
+        "use_sim_time": getattr(options, "use_sim_time", False),
+        "start_type_description_service": False,  # nobody asks a node that lives for a second
+    }
     with bare_node(
         name or f"{PREFIX}_{os.getpid()}",
+        enable_rosout=False,
         start_parameter_services=False,
-        parameter_overrides=[use_sim_time],
+        parameter_overrides=[Parameter(key, value=value) for key, value in overrides.items()],
     ) as node:
         try:
             settle(node, lambda: done(node), getattr(options, "spin_time", _SPIN_TIME))
