@@ -5,6 +5,7 @@ import random
 import socket
 
 import pytest
+from hypothesis import settings
 
 FIRST_PORT, PORTS = 7410, 250  # of a domain's first participant (RTPS 2.5, 9.6.2.3)
 
@@ -28,9 +29,17 @@ os.environ["ROS_DOMAIN_ID"] = str(
 )
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
+settings.register_profile("untimed", deadline=None)  # how long an example takes says nothing
+settings.load_profile("untimed")
+
+
+PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2",
+             "shared_peer", "start", "start_process", "start_ros2"}  # fmt: skip
+"""Fixtures of tests that need the machine for their processes, and share some of them."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Parallel workers take whole files, so that their fixtures are made once; the demo's too."""
+    """Parallel workers take whole files; those that start processes all go to one."""
     for item in items:
-        shared = "demo" in getattr(item, "fixturenames", ())
-        item.add_marker(pytest.mark.xdist_group("demo" if shared else item.nodeid.split("::")[0]))
+        alone = PROCESSES.intersection(getattr(item, "fixturenames", ()))
+        item.add_marker(pytest.mark.xdist_group("processes" if alone else item.path.name))

@@ -19,6 +19,7 @@ from rclpy.arguments import RosArguments, parse_arguments
 from rclpy.exceptions import RCLError
 from rclpy.impl.log_output import outputs
 from rclpy.logging import get_logger, get_logging_severity_from_string, set_logger_level
+from rclpy.signal_delay import signals_wait
 
 _initialized: weakref.WeakSet[Context] = weakref.WeakSet()
 
@@ -40,6 +41,9 @@ class Context:
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
         self._sleepers: set[weakref.ref[Any]] = set()
+        self.in_callback: set[int] = set()
+        """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
+        self.leaves_after_callback = False
         self._client_count = 0
 
     def init(
@@ -185,21 +189,27 @@ class Context:
                 callback()
         finally:
             self.interrupt()
-            with self._lock:
-                self._close()
+            self.leaves_after_callback = threading.get_ident() in self.in_callback
+            if not self.leaves_after_callback:
+                self.leave()
 
-    def _close(self) -> None:
-        if self.reader_thread is None:
-            return
-        for node in list(self.nodes):
-            node.destroy_node()
-        outputs.console.enabled = True
-        self.status_thread.stop()
-        self.reader_thread.stop()
-        # In this order: a participant must be gone before its domain.
-        self.graph = self.reader_thread = self.status_thread = None
-        self.participant = None
-        self._domain = None
+    def leave(self) -> None:
+        """Leaves the domain after the shutdown."""
+        from rclpy.node import Node  # it imports this module
+
+        # Cut off half-way, threads of Cyclone DDS would outlive the interpreter and crash in it.
+        with signals_wait(), self._lock:
+            if self.reader_thread is None:
+                return
+            for node in list(self.nodes):
+                Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
+            outputs.console.enabled = True
+            self.status_thread.stop()
+            self.reader_thread.stop()
+            # In this order: a participant must be gone before its domain.
+            self.graph = self.reader_thread = self.status_thread = None
+            self.participant = None
+            self._domain = None
 
 
 def _nothing() -> None:

@@ -203,6 +203,9 @@ class Executor:
             group.park(item)
             return
         coroutine = None
+        threads, me = self._context.in_callback, threading.get_ident()
+        nested = me in threads
+        threads.add(me)
         try:
             taken = item.take()
             result = None if taken is None else item.handle(*taken)
@@ -212,6 +215,10 @@ class Executor:
             if coroutine is None:
                 group.ending_execution(item)
                 group.unpark()
+            if not nested:
+                threads.discard(me)
+                if self._context.leaves_after_callback:
+                    self._context.leave()
         if coroutine is not None:
             self._run_task(Task(coroutine, executor=self))
 

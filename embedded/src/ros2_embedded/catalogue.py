@@ -33,7 +33,14 @@ from ros2_embedded.specs import (
 KINDS = ("msg", "srv", "action")
 _BUNDLED = Path(__file__).parent / "interfaces"
 
-_DEFAULTS = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
+_DEFAULTS = {
+    **{("geometry_msgs/msg/Quaternion", axis): 0.0 for axis in "xyz"},
+    ("geometry_msgs/msg/Quaternion", "w"): 1.0,
+    ("rcl_interfaces/msg/ParameterDescriptor", "read_only"): False,
+    ("rcl_interfaces/msg/ParameterDescriptor", "dynamic_typing"): False,
+    ("sensor_msgs/msg/NavSatStatus", "status"): -2,
+    ("type_description_interfaces/msg/FieldType", "type_id"): 0,
+}
 """Defaults of Jazzy's messages, which rosbags does not carry."""
 
 _PARTS = {

@@ -8,10 +8,11 @@ from __future__ import annotations
 import array
 from collections.abc import Callable
 from functools import cache
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+import rosbags.serde.cdr
 from rosbags.interfaces import Nodetype
 from rosbags.serde.cdr import (
     generate_deserialize_cdr,
@@ -27,6 +28,19 @@ LITTLE_ENDIAN = b"\0\1\0\0"
 HEADER = len(LITTLE_ENDIAN)
 
 Convert = Callable[[Any], Any]
+
+
+def _compile_lines(lines: list[str]) -> ModuleType:
+    """A module of these lines, as rosbags makes it, but of compiled code.
+
+    A Ctrl-C within the `exec` of a string makes Python end with SIGINT (-2), caught or not.
+    """
+    module = ModuleType("tmpmod")
+    exec(compile("\n".join(lines), "<rosbags>", "exec"), module.__dict__)
+    return module
+
+
+rosbags.serde.cdr.compile_lines = _compile_lines  # type: ignore[attr-defined]
 
 
 class _Definitions:
@@ -102,7 +116,7 @@ def _incoming(kind: FieldType) -> Convert | None:
     code = TYPECODES.get(kind.base)
     if code is None:
         return None
-    if kind.container == "array" and code != "B":
+    if kind.container == "array":
         return lambda row: row.copy()
     return lambda row: array.array(code, row.tobytes())
 

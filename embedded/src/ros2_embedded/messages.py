@@ -212,8 +212,7 @@ def _numeric_check(kind: FieldType) -> Checker:
     element = _scalar_check(FieldType(kind.base))
     row = f"a set or sequence and each value of type '{'float' if dtype.kind == 'f' else 'int'}'"
     exact = {float} if dtype.kind == "f" else {int, bool}
-    # Cyclone DDS cannot write bytes from a numpy array: they stay an array.array.
-    fixed = kind.container == "array" and code != "B"
+    fixed = kind.container == "array"
 
     def numbers(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray):
@@ -343,6 +342,9 @@ def message_class(name: str) -> Any:
     cls._defaults = {f.name: _default(f.type, f.default) for f in spec.wire_fields}
     for constant in spec.constants:
         setattr(cls, constant.name, constant.value)
+    for field in spec.fields:
+        if field.default is not None:
+            setattr(cls, f"{field.name.upper()}__DEFAULT", field.default)
     return cls
 
 

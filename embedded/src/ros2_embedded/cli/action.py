@@ -1,101 +1,111 @@
-"""`ros2 action`: list, info, send_goal."""
+"""`ros2 action`: list, info, type, send_goal."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from typing import Any
 
-from rclpy.action import ActionClient, get_action_names_and_types
-from rclpy.action.names import GoalStatus, part
-
-from ros2_embedded.cli.common import (
-    CliError,
-    command_node,
-    define_list,
-    filled,
-    interface,
-    print_list,
-    run,
-    settle,
-    spin_until,
+from rclpy.action.graph import (
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
 )
-from ros2_embedded.yaml_messages import to_yaml
+from rclpy.exceptions import NameValidationException
+from rclpy.node import Node
+
+from ros2_embedded.cli import action_goal
+from ros2_embedded.cli.command_node import command_node
+from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.naming import join
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    define_list(parser, "actions", hidden=False)
+    parser.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the action type"
+    )
+    parser.add_argument(
+        "-c",
+        "--count-actions",
+        action="store_true",
+        help="Only display the number of actions discovered",
+    )
 
 
 def _list(options: argparse.Namespace) -> None:
-    """Output a list of action names."""
-    with command_node() as node:
-        settle(node)
+    with command_node(options) as node:
         actions = get_action_names_and_types(node)
-    print_list(options, actions)
+    if options.count_actions:
+        print(len(actions))
+        return
+    for name, types in actions:
+        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+
+
+def _add_name(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')"
+    )
 
 
 def _define_info(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("action_name")
+    _add_name(parser)
+    parser.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the action type"
+    )
+    parser.add_argument(
+        "-c",
+        "--count",
+        action="store_true",
+        help="Only display the number of action clients and action servers",
+    )
 
 
 def _info(options: argparse.Namespace) -> None:
-    """Print information about an action."""
-    with command_node() as node:
-        settle(node)
-        topic = part(node.resolve_topic_name(options.action_name), "feedback")
-        clients, servers = node.count_subscribers(topic), node.count_publishers(topic)
-    print(f"Action: {options.action_name}\nAction clients: {clients}\nAction servers: {servers}")
+    with command_node(options) as node:
+        sides = {
+            "clients": _ends(node, options.action_name, get_action_client_names_and_types_by_node),
+            "servers": _ends(node, options.action_name, get_action_server_names_and_types_by_node),
+        }
+    print(f"Action: {options.action_name}")
+    for title, ends in sides.items():
+        print(f"Action {title}: {len(ends)}")
+        for name, types in () if options.count else ends:
+            print(f"    {name} [{', '.join(types)}]" if options.show_types else f"    {name}")
 
 
-def _define_send_goal(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("action_name")
-    parser.add_argument("action_type", help="as in door_impact_msgs/action/ExecuteDoorImpact")
-    parser.add_argument("goal", nargs="?", help="fields of the goal in YAML")
-    parser.add_argument("-f", "--feedback", action="store_true", help="print the feedback")
-
-
-def _send_goal(options: argparse.Namespace) -> int:
-    """Send an action goal."""
-    kind = interface(options.action_type, "action")
-    goal = filled(kind.Goal, options.goal)
-    with command_node() as node:
-        client = ActionClient(node, kind, options.action_name)
-        print("Waiting for an action server to become available...", flush=True)
-        client.wait_for_server()
-        print(f"Sending goal:\n     {to_yaml(goal)}", flush=True)
-
-        def feedback(message: Any) -> None:
-            print(f"Feedback:\n    {to_yaml(message.feedback)}", flush=True)
-
-        sent = client.send_goal_async(goal, feedback if options.feedback else None)
-        handle = spin_until(node, sent)
-        if not handle.accepted:
-            raise CliError("Goal was rejected.")
-        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
-        response = _result_or_cancel(node, handle)
-    status = GoalStatus(response.status)
-    print(f"Result:\n    {to_yaml(response.result)}\nGoal finished with status: {status.name}")
-    return 0 if status == GoalStatus.SUCCEEDED else 1
-
-
-def _result_or_cancel(node: Any, handle: Any) -> Any:
-    """Waits for the result; Ctrl-C cancels the goal, and then waits for how it ended."""
-    result = handle.get_result_async()
+def _ends(node: Node, action: str, by_node: object) -> list[tuple[str, list[str]]]:
+    """Nodes that have a client, or a server, of the action, with its types."""
     try:
-        return spin_until(node, result)
-    except KeyboardInterrupt:
-        print("Canceling goal...", flush=True)
-        node.context.resume()
-        spin_until(node, handle.cancel_goal_async())
-        return spin_until(node, result)
+        wanted = node.resolve_topic_name(action)
+    except NameValidationException as error:
+        raise CliError(str(error)) from error
+    found = []
+    for name, namespace in node.get_node_names_and_namespaces():
+        for known, types in by_node(node, name, namespace):  # type: ignore[operator]
+            if known == wanted:
+                found.append((join(namespace, name), types))
+    return found
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 action ...`."""
+def _define_type(parser: argparse.ArgumentParser) -> None:
+    _add_name(parser)
+
+
+def _type(options: argparse.Namespace) -> int:
+    name = options.action_name
+    with command_node(options, lambda node: name in dict(get_action_names_and_types(node))) as node:
+        types = dict(get_action_names_and_types(node)).get(name)
+    if types is None:
+        return 1
+    print("\n".join(types))
+    return 0
+
+
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the verbs of `ros2 action`."""
     verbs = {
-        "list": (_define_list, _list),
-        "info": (_define_info, _info),
-        "send_goal": (_define_send_goal, _send_goal),
+        "info": Verb("Print information about an action", _define_info, _info),
+        "list": Verb("Output a list of action names", _define_list, _list),
+        "send_goal": Verb("Send an action goal", action_goal.define, action_goal.send_goal),
+        "type": Verb("Print a action's type", _define_type, _type),
     }
-    return run("action", "Various action related commands.", verbs, arguments)
+    define_verbs(parser, verbs)

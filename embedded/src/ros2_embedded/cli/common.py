@@ -1,139 +1,100 @@
-"""What the commands share: a node of their own, discovery, errors, tables of sub-commands."""
+"""What the commands share: their tables of verbs, kinds of arguments, errors."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
-import rclpy
-from rclpy.arguments import ArgumentError, load_yaml
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-
-from ros2_embedded.catalogue import full_name
-from ros2_embedded.message_modules import interface_class
-from ros2_embedded.naming import is_hidden
-from ros2_embedded.specs import InterfaceError
-from ros2_embedded.yaml_messages import MessageError, fill
-
-_POLL = 0.05
-_QUIET = 0.4
-_LONGEST = 5.0
-"""Fast DDS tells a newcomer of its nodes with the next heartbeat, 3 s later at most [s]."""
-
-Handler = Callable[[argparse.Namespace], int | None]
+Handler = Callable[[argparse.Namespace], "int | str | None"]
+"""Does the work; a text that it returns is an error: it goes to stderr, the exit code is 1."""
 
 
-class CliError(Exception):
+class CliError(RuntimeError):
     """What the user is to be told; the command then ends with 1."""
 
 
-@contextmanager
-def command_node(use_sim_time: bool = False) -> Iterator[Node]:
-    """A hidden node for the time of one command."""
-    rclpy.init(args=[])
-    try:
-        yield Node(
-            f"_ros2cli_{os.getpid()}",
-            start_parameter_services=False,
-            parameter_overrides=[rclpy.parameter.Parameter("use_sim_time", value=use_sim_time)],
-        )
-    finally:
-        rclpy.try_shutdown()
+class Verb(NamedTuple):
+    """A verb of a command: what it is for, its options, what it does."""
+
+    summary: str
+    define: Callable[[argparse.ArgumentParser], None]
+    run: Handler
 
 
-def settle(node: Node, done: Callable[[], bool] = lambda: False) -> None:
-    """Waits until discovery is complete and brings nothing new, or until `done`."""
-    graph = node.context.graph
-    start = changed = time.monotonic()
-    known = None
-    while not done() and time.monotonic() - start < _LONGEST:
-        now = (len(graph.endpoints()), len(graph.nodes()))
-        if now != known:
-            known, changed = now, time.monotonic()
-        if time.monotonic() - changed > _QUIET and graph.is_complete():
-            return
-        time.sleep(_POLL)
-
-
-def interface(name: str, kind: str) -> Any:
-    """Class of the interface that the user names."""
-    full = full_name(name, kind)
-    if full.split("/")[1] != kind:
-        raise CliError(f"'{name}' is no {kind} type")
-    return interface_class(full)
-
-
-def filled(cls: Any, text: str | None) -> Any:
-    """A message with the values that the user gives in YAML."""
-    message = cls()
-    fill(message, load_yaml(text) if text else None)
-    return message
-
-
-def define_list(parser: argparse.ArgumentParser, what: str, *, hidden: bool = True) -> None:
-    """Options of a verb `list` of topics, services or actions; `hidden`: some can be."""
-    parser.add_argument("-t", "--show-types", action="store_true", help="also the types")
-    parser.add_argument(
-        "-c", f"--count-{what}", dest="count", action="store_true", help="only their number"
+def add_commands(
+    parser: argparse.ArgumentParser, call: str, summaries: Mapping[str, str]
+) -> dict[str, argparse.ArgumentParser]:
+    """Adds sub-commands, in the way in which ROS 2 shows them; returns their parsers."""
+    width = max(map(len, summaries))
+    lines = (f"{name.ljust(width)}  {text}\n" for name, text in summaries.items())
+    subparsers = parser.add_subparsers(
+        title="Commands",
+        description="".join(lines),
+        metavar=f"Call `{call} <command> -h` for more detailed usage.",
     )
-    parser.set_defaults(include_hidden=True)
-    if hidden:
-        parser.add_argument(
-            f"--include-hidden-{what}",
-            dest="include_hidden",
-            action="store_true",
-            default=False,
-            help="also hidden ones",
+    return {
+        name: subparsers.add_parser(
+            name, description=text, formatter_class=argparse.RawDescriptionHelpFormatter
         )
+        for name, text in summaries.items()
+    }
 
 
-def print_list(options: argparse.Namespace, found: Sequence[tuple[str, list[str]]]) -> None:
-    """Prints names, with their types or only their number as `define_list`'s options ask."""
-    shown = [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
-    if options.count:
-        print(len(shown))
-        return
-    for name, types in shown:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> None:
+    """Adds a command's verbs; without one the command shows its help."""
+
+    def show_help(options: argparse.Namespace) -> None:
+        parser.print_help()
+
+    parser.set_defaults(run=show_help)
+    summaries = {name: verb.summary for name, verb in verbs.items()}
+    for name, subparser in add_commands(parser, parser.prog, summaries).items():
+        verbs[name].define(subparser)
+        subparser.set_defaults(run=verbs[name].run)
 
 
-def run(
-    prog: str,
-    description: str,
-    verbs: Mapping[str, tuple[Callable[[argparse.ArgumentParser], None], Handler]],
-    arguments: Sequence[str],
-) -> int:
-    """Parses a command with its verbs, runs one, and turns errors into messages."""
-    parser = argparse.ArgumentParser(prog=f"ros2 {prog}", description=description)
-    subparsers = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    for name, (define, handler) in verbs.items():
-        text = (handler.__doc__ or "").splitlines()[0]
-        sub = subparsers.add_parser(name, help=text, description=text)
-        define(sub)
-        sub.set_defaults(handler=handler)
-    return guarded(parser.parse_args(arguments))
+def positive_int(text: str) -> int:
+    """Argument of a command line: an integer above zero."""
+    number = int(text) if text.lstrip("+-").isdecimal() else -1
+    if number <= 0:
+        raise argparse.ArgumentTypeError("value must be a positive integer")
+    return number
 
 
-def guarded(options: argparse.Namespace) -> int:
-    """Runs the chosen handler; errors of the user's become messages and exit codes."""
+def unsigned_int(text: str) -> int:
+    """Argument of a command line: an integer that is not negative."""
+    number = int(text) if text.lstrip("+-").isdecimal() else -1
+    if number < 0:
+        raise argparse.ArgumentTypeError("value must be non-negative integer")
+    return number
+
+
+def positive_float(text: str) -> float:
+    """Argument of a command line: a number above zero."""
     try:
-        return int(options.handler(options) or 0)
-    except (CliError, InterfaceError, MessageError, ArgumentError, ValueError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    except ExternalShutdownException:
-        return 0
+        number = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError("Expects a floating point number") from None
+    if number <= 0.0:
+        raise argparse.ArgumentTypeError("Value must be positive")
+    return number
 
 
-def spin_until(node: Node, future: Any) -> Any:
-    """Result of a future; Ctrl-C comes through."""
-    rclpy.spin_until_future_complete(node, future)
-    if not future.done():
-        raise ExternalShutdownException
-    return future.result()
+def add_values(parser: argparse.ArgumentParser, name: str, text: str) -> Any:
+    """Adds the YAML of a message, on the command line or from standard input."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(name, nargs="?", default="{}", help=text)
+    group.add_argument("--stdin", action="store_true", help=_STDIN[name])
+
+
+_STDIN = {
+    "values": "Read values from standard input",
+    "goal": "Read goal from standard input",
+}
+
+
+def given_values(options: argparse.Namespace, name: str) -> str:
+    """What `add_values` was given."""
+    return sys.stdin.read() if options.stdin else getattr(options, name)

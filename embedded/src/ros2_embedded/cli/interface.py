@@ -1,71 +1,106 @@
-"""`ros2 interface`: show, list."""
+"""`ros2 interface`: show, list, package, packages, proto."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 
-from ros2_embedded.catalogue import KINDS, full_name, interface_text, list_interfaces, list_packages
-from ros2_embedded.cli.common import run
-from ros2_embedded.specs import InterfaceError, parse_message
+from ros2_embedded.catalogue import KINDS, full_name, list_interfaces, list_packages
+from ros2_embedded.cli import interface_show
+from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.specs import InterfaceError
 
-
-def _define_show(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("type", help="as in sensor_msgs/msg/JointState")
-    parser.add_argument("--no-comments", action="store_true", help="leave comments out")
+_TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
+_NOUNS = {"msg": "message", "srv": "service", "action": "action"}
 
 
-def _expanded(name: str, text: str, depth: int, comments: bool) -> list[str]:
-    """Lines of a definition; below a field of another type stand that type's fields, indented."""
-    lines = []
-    package = name.split("/")[0]
-    for raw in text.splitlines():
-        line = raw if comments else raw.split("#")[0].rstrip()
-        if not line.strip() and not (comments and depth == 0):
-            continue
-        lines.append("\t" * depth + line)
-        if raw.strip() == "---" or not raw.split("#")[0].strip():
-            continue
-        for field in parse_message(f"{package}/msg/Line", raw).fields:
-            if not field.type.primitive:
-                inner = field.type.base
-                lines += _expanded(inner, interface_text(inner), depth + 1, False)
-    return lines
+def _add_kinds(parser: argparse.ArgumentParser, text: str) -> None:
+    for kind, noun in _NOUNS.items():
+        parser.add_argument(
+            f"-{kind[0]}", f"--only-{kind}s", action="store_true", help=text.format(noun)
+        )
 
 
-def _show(options: argparse.Namespace) -> None:
-    """Output the interface definition."""
-    name = _complete(options.type)
-    print("\n".join(_expanded(name, interface_text(name), 0, not options.no_comments)))
-
-
-def _complete(name: str) -> str:
-    """Full name; of `pkg/Name` the kind is looked up."""
-    parts = name.split("/")
-    if len(parts) == 2:
-        for kind in KINDS:
-            if parts[1] in list_interfaces(parts[0], kind):
-                return f"{parts[0]}/{kind}/{parts[1]}"
-        raise InterfaceError(f"Unknown interface '{name}'")
-    return full_name(name, "msg")
+def _kinds(options: argparse.Namespace) -> list[str]:
+    """The kinds that are asked for: all where none is."""
+    return [kind for kind in KINDS if getattr(options, f"only_{kind}s")] or list(KINDS)
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("package", nargs="?", help="only this package's")
+    _add_kinds(parser, "Print out only the {} types")
 
 
 def _list(options: argparse.Namespace) -> None:
-    """List all interface types available."""
-    packages = [options.package] if options.package else list_packages()
-    titles = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
-    for kind, title in titles.items():
-        print(title)
-        for package in packages:
+    for kind in _kinds(options):
+        print(_TITLES[kind])
+        for package in list_packages():
             for short in list_interfaces(package, kind):
                 print(f"    {package}/{kind}/{short}")
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 interface ...`."""
-    verbs = {"show": (_define_show, _show), "list": (_define_list, _list)}
-    return run("interface", "Show information about ROS interfaces.", verbs, arguments)
+def _define_package(parser: argparse.ArgumentParser) -> None:
+    _add_kinds(parser, "Print out only the {} types")
+    parser.add_argument(
+        "package_name", help="Name of the ROS package (e.g. 'example_interfaces')"
+    )  # fmt: skip
+
+
+def _package(options: argparse.Namespace) -> str | None:
+    package = options.package_name
+    if package not in list_packages():
+        return f"Unknown package '{package}'"
+    for kind in _kinds(options):
+        for short in list_interfaces(package, kind):
+            print(f"{package}/{kind}/{short}")
+    return None
+
+
+def _define_packages(parser: argparse.ArgumentParser) -> None:
+    _add_kinds(parser, "Only list packages that generate {}s")
+
+
+def _packages(options: argparse.Namespace) -> None:
+    for package in list_packages():
+        if any(list_interfaces(package, kind) for kind in _kinds(options)):
+            print(package)
+
+
+def _define_proto(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')"
+    )
+    parser.add_argument(
+        "--no-quotes", action="store_true", help="if true output has no outer quotes."
+    )
+
+
+def _proto(options: argparse.Namespace) -> None:
+    from ros2_embedded.message_modules import interface_class  # Cyclone DDS: only this verb's
+    from ros2_embedded.message_text import to_yaml
+
+    try:
+        found = interface_class(full_name(options.type, "msg"))
+    except InterfaceError as error:
+        raise CliError(str(error)) from error
+    part = getattr(found, "Goal", getattr(found, "Request", found))
+    text = to_yaml(part())
+    print(text if options.no_quotes else f'"{text}"')
+
+
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the verbs of `ros2 interface`."""
+    verbs = {
+        "list": Verb("List all interface types available", _define_list, _list),
+        "package": Verb(
+            "Output a list of available interface types within one package",
+            _define_package,
+            _package,
+        ),
+        "packages": Verb(
+            "Output a list of packages that provide interfaces", _define_packages, _packages
+        ),
+        "proto": Verb("Output an interface prototype", _define_proto, _proto),
+        "show": Verb(
+            "Output the interface definition", interface_show.define, interface_show.show
+        ),
+    }  # fmt: skip
+    define_verbs(parser, verbs)

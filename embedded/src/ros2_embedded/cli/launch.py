@@ -3,93 +3,166 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
-from ros2_embedded.launch.description import read_arguments, read_launch_file
+from ros2_embedded.cli.common import CliError
+from ros2_embedded.launch.description import Argument, read_arguments, read_launch_file
 from ros2_embedded.launch.errors import LaunchError
+from ros2_embedded.launch.log import LaunchLog
 from ros2_embedded.launch.supervisor import Supervisor
 
-_SUFFIXES = (".launch.yaml", ".launch.yml")
+
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `ros2 launch`."""
+    parser.add_argument(
+        "-n",
+        "--noninteractive",
+        default=not sys.stdin.isatty(),
+        action="store_true",
+        help="Run the launch system non-interactively, with no terminal associated",
+    )
+    parser.add_argument(
+        "-d",
+        "--debug",
+        action="store_true",
+        help="Put the launch system in debug mode, provides more verbose output.",
+    )
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "-p",
+        "--print",
+        "--print-description",
+        action="store_true",
+        help="Print the launch description to the console without launching it.",
+    )
+    group.add_argument(
+        "-s",
+        "--show-args",
+        "--show-arguments",
+        action="store_true",
+        help="Show arguments that may be given to the launch file.",
+    )
+    parser.add_argument(
+        "-a",
+        "--show-all-subprocesses-output",
+        action="store_true",
+        help="Show all launched subprocesses' output by overriding their output configuration "
+        "using the OVERRIDE_LAUNCH_PROCESS_OUTPUT envvar.",
+    )
+    parser.add_argument(
+        "--launch-prefix",
+        help="Prefix command, which should go before all executables. Command must be wrapped in "
+        "quotes if it contains spaces (e.g. --launch-prefix 'xterm -e gdb -ex run --args').",
+    )
+    parser.add_argument(
+        "--launch-prefix-filter",
+        help="Regex pattern for filtering which executables the --launch-prefix is applied to by "
+        "matching the executable name.",
+    )
+    parser.add_argument(
+        "package_name", help="Name of the ROS package which contains the launch file"
+    )
+    parser.add_argument("launch_file_name", nargs="?", help="Name of the launch file")
+    parser.add_argument(
+        "launch_arguments",
+        nargs="*",
+        help="Arguments to the launch file; '<name>:=<value>' (for duplicates, last one wins)",
+    )
+    parser.set_defaults(run=_run)
 
 
-def find_file(package: str, name: str) -> Path:
+def find_file(package: str, name: str | None) -> Path:
     """The launch file of that name, anywhere in a package's share folder.
 
     Raises:
-        LaunchError: there is none, or it is not in YAML.
+        CliError: there is none, or there are several.
     """
     try:
-        share = Path(get_package_share_directory(package))
+        share = get_package_share_directory(package)
     except (PackageNotFoundError, ValueError) as error:
-        raise LaunchError(str(error)) from error
-    for folder in (share / "launch", share):
-        if (folder / name).is_file():
-            return folder / name
-    known = ", ".join(sorted(p.name for s in _SUFFIXES for p in (share / "launch").glob(f"*{s}")))
-    raise LaunchError(f"'{name}' was not found in '{package}'; there are: {known or 'none'}")
+        raise CliError(f"Package '{package}' not found: {error}") from error
+    walk = os.walk(share)
+    found = [os.path.join(folder, name) for folder, _, files in walk if name and name in files]
+    where = f"in the share directory of package '{package}'"
+    if not found:
+        raise CliError(f"file '{name}' was not found {where} which is at '{share}'")
+    if len(found) > 1:
+        paths = ", ".join(f"'{path}'" for path in found)
+        raise CliError(f"file '{name}' was found more than once {where}: [{paths}]")
+    return Path(found[0])
 
 
-def _split(arguments: list[str]) -> dict[str, str]:
+def split_arguments(arguments: list[str]) -> dict[str, str]:
+    """Arguments `name:=value`; of two of one name the last wins.
+
+    Raises:
+        CliError: one has another form.
+    """
     values = {}
     for argument in arguments:
         name, separator, value = argument.partition(":=")
-        if not separator or not name:
-            raise LaunchError(
+        if not separator or not name or not value:
+            raise CliError(
                 f"malformed launch argument '{argument}', expected format '<name>:=<value>'"
             )
         values[name] = value
     return values
 
 
-def _show_arguments(path: Path) -> None:
-    arguments = read_arguments(path)
+def show_arguments(arguments: list[Argument]) -> None:
+    """Prints what may be given to a launch file."""
     print("Arguments (pass arguments as '<name>:=<value>'):")
+    for argument in arguments:
+        star = "*" if argument.conditional else ""
+        print(f"\n    '{argument.name}':{star}\n        {argument.description}")
+        if argument.default is not None:
+            print(f"        (default: {argument.default})")
+    if any(argument.conditional for argument in arguments):
+        print("\n* argument(s) which are only used if specific conditions occur")
     if not arguments:
         print("\n  No arguments.")
-    for argument in arguments:
-        print(f"\n    '{argument.name}':\n        {argument.description}")
-        if argument.choices:
-            print(f"        Valid choices are: {list(argument.choices)}")
-        if argument.default is not None:
-            print(f"        (default: '{argument.default}')")
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 launch PACKAGE FILE ...` or `ros2 launch PATH ...`."""
-    parser = argparse.ArgumentParser(prog="ros2 launch", description="Run a launch file (YAML).")
-    parser.add_argument("package_or_path", help="package, or path of a launch file")
-    parser.add_argument(
-        "rest",
-        nargs="*",
-        metavar="file_and_arguments",
-        help="name of the launch file, after a package; arguments name:=value",
-    )
-    parser.add_argument("-s", "--show-args", action="store_true", help="show the arguments and end")
-    parser.add_argument("-p", "--print", action="store_true", help="print the commands and end")
-    options = parser.parse_intermixed_args(arguments)
-    rest = list(options.rest)
+def _path(options: argparse.Namespace) -> tuple[Path, list[str]]:
+    """The launch file, and the arguments for it."""
+    rest = list(options.launch_arguments)
+    path = Path(options.package_name)
+    if path.is_file():
+        return path.absolute(), [a for a in (options.launch_file_name, *rest) if a is not None]
+    return find_file(options.package_name, options.launch_file_name), rest
+
+
+def _run(options: argparse.Namespace) -> int:
+    path, rest = _path(options)
+    if options.launch_prefix is None and options.launch_prefix_filter is not None:
+        raise CliError("--launch-prefix must be specified if --launch-prefix-filter is provided")
+    if options.show_args:
+        try:
+            show_arguments(read_arguments(path))
+        except LaunchError as error:
+            raise CliError(str(error)) from error
+        return 0
+    given = split_arguments(rest)
+    if options.launch_prefix:
+        given["launch-prefix"] = options.launch_prefix
+    if options.launch_prefix_filter:
+        given["launch-prefix-filter"] = options.launch_prefix_filter
+    if options.show_all_subprocesses_output:
+        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    log = LaunchLog()
+    log.say("INFO", "launch", f"All log files can be found below {log.folder}")
+    log.say("INFO", "launch", "Default logging verbosity is set to INFO")
     try:
-        path = Path(options.package_or_path)
-        if not path.is_file():
-            if not rest or ":=" in rest[0]:
-                raise LaunchError(f"no such launch file: '{path}'")
-            path = find_file(options.package_or_path, rest.pop(0))
-        if not path.name.endswith((".yaml", ".yml")):
-            raise LaunchError(f"{path}: only launch files in YAML are supported here")
-        if options.show_args:
-            _show_arguments(path)
-            return 0
-        plan = read_launch_file(path.resolve(), _split(rest))
+        plan = read_launch_file(path, given)
     except LaunchError as error:
-        print(f"[ERROR] [launch]: {error}", file=sys.stderr)
+        text = f"Caught exception in launch (see debug for traceback): {error}"
+        log.say("ERROR", "launch", text)
         return 1
-    for message in plan.messages:
-        print(f"[INFO] [launch.user]: {message}")
     if options.print:
         print("\n".join(" ".join(process.command) for process in plan.processes))
         return 0
-    return Supervisor(plan.processes).run()
+    return Supervisor(plan, log).run()

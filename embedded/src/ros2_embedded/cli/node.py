@@ -4,69 +4,102 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
     get_action_server_names_and_types_by_node,
 )
+from rclpy.node import Node
 
-from ros2_embedded.cli.common import CliError, command_node, run, settle
-from ros2_embedded.naming import is_hidden
+from ros2_embedded.cli.command_node import add_options, command_node
+from ros2_embedded.cli.common import Verb, define_verbs
+from ros2_embedded.naming import is_hidden, join
+
+Named = list[tuple[str, list[str]]]
+
+
+def node_names(node: Node, hidden: bool) -> list[str]:
+    """Full names of all nodes in the graph; a node whose own name begins with `_` is hidden."""
+    found = node.get_node_names_and_namespaces()
+    return [join(space, name) for name, space in found if hidden or not name.startswith("_")]
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-a", "--all", action="store_true", help="also hidden nodes")
-    parser.add_argument("-c", "--count-nodes", action="store_true", help="only their number")
+    add_options(parser)
+    parser.add_argument(
+        "-a", "--all", action="store_true", help="Display all nodes even hidden ones"
+    )
+    parser.add_argument(
+        "-c",
+        "--count-nodes",
+        action="store_true",
+        help="Only display the number of nodes discovered",
+    )
 
 
 def _list(options: argparse.Namespace) -> None:
-    """Output a list of available nodes."""
-    with command_node() as node:
-        settle(node)
-        own = node.get_fully_qualified_name()
-        names = sorted(n for n in node.get_fully_qualified_node_names() if n != own)
-    shown = [name for name in names if options.all or not is_hidden(name)]
-    if len(set(shown)) < len(shown):
+    with command_node(options) as node:
+        names = sorted(node_names(node, options.all))
+    if options.count_nodes:
+        print(len(names))
+        return
+    if len(set(names)) < len(names):
         print(
             "WARNING: Be aware that there are nodes in the graph that share an exact name, "
             "which can have unintended side effects.",
             file=sys.stderr,
         )
-    print(len(shown) if options.count_nodes else "\n".join(shown))
+    for name in names:
+        print(name)
 
 
 def _define_info(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node_name")
-    parser.add_argument("--include-hidden", action="store_true", help="also hidden topics")
+    add_options(parser)
+    parser.add_argument("node_name", help="Node name to request information")
+    parser.add_argument(
+        "--include-hidden",
+        action="store_true",
+        help="Display hidden topics, services, and actions as well",
+    )
 
 
-def _info(options: argparse.Namespace) -> None:
-    """Print information about a node."""
-    full = "/" + options.node_name.strip("/")
+def _sections(node: Node, name: str, namespace: str) -> dict[str, Named]:
+    return {
+        "Subscribers": node.get_subscriber_names_and_types_by_node(name, namespace),
+        "Publishers": node.get_publisher_names_and_types_by_node(name, namespace),
+        "Service Servers": node.get_service_names_and_types_by_node(name, namespace),
+        "Service Clients": node.get_client_names_and_types_by_node(name, namespace),
+        "Action Servers": get_action_server_names_and_types_by_node(node, name, namespace),
+        "Action Clients": get_action_client_names_and_types_by_node(node, name, namespace),
+    }
+
+
+def _info(options: argparse.Namespace) -> str | None:
+    full = options.node_name
     namespace, _, name = full.rpartition("/")
-    with command_node() as node:
-        settle(node)
-        if full not in node.get_fully_qualified_node_names():
-            raise CliError(f"Unable to find node '{options.node_name}'")
-        where = (name, namespace or "/")
-        sections = {
-            "Subscribers": node.get_subscriber_names_and_types_by_node(*where),
-            "Publishers": node.get_publisher_names_and_types_by_node(*where),
-            "Service Servers": node.get_service_names_and_types_by_node(*where),
-            "Service Clients": node.get_client_names_and_types_by_node(*where),
-            "Action Servers": get_action_server_names_and_types_by_node(node, *where),
-            "Action Clients": get_action_client_names_and_types_by_node(node, *where),
-        }
+    with command_node(options) as node:
+        count = node_names(node, options.include_hidden).count(full)
+        if not count:
+            return f"Unable to find node '{full}'"
+        sections = _sections(node, name, namespace or "/")
+    if count > 1:
+        print(
+            f'There are {count} nodes in the graph with the exact name "{full}". '
+            "You are seeing information about only one of them.",
+            file=sys.stderr,
+        )
     print(full)
     for title, entries in sections.items():
+        shown = [e for e in entries if options.include_hidden or not is_hidden(e[0])]
         print(f"  {title}:")
-        for entry, types in entries:
-            if options.include_hidden or not is_hidden(entry):
-                print(f"    {entry}: {', '.join(types)}")
+        print("\n".join(f"    {entry}: {', '.join(types)}" for entry, types in shown))
+    return None
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 node ...`."""
-    verbs = {"list": (_define_list, _list), "info": (_define_info, _info)}
-    return run("node", "Various node related commands.", verbs, arguments)
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the verbs of `ros2 node`."""
+    verbs = {
+        "info": Verb("Output information about a node", _define_info, _info),
+        "list": Verb("Output a list of available nodes", _define_list, _list),
+    }
+    define_verbs(parser, verbs)

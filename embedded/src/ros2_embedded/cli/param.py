@@ -1,134 +1,272 @@
-"""`ros2 param`: list, get, set, dump."""
+"""`ros2 param`: list, get, set, describe, delete, dump, load."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import re
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import yaml
-from rclpy.arguments import load_yaml
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
 from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import Parameter, get_parameter_value, parameter_dict_from_yaml_file
 
-from ros2_embedded.cli.common import CliError, command_node, run, settle, spin_until
-from ros2_embedded.message_modules import service_class
+from ros2_embedded.cli import param_calls
+from ros2_embedded.cli.command_node import add_options, command_node
+from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.cli.node import node_names
 
-_PATIENCE = 3.0
-_TITLES = {
-    Parameter.Type.BOOL: "Boolean value is",
-    Parameter.Type.INTEGER: "Integer value is",
-    Parameter.Type.DOUBLE: "Double value is",
-    Parameter.Type.STRING: "String value is",
-    Parameter.Type.BYTE_ARRAY: "Byte values are",
-    Parameter.Type.BOOL_ARRAY: "Boolean values are",
-    Parameter.Type.INTEGER_ARRAY: "Integer values are",
-    Parameter.Type.DOUBLE_ARRAY: "Double values are",
-    Parameter.Type.STRING_ARRAY: "String values are",
-}
+_POLL = 0.1
 
 
-def _call(node: Node, target: str, service: str, **fields: Any) -> Any:
-    """Calls one of the parameter services of a node."""
-    snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in service).lstrip("_")
-    kind = service_class(f"rcl_interfaces/srv/{service}")
-    client = node.create_client(kind, f"/{target.strip('/')}/{snake}")
-    try:
-        if not client.wait_for_service(_PATIENCE):
-            raise CliError("Node not found")
-        return spin_until(node, client.call_async(kind.Request(**fields)))
-    finally:
-        node.destroy_client(client)
+def _add_node(parser: argparse.ArgumentParser, **optional: Any) -> None:
+    add_options(parser)
+    parser.add_argument("node_name", help="Name of the ROS node", **optional)
 
 
-def _names(node: Node, target: str) -> list[str]:
-    return sorted(_call(node, target, "ListParameters").result.names)
+def _add_hidden(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well"
+    )
 
 
-def _values(node: Node, target: str, names: list[str]) -> list[Any]:
-    return list(_call(node, target, "GetParameters", names=names).values)
+def _add_timeout(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--timeout",
+        metavar="N",
+        type=int,
+        default=1,
+        help="Wait for N seconds until node becomes available (default %(default)s sec)",
+    )
+
+
+def _full(name: str) -> str:
+    return name if name.startswith("/") else f"/{name}"
+
+
+@contextmanager
+def _target(options: argparse.Namespace) -> Iterator[tuple[Node, str]]:
+    """A node of ours, and the full name of the user's, which is there."""
+    target = _full(options.node_name)
+
+    def found(node: Node) -> bool:
+        return target in node_names(node, options.include_hidden_nodes)
+
+    with command_node(options, found) as node:
+        deadline = time.monotonic() + options.timeout
+        while not found(node):
+            if options.timeout >= 0 and time.monotonic() > deadline:
+                raise CliError("Node not found")
+            time.sleep(_POLL)
+        yield node, target
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node_name", nargs="?")
+    _add_node(parser, nargs="?")
+    parser.add_argument(
+        "--filter",
+        nargs=1,
+        help="Only parameters matching the regex expression will be showed. Supports `re` regex "
+        "syntax.",
+    )
+    _add_hidden(parser)
+    parser.add_argument(
+        "--param-prefixes",
+        nargs="+",
+        default=[],
+        help="Only list parameters with the provided prefixes",
+    )
+    parser.add_argument(
+        "--param-type", action="store_true", help="Print parameter types with parameter names"
+    )
 
 
 def _list(options: argparse.Namespace) -> None:
-    """Output a list of available parameters."""
-    with command_node() as node:
+    pattern = re.compile(options.filter[0] if options.filter else "")
+    with command_node(options) as node:
+        targets = sorted(set(node_names(node, options.include_hidden_nodes)))
         if options.node_name:
-            for name in _names(node, options.node_name):
-                print(f"  {name}")
-            return
-        settle(node)
-        suffix = "/list_parameters"
-        services = [name for name, _ in node.get_service_names_and_types() if name.endswith(suffix)]
-        for target in (name.removesuffix(suffix) for name in services):
-            print(f"{target}:")
-            for name in _names(node, target):
-                print(f"  {name}")
+            wanted = _full(options.node_name)
+            if wanted not in targets:
+                raise CliError("Node not found")
+            targets = [wanted]
+        for target in targets:
+            try:
+                names = param_calls.names(node, target, options.param_prefixes)
+            except CliError as error:
+                print(error)
+                continue
+            shown = [name for name in names if pattern.match(name)]
+            if not options.node_name and shown:
+                print(f"{target}:")
+            kinds = {}
+            if options.param_type:
+                for found in param_calls.describe(node, target, shown):
+                    kinds[found.name] = f" (type: {param_calls.type_name(found.type)})"
+            for name in shown:
+                print(f"  {name}{kinds.get(name, '')}")
 
 
 def _define_get(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node_name")
-    parser.add_argument("parameter_name")
-    parser.add_argument("--hide-type", action="store_true", help="only the value")
+    _add_node(parser)
+    _add_hidden(parser)
+    parser.add_argument("parameter_name", help="Name of the parameter")
+    parser.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    _add_timeout(parser)
 
 
-def _get(options: argparse.Namespace) -> None:
-    """Get a parameter."""
-    with command_node() as node:
-        values = _values(node, options.node_name, [options.parameter_name])
+def _get(options: argparse.Namespace) -> str | None:
+    with _target(options) as (node, target):
+        values = param_calls.values(node, target, [options.parameter_name])
     if not values:
-        raise CliError("Parameter not set")
-    value = parameter_value_to_python(values[0])
-    if value is None:
-        raise CliError("Parameter not set")
-    print(value if options.hide_type else f"{_TITLES[Parameter.Type(values[0].type)]}: {value}")
+        return "Parameter not set"
+    value, kind = param_calls.plain(values[0]), Parameter.Type(values[0].type)
+    if options.hide_type:
+        print(value)
+    elif kind == Parameter.Type.NOT_SET:
+        print("Parameter not set.")
+    else:
+        title = kind.name.removesuffix("_ARRAY").capitalize().replace("Bool", "Boolean")
+        print(f"{title} {'values are' if isinstance(value, list) else 'value is'}: {value}")
+    return None
+
+
+def _parameter(name: str, value: Any) -> Any:
+    return ParameterMessage(name=name, value=value)
 
 
 def _define_set(parser: argparse.ArgumentParser) -> None:
-    _define_get(parser)
-    parser.add_argument("value", help="in YAML")
+    _add_node(parser)
+    _add_hidden(parser)
+    parser.add_argument("parameter_name", help="Name of the parameter")
+    parser.add_argument("value", help="Value of the parameter")
+    _add_timeout(parser)
 
 
 def _set(options: argparse.Namespace) -> None:
-    """Set a parameter."""
-    parameter = Parameter(options.parameter_name, value=load_yaml(options.value))
-    with command_node() as node:
-        message = parameter.to_parameter_msg()
-        result = _call(node, options.node_name, "SetParameters", parameters=[message]).results[0]
-    if not result.successful:
-        raise CliError(f"Setting parameter failed: {result.reason}")
-    print("Set parameter successful" + (f": {result.reason}" if result.reason else ""))
+    with _target(options) as (node, target):
+        parameter = _parameter(options.parameter_name, get_parameter_value(options.value))
+        result = param_calls.change(node, target, [parameter])[0]
+    _tell(result, "Set parameter successful", "Setting parameter failed")
 
 
-def _define_dump(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node_name")
+def _tell(result: Any, success: str, failure: str) -> None:
+    """Prints how it went: a refusal is no failure of the command's."""
+    text = success if result.successful else failure
+    text += f": {result.reason}" if result.reason else ""
+    print(text, file=sys.stdout if result.successful else sys.stderr)
 
 
-def _dump(options: argparse.Namespace) -> None:
-    """Show all of the parameters of a node in a YAML file format."""
-    with command_node() as node:
-        names = _names(node, options.node_name)
-        values = _values(node, options.node_name, names)
+def _define_delete(parser: argparse.ArgumentParser) -> None:
+    _add_node(parser)
+    _add_hidden(parser)
+    parser.add_argument("parameter_name", help="Name of the parameter")
+    _add_timeout(parser)
+
+
+def _delete(options: argparse.Namespace) -> None:
+    with _target(options) as (node, target):
+        nothing = _parameter(options.parameter_name, ParameterValue())
+        result = param_calls.change(node, target, [nothing])[0]
+    _tell(result, "Deleted parameter successfully", "Deleting parameter failed")
+
+
+def _define_describe(parser: argparse.ArgumentParser) -> None:
+    _add_node(parser)
+    _add_hidden(parser)
+    parser.add_argument("parameter_names", nargs="+", help="Names of the parameters")
+    _add_timeout(parser)
+
+
+def _describe(options: argparse.Namespace) -> None:
+    with _target(options) as (node, target):
+        found = param_calls.describe(node, target, options.parameter_names)
+    for descriptor in found:
+        print(f"Parameter name: {descriptor.name}")
+        print(f"  Type: {param_calls.type_name(descriptor.type)}")
+        if descriptor.description:
+            print(f"  Description: {descriptor.description}")
+        print("  Constraints:")
+        if descriptor.read_only:
+            print("    Read only: true")
+        for limits in [*descriptor.floating_point_range, *descriptor.integer_range][:1]:
+            print(f"    Min value: {limits.from_value}\n    Max value: {limits.to_value}")
+            if limits.step:
+                print(f"    Step: {limits.step}")
+        if descriptor.additional_constraints:
+            print(f"    Additional constraints: {descriptor.additional_constraints}")
+
+
+def _nested(flat: dict[str, Any]) -> dict[str, Any]:
+    """Names with dots become mappings within mappings."""
     tree: dict[str, Any] = {}
-    for name, value in zip(names, values, strict=True):
+    for name, value in flat.items():
         *groups, last = name.split(".")
         branch = tree
         for group in groups:
             branch = branch.setdefault(group, {})
-        branch[last] = parameter_value_to_python(value)
-    full = "/" + options.node_name.strip("/")
-    print(yaml.safe_dump({full: {"ros__parameters": tree}}, default_flow_style=False), end="")
+        branch[last] = value
+    return tree
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 param ...`."""
+def _define_dump(parser: argparse.ArgumentParser) -> None:
+    _add_node(parser)
+    _add_hidden(parser)
+    _add_timeout(parser)
+
+
+def _dump(options: argparse.Namespace) -> None:
+    with _target(options) as (node, target):
+        names = param_calls.names(node, target)
+        values = param_calls.values(node, target, names)
+    found = {
+        name: param_calls.plain(value) for name, value in zip(names, values, strict=False)
+    }  # fmt: skip
+    tree = {target: {"ros__parameters": _nested(found)}}
+    print(yaml.safe_dump(tree, default_flow_style=False))
+
+
+def _define_load(parser: argparse.ArgumentParser) -> None:
+    _add_node(parser)
+    _add_hidden(parser)
+    parser.add_argument("parameter_file", help="Parameter file")
+    parser.add_argument(
+        "--no-use-wildcard",
+        action="store_true",
+        help="Do not load parameters in the '/**' namespace into the node",
+    )
+    _add_timeout(parser)
+
+
+def _load(options: argparse.Namespace) -> None:
+    with _target(options) as (node, target):
+        wildcard = not options.no_use_wildcard
+        found = parameter_dict_from_yaml_file(options.parameter_file, wildcard)
+        parameters = list(found.values())
+        results = param_calls.change(node, target, parameters)
+    for parameter, result in zip(parameters, results, strict=True):
+        what = f"Set parameter {parameter.name}"
+        _tell(result, f"{what} successful", f"{what} failed")
+
+
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the verbs of `ros2 param`."""
     verbs = {
-        "list": (_define_list, _list),
-        "get": (_define_get, _get),
-        "set": (_define_set, _set),
-        "dump": (_define_dump, _dump),
+        "delete": Verb("Delete parameter", _define_delete, _delete),
+        "describe": Verb(
+            "Show descriptive information about declared parameters", _define_describe, _describe
+        ),
+        "dump": Verb(
+            "Show all of the parameters of a node in a YAML file format", _define_dump, _dump
+        ),
+        "get": Verb("Get parameter", _define_get, _get),
+        "list": Verb("Output a list of available parameters", _define_list, _list),
+        "load": Verb("Load parameter file for a node", _define_load, _load),
+        "set": Verb("Set parameter", _define_set, _set),
     }
-    return run("param", "Various param related commands.", verbs, arguments)
+    define_verbs(parser, verbs)

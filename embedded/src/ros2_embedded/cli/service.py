@@ -1,93 +1,119 @@
-"""`ros2 service`: list, type, call."""
+"""`ros2 service`: list, info, type, find, call."""
 
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Sequence
 
-from ros2_embedded.cli.common import (
-    CliError,
-    command_node,
-    define_list,
-    filled,
-    interface,
-    print_list,
-    run,
-    settle,
-    spin_until,
-)
+from rclpy.node import Node
+
+from ros2_embedded.cli import service_call
+from ros2_embedded.cli.command_node import add_options, command_node
+from ros2_embedded.cli.common import Verb, define_verbs
+from ros2_embedded.naming import is_hidden
+
+
+def _add_hidden(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
+    )
+
+
+def _add_count(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-c",
+        "--count-services",
+        action="store_true",
+        help="Only display the number of services discovered",
+    )
+
+
+def _services(node: Node, options: argparse.Namespace) -> list[tuple[str, list[str]]]:
+    found = node.get_service_names_and_types()
+    return [pair for pair in found if options.include_hidden_services or not is_hidden(pair[0])]
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    define_list(parser, "services")
+    add_options(parser)
+    parser.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the service type"
+    )
+    _add_count(parser)
+    _add_hidden(parser)
 
 
 def _list(options: argparse.Namespace) -> None:
-    """Output a list of available services."""
-    with command_node() as node:
-        settle(node)
-        services = node.get_service_names_and_types()
-    print_list(options, services)
+    with command_node(options) as node:
+        services = _services(node, options)
+    if options.count_services:
+        print(len(services))
+        return
+    for name, types in services:
+        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+
+
+def _define_info(parser: argparse.ArgumentParser) -> None:
+    add_options(parser)
+    parser.add_argument(
+        "service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"
+    )
+
+
+def _info(options: argparse.Namespace) -> str | None:
+    name = options.service_name
+    with command_node(options) as node:
+        types = dict(_services(node, options)).get(name)
+        if types is None:
+            return f"Unknown service '{name}'"
+        clients, services = node.count_clients(name), node.count_services(name)
+    print(f"Type: {types[0] if len(types) == 1 else types}")
+    print(f"Clients count: {clients}\nServices count: {services}")
+    return None
 
 
 def _define_type(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("service_name")
+    parser.add_argument(
+        "service_name", help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"
+    )
 
 
-def _type(options: argparse.Namespace) -> None:
-    """Output a service's type."""
-    with command_node() as node:
-        name = node.resolve_service_name(options.service_name)
-        settle(node, lambda: name in dict(node.get_service_names_and_types()))
-        types = dict(node.get_service_names_and_types()).get(name)
+def _type(options: argparse.Namespace) -> int:
+    name = options.service_name
+    with command_node(options, lambda node: name in dict(_services(node, options))) as node:
+        types = dict(_services(node, options)).get(name)
     if types is None:
-        raise CliError(f"Unknown service '{options.service_name}'")
+        return 1
     print("\n".join(types))
+    return 0
 
 
-def _define_call(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("service_name")
-    parser.add_argument("service_type", help="as in std_srvs/srv/Trigger")
-    parser.add_argument("values", nargs="?", help="fields of the request in YAML")
+def _define_find(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "service_type",
+        help="Name of the ROS service type to filter for "
+        "(e.g. 'rcl_interfaces/srv/ListParameters')",
+    )
+    _add_count(parser)
+    _add_hidden(parser)
 
 
-def _call(options: argparse.Namespace) -> None:
-    """Call a service."""
-    kind = interface(options.service_type, "srv")
-    request = filled(kind.Request, options.values)
-    with command_node() as node:
-        client = node.create_client(kind, options.service_name)
-        if not client.wait_for_service(0.2):
-            _refuse_other_type(node, client.service_name, options.service_type)
-            print("waiting for service to become available...", file=sys.stderr, flush=True)
-            client.wait_for_service()
-        print(f"requester: making request: {request!r}\n", flush=True)
-        response = spin_until(node, client.call_async(request))
-    print(f"response:\n{response!r}\n")
+def _find(options: argparse.Namespace) -> None:
+    with command_node(options) as node:
+        found = [name for name, types in _services(node, options) if options.service_type in types]
+    if options.count_services:
+        print(len(found))
+        return
+    for name in found:
+        print(name)
 
 
-def _refuse_other_type(node: object, name: str, wanted: str) -> None:
-    """Says so if the service is there with another type: it would never answer."""
-    settle(node)  # type: ignore[arg-type]
-    offered = [
-        node_entry
-        for node_entry in node.context.graph.endpoints()  # type: ignore[attr-defined]
-        if not node_entry.writer and node_entry.topic == f"rq{name}Request"
-    ]
-    types = {endpoint.type for endpoint in offered}
-    short = wanted.split("/")[-1]
-    if types and not any(kind.endswith(f"::{short}_Request_") for kind in types):
-        raise CliError(
-            f"The service '{name}' is not of type {wanted} but {', '.join(sorted(types))}"
-        )
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 service ...`."""
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the options and verbs of `ros2 service`."""
+    _add_hidden(parser)
     verbs = {
-        "list": (_define_list, _list),
-        "type": (_define_type, _type),
-        "call": (_define_call, _call),
+        "call": Verb("Call a service", service_call.define, service_call.call),
+        "find": Verb("Output a list of available services of a given type", _define_find, _find),
+        "info": Verb("Print information about a service", _define_info, _info),
+        "list": Verb("Output a list of available services", _define_list, _list),
+        "type": Verb("Output a service's type", _define_type, _type),
     }
-    return run("service", "Various service related commands.", verbs, arguments)
+    define_verbs(parser, verbs)

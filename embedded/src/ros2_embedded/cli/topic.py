@@ -1,74 +1,152 @@
-"""`ros2 topic`: list, info, type."""
+"""`ros2 topic`: its verbs, and of them list, info, type, find."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 
-from ros2_embedded.cli import topic_echo, topic_hz, topic_pub
-from ros2_embedded.cli.common import CliError, command_node, define_list, print_list, run, settle
+from rclpy.node import Node
 
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    define_list(parser, "topics")
-
-
-def _list(options: argparse.Namespace) -> None:
-    """Output a list of available topics."""
-    with command_node() as node:
-        settle(node)
-        topics = node.get_topic_names_and_types()
-    print_list(options, topics)
+from ros2_embedded.cli import topic_bw, topic_delay, topic_echo, topic_hz, topic_pub
+from ros2_embedded.cli.command_node import add_options, command_node
+from ros2_embedded.cli.common import Verb, define_verbs
+from ros2_embedded.naming import is_hidden
 
 
-def _define_name(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("topic_name")
-
-
-def _define_info(parser: argparse.ArgumentParser) -> None:
-    _define_name(parser)
+def _add_hidden(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-v", "--verbose", action="store_true", help="every publisher and subscription"
+        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
     )
 
 
-def _info(options: argparse.Namespace) -> None:
-    """Print information about a topic."""
-    with command_node() as node:
-        settle(node)
-        name = node.resolve_topic_name(options.topic_name)
+def _add_count(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-c",
+        "--count-topics",
+        action="store_true",
+        help="Only display the number of topics discovered",
+    )
+
+
+def _topics(node: Node, options: argparse.Namespace) -> list[tuple[str, list[str]]]:
+    found = node.get_topic_names_and_types()
+    return [pair for pair in found if options.include_hidden_topics or not is_hidden(pair[0])]
+
+
+def _define_list(parser: argparse.ArgumentParser) -> None:
+    add_options(parser)
+    parser.add_argument(
+        "-t", "--show-types", action="store_true", help="Additionally show the topic type"
+    )
+    _add_count(parser)
+    _add_hidden(parser)
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="List full details about each topic"
+    )
+
+
+def _list(options: argparse.Namespace) -> None:
+    with command_node(options) as node:
+        topics = _topics(node, options)
+        counts = {
+            name: (node.count_publishers(name), node.count_subscribers(name)) for name, _ in topics
+        }
+    if options.count_topics:
+        print(len(topics))
+    elif options.verbose and topics:
+        for way, (title, noun) in enumerate(_SIDES):
+            print(f"{title} topics:")
+            for name, types in topics:
+                if count := counts[name][way]:
+                    plural = "s" if count > 1 else ""
+                    print(f" * {name} [{', '.join(types)}] {count} {noun}{plural}")
+            print()
+    else:
+        for name, types in topics:
+            print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+
+
+_SIDES = (("Published", "publisher"), ("Subscribed", "subscriber"))
+
+
+def _define_info(parser: argparse.ArgumentParser) -> None:
+    add_options(parser)
+    parser.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
+    parser.add_argument(
+        "--verbose",
+        "-v",
+        action="store_true",
+        help="Prints detailed information like the node name, node namespace, topic type, "
+        "topic type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
+    )
+
+
+def _info(options: argparse.Namespace) -> str | None:
+    name = options.topic_name
+    with command_node(options) as node:
         types = dict(node.get_topic_names_and_types()).get(name)
         if types is None:
-            raise CliError(f"Unknown topic '{options.topic_name}'")
-        publishers = node.get_publishers_info_by_topic(name)
-        subscriptions = node.get_subscriptions_info_by_topic(name)
+            return f"Unknown topic '{name}'"
+        sides = (
+            ("Publisher", node.get_publishers_info_by_topic(name)),
+            ("Subscription", node.get_subscriptions_info_by_topic(name)),
+        )
     end = "\n\n" if options.verbose else "\n"
     print(f"Type: {types[0] if len(types) == 1 else types}", end=end)
-    for title, endpoints in (("Publisher", publishers), ("Subscription", subscriptions)):
+    for title, endpoints in sides:
         print(f"{title} count: {len(endpoints)}", end=end)
         for endpoint in endpoints if options.verbose else ():
-            print(f"{endpoint}\n")
+            print(endpoint, end=end)
+    return None
 
 
-def _type(options: argparse.Namespace) -> None:
-    """Print a topic's type."""
-    with command_node() as node:
-        name = node.resolve_topic_name(options.topic_name)
-        settle(node, lambda: name in dict(node.get_topic_names_and_types()))
-        types = dict(node.get_topic_names_and_types()).get(name)
+def _define_type(parser: argparse.ArgumentParser) -> None:
+    add_options(parser)
+    parser.add_argument("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')")
+
+
+def _type(options: argparse.Namespace) -> int:
+    name = options.topic_name
+    with command_node(options, lambda node: name in dict(_topics(node, options))) as node:
+        types = dict(_topics(node, options)).get(name)
     if types is None:
-        raise CliError(f"Unknown topic '{options.topic_name}'")
+        return 1
     print("\n".join(types))
+    return 0
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Runs `ros2 topic ...`."""
+def _define_find(parser: argparse.ArgumentParser) -> None:
+    add_options(parser)
+    parser.add_argument(
+        "topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msg/msg/String')"
+    )
+    _add_count(parser)
+    _add_hidden(parser)
+
+
+def _find(options: argparse.Namespace) -> None:
+    with command_node(options) as node:
+        found = [name for name, types in _topics(node, options) if options.topic_type in types]
+    if options.count_topics:
+        print(len(found))
+        return
+    for name in found:
+        print(name)
+
+
+def define(parser: argparse.ArgumentParser) -> None:
+    """Adds the options and verbs of `ros2 topic`."""
+    _add_hidden(parser)
     verbs = {
-        "list": (_define_list, _list),
-        "info": (_define_info, _info),
-        "type": (_define_name, _type),
-        "echo": (topic_echo.define, topic_echo.echo),
-        "hz": (topic_hz.define, topic_hz.rate),
-        "pub": (topic_pub.define, topic_pub.publish),
+        "bw": Verb("Display bandwidth used by topic", topic_bw.define, topic_bw.bandwidth),
+        "delay": Verb(
+            "Display delay of topic from timestamp in header", topic_delay.define, topic_delay.delay
+        ),
+        "echo": Verb("Output messages from a topic", topic_echo.define, topic_echo.echo),
+        "find": Verb("Output a list of available topics of a given type", _define_find, _find),
+        "hz": Verb("Print the average publishing rate to screen", topic_hz.define, topic_hz.rate),
+        "info": Verb("Print information about a topic", _define_info, _info),
+        "list": Verb("Output a list of available topics", _define_list, _list),
+        "pub": Verb("Publish a message to a topic", topic_pub.define, topic_pub.publish),
+        "type": Verb("Print a topic's type", _define_type, _type),
     }
-    return run("topic", "Various topic related commands.", verbs, arguments)
+    define_verbs(parser, verbs)

@@ -3,75 +3,158 @@
 from __future__ import annotations
 
 import argparse
-import re
-import time
+from collections.abc import Callable
 from typing import Any
 
 import rclpy
+import yaml
+from rclpy.node import Node
 from rclpy.task import Future
 
 from ros2_embedded.cli import topic_qos
-from ros2_embedded.cli.common import CliError, command_node
-from ros2_embedded.yaml_messages import DEFAULT_TRUNCATION, to_yaml
+from ros2_embedded.cli.command_node import add_options, command_node
+from ros2_embedded.cli.common import CliError, positive_float, unsigned_int
+from ros2_embedded.cli.topic_type import message_type, type_of_topic
+from ros2_embedded.message_text import is_message, to_csv, to_yaml
+
+_TRUNCATION = 128
 
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options."""
-    parser.add_argument("topic_name")
-    parser.add_argument("message_type", nargs="?", help="needed if nobody publishes yet")
-    parser.add_argument("--once", action="store_true", help="one message, then end")
-    parser.add_argument("--timeout", type=float, metavar="S", help="end after this time [s]")
+    add_options(parser)
+    parser.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
     parser.add_argument(
-        "--field", metavar="NAME", help="a field of the message, as in pose.position"
+        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
     )
-    parser.add_argument("--no-arr", action="store_true", help="do not write lists out")
-    parser.add_argument("-f", "--full-length", action="store_true", help="write long lists out")
+    topic_qos.define(parser, "subscribe", "sensor_data")
     parser.add_argument(
-        "-l", "--truncate-length", type=int, default=DEFAULT_TRUNCATION, metavar="N"
+        "--csv",
+        action="store_true",
+        help="Output all recursive fields separated by commas (e.g. for plotting). "
+        "If --include-message-info is also passed, the following fields are prepended: "
+        "source_timestamp, received_timestamp, publication_sequence_number, "
+        "reception_sequence_number.",
     )
-    topic_qos.define(parser)
+    parser.add_argument(
+        "--field",
+        help="Echo a selected field of a message. Use '.' to select sub-fields. "
+        "For example, to echo the position field of a nav_msgs/msg/Odometry message: "
+        "'ros2 topic echo /odom --field pose.pose.position'",
+    )
+    parser.add_argument(
+        "--full-length",
+        "-f",
+        action="store_true",
+        help="Output all elements for arrays, bytes, and string with a length > "
+        "'--truncate-length', by default they are truncated after '--truncate-length' elements "
+        "with '...''",
+    )
+    parser.add_argument(
+        "--truncate-length",
+        "-l",
+        type=unsigned_int,
+        default=_TRUNCATION,
+        help=f"The length to truncate arrays, bytes, and string to (default: {_TRUNCATION})",
+    )
+    for option, text in _FLAGS.items():
+        parser.add_argument(option, action="store_true", help=text)
+    parser.add_argument(
+        "--filter",
+        dest="filter_expr",
+        help="Python expression to filter messages that are printed. Expression can use Python "
+        "builtins as well as m (the message).",
+    )
+    parser.add_argument(
+        "--once", action="store_true", help="Print the first message received and then exit."
+    )
+    parser.add_argument(
+        "--timeout", metavar="N", type=positive_float, help="Set a timeout in seconds for waiting"
+    )
+    parser.add_argument(
+        "--include-message-info",
+        "-i",
+        action="store_true",
+        help="Shows the associated message info.",
+    )
 
 
-def select(message: Any, path: str | None) -> Any:
-    """The field of a message that `a.b[0].c` means.
+_FLAGS = {
+    "--no-arr": "Don't print array fields of messages",
+    "--no-str": "Don't print string fields of messages",
+    "--flow-style": "Print collections in the block style (not available with csv format)",
+    "--no-lost-messages": "Don't report when a message is lost",
+    "--raw": "Echo the raw binary representation",
+}
+
+
+def expression(text: str | None) -> Callable[[Any], Any]:
+    """A filter of messages, which the expression calls `m`; without one all pass."""
+    if not text:
+        return lambda m: True
+    code = compile(text, "<filter>", "eval")
+    return lambda m: eval(code, {"m": m})
+
+
+def select(message: Any, path: list[str]) -> Any:
+    """The field of a message that the path leads to.
 
     Raises:
         CliError: there is none.
     """
     value = message
-    for name, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", path or ""):
+    for name in path:
         try:
-            if name and name not in value.get_fields_and_field_types():
-                raise AttributeError
-            value = getattr(value, name) if name else value[int(index)]
-        except (AttributeError, IndexError, TypeError):
-            raise CliError(f"Invalid field '{path}': '{name or index}' is not there") from None
+            value = getattr(value, name)
+        except AttributeError as error:
+            raise CliError(f"Invalid field '{'.'.join(path)}': {error}") from error
     return value
 
 
-def echo(options: argparse.Namespace) -> int:
-    """Output messages from a topic."""
-    truncate = None if options.full_length else options.truncate_length
-    with command_node() as node:
-        cls, publishers = topic_qos.discover(node, options.topic_name, options.message_type)
-        select(cls(), re.sub(r"\[\d+\].*", "", options.field or ""))
-        first = Future()
-        seen: list[bool] = []
+def text_of(value: Any, options: argparse.Namespace, info: dict[str, Any]) -> str:
+    """A message as the options want it, or the value of a field or raw data as Python shows it."""
+    shown = info if options.include_message_info else {}
+    if not is_message(value):
+        head = f"---Got new message, message info:---\n{shown}\n---Message data:---\n"
+        return f"{head if shown else ''}{value}\n---"
+    limit = None if options.full_length else options.truncate_length
+    arrays, strings = not options.no_arr, not options.no_str
+    how: dict[str, Any] = {"truncate": limit, "arrays": arrays, "strings": strings}
+    if options.csv:
+        return ",".join([*map(str, shown.values()), to_csv(value, **how)])
+    head = f"{yaml.safe_dump(shown)}---\n" if shown else ""
+    return head + to_yaml(value, flow=options.flow_style, **how) + "---"
 
-        def show(message: Any) -> None:
-            if options.once and seen:
-                return
-            seen.append(True)
-            value = select(message, options.field)
-            print(to_yaml(value, arrays=not options.no_arr, truncate=truncate) + "---", flush=True)
+
+def _type(node: Node, options: argparse.Namespace) -> Any:
+    if options.message_type is not None:
+        return message_type(options.message_type)
+    found = type_of_topic(node, options.topic_name, wait=False)
+    if found is None:
+        raise CliError("Could not determine the type for the passed topic")
+    return found
+
+
+def echo(options: argparse.Namespace) -> None:
+    """Prints messages until Ctrl-C, or the first one."""
+    path = None if options.field is None else [part for part in options.field.split(".") if part]
+    if path == []:
+        raise CliError(f"Invalid field value '{options.field}'")
+    chosen = expression(options.filter_expr)
+    end = Future()
+
+    def show(message: Any, info: dict[str, Any]) -> None:
+        value = select(message, path or [])
+        if chosen(value) and not end.done():
+            print(text_of(value, options, dict(info)))
             if options.once:
-                first.set_result(None)
+                end.set_result(None)
 
-        qos = topic_qos.profile(options, publishers)
-        node.create_subscription(cls, options.topic_name, show, qos)
-        start = time.monotonic()
-        rclpy.spin_until_future_complete(node, first, timeout_sec=options.timeout)
-        if options.once and not seen and options.timeout is not None:
-            waited = time.monotonic() - start
-            raise CliError(f"No message on '{options.topic_name}' within {waited:.1f} s")
-    return 0
+    with command_node(options, lambda node: node.count_publishers(options.topic_name)) as node:
+        publishers = node.get_publishers_info_by_topic(options.topic_name)
+        qos = topic_qos.profile_for(options, publishers)
+        kind = _type(node, options)
+        if options.timeout is not None:
+            node.create_timer(options.timeout, lambda: end.set_result(None))
+        node.create_subscription(kind, options.topic_name, show, qos, raw=options.raw)
+        rclpy.spin_until_future_complete(node, end)

@@ -4,66 +4,107 @@ from __future__ import annotations
 
 import argparse
 import statistics
-import time
 from collections import deque
-from itertools import pairwise
 from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.qos import qos_profile_sensor_data
 
-from ros2_embedded.cli import topic_qos
-from ros2_embedded.cli.common import command_node
+from ros2_embedded.cli.command_node import add_direct_options, command_node
+from ros2_embedded.cli.common import positive_int
+from ros2_embedded.cli.topic_echo import expression
+from ros2_embedded.cli.topic_type import type_of_topic
 
 _WINDOW = 10000
+_PERIOD = 1_000_000_000
+"""Shortest time between two lines [ns]."""
 
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options."""
-    parser.add_argument("topic_name")
-    parser.add_argument("-w", "--window", type=int, default=_WINDOW, metavar="N",
-                        help="messages to average over (default: %(default)s)")  # fmt: skip
     parser.add_argument(
-        "-s", "--use-sim-time", action="store_true", help="measure on /clock's time"
+        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
+    )  # fmt: skip
+    parser.add_argument(
+        "--window",
+        "-w",
+        dest="window_size",
+        type=positive_int,
+        default=_WINDOW,
+        metavar="WINDOW",
+        help=f"window size, in # of messages, for calculating rate (default: {_WINDOW})",
     )
-    topic_qos.define(parser)
-
-
-def report(stamps: Any) -> str | None:
-    """The rate of messages that came at these times [ns]; None if there are too few."""
-    times = list(stamps)
-    gaps = [(later - earlier) * 1e-9 for earlier, later in pairwise(times)]
-    if not gaps or sum(gaps) <= 0:
-        return None
-    deviation = statistics.pstdev(gaps)
-    return (
-        f"average rate: {len(gaps) / sum(gaps):.3f}\n\tmin: {min(gaps):.3f}s max: {max(gaps):.3f}s "
-        f"std dev: {deviation:.5f}s window: {len(times)}"
+    parser.add_argument(
+        "--filter",
+        dest="filter_expr",
+        metavar="EXPR",
+        help="only measure messages matching the specified Python expression",
     )
+    parser.add_argument(
+        "--wall-time",
+        dest="use_wtime",
+        action="store_true",
+        help="calculates rate using wall time which can be helpful when clock is not published "
+        "during simulation",
+    )
+    add_direct_options(parser)
 
 
-def rate(options: argparse.Namespace) -> int:
-    """Print the average publishing rate of a topic."""
-    if options.window < 2:
-        raise ValueError(f"--window must be at least 2, not {options.window}")
-    stamps: deque[int] = deque(maxlen=options.window)
-    with command_node(options.use_sim_time) as node:
-        cls, publishers = topic_qos.discover(node, options.topic_name, None)
-        clock = node.get_clock()
-        node.create_subscription(
-            cls,
-            options.topic_name,
-            lambda _: stamps.append(
-                clock.nanoseconds() if options.use_sim_time else time.monotonic_ns()
-            ),
-            topic_qos.profile(options, publishers, default_depth=1000),
+class Rate:
+    """The rate of messages by the times at which they came."""
+
+    def __init__(self, window: int) -> None:
+        """Counts at most `window` gaps between messages."""
+        self._gaps: deque[int] = deque(maxlen=window)
+        self._last: int | None = None
+        self._reported: int | None = None
+
+    def add(self, now: int) -> None:
+        """A message has come [ns]; time that goes back starts anew."""
+        if now == 0:
+            if self._gaps:
+                print("time has reset, resetting counters")
+                self._gaps.clear()
+            return
+        if self._last is None or now < self._last:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    def report(self) -> str | None:
+        """The rate, at most once a second of the messages' time; otherwise None."""
+        if not self._gaps or self._last is None:
+            return None
+        if self._reported is None:
+            self._reported = self._last
+        if self._last < self._reported + _PERIOD:
+            return None
+        self._reported = self._last
+        gaps = list(self._gaps)
+        mean = sum(gaps) / len(gaps)
+        return (
+            f"average rate: {1e9 / mean if mean > 0 else 0:.3f}\n"
+            f"\tmin: {min(gaps) * 1e-9:.3f}s max: {max(gaps) * 1e-9:.3f}s "
+            f"std dev: {statistics.pstdev(gaps) * 1e-9:.5f}s window: {len(gaps)}"
         )
-        due, known = time.monotonic() + 1.0, 0
-        while rclpy.ok():
-            rclpy.spin_once(node, timeout_sec=max(0.0, due - time.monotonic()))
-            if time.monotonic() >= due:
-                due += 1.0
-                text = report(stamps) if stamps and stamps[-1] != known else "no new messages"
-                known = stamps[-1] if stamps else 0
-                if text:
-                    print(text, flush=True)
-    return 0
+
+
+def rate(options: argparse.Namespace) -> None:
+    """Prints the rate until Ctrl-C."""
+    chosen = expression(options.filter_expr)
+    measured = Rate(options.window_size)
+    with command_node(options, lambda node: node.count_publishers(options.topic_name)) as node:
+        clock = Clock(clock_type=ClockType.SYSTEM_TIME) if options.use_wtime else node.get_clock()
+
+        def count(message: Any) -> None:
+            if not chosen(message):
+                return
+            measured.add(clock.now().nanoseconds)
+            if text := measured.report():
+                print(text)
+
+        kind = type_of_topic(node, options.topic_name, wait=True)
+        node.create_subscription(kind, options.topic_name, count, qos_profile_sensor_data)
+        rclpy.spin(node)

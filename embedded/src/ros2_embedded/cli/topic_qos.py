@@ -1,62 +1,118 @@
-"""The quality of service that a command chooses for its subscription."""
+"""The quality of service that a command chooses for its publisher or subscription."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable, Sequence
+from copy import copy
 from typing import Any
 
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSPresetProfiles,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 
-from ros2_embedded.cli.common import CliError, interface, settle
-
-_RELIABILITIES = {
-    "reliable": ReliabilityPolicy.RELIABLE,
-    "best_effort": ReliabilityPolicy.BEST_EFFORT,
-}
-_DURABILITIES = {
-    "volatile": DurabilityPolicy.VOLATILE,
-    "transient_local": DurabilityPolicy.TRANSIENT_LOCAL,
-}
-
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("--qos-depth", type=int, metavar="N", help="length of the queue")
-    parser.add_argument("--qos-reliability", choices=_RELIABILITIES)
-    parser.add_argument("--qos-durability", choices=_DURABILITIES)
+_OVERRIDES = ("reliability", "durability", "depth", "history", "liveliness",
+              "liveliness_lease_duration_seconds")  # fmt: skip
 
 
-def profile(options: argparse.Namespace, found: list[Any], default_depth: int = 10) -> QoSProfile:
-    """The options' profile; without them the strictest that all of the publishers offer."""
-    offered = [endpoint.qos_profile for endpoint in found]
-    reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offered)
-    latched = bool(offered) and all(
-        qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offered
+def _preset(name: str) -> QoSProfile:
+    """A profile of rclpy, to be changed."""
+    return copy(QoSPresetProfiles.get_from_short_key(name))
+
+
+def define(parser: argparse.ArgumentParser, way: str, default: str) -> None:
+    """Adds the options; `way` is `subscribe` or `publish`, `default` the preset's name."""
+    parser.add_argument(
+        "--qos-profile",
+        choices=QoSPresetProfiles.short_keys(),
+        default=default,
+        help=f"Quality of service preset profile to {way} with (default: {default})",
     )
-    reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-    durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-    return QoSProfile(
-        depth=options.qos_depth or default_depth,
-        reliability=_RELIABILITIES.get(options.qos_reliability, reliability),
-        durability=_DURABILITIES.get(options.qos_durability, durability),
+    parser.add_argument(
+        "--qos-depth",
+        metavar="N",
+        type=int,
+        help=f"Queue size setting to {way} with (overrides depth value of --qos-profile option)",
+    )
+    parser.add_argument(
+        "--qos-history",
+        choices=HistoryPolicy.short_keys(),
+        help=f"History of samples setting to {way} with (overrides history value of --qos-profile "
+        f"option, default: {_preset(default).history.short_key})",
+    )
+    for name, policy in (("reliability", ReliabilityPolicy), ("durability", DurabilityPolicy)):
+        parser.add_argument(
+            f"--qos-{name}",
+            choices=policy.short_keys(),
+            help=f"Quality of service {name} setting to {way} with (overrides {name} value of "
+            "--qos-profile option, default: Compatible profile with running endpoints )",
+        )
+    parser.add_argument(
+        "--qos-liveliness",
+        choices=LivelinessPolicy.short_keys(),
+        help=f"Quality of service liveliness setting to {way} with (overrides liveliness value of "
+        "--qos-profile option",
+    )
+    parser.add_argument(
+        "--qos-liveliness-lease-duration-seconds",
+        type=float,
+        help=f"Quality of service liveliness lease duration setting to {way} with (overrides "
+        "liveliness lease duration value of --qos-profile option",
     )
 
 
-def discover(node: Node, name: str, type_name: str | None) -> tuple[Any, list[Any]]:
-    """Class of a topic's messages and its publishers, as soon as one is there.
+def profile(options: argparse.Namespace) -> QoSProfile:
+    """The preset that the options name, with what they override."""
+    chosen = _preset(options.qos_profile)
+    if options.qos_history:
+        chosen.history = HistoryPolicy[options.qos_history.upper()]
+    if options.qos_durability:
+        chosen.durability = DurabilityPolicy[options.qos_durability.upper()]
+    if options.qos_reliability:
+        chosen.reliability = ReliabilityPolicy[options.qos_reliability.upper()]
+    if options.qos_liveliness:
+        chosen.liveliness = LivelinessPolicy[options.qos_liveliness.upper()]
+    lease = options.qos_liveliness_lease_duration_seconds
+    if lease and lease > 0:
+        chosen.liveliness_lease_duration = Duration(seconds=lease)
+    if options.qos_depth and options.qos_depth > 0:
+        chosen.depth = options.qos_depth
+    elif chosen.durability == DurabilityPolicy.TRANSIENT_LOCAL and chosen.depth == 0:
+        chosen.depth = 1
+    return chosen
 
-    Raises:
-        CliError: the topic's type cannot be found out.
-    """
-    settle(node, lambda: node.count_publishers(name) > 0)
-    publishers = node.get_publishers_info_by_topic(name)
-    if type_name is None:
-        types = dict(node.get_topic_names_and_types()).get(node.resolve_topic_name(name))
-        if not types:
-            raise CliError(f"WARNING: topic [{name}] does not appear to be published yet\n"
-                           "Could not determine the type for the passed topic")  # fmt: skip
-        if len(types) > 1:
-            raise CliError(f"Cannot subscribe to '{name}': it has more than one type: {types}")
-        type_name = types[0]
-    return interface(type_name, "msg"), publishers
+
+def profile_for(options: argparse.Namespace, publishers: Sequence[Any]) -> QoSProfile:
+    """Like `profile`, but where no option overrides anything it fits the publishers."""
+    if any(getattr(options, f"qos_{name}") is not None for name in _OVERRIDES):
+        return profile(options)
+    chosen = _preset(options.qos_profile)
+    if publishers:
+        offers = [publisher.qos_profile for publisher in publishers]
+        reliable, best_effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+        latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
+        chosen.reliability = _offered(
+            (offer.reliability for offer in offers), reliable, best_effort
+        )
+        chosen.durability = _offered((offer.durability for offer in offers), latched, volatile)
+    return chosen
+
+
+def _offered(offers: Iterable[Any], strict: Any, lenient: Any) -> Any:
+    """The strict policy if all offer it."""
+    strict_offers = [offer == strict for offer in offers]
+    if all(strict_offers):
+        return strict
+    if any(strict_offers):
+        kind = f"QoS{type(strict).__name__}"
+        print(
+            f"Some, but not all, publishers are offering {kind}.{strict.name}. Falling back to "
+            f"{kind}.{lenient.name} as it will connect to all publishers"
+        )
+    return lenient

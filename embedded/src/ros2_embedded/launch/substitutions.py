@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import ast
-import operator
+import math
 import os
+import random
 import shlex
+import shutil
+import socket
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +22,7 @@ from ament_index_python.packages import (
 )
 
 from ros2_embedded.launch.errors import LaunchError
+from ros2_embedded.launch.substitution_parser import Call, Parts, parse
 
 
 @dataclass
@@ -28,59 +33,90 @@ class Scope:
     variables: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
     namespace: str = ""
+    remaps: list[tuple[str, str]] = field(default_factory=list)
+    parameters: list[str] = field(default_factory=list)
 
     def inner(self) -> Scope:
         """A scope whose changes stay inside."""
-        return Scope(self.file, dict(self.variables), dict(self.environment), self.namespace)
+        return Scope(
+            self.file,
+            dict(self.variables),
+            dict(self.environment),
+            self.namespace,
+            list(self.remaps),
+            list(self.parameters),
+        )
 
 
-_OPERATORS: dict[type, Callable[..., Any]] = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le,
-    ast.Gt: operator.gt, ast.GtE: operator.ge, ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b, ast.Add: operator.add, ast.Sub: operator.sub,
-    ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Not: operator.not_,
-    ast.USub: operator.neg,
-}  # fmt: skip
+def substitute(text: Any, scope: Scope) -> str:
+    """Replaces every `$(...)`.
+
+    Raises:
+        LaunchError: an unknown substitution, or one that fails.
+    """
+    return _perform(parse(str(text)), scope)
 
 
-def _evaluate(node: ast.AST, text: str) -> Any:
-    """Value of an expression of constants, comparisons, arithmetic and `and`, `or`, `not`, `if`."""
-    match node:
-        case ast.Expression():
-            return _evaluate(node.body, text)
-        case ast.Constant():
-            return node.value
-        case ast.Name(id="true" | "false"):
-            return node.id == "true"
-        case ast.List() | ast.Tuple():
-            return [_evaluate(item, text) for item in node.elts]
-        case ast.UnaryOp() if type(node.op) in _OPERATORS:
-            return _OPERATORS[type(node.op)](_evaluate(node.operand, text))
-        case ast.BinOp() if type(node.op) in _OPERATORS:
-            return _OPERATORS[type(node.op)](
-                _evaluate(node.left, text), _evaluate(node.right, text)
-            )
-        case ast.BoolOp():
-            values = [_evaluate(value, text) for value in node.values]
-            return all(values) if isinstance(node.op, ast.And) else any(values)
-        case ast.Compare() if len(node.ops) == 1 and type(node.ops[0]) in _OPERATORS:
-            left, right = _evaluate(node.left, text), _evaluate(node.comparators[0], text)
-            return _OPERATORS[type(node.ops[0])](left, right)
-        case ast.IfExp():
-            chosen = node.body if _evaluate(node.test, text) else node.orelse
-            return _evaluate(chosen, text)
-    raise LaunchError(
-        f"$(eval {text}): only constants, comparisons and arithmetic are supported here"
-    )
+def _perform(parts: Parts, scope: Scope) -> str:
+    return "".join(part if isinstance(part, str) else _call(part, scope) for part in parts)
 
 
-def _eval(scope: Scope, text: str) -> str:
-    quoted = len(text) > 1 and text[0] == text[-1] and text[0] in "'\""
-    expression = text[1:-1] if quoted and text[0] not in text[1:-1] else text
+def _call(call: Call, scope: Scope) -> str:
+    function = _FUNCTIONS.get(call.name)
+    if function is None:
+        raise LaunchError(f"Unknown substitution: {call.name}")
+    arguments = [_perform(argument, scope) for argument in call.arguments]
     try:
-        return str(_evaluate(ast.parse(expression, mode="eval"), expression))
-    except (SyntaxError, TypeError, ZeroDivisionError) as error:
-        raise LaunchError(f"$(eval {text}): {error}") from error
+        return function(scope, *arguments)
+    except TypeError as error:
+        raise LaunchError(f"{call.name} substitution: wrong number of arguments") from error
+    except (PackageNotFoundError, ValueError, OSError) as error:
+        raise LaunchError(str(error)) from error
+
+
+def is_true(text: str) -> bool:
+    """Whether a condition holds: true or false, 1 or 0.
+
+    Raises:
+        LaunchError: neither.
+    """
+    value = {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower())
+    if value is None:
+        raise LaunchError(
+            f"invalid condition expression, expected one of ['true', '1', 'false', '0'] but got "
+            f"'{text.strip().lower()}'"
+        )
+    return value
+
+
+def truth(text: str) -> bool:
+    """Value of a text where a bool is wanted: more words than in a condition.
+
+    Raises:
+        LaunchError: it is none.
+    """
+    words = {"true": True, "yes": True, "on": True, "1": True,
+             "false": False, "no": False, "off": False, "0": False}  # fmt: skip
+    if text.lower() not in words:
+        raise LaunchError(f"Cannot convert value '{text}' to a bool")
+    return words[text.lower()]
+
+
+def _lower(value: bool) -> str:
+    return str(value).lower()
+
+
+def _eval(scope: Scope, expression: str, modules: str = "math") -> str:
+    """Python's value of an expression, as in ROS 2; the names of `math` can stand alone."""
+    names: dict[str, Any] = {}
+    for module in (name.strip() for name in modules.split(",")):
+        names[module] = __import__(module)
+    if "math" in names:
+        names.update(vars(math))
+    try:
+        return str(eval(expression, {}, names))
+    except Exception as error:  # whatever the expression does
+        raise LaunchError(str(error)) from error
 
 
 def _var(scope: Scope, name: str, default: str | None = None) -> str:
@@ -97,80 +133,61 @@ def _env(scope: Scope, name: str, default: str | None = None) -> str:
     return value
 
 
-def _find(function: Callable[[str], str]) -> Callable[[Scope, str], str]:
-    def find(scope: Scope, package: str) -> str:
-        try:
-            return function(package)
-        except (PackageNotFoundError, ValueError) as error:
-            raise LaunchError(str(error)) from error
+def _equals(left: str, right: str) -> bool:
+    """As texts, but truth values and numbers by what they mean."""
+    words = {"true": True, "1": True, "false": False, "0": False}
+    if left.lower() in words and right.lower() in words:
+        return words[left.lower()] == words[right.lower()]
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
 
-    return find
+
+def _find_executable(scope: Scope, name: str) -> str:
+    path = shutil.which(name)
+    if path is None:
+        raise LaunchError(f"executable '{name}' not found on the PATH")
+    return path
+
+
+def _command(scope: Scope, command: str, on_stderr: str = "fail") -> str:
+    done = subprocess.run(shlex.split(command), capture_output=True, text=True)
+    if done.returncode:
+        raise LaunchError(
+            f"executed command failed. Command: {command}\nCaptured stderr output: {done.stderr}"
+        )
+    if done.stderr and on_stderr == "fail":
+        raise LaunchError(f"executed command showed stderr output. Command: {command}")
+    return done.stdout + (done.stderr if on_stderr == "capture" else "")
+
+
+def _anonymous(scope: Scope, name: str) -> str:
+    """A name that nobody else has, the same one each time."""
+    number = random.randint(0, sys.maxsize)
+    made = f"{name}_{socket.gethostname()}_{os.getpid()}_{number}"
+    return scope.variables.setdefault(f"anon{name}", made.translate(str.maketrans(".-:", "___")))
 
 
 _FUNCTIONS: dict[str, Callable[..., str]] = {
     "var": _var,
     "env": _env,
-    "optenv": lambda scope, name, default="": scope.environment.get(name, default),
-    "find-pkg-share": _find(get_package_share_directory),
-    "find-pkg-prefix": _find(get_package_prefix),
+    "eval": _eval,
+    "find-pkg-share": lambda scope, package: get_package_share_directory(package),
+    "find-pkg-prefix": lambda scope, package: get_package_prefix(package),
+    "find-exec": _find_executable,
+    "exec-in-pkg": lambda scope, name, package: str(Path(sys.executable).with_name(name)),
     "dirname": lambda scope: str(scope.file.parent),
     "filename": lambda scope: str(scope.file),
-    "equals": lambda scope, left, right: str(left == right),
-    "not": lambda scope, value: str(not is_true(value)),
-    "and": lambda scope, left, right: str(is_true(left) and is_true(right)),
-    "or": lambda scope, left, right: str(is_true(left) or is_true(right)),
+    "file-content": lambda scope, path: Path(path).read_text(encoding="utf-8"),
+    "command": _command,
+    "anon": _anonymous,
+    "equals": lambda scope, left, right: _lower(_equals(left, right)),
+    "not-equals": lambda scope, left, right: _lower(not _equals(left, right)),
+    "not": lambda scope, value: _lower(not truth(value)),
+    "and": lambda scope, left, right: _lower(truth(left) and truth(right)),
+    "or": lambda scope, left, right: _lower(truth(left) or truth(right)),
+    "any": lambda scope, *values: _lower(any([truth(value) for value in values])),
+    "all": lambda scope, *values: _lower(all([truth(value) for value in values])),
+    "if": lambda scope, wanted, yes, no="": yes if truth(wanted) else no,
 }
-
-
-def is_true(text: Any) -> bool:
-    """Whether a condition holds: true or false, 1 or 0.
-
-    Raises:
-        LaunchError: neither.
-    """
-    value = {"true": True, "1": True, "false": False, "0": False}.get(str(text).strip().lower())
-    if value is None:
-        raise LaunchError(f"'{text}' is no condition: true, false, 1 or 0 expected")
-    return value
-
-
-def substitute(text: Any, scope: Scope) -> str:
-    """Replaces every `$(...)`, the innermost first.
-
-    Raises:
-        LaunchError: an unknown substitution, or one that fails.
-    """
-    value = str(text)
-    while "$(" in value:
-        start = value.rindex("$(")
-        end = value.find(")", start)
-        if value[start:].startswith("$(eval"):
-            end = _closing(value, start)
-        if end < 0:
-            raise LaunchError(f"'{text}': a $( is not closed")
-        value = value[:start] + _call(value[start + 2 : end], scope) + value[end + 1 :]
-    return value
-
-
-def _closing(value: str, start: int) -> int:
-    """Where the parenthesis that opens at `start` closes, for expressions with their own."""
-    depth = 0
-    for i in range(start + 1, len(value)):
-        depth += {"(": 1, ")": -1}.get(value[i], 0)
-        if depth == 0:
-            return i
-    return -1
-
-
-def _call(inside: str, scope: Scope) -> str:
-    name, _, rest = inside.strip().partition(" ")
-    if name == "eval":
-        return _eval(scope, rest.strip())
-    function = _FUNCTIONS.get(name)
-    if function is None:
-        known = ", ".join(sorted([*_FUNCTIONS, "eval"]))
-        raise LaunchError(f"unknown substitution $({inside}); there are: {known}")
-    try:
-        return function(scope, *shlex.split(rest))
-    except (TypeError, ValueError) as error:
-        raise LaunchError(f"$({inside}): wrong arguments") from error

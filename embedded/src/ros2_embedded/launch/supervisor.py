@@ -11,9 +11,11 @@ import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import Any
 
-from ros2_embedded.launch.description import ProcessSpec
+from ros2_embedded.launch.description import LaunchPlan
+from ros2_embedded.launch.log import LaunchLog
+from ros2_embedded.launch.processes import ProcessSpec
 
 GRACE = 5.0
 """After this time [s] a process that does not end is told so more firmly."""
@@ -49,9 +51,10 @@ class _Child:
 class Supervisor:
     """Runs a list of processes until all have ended."""
 
-    def __init__(self, specs: list[ProcessSpec]) -> None:
+    def __init__(self, plan: LaunchPlan, log: LaunchLog) -> None:
         """Nothing is started yet."""
-        self._specs = specs
+        self._log = log
+        self._messages, self._specs = plan.messages, plan.processes
         self._children: list[_Child] = []
         self._selector = selectors.DefaultSelector()
         self._wake_read, self._wake_write = os.pipe()
@@ -63,7 +66,7 @@ class Supervisor:
         """Starts the processes and stays until all have ended.
 
         Returns:
-            0, or 1 if a process died of itself.
+            0, or 1 if a process could not be started: one that died is no failure, as in ROS 2.
         """
         os.set_blocking(self._wake_read, False)
         os.set_blocking(self._wake_write, False)
@@ -72,6 +75,8 @@ class Supervisor:
         previous_fd = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._selector.register(self._wake_read, selectors.EVENT_READ, None)
         try:
+            for message in self._messages:
+                self._log.say("INFO", "launch.user", message)
             for spec in self._specs:
                 if self._stage < 0:
                     self._start(spec)
@@ -101,7 +106,7 @@ class Supervisor:
                 preexec_fn=lambda: _die_with_parent(parent),
             )
         except OSError as error:
-            _say("ERROR", spec.label, f"process could not be started: {error}")
+            self._log.say("ERROR", spec.label, f"process could not be started: {error}")
             self._failed = True
             self._shut_down()
             return
@@ -111,7 +116,7 @@ class Supervisor:
             assert stream is not None
             os.set_blocking(stream.fileno(), False)
             self._selector.register(stream, selectors.EVENT_READ, child)
-        _say("INFO", spec.label, f"process started with pid [{process.pid}]")
+        self._log.say("INFO", spec.label, f"process started with pid [{process.pid}]")
 
     def _step(self) -> None:
         timeout = max(0.0, self._next_stage - time.monotonic())
@@ -126,10 +131,10 @@ class Supervisor:
 
     def _on_signals(self, numbers: bytes) -> None:
         if signal.SIGINT in numbers and self._stage < 0:
-            _say("WARNING", "launch", "user interrupted with ctrl-c (SIGINT)")
+            self._log.say("WARNING", "launch", "user interrupted with ctrl-c (SIGINT)")
             self._shut_down()
         if signal.SIGTERM in numbers and self._stage < 0:
-            _say("INFO", "launch", "received SIGTERM")
+            self._log.say("INFO", "launch", "received SIGTERM")
             self._shut_down()
 
     def _forward(self, child: _Child, stream: Any) -> None:
@@ -150,14 +155,11 @@ class Supervisor:
         if newline:
             self._print(child, stream, head)
 
-    @staticmethod
-    def _print(child: _Child, stream: Any, data: bytes) -> None:
-        if not data:
-            return
-        target: IO[str] = sys.stdout if stream is child.process.stdout else sys.stderr
-        lines = data.decode("utf-8", "replace").split("\n")
-        target.write("".join(f"[{child.spec.label}] {line}\n" for line in lines))
-        target.flush()
+    def _print(self, child: _Child, stream: Any, data: bytes) -> None:
+        if data:
+            name = "stdout" if stream is child.process.stdout else "stderr"
+            text = data.decode("utf-8", "replace")
+            self._log.forward(child.spec.label, name, text, child.spec.output)
 
     def _reap(self) -> None:
         for child in self._children:
@@ -175,13 +177,11 @@ class Supervisor:
     def _report(self, child: _Child) -> None:
         code, pid = child.process.returncode, child.process.pid
         if code == 0:
-            _say("INFO", child.spec.label, f"process has finished cleanly [pid {pid}]")
+            self._log.say("INFO", child.spec.label, f"process has finished cleanly [pid {pid}]")
             return
         command = " ".join(child.spec.command)
         text = f"process has died [pid {pid}, exit code {code}, cmd '{command}']."
-        _say("ERROR", child.spec.label, text)
-        if self._stage < 0:
-            self._failed = True
+        self._log.say("ERROR", child.spec.label, text)
 
     def _shut_down(self) -> None:
         if self._stage < 0:
@@ -197,13 +197,14 @@ class Supervisor:
             label = child.spec.label
             if self._stage:
                 before = _ESCALATION[self._stage - 1].name
-                _say(
+                waited = f"{GRACE:g}" if self._stage == 1 else f"{2 * GRACE}"
+                self._log.say(
                     "ERROR",
                     label,
-                    f"process[{label}] failed to terminate '{GRACE:g}' seconds after receiving "
+                    f"process[{label}] failed to terminate '{waited}' seconds after receiving "
                     f"'{before}', escalating to '{number.name}'",
                 )
-            _say("INFO", label, f"sending signal '{number.name}' to process[{label}]")
+            self._log.say("INFO", label, f"sending signal '{number.name}' to process[{label}]")
             child.signal_group(number)
         self._next_stage = time.monotonic() + GRACE
 
@@ -212,7 +213,3 @@ class Supervisor:
             if child.process.poll() is None:
                 child.signal_group(signal.SIGKILL)
                 child.process.wait()
-
-
-def _say(level: str, name: str, text: str) -> None:
-    print(f"[{level}] [{name}]: {text}", flush=True)

@@ -1,0 +1,156 @@
+"""Bags as rosbag2 writes them: a folder with one MCAP file and `metadata.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2.storage_mcap import Channel, McapWriter, write_channel, write_string
+
+from ros2_embedded.catalogue import interface_text, message_spec
+from ros2_embedded.typehash import type_hash
+
+_NANOSECONDS = 1_000_000_000
+_INFINITE = 2**63 - 1
+_OWN_DISTRO, _DISTRO = "ros_distro: rosbags", "ros_distro: jazzy"
+_SEPARATOR = "=" * 80
+
+
+class _Storage(McapWriter):
+    """rosbags' MCAP, with rosbag2's name of the file and what else rosbag2 writes.
+
+    door_impact_bringup has some of this in mcap_file.py: it runs on ROS 2 too, where this
+    package is not.
+    """
+
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        """Opens `FOLDER/FOLDER_0.mcap`."""
+        super().__init__(path, compression)
+        self.path = self.path.rename(path / f"{path.name}_0.mcap")
+
+    def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
+        """Adds a channel; rosbag2 looks for the type's hash beside the offers."""
+        metadata = BytesIO()
+        for key, value in (
+            ("offered_qos_profiles", offered_qos_profiles),
+            ("topic_type_hash", connection.digest),
+        ):
+            write_string(metadata, key)
+            write_string(metadata, value)
+        channel = Channel(
+            connection.id, connection.msgtype, connection.topic, "cdr", metadata.getvalue()
+        )
+        self.channels.append(channel)
+        self.channel_stats[connection.id] = 0
+        write_channel(self.chunk.bio, channel, self.schemas)
+
+    def close_chunk(self) -> None:
+        """Writes a chunk; where it has no message its times are zero, as MCAP says."""
+        if not self.chunk.msgs:
+            self.chunk.message_start_time = 0
+        super().close_chunk()
+
+    def close(self, version: int, metadata: str) -> None:
+        """Ends the file, in the same way where it has no message at all."""
+        if not any(self.channel_stats.values()):
+            self.message_start_time = 0
+        super().close(version, metadata.replace(_OWN_DISTRO, _DISTRO))
+
+
+class _Writer(Writer):
+    STORAGE_PLUGINS: Mapping[StoragePlugin, Any] = {StoragePlugin.MCAP: _Storage}
+
+
+class BagWriter:
+    """Writes a bag; memory stays bounded, since chunks of about 1 MiB are written as they fill."""
+
+    def __init__(self, folder: Path, *, compress: bool, custom_data: Mapping[str, str]) -> None:
+        """Makes the folder.
+
+        Raises:
+            OSError: it cannot be made.
+            WriterError: it exists.
+        """
+        self._writer = _Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+        if compress:
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        for key, value in custom_data.items():
+            self._writer.set_custom_data(key, value)
+        self._writer.open()
+
+    def add_topic(self, topic: str, kind: str, offers: Sequence[Any]) -> Connection:
+        """Adds a topic.
+
+        Args:
+            topic: full name.
+            kind: type of its messages, `pkg/msg/Name`.
+            offers: quality of service of its publishers, as rclpy has it.
+
+        Returns:
+            What `write` takes.
+        """
+        return self._writer.add_connection(
+            topic,
+            kind,
+            msgdef=full_definition(kind),
+            rihs01=type_hash(kind),
+            offered_qos_profiles=[_recorded(offer) for offer in offers],
+        )
+
+    def write(self, topic: Connection, stamp: int, data: bytes) -> None:
+        """Writes a message: when it was received [ns], and CDR with its header of four bytes."""
+        self._writer.write(topic, stamp, data)
+
+    def close(self) -> None:
+        """Completes the bag."""
+        if not self._writer.max_timestamp:  # no message: rosbags would have it begin in 2262
+            self._writer.min_timestamp = 0
+        self._writer.close()
+        path = self._writer.metapath
+        text = path.read_text("utf-8")
+        path.write_text(text.replace(_OWN_DISTRO, _DISTRO), "utf-8")
+
+
+def full_definition(name: str) -> str:
+    """Definition of a message, and of each that it refers to, as a bag carries them."""
+    order = [name]
+    for current in order:  # grows on the way
+        for field in message_spec(current).fields:
+            if not field.type.primitive and field.type.base not in order:
+                order.append(field.type.base)
+    texts = [interface_text(each) for each in order]
+    parts = zip(order[1:], texts[1:], strict=True)
+    return texts[0] + "".join(f"{_SEPARATOR}\nMSG: {part}\n{text}" for part, text in parts)
+
+
+def _recorded(offer: Any) -> Qos:
+    """A profile of rclpy as the bag has it."""
+    return Qos(
+        QosHistory[offer.history.name],
+        offer.depth,
+        QosReliability[offer.reliability.name],
+        QosDurability[offer.durability.name],
+        _time(offer, "deadline"),
+        _time(offer, "lifespan"),
+        QosLiveliness[offer.liveliness.name],
+        _time(offer, "liveliness_lease_duration"),
+        avoid_ros_namespace_conventions=False,
+    )
+
+
+def _time(offer: Any, name: str) -> QosTime:
+    duration = getattr(offer, name, None)
+    nanoseconds = _INFINITE if duration is None else duration.nanoseconds
+    return QosTime(*divmod(min(nanoseconds, _INFINITE), _NANOSECONDS))
