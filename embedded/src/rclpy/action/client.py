@@ -119,6 +119,8 @@ class ActionClient:
         check_action_type(action_type)
         self._node, self._action_type = node, action_type
         self._goal_handles: dict[bytes, weakref.ref[ClientGoalHandle]] = {}
+        self._early: dict[bytes, int] = {}
+        """States of goals that the server has not answered yet, told before the answer."""
         self._feedback_callbacks: dict[bytes, Callable[[Any], Any]] = {}
         impl = action_type.Impl
         self._goal_client, self._cancel_client, self._result_client = self._clients = [
@@ -154,6 +156,9 @@ class ActionClient:
     def _on_status(self, message: Any) -> None:
         for state in message.status_list:
             key = bytes(state.goal_info.goal_id.uuid)
+            if key in self._early:
+                self._early[key] = int(state.status)
+                continue
             reference = self._goal_handles.get(key)
             handle = None if reference is None else reference()
             if handle is not None:
@@ -182,17 +187,20 @@ class ActionClient:
             self._feedback_callbacks[bytes(goal_uuid.uuid)] = feedback_callback
         future = Future()
         request = self._action_type.Impl.SendGoalService.Request(goal_id=goal_uuid, goal=goal)
+        self._early[bytes(goal_uuid.uuid)] = int(GoalStatus.UNKNOWN)
         sent = self._goal_client.call_async(request)
         sent._add_waker(lambda: self._on_answer(sent, goal_uuid, future))
         future._add_waker(sent.cancel)  # as after a cancellation
         return future
 
     def _on_answer(self, sent: Future, goal_uuid: Any, future: Future) -> None:
+        key = bytes(goal_uuid.uuid)
+        status = self._early.pop(key, int(GoalStatus.UNKNOWN))
         if sent.cancelled():
             return
         handle = ClientGoalHandle(self, goal_uuid, sent.result())
-        key = bytes(goal_uuid.uuid)
         if handle.accepted:
+            handle.set_status(status)
             if key in self._goal_handles:
                 raise RuntimeError(f"Two goals were accepted with the same ID ({handle})")
             self._goal_handles[key] = weakref.ref(handle)
