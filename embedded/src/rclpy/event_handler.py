@@ -248,7 +248,7 @@ class EndpointEvents:
     def release(self) -> None:
         """Ends them: no callback comes afterwards."""
         if self.handlers:
-            self._node.context.status_thread.forget(self._endpoint)
+            self._node.context.status_thread.remove(self._endpoint)
         entities = self._node.handle.entities
         for handler in self.handlers:
             if handler in entities:

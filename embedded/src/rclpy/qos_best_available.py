@@ -39,6 +39,12 @@ def _settle_times(profile: QoSProfile, others: list[QoSProfile], choose: Any) ->
             )
 
 
+def _settle_liveliness(profile: QoSProfile, others: list[QoSProfile], choose: Any) -> None:
+    manual = choose(other.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC for other in others)
+    policy = LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC
+    _settle(profile, "liveliness", policy)
+
+
 def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> QoSProfile:
     """The profile with its open policies as strict as all publishers' allow."""
     if not _is_open(profile):
@@ -46,7 +52,6 @@ def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) 
     chosen, offers = copy.copy(profile), find()
     reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
     latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
-    manual = all(offer.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC for offer in offers)
     _settle(
         chosen,
         "reliability",
@@ -57,11 +62,7 @@ def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) 
         "durability",
         DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )
-    _settle(
-        chosen,
-        "liveliness",
-        LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
-    )
+    _settle_liveliness(chosen, offers, all)
     _settle_times(chosen, offers, max)
     return chosen
 
@@ -71,13 +72,8 @@ def for_publisher(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> 
     if not _is_open(profile):
         return profile
     chosen, wishes = copy.copy(profile), find()
-    manual = any(wish.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC for wish in wishes)
     _settle(chosen, "reliability", ReliabilityPolicy.RELIABLE)
     _settle(chosen, "durability", DurabilityPolicy.TRANSIENT_LOCAL)
-    _settle(
-        chosen,
-        "liveliness",
-        LivelinessPolicy.MANUAL_BY_TOPIC if manual else LivelinessPolicy.AUTOMATIC,
-    )
+    _settle_liveliness(chosen, wishes, any)
     _settle_times(chosen, wishes, min)
     return chosen

@@ -6,25 +6,18 @@ takes what has come and hands it to the readers' owners, who wake their executor
 
 from __future__ import annotations
 
-import threading
 import time
 import traceback
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any
 
-from cyclonedds.core import (
-    DDSException,
-    GuardCondition,
-    InstanceState,
-    ReadCondition,
-    SampleState,
-    ViewState,
-    WaitSet,
-)
+from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import InvalidSample
 from cyclonedds.util import duration
+
+from ros2_embedded.waiting_thread import WaitingThread
 
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 _BATCH = 256
@@ -33,20 +26,13 @@ _FOREVER = duration(infinite=True)
 Sink = Callable[[list[Any]], None]
 
 
-class ReaderThread:
+class ReaderThread(WaitingThread):
     """Waits for all readers of a participant and hands over what they receive."""
 
     def __init__(self, participant: DomainParticipant) -> None:
         """Starts the thread."""
-        self._waitset = WaitSet(participant)
-        self._guard = GuardCondition(participant)
-        self._waitset.attach(self._guard)
-        self._sinks: OrderedDict[ReadCondition, Sink] = OrderedDict()
-        self._lock = threading.RLock()
-        self._stopping = False
         self._due: dict[Callable[[], None], float] = {}
-        self._thread = threading.Thread(target=self._run, name="dds_reader", daemon=True)
-        self._thread.start()
+        super().__init__(participant, "dds_reader", OrderedDict())
 
     def add(self, reader: Any, sink: Sink) -> ReadCondition:
         """From now on `sink` gets lists of samples of `reader`, in this thread."""
@@ -55,12 +41,6 @@ class ReaderThread:
             self._sinks[condition] = sink
             self._waitset.attach(condition)
         return condition
-
-    def remove(self, condition: ReadCondition) -> None:
-        """Stops the hand-over; afterwards the sink is not called any more."""
-        with self._lock:
-            if self._sinks.pop(condition, None) is not None:
-                self._waitset.detach(condition)
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
         """Calls `function` in this thread after `delay` [s], unless a call of it is pending."""
@@ -80,42 +60,22 @@ class ReaderThread:
                 with self._lock:
                     self._hand_over_all(triggered)
         except DDSException:
-            if not self._stopping:  # see `_run`
+            if not self._stopping:  # see `WaitingThread._run`
                 raise
 
-    def stop(self) -> None:
-        """Makes what is due, ends the thread and forgets the readers."""
-        self._stopping = True
-        self._guard.set(True)
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+    def _turn(self) -> None:
+        timeout = _FOREVER
         with self._lock:
-            for condition in list(self._sinks):
-                self.remove(condition)
-            self._waitset.detach(self._guard)
-
-    def _run(self) -> None:
-        try:
-            self._wait_and_hand_over()
-        except DDSException:
-            # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
-            if not self._stopping:
-                raise
-
-    def _wait_and_hand_over(self) -> None:
-        while not self._stopping:
-            timeout = _FOREVER
-            with self._lock:
-                if self._due:
-                    timeout = max(0, int((min(self._due.values()) - time.monotonic()) * 1e9))
-            triggered = self._waitset.wait(timeout)
-            self._guard.set(False)
-            with self._lock:
-                now = time.monotonic()
-                for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
-                    del self._due[function]
-                    function()
-                self._hand_over_all(triggered)
+            if self._due:
+                timeout = max(0, int((min(self._due.values()) - time.monotonic()) * 1e9))
+        triggered = self._waitset.wait(timeout)
+        self._guard.set(False)
+        with self._lock:
+            now = time.monotonic()
+            for function in [f for f, at in self._due.items() if at <= now or self._stopping]:
+                del self._due[function]
+                function()
+            self._hand_over_all(triggered)
 
     def _hand_over_all(self, triggered: int) -> None:
         """Looks for so many conditions with data, first where there was data last."""

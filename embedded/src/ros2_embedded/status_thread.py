@@ -7,14 +7,15 @@ waits for Python's lock while a write holds that one would never end.
 from __future__ import annotations
 
 import ctypes
-import threading
 from collections.abc import Callable
 from typing import Any
 
-from cyclonedds.core import DDSException, DDSStatus, GuardCondition, WaitSet
+from cyclonedds.core import DDSException, DDSStatus
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import DDS, dds_c_t
 from cyclonedds.util import duration
+
+from ros2_embedded.waiting_thread import WaitingThread
 
 Sinks = dict[int, Callable[[Any], None]]
 """What gets the status, by the bit of `DDSStatus`."""
@@ -48,19 +49,12 @@ def _has_changed(status: Any) -> bool:
     return any(getattr(status, name) for name, _ in status._fields_ if name.endswith("_change"))
 
 
-class StatusThread:
+class StatusThread(WaitingThread):
     """Hands changes of status to whom they concern; asleep nearly always."""
 
     def __init__(self, participant: DomainParticipant) -> None:
         """Starts the thread."""
-        self._waitset = WaitSet(participant)
-        self._guard = GuardCondition(participant)
-        self._waitset.attach(self._guard)
-        self._sinks: dict[Any, Sinks] = {}
-        self._lock = threading.RLock()
-        self._stopping = False
-        self._thread = threading.Thread(target=self._run, name="dds_status", daemon=True)
-        self._thread.start()
+        super().__init__(participant, "dds_status", {})
 
     def watch(self, endpoint: Any, sinks: Sinks) -> None:
         """From now on `sinks` get the changes, in this thread, and now what has changed already."""
@@ -70,35 +64,12 @@ class StatusThread:
             self._waitset.attach(endpoint)
             self._hand_over(endpoint, sinks)
 
-    def forget(self, endpoint: Any) -> None:
-        """Ends what `watch` began; afterwards no sink is called."""
-        with self._lock:
-            if self._sinks.pop(endpoint, None) is not None:
-                self._waitset.detach(endpoint)
-
-    def stop(self) -> None:
-        """Ends the thread."""
-        self._stopping = True
-        self._guard.set(True)
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
-        with self._lock:
-            for endpoint in list(self._sinks):
-                self.forget(endpoint)
-            self._waitset.detach(self._guard)
-
-    def _run(self) -> None:
-        while not self._stopping:
-            try:
-                self._waitset.wait(_FOREVER)
-                self._look_around()
-            except DDSException:
-                # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
-                if not self._stopping:
-                    raise
+    def _turn(self) -> None:
+        self._waitset.wait(_FOREVER)
+        self._look_around()
 
     def _look_around(self) -> None:
-        # Not in `_run`: its variables would keep an endpoint alive after the last look.
+        # Not in `_turn`: its variables would keep an endpoint alive after the last look.
         with self._lock:
             for endpoint, sinks in list(self._sinks.items()):
                 if endpoint.get_status_changes():

@@ -14,30 +14,19 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import action_goal
 from ros2_embedded.cli.command_node import command_node
-from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.cli.common import CliError, Verb, add_count, add_types, define_verbs, print_named
 from ros2_embedded.naming import join
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the action type"
-    )
-    parser.add_argument(
-        "-c",
-        "--count-actions",
-        action="store_true",
-        help="Only display the number of actions discovered",
-    )
+    add_types(parser, "action")
+    add_count(parser, "actions")
 
 
 def _list(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         actions = get_action_names_and_types(node)
-    if options.count_actions:
-        print(len(actions))
-        return
-    for name, types in actions:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    print_named(actions, options, types=options.show_types)
 
 
 def _add_name(parser: argparse.ArgumentParser) -> None:
@@ -48,9 +37,7 @@ def _add_name(parser: argparse.ArgumentParser) -> None:
 
 def _define_info(parser: argparse.ArgumentParser) -> None:
     _add_name(parser)
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the action type"
-    )
+    add_types(parser, "action")
     parser.add_argument(
         "-c",
         "--count",

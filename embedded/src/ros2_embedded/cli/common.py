@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+from ros2_embedded.naming import is_hidden
 
 Handler = Callable[[argparse.Namespace], "int | str | None"]
 """Does the work; a text that it returns is an error: it goes to stderr, the exit code is 1."""
@@ -53,6 +55,69 @@ def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> 
     for name, subparser in add_commands(parser, parser.prog, summaries).items():
         verbs[name].define(subparser)
         subparser.set_defaults(run=verbs[name].run)
+
+
+def add_count(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds the option that asks for the number of `topics`, `services`, ... alone."""
+    parser.add_argument(
+        "-c",
+        f"--count-{what}",
+        dest="count",
+        action="store_true",
+        help=f"Only display the number of {what} discovered",
+    )
+
+
+def add_hidden(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds the option that asks for hidden `topics` or `services` too."""
+    parser.add_argument(
+        f"--include-hidden-{what}",
+        dest="include_hidden",
+        action="store_true",
+        help=f"Consider hidden {what} as well",
+    )
+
+
+def add_types(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds the option that asks for the types too."""
+    parser.add_argument(
+        "-t", "--show-types", action="store_true", help=f"Additionally show the {what} type"
+    )
+
+
+def add_window(parser: argparse.ArgumentParser, default: int, text: str, **options: Any) -> None:
+    """Adds the option for how many messages something is reckoned from."""
+    parser.add_argument(
+        "--window",
+        "-w",
+        type=positive_int,
+        default=default,
+        help=f"{text} (default: {default})",
+        **options,
+    )
+
+
+Named = Sequence[tuple[str, list[str]]]
+"""Names of topics and the like with their types."""
+
+
+def visible(found: Named, options: argparse.Namespace) -> Named:
+    """Those that are not hidden, or all if `add_hidden`'s option asks for them."""
+    return [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
+
+
+def print_named(found: Named, options: argparse.Namespace, *, types: bool = False) -> None:
+    """Prints names, one a line, with their types if asked, or only their number."""
+    if options.count:
+        print(len(found))
+        return
+    for name, kinds in found:
+        print(f"{name} [{', '.join(kinds)}]" if types else name)
+
+
+def print_of_type(found: Named, kind: str, options: argparse.Namespace) -> None:
+    """Prints the names of those that have a type, or only their number."""
+    print_named([pair for pair in found if kind in pair[1]], options)
 
 
 def positive_int(text: str) -> int:

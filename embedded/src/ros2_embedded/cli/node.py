@@ -12,7 +12,7 @@ from rclpy.action.graph import (
 from rclpy.node import Node
 
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import Verb, define_verbs
+from ros2_embedded.cli.common import Verb, add_count, define_verbs
 from ros2_embedded.naming import is_hidden, join
 
 Named = list[tuple[str, list[str]]]
@@ -29,18 +29,13 @@ def _define_list(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-a", "--all", action="store_true", help="Display all nodes even hidden ones"
     )
-    parser.add_argument(
-        "-c",
-        "--count-nodes",
-        action="store_true",
-        help="Only display the number of nodes discovered",
-    )
+    add_count(parser, "nodes")
 
 
 def _list(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         names = sorted(node_names(node, options.all))
-    if options.count_nodes:
+    if options.count:
         print(len(names))
         return
     if len(set(names)) < len(names):

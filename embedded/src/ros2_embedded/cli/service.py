@@ -8,47 +8,34 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import service_call
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import Verb, define_verbs
-from ros2_embedded.naming import is_hidden
+from ros2_embedded.cli.common import (
+    Named,
+    Verb,
+    add_count,
+    add_hidden,
+    add_types,
+    define_verbs,
+    print_named,
+    print_of_type,
+    visible,
+)
 
 
-def _add_hidden(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--include-hidden-services", action="store_true", help="Consider hidden services as well"
-    )
-
-
-def _add_count(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-c",
-        "--count-services",
-        action="store_true",
-        help="Only display the number of services discovered",
-    )
-
-
-def _services(node: Node, options: argparse.Namespace) -> list[tuple[str, list[str]]]:
-    found = node.get_service_names_and_types()
-    return [pair for pair in found if options.include_hidden_services or not is_hidden(pair[0])]
+def _services(node: Node, options: argparse.Namespace) -> Named:
+    return visible(node.get_service_names_and_types(), options)
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
     add_options(parser)
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the service type"
-    )
-    _add_count(parser)
-    _add_hidden(parser)
+    add_types(parser, "service")
+    add_count(parser, "services")
+    add_hidden(parser, "services")
 
 
 def _list(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         services = _services(node, options)
-    if options.count_services:
-        print(len(services))
-        return
-    for name, types in services:
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    print_named(services, options, types=options.show_types)
 
 
 def _define_info(parser: argparse.ArgumentParser) -> None:
@@ -92,23 +79,19 @@ def _define_find(parser: argparse.ArgumentParser) -> None:
         help="Name of the ROS service type to filter for "
         "(e.g. 'rcl_interfaces/srv/ListParameters')",
     )
-    _add_count(parser)
-    _add_hidden(parser)
+    add_count(parser, "services")
+    add_hidden(parser, "services")
 
 
 def _find(options: argparse.Namespace) -> None:
     with command_node(options) as node:
-        found = [name for name, types in _services(node, options) if options.service_type in types]
-    if options.count_services:
-        print(len(found))
-        return
-    for name in found:
-        print(name)
+        found = _services(node, options)
+    print_of_type(found, options.service_type, options)
 
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options and verbs of `ros2 service`."""
-    _add_hidden(parser)
+    add_hidden(parser, "services")
     verbs = {
         "call": Verb("Call a service", service_call.define, service_call.call),
         "find": Verb("Output a list of available services of a given type", _define_find, _find),

@@ -8,37 +8,28 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import topic_bw, topic_delay, topic_echo, topic_hz, topic_pub
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import Verb, define_verbs
-from ros2_embedded.naming import is_hidden
+from ros2_embedded.cli.common import (
+    Named,
+    Verb,
+    add_count,
+    add_hidden,
+    add_types,
+    define_verbs,
+    print_named,
+    print_of_type,
+    visible,
+)
 
 
-def _add_hidden(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--include-hidden-topics", action="store_true", help="Consider hidden topics as well"
-    )
-
-
-def _add_count(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-c",
-        "--count-topics",
-        action="store_true",
-        help="Only display the number of topics discovered",
-    )
-
-
-def _topics(node: Node, options: argparse.Namespace) -> list[tuple[str, list[str]]]:
-    found = node.get_topic_names_and_types()
-    return [pair for pair in found if options.include_hidden_topics or not is_hidden(pair[0])]
+def _topics(node: Node, options: argparse.Namespace) -> Named:
+    return visible(node.get_topic_names_and_types(), options)
 
 
 def _define_list(parser: argparse.ArgumentParser) -> None:
     add_options(parser)
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help="Additionally show the topic type"
-    )
-    _add_count(parser)
-    _add_hidden(parser)
+    add_types(parser, "topic")
+    add_count(parser, "topics")
+    add_hidden(parser, "topics")
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="List full details about each topic"
     )
@@ -50,9 +41,7 @@ def _list(options: argparse.Namespace) -> None:
         counts = {
             name: (node.count_publishers(name), node.count_subscribers(name)) for name, _ in topics
         }
-    if options.count_topics:
-        print(len(topics))
-    elif options.verbose and topics:
+    if options.verbose and topics and not options.count:
         for way, (title, noun) in enumerate(_SIDES):
             print(f"{title} topics:")
             for name, types in topics:
@@ -61,8 +50,7 @@ def _list(options: argparse.Namespace) -> None:
                     print(f" * {name} [{', '.join(types)}] {count} {noun}{plural}")
             print()
     else:
-        for name, types in topics:
-            print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+        print_named(topics, options, types=options.show_types)
 
 
 _SIDES = (("Published", "publisher"), ("Subscribed", "subscriber"))
@@ -119,23 +107,19 @@ def _define_find(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msg/msg/String')"
     )
-    _add_count(parser)
-    _add_hidden(parser)
+    add_count(parser, "topics")
+    add_hidden(parser, "topics")
 
 
 def _find(options: argparse.Namespace) -> None:
     with command_node(options) as node:
-        found = [name for name, types in _topics(node, options) if options.topic_type in types]
-    if options.count_topics:
-        print(len(found))
-        return
-    for name in found:
-        print(name)
+        found = _topics(node, options)
+    print_of_type(found, options.topic_type, options)
 
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options and verbs of `ros2 topic`."""
-    _add_hidden(parser)
+    add_hidden(parser, "topics")
     verbs = {
         "bw": Verb("Display bandwidth used by topic", topic_bw.define, topic_bw.bandwidth),
         "delay": Verb(

@@ -9,7 +9,7 @@ import rclpy
 from rclpy.qos import qos_profile_sensor_data
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import positive_int
+from ros2_embedded.cli.common import add_window
 from ros2_embedded.cli.topic_type import type_of_topic
 
 _WINDOW = 100
@@ -18,14 +18,8 @@ _WINDOW = 100
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options."""
     parser.add_argument("topic", help="Topic name to monitor for bandwidth utilization")
-    parser.add_argument(
-        "--window",
-        "-w",
-        type=positive_int,
-        default=_WINDOW,
-        metavar="WINDOW",
-        help=f"maximum window size, in # of messages, for calculating rate (default: {_WINDOW})",
-    )
+    text = "maximum window size, in # of messages, for calculating rate"
+    add_window(parser, _WINDOW, text, metavar="WINDOW")
     add_direct_options(parser)
 
 

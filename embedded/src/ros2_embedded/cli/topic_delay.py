@@ -12,7 +12,7 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import CliError, positive_int
+from ros2_embedded.cli.common import CliError, add_window
 from ros2_embedded.cli.topic_type import type_of_topic
 
 _WINDOW = 10000
@@ -21,13 +21,7 @@ _WINDOW = 10000
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options."""
     parser.add_argument("topic", help="Topic name to calculate the delay for")
-    parser.add_argument(
-        "--window",
-        "-w",
-        type=positive_int,
-        default=_WINDOW,
-        help=f"window size, in # of messages, for calculating rate, string to (default: {_WINDOW})",
-    )
+    add_window(parser, _WINDOW, "window size, in # of messages, for calculating rate, string to")
     add_direct_options(parser)
 
 

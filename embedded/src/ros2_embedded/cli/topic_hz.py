@@ -12,7 +12,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import qos_profile_sensor_data
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import positive_int
+from ros2_embedded.cli.common import add_window
 from ros2_embedded.cli.topic_echo import expression
 from ros2_embedded.cli.topic_type import type_of_topic
 
@@ -26,15 +26,8 @@ def define(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
     )  # fmt: skip
-    parser.add_argument(
-        "--window",
-        "-w",
-        dest="window_size",
-        type=positive_int,
-        default=_WINDOW,
-        metavar="WINDOW",
-        help=f"window size, in # of messages, for calculating rate (default: {_WINDOW})",
-    )
+    text = "window size, in # of messages, for calculating rate"
+    add_window(parser, _WINDOW, text, dest="window_size", metavar="WINDOW")
     parser.add_argument(
         "--filter",
         dest="filter_expr",
