@@ -81,7 +81,7 @@ def test_a_signal_ends_spinning(start: Start, number: signal.Signals) -> None:
     """SIGINT by KeyboardInterrupt; SIGTERM by ExternalShutdownException, a pool just returns."""
     program = f"""
 rclpy.init()
-node = Node("tester")
+node = Node("tester_" + str(os.getpid()))
 main, over = threading.get_ident(), threading.Event()
 
 def send():
@@ -117,7 +117,7 @@ def test_a_signal_lets_a_callback_end(start: Start, number: signal.Signals) -> N
     """SIGTERM leaves a callback that runs alone, SIGINT interrupts it."""
     program = f"""{START}
 rclpy.init()
-node = Node("tester")
+node = Node("tester_" + str(os.getpid()))
 def work():
     try:
         tell("ready")
@@ -237,7 +237,7 @@ def test_the_response_to_a_last_request_arrives(start: Start) -> None:
     """A service whose callback calls rclpy.shutdown() still answers."""
     program = f"""{START}
 rclpy.init()
-node = Node("stopped")
+node = Node("stopped_" + str(os.getpid()))
 
 def stop(request, response):
     rclpy.shutdown()
