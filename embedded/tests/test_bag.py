@@ -29,8 +29,10 @@ def test_a_recording_is_complete_however_it_ends(
     bag = tmp_path / "run"
     recorder = start_ros2("bag", "record", "-a", "-o", str(bag))
     said = ""
-    while "Recording..." not in said or "Subscribed to topic '/latched'" not in said:
-        said += recorder.stdout.readline()
+    for line in recorder.stdout:
+        said += line
+        if "Recording..." in said and "Subscribed to topic '/latched'" in said:
+            break
     ros2("topic", "echo", "--once", "/imu")
     recorder.send_signal(number)
     assert "Recording stopped" in recorder.stdout.read()

@@ -42,8 +42,7 @@ def test_ctrl_c_cancels_a_goal(start_ros2: Any) -> None:
     """And says so; ROS 2's own may have left the domain before it can."""
     action = "door_impact_msgs/action/ExecuteDoorImpact"
     endless = start_ros2("action", "send_goal", "/push", action)
-    while not endless.stdout.readline().startswith("Goal accepted"):
-        pass
+    assert any(line.startswith("Goal accepted") for line in endless.stdout)
     endless.send_signal(signal.SIGINT)
     assert endless.stdout.read().lstrip() == "Canceling goal...\nGoal canceled.\n"
     assert endless.wait(20) == signal.SIGINT
