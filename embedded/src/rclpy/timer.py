@@ -103,6 +103,9 @@ class Timer:
         self._check()
         return self.left()
 
+    def drop_turn(self, executor: Any) -> None:
+        """Its node has left the executor while it was chosen: nothing to give back."""
+
     def destroy(self) -> None:
         """Ends it."""
         self._destroyed = True
