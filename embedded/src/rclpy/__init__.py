@@ -100,10 +100,11 @@ def create_node(node_name: str, **options: Any) -> Node:
 def get_global_executor() -> Executor:
     """The executor of `spin` and its like."""
     global _global_executor
-    if _global_executor is None or not _global_executor.context.ok():
-        _global_executor = SingleThreadedExecutor()
-        get_default_context().on_shutdown(_forget_global_executor)
-    return _global_executor
+    executor = _global_executor
+    if executor is None or not executor.context.ok():
+        executor = _global_executor = SingleThreadedExecutor()
+        get_default_context().on_shutdown(_forget_global_executor)  # at once after a SIGTERM
+    return executor
 
 
 def _forget_global_executor() -> None:

@@ -127,7 +127,7 @@ def load_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
         if not isinstance(node, dict):
             raise ArgumentError(f"The parameter file '{path}' has no ros__parameters in '{name}'")
         for key, value in node.items():
-            if key == "ros__parameters":
+            if key == "ros__parameters" and isinstance(value, (dict, type(None))):
                 found.append((name or "/**", flatten(value or {})))
             else:
                 walk(value, f"{name}/{str(key).strip('/')}")

@@ -135,8 +135,10 @@ class EventHandler(Entity):
         self.callback, self._kind = callback, kind
 
     def note(self, status: Any) -> None:
-        """Takes a status from the thread that watches."""
-        self.receive([_info(self._kind, status)])
+        """Takes a status from the thread that watches; a misfit of types is none of QoS."""
+        info = _info(self._kind, status)
+        if getattr(info, "last_policy_kind", None) != QoSPolicyKind.INVALID:
+            self.receive([info])
 
     def handle(self, sample: Any) -> Any:
         """Calls the function."""

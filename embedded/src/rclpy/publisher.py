@@ -7,10 +7,10 @@ from typing import Any
 
 from cyclonedds.internal import DDS, dds_c_t
 from cyclonedds.pub import DataWriter
-from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 from ros2_embedded import naming
 from ros2_embedded.messages import full_type_name
+from ros2_embedded.thread_safety import make_topic, matched
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
@@ -42,7 +42,7 @@ class Publisher:
         user_data = f"typehash={type_hash(full_type_name(msg_type))};"
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
-        dds_topic = Topic(participant, name, msg_type)
+        dds_topic = make_topic(participant, name, msg_type)
         self._writer: Any = DataWriter(participant, dds_topic, chosen.to_dds(user_data, True))
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
@@ -91,7 +91,7 @@ class Publisher:
 
     def get_subscription_count(self) -> int:
         """Number of subscriptions that get what is published."""
-        return len(self._living().get_matched_subscriptions())
+        return len(matched(self._living().get_matched_subscriptions))
 
     def assert_liveliness(self) -> None:
         """Says that the publisher is alive, for those with liveliness MANUAL_BY_TOPIC."""

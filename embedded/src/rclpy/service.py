@@ -13,7 +13,6 @@ import struct
 import threading
 import time
 from collections.abc import Callable
-from functools import cache
 from types import new_class
 from typing import Any
 
@@ -21,12 +20,12 @@ from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
 from ros2_embedded import naming
 from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
 from ros2_embedded.messages import dds_type_name, full_type_name, no_key
+from ros2_embedded.thread_safety import make_topic, matched, once
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
@@ -48,7 +47,7 @@ _NUMBERS = 1 << 32
 _HEADER = struct.Struct("<Qq")
 
 
-@cache
+@once
 def wire_class(payload: Any) -> Any:
     """The struct on the wire: header, then the payload's fields, under the payload's type name."""
     name = full_type_name(payload)
@@ -102,11 +101,12 @@ class _Peer(Entity):
         endpoints: dict[str, Any] = {}
         for way, (topic_name, payload) in ways.items():
             user_data = f"{own}typehash={type_hash(full_type_name(payload))};"
-            topic = Topic(participant, topic_name, wire_class(payload))
+            topic = make_topic(participant, topic_name, wire_class(payload))
             kind = DataWriter if way == "write" else DataReader
             endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
+        self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
         self._write_class = wire_class(ways["write"][1])
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
@@ -212,7 +212,7 @@ class Service(_Peer):
             time.sleep(_POLL)
 
     def _client_ids(self) -> set[str | None]:
-        handles = self._writer.get_matched_subscriptions()
+        handles = matched(self._writer.get_matched_subscriptions)
         readers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
         return {parse_user_data(reader.qos).get("clientid") for reader in readers if reader}
 
@@ -233,7 +233,6 @@ class Client(_Peer):
             "read": (naming.reply_name(full), srv_type.Response),
         }
         super().__init__(node, "client", full, ways, qos, group)
-        self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
 
     def receive(self, samples: list[Any]) -> None:
         """Leaves replies to other clients aside."""
@@ -295,9 +294,9 @@ class Client(_Peer):
             InvalidHandle: the client was destroyed.
         """
         self._check()
-        if not self._reader.get_matched_publications():
+        if not matched(self._reader.get_matched_publications):
             return False
-        handles = self._writer.get_matched_subscriptions()
+        handles = matched(self._writer.get_matched_subscriptions)
         servers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
         return any(server and not is_fast_dds(server.key.bytes) for server in servers)
 

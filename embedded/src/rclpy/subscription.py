@@ -11,9 +11,9 @@ from typing import Any
 from cyclonedds._clayer import ddspy_take
 from cyclonedds.core import DDSException
 from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
 from ros2_embedded import naming
 from ros2_embedded.messages import full_type_name
+from ros2_embedded.thread_safety import make_topic, matched
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
@@ -73,7 +73,7 @@ class Subscription(Entity):
         user_data = f"typehash={type_hash(full_type_name(msg_type))};"
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
-        dds_topic = Topic(participant, name, msg_type)
+        dds_topic = make_topic(participant, name, msg_type)
         make = RawReader if raw else DataReader
         self._reader: Any = make(participant, dds_topic, chosen.to_dds(user_data, False))
         self._endpoints = Endpoints(node)
@@ -136,7 +136,7 @@ class Subscription(Entity):
     def get_publisher_count(self) -> int:
         """Number of publishers that it hears."""
         self._check()
-        return len(self._reader.get_matched_publications())
+        return len(matched(self._reader.get_matched_publications))
 
     def destroy(self) -> None:
         """Ends it: no callback comes afterwards."""

@@ -21,7 +21,6 @@ from cyclonedds.core import InstanceState, Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from ros2_embedded import naming
@@ -29,6 +28,7 @@ from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
 from ros2_embedded.messages import full_type_name, message_class
 from ros2_embedded.reader_thread import ReaderThread
+from ros2_embedded.thread_safety import make_topic
 from ros2_embedded.typehash import type_hash
 
 _PUBLISH_DELAY = 0.02
@@ -86,7 +86,7 @@ class Graph:
         self.on_other_node: Callable[[str], None] = lambda full_name: None
         self.warn: Callable[[str, str], None] = lambda full_name, text: None
         info = message_class("rmw_dds_common/msg/ParticipantEntitiesInfo")
-        topic = Topic(participant, "ros_discovery_info", info)
+        topic = make_topic(participant, "ros_discovery_info", info)
         user_data = Policy.Userdata(f"typehash={type_hash(full_type_name(info))};".encode("ascii"))
         qos = Qos(
             *_LATCHED,

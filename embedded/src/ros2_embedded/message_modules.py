@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from functools import cache
 from types import ModuleType
 from typing import Any
 
 from ros2_embedded.catalogue import KINDS, list_interfaces, message_spec
 from ros2_embedded.messages import message_class
+from ros2_embedded.thread_safety import once
 
 
 def _group(name: str, parts: dict[str, str]) -> type:
@@ -24,14 +24,14 @@ def _group(name: str, parts: dict[str, str]) -> type:
     return type(short, (), {**own, **members})
 
 
-@cache
+@once
 def service_class(name: str) -> Any:
     """Class of a service `pkg/srv/Name`, with `Request` and `Response`."""
     message_spec(name + "_Request")
     return _group(name, {"Request": "_Request", "Response": "_Response"})
 
 
-@cache
+@once
 def action_class(name: str) -> Any:
     """Class of an action `pkg/action/Name`, with `Goal`, `Result`, `Feedback` and `Impl`."""
     group: Any = _group(name, {"Goal": "_Goal", "Result": "_Result", "Feedback": "_Feedback"})

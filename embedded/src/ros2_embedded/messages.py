@@ -5,7 +5,6 @@ from __future__ import annotations
 import array
 import math
 from collections.abc import Callable, Iterable
-from functools import cache
 from types import new_class
 from typing import Any, ClassVar
 
@@ -17,6 +16,7 @@ from cyclonedds.idl._machinery import StringMachine
 from ros2_embedded.catalogue import message_spec
 from ros2_embedded.cdr import Codec
 from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, TYPECODES, FieldType, MessageSpec
+from ros2_embedded.thread_safety import once
 
 idl: Any = _idl_types
 Checker = Callable[[str, Any], Any]
@@ -313,7 +313,7 @@ def dds_type_name(name: str) -> str:
     return f"{package}::{kind}::dds_::{short}_"
 
 
-@cache
+@once
 def message_class(name: str) -> Any:
     """Class of a message: `pkg/msg/Name`, `pkg/srv/Name_Request`, `pkg/action/Name_Goal`, ...
 

@@ -190,6 +190,8 @@ class LaunchReader:
     def _group(self, body: Any, scope: Scope) -> None:
         if isinstance(body, list):
             body = {"children": body}
+        if not isinstance(body, dict):
+            raise LaunchError(f"'group' needs entities, not {body!r}")
         check_keys("group", body, {"scoped"}, {"children"})
         scoped = truth(substitute(body.get("scoped", "true"), scope))
         self._entities(body["children"], scope.inner() if scoped else scope)

@@ -1,0 +1,41 @@
+"""What several threads may do at once."""
+
+import threading
+from typing import Any
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from spinning import make
+from std_srvs.srv import SetBool
+
+THREADS, CALLS = 4, 15
+
+
+def flip(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    response.success = not request.data
+    return response
+
+
+def test_clients_come_and_go_in_several_threads(executor: SingleThreadedExecutor) -> None:
+    """Each call of a new client in a node of its own is answered, and the server lives on."""
+    make(executor, "server").create_service(SetBool, "flip", flip)
+    answers: list[bool] = []
+
+    def visit(number: int) -> None:
+        own = SingleThreadedExecutor()
+        node = Node(f"visitor_{number}")
+        own.add_node(node)
+        for _ in range(CALLS):
+            client = node.create_client(SetBool, "flip")
+            assert client.wait_for_service(20.0)
+            future: Any = client.call_async(SetBool.Request(data=False))
+            own.spin_until_future_complete(future, timeout_sec=20.0)
+            answers.append(future.result().success)
+            node.destroy_client(client)
+
+    visitors = [threading.Thread(target=visit, args=(i,), daemon=True) for i in range(THREADS)]
+    for visitor in visitors:
+        visitor.start()
+    while any(visitor.is_alive() for visitor in visitors):
+        executor.spin_once(timeout_sec=0.02)
+    assert answers == [True] * (THREADS * CALLS)
