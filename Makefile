@@ -7,7 +7,7 @@ READY := ros2_ws/install/.ready
 ENV := . ros2_ws/install/local_setup.sh &&
 PYTHON := $(ENV) exec python3
 ROS2 := $(ENV) exec ros2
-TESTS := ros2_ws/src tests
+TESTS := ros2_ws/src tests embedded/tests/conformance
 WORKERS :=
 else
 READY := .venv/.ready
