@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
     get_action_names_and_types,
     get_action_server_names_and_types_by_node,
 )
-from rclpy.exceptions import NameValidationException
+from rclpy.exceptions import NameValidationException, NodeNameNonExistentError
 from rclpy.node import Node
 
 from ros2_embedded.cli import action_goal
@@ -67,9 +68,10 @@ def _ends(node: Node, action: str, by_node: object) -> list[tuple[str, list[str]
         raise CliError(str(error)) from error
     found = []
     for name, namespace in node.get_node_names_and_namespaces():
-        for known, types in by_node(node, name, namespace):  # type: ignore[operator]
-            if known == wanted:
-                found.append((join(namespace, name), types))
+        with suppress(NodeNameNonExistentError):  # it left in between
+            for known, types in by_node(node, name, namespace):  # type: ignore[operator]
+                if known == wanted:
+                    found.append((join(namespace, name), types))
     return found
 
 
