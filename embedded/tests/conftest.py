@@ -1,5 +1,6 @@
 """Processes and executors for the tests of the runtime."""
 
+import gc
 import os
 import shlex
 import subprocess
@@ -68,6 +69,7 @@ def start() -> Iterator[Start]:
 
 def start_peer(start: Start) -> subprocess.Popen[str]:
     """Starts the node of `peer_node.py`, and waits until it spins."""
+    gc.collect()  # ROS 2's nodes of earlier tests stay in the graph until then
     process = start(str(HERE / "peer_node.py"))
     assert process.stdout is not None
     assert "ready" in process.stdout.readline()

@@ -1,7 +1,7 @@
 """A machine's process that takes part in several domains, and tells whom it hears in each.
 
-Its argument is JSON: its name, and for each domain a range and static peers. It ends when its
-standard input does, and then prints whom it heard.
+Its argument is JSON: its name, and for each domain a range and static peers. For each line of its
+standard input it prints whom it has heard.
 """
 
 import json
@@ -35,14 +35,13 @@ def join(name: str, domain: int, reach: str, peers: str) -> set[str]:
 
 
 def main() -> None:
-    """Runs until the end of standard input."""
+    """Runs until it is killed."""
     asked = json.loads(sys.argv[1])
     heard = {domain: join(asked["name"], int(domain), *how) for domain, how in asked["in"].items()}
     print("ready", flush=True)
-    sys.stdin.read()
-    print(json.dumps({d: sorted(names - {asked["name"]}) for d, names in heard.items()}))
-    sys.stdout.flush()
-    os._exit(0)  # what is tried here is the start, not the end
+    for _ in sys.stdin:
+        found = {d: sorted(names - {asked["name"]}) for d, names in heard.items()}
+        print(json.dumps(found), flush=True)
 
 
 if __name__ == "__main__":

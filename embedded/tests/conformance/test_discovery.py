@@ -70,18 +70,37 @@ def test_range_and_static_peers_say_who_is_found(hosts: dict[str, str]) -> None:
         running[name] = subprocess.Popen(
             [*command, json.dumps(asked)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
+    wanted = {
+        case: {pair for text in found.split() for pair in ((*text,), (*text[::-1],))}
+        for case, (_, found) in CASES.items()
+    }
     try:
         for process in running.values():
             assert process.stdout is not None
             assert process.stdout.readline() == "ready\n"
-        time.sleep(5.0)  # several calls of each participant
-        told = {name: process.communicate("")[0] for name, process in running.items()}
+        time.sleep(5.0)  # several calls of each participant: whoever may be found, is
+        deadline = time.monotonic() + 30.0
+        while (found := _pairs(running, domains)) != wanted and time.monotonic() < deadline:
+            time.sleep(0.5)
+        assert found == wanted
     finally:
         for process in running.values():
             process.kill()
-            process.wait()
-    heard = {name: json.loads(text) for name, text in told.items()}
-    for domain, case in domains.items():
-        pairs = {(me, other) for me in heard for other in heard[me][domain]}
-        wanted = {pair for text in CASES[case][1].split() for pair in ((*text,), (*text[::-1],))}
-        assert pairs == wanted, case
+            process.communicate()
+
+
+def _pairs(
+    running: dict[str, "subprocess.Popen[str]"], domains: dict[str, str]
+) -> dict[str, set[tuple[str, str]]]:
+    """Who has heard whom so far, in each case."""
+    heard = {}
+    for name, process in running.items():
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+        heard[name] = json.loads(process.stdout.readline())
+    return {
+        case: {(me, other) for me in heard for other in heard[me][domain]}
+        for domain, case in domains.items()
+    }
