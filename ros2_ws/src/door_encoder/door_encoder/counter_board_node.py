@@ -21,7 +21,11 @@ from door_encoder.poll import PollBatcher
 _PERIOD_NS = 1_000_000
 _BATCH = 20  # samples: 50 Hz
 _QUEUE = 200  # batches
-_FIXED = ParameterDescriptor(read_only=True)  # read once
+
+
+def _fixed() -> ParameterDescriptor:
+    """Of a parameter that is read once; each needs its own, rclpy writes the name into it."""
+    return ParameterDescriptor(read_only=True)
 
 
 class CounterBoardNode(Node):
@@ -30,7 +34,7 @@ class CounterBoardNode(Node):
     def __init__(self) -> None:
         super().__init__("counter_board")
         try:
-            self._board = make_board(str(self.declare_parameter("board", "", _FIXED).value))
+            self._board = make_board(str(self.declare_parameter("board", "", _fixed()).value))
         except DoorEncoderError:
             self.destroy_node()
             raise
