@@ -108,7 +108,7 @@ def ros2() -> Callable[..., Done]:
 
     def run(*arguments: str) -> Done:
         command = [find_ros2(), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, timeout=30)
+        return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
     return run
 
