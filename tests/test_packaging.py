@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -15,20 +16,31 @@ KEYS = {  # rosdep's key of a module that is called otherwise
     "numpy": "python3-numpy", "pybullet": "python3-pybullet-pip", "pytest": "python3-pytest",
     "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
     "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
-OPTIONAL = {"pybullet_utils"}  # comes with pybullet
+SHIPPED = {"pybullet_utils"}  # comes with pybullet
+EMBEDDED = {"cyclonedds", "ros2_embedded"}  # peers of `make bench`, absent beside a ROS 2
+
+
+def names_in(nodes: Iterable[ast.AST]) -> set[str]:
+    """The top modules that import statements name."""
+    names: set[str] = set()
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module.split(".")[0])
+    return names
 
 
 def imported(folder: Path) -> set[str]:
-    """rosdep keys of what the modules of a folder import, whole functions included."""
+    """rosdep keys of what the modules of a folder import, whole functions included.
+
+    The embedded runtime's own modules count only where a module cannot be imported without them.
+    """
     names: set[str] = set()
     for path in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                names |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                names.add(node.module.split(".")[0])
-    outside = names - sys.stdlib_module_names - OPTIONAL
-    return {KEYS.get(name, name) for name in outside}
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        names |= names_in(ast.walk(module)) - EMBEDDED | names_in(module.body)
+    return {KEYS.get(name, name) for name in names - sys.stdlib_module_names - SHIPPED}
 
 
 def declared(package: Path, *kinds: str) -> set[str]:
