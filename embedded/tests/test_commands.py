@@ -48,6 +48,24 @@ def test_ctrl_c_cancels_a_goal(start_ros2: Any) -> None:
     assert endless.wait(20) == signal.SIGINT
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["service", "call", "/nobody", "std_srvs/srv/Trigger"],
+        ["action", "send_goal", "/nobody", "door_impact_msgs/action/ExecuteDoorImpact"],
+        ["topic", "pub", "-1", "/nobody", "std_msgs/msg/Empty"],
+    ],
+)  # fmt: skip
+def test_sigterm_ends_a_wait_for_a_peer(start_ros2: Any, arguments: list[str]) -> None:
+    """And the command tells of no request that it did not make."""
+    waiting = start_ros2(*arguments)
+    line = waiting.stdout.readline()
+    assert line.lower().startswith("waiting for ")
+    waiting.send_signal(signal.SIGTERM)
+    assert waiting.wait(20) == signal.SIGTERM
+    assert set(waiting.stdout.read().splitlines(keepends=True)) <= {line}
+
+
 def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
     """Nested definitions stand indented below their field."""
     shown = ros2("interface", "show", "geometry_msgs/msg/PointStamped").stdout

@@ -11,7 +11,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 
 from ros2_embedded.cli import interfaces
-from ros2_embedded.cli.command_node import PREFIX, bare_node, spin_until
+from ros2_embedded.cli.command_node import PREFIX, await_peer, bare_node, spin_until
 from ros2_embedded.cli.common import CliError, add_values, given_values
 from ros2_embedded.message_text import to_yaml
 from ros2_embedded.message_values import fill
@@ -54,7 +54,7 @@ def send_goal(options: argparse.Namespace) -> str | None:
     with bare_node(f"{PREFIX}_send_goal_{options.action_type.replace('/', '_')}") as node:
         client = ActionClient(node, kind, options.action_name)
         print("Waiting for an action server to become available...")
-        client.wait_for_server()
+        await_peer(client.wait_for_server)
         print(f"Sending goal:\n     {to_yaml(goal)}")
         feedback = _print_feedback if options.feedback else None
         handle = spin_until(node, client.send_goal_async(goal, feedback))

@@ -114,6 +114,12 @@ def settle(node: Node, done: Callable[[], Any], spin_time: float = _SPIN_TIME) -
         time.sleep(_POLL)
 
 
+def await_peer(wait: Callable[[], bool]) -> None:
+    """Goes on if the wait was not in vain; else the command was told to end, and claims nothing."""
+    if not wait():
+        raise ExternalShutdownException
+
+
 def spin_until(node: Node, future: Any) -> Any:
     """Result of a future; Ctrl-C comes through."""
     rclpy.spin_until_future_complete(node, future)

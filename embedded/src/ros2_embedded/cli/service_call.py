@@ -9,7 +9,7 @@ import rclpy
 import yaml
 
 from ros2_embedded.cli import interfaces
-from ros2_embedded.cli.command_node import PREFIX, bare_node, spin_until
+from ros2_embedded.cli.command_node import PREFIX, await_peer, bare_node, spin_until
 from ros2_embedded.cli.common import CliError, add_values, given_values
 from ros2_embedded.message_values import fill
 
@@ -49,7 +49,7 @@ def call(options: argparse.Namespace) -> str | None:
         client = node.create_client(kind, options.service_name)
         if not client.service_is_ready():
             print("waiting for service to become available...")
-            client.wait_for_service()
+            await_peer(client.wait_for_service)
         while True:
             print(f"requester: making request: {request!r}\n")
             called = time.monotonic()

@@ -11,7 +11,7 @@ import yaml
 from rclpy.node import Node
 
 from ros2_embedded.cli import topic_qos
-from ros2_embedded.cli.command_node import add_direct_options, command_node
+from ros2_embedded.cli.command_node import add_direct_options, await_peer, command_node
 from ros2_embedded.cli.common import add_values, given_values, positive_float
 from ros2_embedded.cli.topic_type import message_type
 from ros2_embedded.message_values import fill
@@ -123,7 +123,7 @@ def _await_subscriptions(
             "--once or --times"
         )
     polls = 0
-    while (found := publisher.get_subscription_count()) < wanted and rclpy.ok():
+    while (found := publisher.get_subscription_count()) < wanted:
         if polls % _POLLS_PER_LINE == 0:
             print(f"Waiting for at least {wanted} matching subscription(s)...")
         if limit is not None and limit <= polls * _POLL:
@@ -132,6 +132,7 @@ def _await_subscriptions(
                 f"{found} subscribers"
             )
         polls += 1
+        await_peer(rclpy.ok)
         time.sleep(_POLL)
     return None
 
