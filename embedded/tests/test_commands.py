@@ -72,6 +72,14 @@ def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
     assert "std_msgs/Header header\n\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n" in shown
 
 
+def test_interfaces_are_shown_with_their_defaults(ros2: Ros2) -> None:
+    """As Jazzy's sources write them."""
+    shown = ros2("interface", "show", "geometry_msgs/msg/Quaternion").stdout
+    assert shown == "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"
+    assert "bool read_only false\n" in ros2(
+        "interface", "show", "rcl_interfaces/msg/ParameterDescriptor").stdout
+
+
 def test_rate_of_even_stamps() -> None:
     """hz reports the mean rate and the spread of the gaps, once a second."""
     rate = Rate(150)

@@ -156,13 +156,19 @@ def interface_text(name: str) -> str:
     spec = message_spec(name)
     lines = [f"{c.type} {c.name}={_plain(c.value)}" for c in spec.constants]
     lines += [
-        f"{f.type} {f.name}" + ("" if f.default is None else f" {f.default}") for f in spec.fields
+        f"{f.type} {f.name}" if f.default is None else f"{f.type} {f.name} {_plain(f.default)}"
+        for f in spec.fields
     ]
     return "".join(line + "\n" for line in lines)
 
 
 def _plain(value: Any) -> Any:
-    return value[0] if isinstance(value, bytes) else value
+    """A default or a constant as definitions write it: `0`, `false`."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, bytes):
+        return value[0]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 @cache
