@@ -38,6 +38,7 @@ PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", 
 """Fixtures of tests that need the machine for their processes, and share some of them."""
 
 
+@pytest.hookimpl(tryfirst=True)  # xdist's own hook reads the marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Parallel workers take whole files; those that start processes all go to one."""
     for item in items:
