@@ -6,7 +6,8 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from ros2_embedded.domain import discovery, join_domain
@@ -126,6 +127,18 @@ class Context:
         with self._lock:
             self._client_count += 1
             return self._client_count
+
+    @contextmanager
+    def staying(self, task: str) -> Iterator[None]:
+        """Stays in the domain until something is done in it, such as "create publisher".
+
+        Raises:
+            RCLError: it has been left.
+        """
+        with self._lock:
+            if not self._ok:
+                raise RCLError(f"Failed to {task}: rcl node's context is invalid")
+            yield
 
     def poll(self) -> None:
         """Hands over what has come from the domain, without waiting for the reader thread."""

@@ -7,14 +7,16 @@ from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Entity
-from rclpy.exceptions import InvalidHandle
+from rclpy.exceptions import InvalidHandle, RCLError
 
 
 class GuardCondition(Entity):
     """Has a function called by the executor after `trigger`."""
 
     def __init__(self, node: Any, callback: Callable[[], Any], group: CallbackGroup | None) -> None:
-        """Made by `Node.create_guard_condition`."""
+        """Made by `Node.create_guard_condition`; raises RCLError after the shutdown."""
+        if not node.context.ok():
+            raise RCLError("failed to create guard_condition: the given context is not valid")
         super().__init__(node, group, 1)
         self.callback = callback
         self._destroyed = False

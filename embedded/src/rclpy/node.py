@@ -63,17 +63,18 @@ class Node(NodeParameters, NodeGraph):
             raise NotInitializedException("cannot create node")
         handle = NodeHandle(chosen, node_name, namespace or "", cli_args, use_global_arguments)
         self.__handle = handle
-        chosen.graph.add_node(handle.entry)
-        chosen.nodes.add(self)
-        start_node_services(
-            self,
-            overrides=parameter_overrides or (),
-            rosout=enable_rosout,
-            parameter_services=start_parameter_services,
-            logger_service=enable_logger_service,
-            allow_undeclared=allow_undeclared_parameters,
-            declare_overrides=automatically_declare_parameters_from_overrides,
-        )
+        with chosen.staying("create node"):
+            chosen.graph.add_node(handle.entry)
+            chosen.nodes.add(self)
+            start_node_services(
+                self,
+                overrides=parameter_overrides or (),
+                rosout=enable_rosout,
+                parameter_services=start_parameter_services,
+                logger_service=enable_logger_service,
+                allow_undeclared=allow_undeclared_parameters,
+                declare_overrides=automatically_declare_parameters_from_overrides,
+            )
 
     @property
     def handle(self) -> NodeHandle:  # type: ignore[override]
@@ -156,10 +157,11 @@ class Node(NodeParameters, NodeGraph):
         full = _resolved(self, topic, False)
         override_qos(self, "publisher", full, qos, qos_overriding_options)
         check_is_valid_msg_type(msg_type)
-        publisher = publisher_class(
-            self, msg_type, topic, qos, event_callbacks or PublisherEventCallbacks(),
-            callback_group or self.default_callback_group,
-        )  # fmt: skip
+        with self.context.staying("create publisher"):
+            publisher = publisher_class(
+                self, msg_type, topic, qos, event_callbacks or PublisherEventCallbacks(),
+                callback_group or self.default_callback_group,
+            )  # fmt: skip
         self.__handle.publishers.append(publisher)
         return publisher
 
@@ -182,7 +184,9 @@ class Node(NodeParameters, NodeGraph):
         check_is_valid_msg_type(msg_type)
         group = callback_group or self.default_callback_group
         events = event_callbacks or SubscriptionEventCallbacks()
-        return _kept(self, Subscription(self, msg_type, topic, callback, qos, group, raw, events))
+        with self.context.staying("create subscription"):
+            made = Subscription(self, msg_type, topic, callback, qos, group, raw, events)
+        return _kept(self, made)
 
     def create_service(
         self,
@@ -196,7 +200,9 @@ class Node(NodeParameters, NodeGraph):
         """Creates a service; `callback(request, response)` returns the response."""
         check_is_valid_srv_type(srv_type)
         _resolved(self, srv_name, True)
-        return _kept(self, Service(self, srv_type, srv_name, callback, qos_profile, callback_group))
+        with self.context.staying("create service"):
+            made = Service(self, srv_type, srv_name, callback, qos_profile, callback_group)
+        return _kept(self, made)
 
     def create_client(
         self,
@@ -209,7 +215,9 @@ class Node(NodeParameters, NodeGraph):
         """Creates a client of a service."""
         check_is_valid_srv_type(srv_type)
         _resolved(self, srv_name, True)
-        return _kept(self, Client(self, srv_type, srv_name, qos_profile, callback_group))
+        with self.context.staying("create client"):
+            made = Client(self, srv_type, srv_name, qos_profile, callback_group)
+        return _kept(self, made)
 
     def create_timer(
         self,

@@ -27,7 +27,7 @@ class NodeGraph:
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """Names and namespaces of all nodes; a node that was started twice is there twice."""
-        return [(name, space) for name, space, _, _ in self.handle.context.graph.nodes()]
+        return [(name, space) for name, space, _, _ in self.handle.graph.nodes()]
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
         """Names, namespaces and enclaves of all nodes."""
@@ -47,7 +47,7 @@ class NodeGraph:
 
     def get_service_names_and_types(self) -> NamesAndTypes:
         """Services and their types."""
-        return _listed(self.handle.context.graph.services())
+        return _listed(self.handle.graph.services())
 
     def get_publisher_names_and_types_by_node(
         self, node_name: str, node_namespace: str, no_demangle: bool = False
@@ -125,12 +125,12 @@ def _full(handle: Any, name: str, *, is_service: bool = False) -> str:
 
 
 def _count(handle: Any, topic: str, writers: bool) -> int:
-    found = handle.context.graph.endpoints()
+    found = handle.graph.endpoints()
     return sum(end.topic == topic and end.writer == writers for end in found)
 
 
 def _of_node(handle: Any, name: str, namespace: str, writers: bool) -> list[Endpoint]:
-    graph = handle.context.graph
+    graph = handle.graph
     nodes = [node for node in graph.nodes() if node[:2] == (name, namespace)]
     if not nodes:
         raise NodeNameNonExistentError(f"There is no node {naming.join(namespace, name)}")
@@ -139,7 +139,7 @@ def _of_node(handle: Any, name: str, namespace: str, writers: bool) -> list[Endp
 
 
 def _topics(handle: Any, endpoints: list[Endpoint] | None, plain: bool) -> NamesAndTypes:
-    graph = handle.context.graph
+    graph = handle.graph
     if not plain:
         return _listed(graph.topics(endpoints))
     names: dict[str, set[str]] = {}
@@ -150,7 +150,7 @@ def _topics(handle: Any, endpoints: list[Endpoint] | None, plain: bool) -> Names
 
 def _requests(handle: Any, endpoints: list[Endpoint]) -> NamesAndTypes:
     requests = [end for end in endpoints if end.topic.startswith(naming.REQUEST + "/")]
-    return _listed(handle.context.graph.services(requests))
+    return _listed(handle.graph.services(requests))
 
 
 def _infos(handle: Any, name: str, plain: bool, writers: bool) -> list[TopicEndpointInfo]:
@@ -158,7 +158,7 @@ def _infos(handle: Any, name: str, plain: bool, writers: bool) -> list[TopicEndp
     if not plain:
         full = handle.arguments.remap(_full(handle, name), handle.name, handle.namespace)
         topic = naming.topic_name(full)
-    graph = handle.context.graph
+    graph = handle.graph
     found = [end for end in graph.endpoints() if (end.topic, end.writer) == (topic, writers)]
     owners = {
         guid: (name, namespace)

@@ -6,7 +6,7 @@ import weakref
 from typing import Any
 
 from ros2_embedded import naming
-from ros2_embedded.graph import NodeEntry
+from ros2_embedded.graph import Graph, NodeEntry
 
 from rclpy.arguments import RosArguments, parse_arguments
 from rclpy.callback_groups import (
@@ -82,6 +82,13 @@ class NodeHandle:
         """What an executor works on, without the timers."""
         own = [*self.entities, *self.guards]
         return own + [entity for waitable in self.waitables for entity in waitable.entities()]
+
+    @property
+    def graph(self) -> Graph:
+        """What is known of the domain; raises RCLError after the shutdown."""
+        with self.context.staying("read the graph"):
+            known: Graph = self.context.graph
+            return known
 
     def __enter__(self) -> NodeHandle:
         """For `with node.handle:`, which programs for rclpy may have."""

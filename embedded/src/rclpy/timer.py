@@ -34,7 +34,7 @@ class Timer:
         """Made by `Node.create_timer`; the first call is one period from now.
 
         Raises:
-            RCLError: a negative period.
+            RCLError: a negative period, or after the shutdown.
         """
         if timer_period_ns < 0:
             raise RCLError(
@@ -44,6 +44,8 @@ class Timer:
         self.node: Any = None
         self.callback, self.callback_group, self.clock = callback, callback_group, clock
         self.context = context or get_default_context()
+        if not self.context.ok():
+            raise RCLError("failed to create timer: the given context is not valid")
         self._period, self._cancelled, self._destroyed = timer_period_ns, not autostart, False
         self._last = clock.nanoseconds()
         self._next = self._last + timer_period_ns

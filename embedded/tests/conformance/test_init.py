@@ -193,6 +193,26 @@ def test_after_the_end() -> None:
     node.destroy_node()
 
 
+def test_nothing_new_after_the_shutdown() -> None:
+    """A node that outlives its context can make nothing, and says that the context is to blame."""
+    rclpy.init(args=[])
+    node = Node("n")
+    rclpy.shutdown()
+    for attempt in (
+        lambda: node.create_publisher(String, "x", 1),
+        lambda: node.create_subscription(String, "x", print, 1),
+        lambda: node.create_service(Trigger, "y", print),
+        lambda: node.create_client(Trigger, "y"),
+        lambda: node.create_timer(1.0, print), lambda: node.create_rate(1.0),
+        lambda: node.create_guard_condition(print),
+        node.get_node_names, node.get_topic_names_and_types, lambda: node.count_publishers("x"),
+    ):  # fmt: skip
+        with pytest.raises(RuntimeError, match=r"context is (invalid|not valid)"):
+            attempt()
+    with pytest.raises(NotInitializedException):
+        Node("m")
+
+
 def test_what_a_node_has(executor: SingleThreadedExecutor) -> None:
     """Its publishers, subscriptions, services, clients and timers can be gone through."""
     node = make(executor, start_parameter_services=False)
