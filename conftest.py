@@ -34,7 +34,7 @@ settings.load_profile("untimed")
 
 
 PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2",
-             "shared_peer", "start", "start_process", "start_ros2"}  # fmt: skip
+             "shared_peer", "start", "start_process", "start_ros2", "swapped"}  # fmt: skip
 """Fixtures of tests that need the machine for their processes, and share some of them."""
 
 
