@@ -3,8 +3,6 @@
 import os
 import signal
 import subprocess
-import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from door_impact_msgs.action import ExecuteDoorImpact
 from rclpy.action import ActionClient
-from rclpy.exceptions import InvalidHandle, NotInitializedException, RCLError
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -211,28 +209,6 @@ def test_blocking_call_in_a_callback(executor: SingleThreadedExecutor) -> None:
     assert spin_until(pool, lambda: bool(answers))
     assert answers == [True]
     pool.shutdown()
-
-
-def test_a_shutdown_waits_for_what_is_being_made() -> None:
-    """A thread that makes nodes and publishers all the time is told that the context is invalid."""
-    for _ in range(10):
-        rclpy.init(args=[])
-        node, errors = Node("maker"), []
-
-        def make_on(node: Node = node, errors: list[Exception] = errors) -> None:
-            try:
-                while True:
-                    node.create_publisher(String, "x", 1)
-                    Node("made").create_client(SetBool, "y")
-            except (RCLError, NotInitializedException) as error:
-                errors.append(error)
-
-        thread = threading.Thread(target=make_on)
-        thread.start()
-        time.sleep(0.1)
-        rclpy.shutdown()
-        thread.join(20.0)
-        assert len(errors) == 1
 
 
 def test_timers_follow_simulated_time(executor: SingleThreadedExecutor) -> None:

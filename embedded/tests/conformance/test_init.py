@@ -256,8 +256,9 @@ def test_the_graph(executor: SingleThreadedExecutor) -> None:
     assert node.get_client_names_and_types_by_node(*kept) == [
         ("/ns/call", ["std_srvs/srv/Trigger"])
     ]
-    assert node.get_fully_qualified_node_names() == ["/ns/n"]
-    assert node.get_node_names_and_namespaces_with_enclaves() == [(*kept, "/")]
+    # ROS 2's nodes of earlier tests may still be in the graph.
+    assert [name for name in node.get_fully_qualified_node_names() if "ns" in name] == ["/ns/n"]
+    assert (*kept, "/") in node.get_node_names_and_namespaces_with_enclaves()
     assert ("rt/ns/in", ["std_msgs::msg::dds_::String_"]) in node.get_topic_names_and_types(True)
     assert node.count_services("serve") == 1
     assert node.count_clients("/ns/call") == 1

@@ -92,7 +92,7 @@ def test_types_are_described(executor: SingleThreadedExecutor) -> None:
     client = node.create_client(GetTypeDescription, "n/get_type_description")
     assert client.wait_for_service(20.0)
     assert spin_until(executor, lambda: node.get_publishers_info_by_topic("/parameter_events"))
-    (info,) = node.get_publishers_info_by_topic("/parameter_events")
+    info = node.get_publishers_info_by_topic("/parameter_events")[0]
 
     def describe(text: str) -> Any:
         request = GetTypeDescription.Request(type_name=info.topic_type, type_hash=text)

@@ -1,11 +1,18 @@
-"""What several threads may do at once."""
+"""What several threads may do at once.
+
+Not a part of the conformance tests: ROS 2 may lose the answer to a client that has just come.
+"""
 
 import threading
+import time
 from typing import Any
 
+import rclpy
+from rclpy.exceptions import NotInitializedException, RCLError
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from spinning import make
+from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 THREADS, CALLS = 4, 15
@@ -39,3 +46,25 @@ def test_clients_come_and_go_in_several_threads(executor: SingleThreadedExecutor
     while any(visitor.is_alive() for visitor in visitors):
         executor.spin_once(timeout_sec=0.02)
     assert answers == [True] * (THREADS * CALLS)
+
+
+def test_a_shutdown_waits_for_what_is_being_made() -> None:
+    """A thread that makes nodes and publishers all the time is told that the context is invalid."""
+    for _ in range(10):
+        rclpy.init(args=[])
+        node, errors = Node("maker"), []
+
+        def make_on(node: Node = node, errors: list[Exception] = errors) -> None:
+            try:
+                while True:
+                    node.create_publisher(String, "x", 1)
+                    Node("made").create_client(SetBool, "y")
+            except (RCLError, NotInitializedException) as error:
+                errors.append(error)
+
+        thread = threading.Thread(target=make_on)
+        thread.start()
+        time.sleep(0.1)
+        rclpy.shutdown()
+        thread.join(20.0)
+        assert len(errors) == 1
