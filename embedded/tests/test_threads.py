@@ -1,12 +1,14 @@
 """What several threads may do at once.
 
-Not a part of the conformance tests: ROS 2 may lose the answer to a client that has just come.
+Not a part of the conformance tests: ROS 2 may lose the answer to a client that has just come, and
+a shutdown may come out of a thread that spins as an error.
 """
 
 import threading
 import time
 from typing import Any
 
+import pytest
 import rclpy
 from rclpy.exceptions import NotInitializedException, RCLError
 from rclpy.executors import SingleThreadedExecutor
@@ -16,6 +18,8 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 THREADS, CALLS = 4, 15
+
+pytestmark = pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 
 
 def flip(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -68,3 +72,20 @@ def test_a_shutdown_waits_for_what_is_being_made() -> None:
         rclpy.shutdown()
         thread.join(20.0)
         assert len(errors) == 1
+
+
+def test_a_shutdown_ends_a_thread_that_spins(capfd: pytest.CaptureFixture[str]) -> None:
+    """At whichever point it is, and nothing is said."""
+    for i in range(20):
+        rclpy.init(args=[])
+        node = Node("spinner")
+        publisher = node.create_publisher(String, "x", 10)
+        node.create_subscription(String, "x", lambda _: None, 10)
+        node.create_timer(0.001, lambda publisher=publisher: publisher.publish(String()))
+        thread = threading.Thread(target=rclpy.spin, args=(node,))
+        thread.start()
+        time.sleep(0.002 * i)
+        rclpy.shutdown()
+        thread.join(20.0)
+        assert not thread.is_alive()
+    assert capfd.readouterr().err == ""

@@ -174,8 +174,6 @@ ENDS = {
     "names go first": "del pub, sub, timer, node; gc.collect(); rclpy.shutdown()",
     "exit": "sys.exit(0)",
     "in a thread": "t = threading.Thread(target=rclpy.shutdown); t.start(); t.join()",
-    "while a thread spins": "t = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)\n"
-    "t.start(); time.sleep(0.02); rclpy.shutdown(); t.join()",
     "executor last": "rclpy.shutdown(); e.shutdown()",
 }
 """Ways to end."""
