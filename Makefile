@@ -14,7 +14,7 @@ READY := .venv/.ready
 PYTHON := .venv/bin/python
 ROS2 := .venv/bin/ros2
 TESTS :=
-WORKERS := -n auto --maxprocesses 8 --dist loadgroup
+WORKERS := -n auto --maxprocesses 8 --dist loadfile
 endif
 VENV := .venv
 BIN := $(VENV)/bin
@@ -80,7 +80,8 @@ up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)" experience:=out/experience.yaml
 
 test: $(READY)
-	@$(PYTHON) -m pytest $(WORKERS) $(TESTS)
+	@$(PYTHON) -m pytest $(WORKERS) -m "not processes" $(TESTS)
+	@$(PYTHON) -m pytest -m processes $(TESTS)
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .

@@ -35,12 +35,12 @@ settings.load_profile("untimed")
 
 PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2",
              "shared_peer", "start", "start_process", "start_ros2", "swapped"}  # fmt: skip
-"""Fixtures of tests that need the machine for their processes, and share some of them."""
+"""Fixtures of tests that need the machine for their processes."""
 
 
-@pytest.hookimpl(tryfirst=True)  # xdist's own hook reads the marks
+@pytest.hookimpl(tryfirst=True)  # before pytest chooses by the marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Parallel workers take whole files; those that start processes all go to one."""
+    """Marks the tests that `make test` runs one after the other: they go by the wall clock."""
     for item in items:
-        alone = PROCESSES.intersection(getattr(item, "fixturenames", ()))
-        item.add_marker(pytest.mark.xdist_group("processes" if alone else item.path.name))
+        if PROCESSES.intersection(getattr(item, "fixturenames", ())):
+            item.add_marker("processes")
