@@ -122,6 +122,7 @@ def conversation(layer: Layer) -> Iterator[tuple[Talker, Talker]]:
         publisher.ask(_RATE, _SETTLED)
         while not listener.ask()["count"]:
             publisher.ask(_RATE, _SETTLED)
+        time.sleep(_SETTLED)
         yield publisher, listener
 
 
