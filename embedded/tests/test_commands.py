@@ -66,6 +66,16 @@ def test_sigterm_ends_a_wait_for_a_peer(start_ros2: Any, arguments: list[str]) -
     assert set(waiting.stdout.read().splitlines(keepends=True)) <= {line}
 
 
+@pytest.mark.parametrize("verb", ["hz", "bw", "delay"])
+def test_sigterm_ends_a_wait_for_a_topic(start_ros2: Any, verb: str) -> None:
+    """Without another word."""
+    waiting = start_ros2("topic", verb, "/nobody")
+    assert "does not appear to be published yet" in waiting.stdout.readline()
+    waiting.send_signal(signal.SIGTERM)
+    assert waiting.wait(20) == signal.SIGTERM
+    assert waiting.stdout.read() == ""
+
+
 def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
     """Nested definitions stand indented below their field."""
     shown = ros2("interface", "show", "geometry_msgs/msg/PointStamped").stdout

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import NameValidationException
+from rclpy.exceptions import NameValidationException, RCLError
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -60,6 +60,10 @@ def bare_node(name: str, **options: Any) -> Iterator[Node]:
     try:
         yield Node(name, **options)
     except ExternalShutdownException:
+        sys.exit(signal.SIGTERM)
+    except RCLError:  # so ends what is asked of a context that is gone
+        if rclpy.ok():
+            raise
         sys.exit(signal.SIGTERM)
     finally:
         rclpy.try_shutdown()

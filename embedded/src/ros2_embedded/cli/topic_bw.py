@@ -56,8 +56,6 @@ def bandwidth(options: argparse.Namespace) -> None:
                     print(report([size for _, size in received], seconds))
 
         kind = type_of_topic(node, options.topic, wait=True)
-        if kind is None:  # ended while it waited
-            return
         node.create_subscription(kind, options.topic, note, qos_profile_sensor_data, raw=True)
         print(f"Subscribed to [{options.topic}]")
         node.create_timer(1.0, show)

@@ -55,8 +55,6 @@ def delay(options: argparse.Namespace) -> None:
                 fresh.clear()
 
         kind = type_of_topic(node, options.topic, wait=True)
-        if kind is None:  # ended while it waited
-            return
         node.create_subscription(kind, options.topic, note, qos_profile_sensor_data)
         node.create_timer(1.0, show)
         rclpy.spin(node)

@@ -99,7 +99,5 @@ def rate(options: argparse.Namespace) -> None:
                 print(text)
 
         kind = type_of_topic(node, options.topic_name, wait=True)
-        if kind is None:  # ended while it waited
-            return
         node.create_subscription(kind, options.topic_name, count, qos_profile_sensor_data)
         rclpy.spin(node)

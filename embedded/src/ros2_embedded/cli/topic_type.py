@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from typing import Any
 
-import rclpy
 from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 
@@ -34,6 +33,7 @@ def type_of_topic(node: Node, topic: str, *, wait: bool) -> Any:
 
     Raises:
         CliError: the topic's name is not valid, or it has several types, or an unknown one.
+        RCLError: the command is told to end while it waits.
     """
     try:
         name = node.resolve_topic_name(topic)
@@ -42,7 +42,7 @@ def type_of_topic(node: Node, topic: str, *, wait: bool) -> Any:
     types = _types(node, name)
     if not types:
         print(f"WARNING: topic [{topic}] does not appear to be published yet", flush=True)
-    while wait and not types and rclpy.ok():
+    while wait and not types:
         time.sleep(_POLL)
         types = _types(node, name)
     if not types:
