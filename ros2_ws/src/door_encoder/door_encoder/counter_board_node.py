@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import rclpy
 from door_impact_msgs.msg import EncoderSamples
-from door_model.node_main import run_node
-from rcl_interfaces.msg import ParameterDescriptor
+from door_model.node_main import fixed, run_node
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
@@ -23,18 +22,13 @@ _BATCH = 20  # samples: 50 Hz
 _QUEUE = 200  # batches
 
 
-def _fixed() -> ParameterDescriptor:
-    """Of a parameter that is read once; each needs its own, rclpy writes the name into it."""
-    return ParameterDescriptor(read_only=True)
-
-
 class CounterBoardNode(Node):
     """Thin shell around `PollBatcher`; polls in a thread that nothing else holds up."""
 
     def __init__(self) -> None:
         super().__init__("counter_board")
         try:
-            self._board = make_board(str(self.declare_parameter("board", "", _fixed()).value))
+            self._board = make_board(str(self.declare_parameter("board", "", fixed()).value))
         except DoorEncoderError:
             self.destroy_node()
             raise

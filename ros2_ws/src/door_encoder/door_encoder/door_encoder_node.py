@@ -6,8 +6,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_msgs.msg import EncoderSamples
-from door_model.node_main import run_node
-from rcl_interfaces.msg import ParameterDescriptor
+from door_model.node_main import fixed, run_node
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
@@ -23,11 +22,6 @@ from door_encoder.settings import Settings
 
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
-
-
-def _fixed() -> ParameterDescriptor:
-    """Of a parameter that is read once; each needs its own, rclpy writes the name into it."""
-    return ParameterDescriptor(read_only=True)
 
 
 class DoorEncoderNode(Node):
@@ -47,8 +41,8 @@ class DoorEncoderNode(Node):
         self._decoder = EncoderDecoder(settings)
         self._sampler = AngleSampler(
             radians_per_count=settings.radians_per_count,
-            rate=float(self.declare_parameter("angle_rate", 100.0, _fixed()).value),
-            window=float(self.declare_parameter("velocity_window", 0.05, _fixed()).value),
+            rate=float(self.declare_parameter("angle_rate", 100.0, fixed()).value),
+            window=float(self.declare_parameter("velocity_window", 0.05, fixed()).value),
         )
         self._heard_at: Time | None = None
         self._told: dict[str, int] = {}
@@ -63,17 +57,17 @@ class DoorEncoderNode(Node):
 
     def _settings(self) -> Settings:
         """Settings from the node's parameters."""
-        bits = int(self.declare_parameter("counter_bits", 32, _fixed()).value)
-        modulus = int(self.declare_parameter("counter_modulus", -1, _fixed()).value)
-        auto_zero = bool(self.declare_parameter("auto_zero", True, _fixed()).value)
-        zero = int(self.declare_parameter("zero_count", 0, _fixed()).value)
+        bits = int(self.declare_parameter("counter_bits", 32, fixed()).value)
+        modulus = int(self.declare_parameter("counter_modulus", -1, fixed()).value)
+        auto_zero = bool(self.declare_parameter("auto_zero", True, fixed()).value)
+        zero = int(self.declare_parameter("zero_count", 0, fixed()).value)
         return Settings(
-            counts_per_turn=int(self.declare_parameter("counts_per_turn", 14400, _fixed()).value),
+            counts_per_turn=int(self.declare_parameter("counts_per_turn", 14400, fixed()).value),
             modulus=modulus if modulus >= 0 else (1 << bits if 0 < bits < 64 else 0),
-            direction=int(self.declare_parameter("direction", 1, _fixed()).value),
+            direction=int(self.declare_parameter("direction", 1, fixed()).value),
             zero=None if auto_zero else zero,
-            zero_samples=int(self.declare_parameter("zero_samples", 20, _fixed()).value),
-            max_speed=float(self.declare_parameter("max_speed", 20.0, _fixed()).value),
+            zero_samples=int(self.declare_parameter("zero_samples", 20, fixed()).value),
+            max_speed=float(self.declare_parameter("max_speed", 20.0, fixed()).value),
         )
 
     def _on_counts(self, message: EncoderSamples) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -24,7 +23,7 @@ from door_model.errors import (
 )
 from door_model.geometry import DoorGeometry
 from door_model.identification import Identification, Window, identify
-from door_model.node_main import run_node
+from door_model.node_main import fixed, run_node
 from door_model.parameters import PARAMETERS
 from door_model.recordings import Recording, read_csv
 from door_model.recordings_mcap import read_mcap
@@ -40,7 +39,6 @@ from door_model.scale import (
 
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
-_FIXED = ParameterDescriptor(read_only=True)  # read once
 
 
 class CloserIdentifierNode(Node):
@@ -56,15 +54,15 @@ class CloserIdentifierNode(Node):
 
     def _set_up(self) -> None:
         """Read the parameters and connect."""
-        self._geometry = load_geometry(str(self.declare_parameter("door", "paper", _FIXED).value))
+        self._geometry = load_geometry(str(self.declare_parameter("door", "paper", fixed()).value))
         self.declare_parameter("leaf_mass", -1.0)
         self.declare_parameter("leaf_width", -1.0)
-        window = str(self.declare_parameter("window", Window.AUTO.value, _FIXED).value)
+        window = str(self.declare_parameter("window", Window.AUTO.value, fixed()).value)
         known = [choice.value for choice in Window]
         if window not in known:
             raise ConfigError("window", f"must be one of {', '.join(known)}, not {window!r}")
         self._window = Window(window)
-        self._store = SampleStore(float(self.declare_parameter("memory", 300.0, _FIXED).value))
+        self._store = SampleStore(float(self.declare_parameter("memory", 300.0, fixed()).value))
         latched = QoSProfile(
             depth=1,
             reliability=ReliabilityPolicy.RELIABLE,

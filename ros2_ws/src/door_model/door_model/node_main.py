@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -29,6 +30,11 @@ class TwinError(Exception):
             "another ROS_DOMAIN_ID"
         )
         self.value = name
+
+
+def fixed() -> ParameterDescriptor:
+    """Of a parameter that is read once; each needs its own, rclpy writes the name into it."""
+    return ParameterDescriptor(read_only=True)
 
 
 def refuse_twin(node: Node, until: float) -> None:
