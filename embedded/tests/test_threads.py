@@ -4,12 +4,15 @@ Not a part of the conformance tests: ROS 2 may lose the answer to a client that 
 a shutdown may come out of a thread that spins as an error.
 """
 
+import sys
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 import rclpy
+from rclpy.client import Client
 from rclpy.exceptions import NotInitializedException, RCLError
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -50,6 +53,37 @@ def test_clients_come_and_go_in_several_threads(executor: SingleThreadedExecutor
     while any(visitor.is_alive() for visitor in visitors):
         executor.spin_once(timeout_sec=0.02)
     assert answers == [True] * (THREADS * CALLS)
+
+
+@pytest.fixture
+def switching_always() -> Iterator[None]:
+    """Has Python's threads take turns after 10 microseconds."""
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(usual)
+
+
+def test_threads_ask_for_servers_at_the_same_time(
+    executor: SingleThreadedExecutor, switching_always: None
+) -> None:
+    """Each is told that there is one: what DDS knows of it is read in turns."""
+    node = make(executor, "server")
+    answers: list[bool] = []
+
+    def ask(client: Client) -> None:
+        answers.extend(client.service_is_ready() for _ in range(CALLS))
+
+    clients = []
+    for i in range(2 * THREADS):
+        node.create_service(SetBool, f"flip_{i}", flip)
+        clients.append(node.create_client(SetBool, f"flip_{i}"))
+    threads = [threading.Thread(target=ask, args=(client,)) for client in clients]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert answers == [True] * (len(clients) * CALLS)
 
 
 def test_a_shutdown_waits_for_what_is_being_made() -> None:

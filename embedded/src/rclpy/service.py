@@ -25,7 +25,7 @@ from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
 from ros2_embedded.messages import dds_type_name, full_type_name, no_key
-from ros2_embedded.thread_safety import make_topic, matched, once
+from ros2_embedded.thread_safety import described, make_topic, matched, matched_readers, once
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
@@ -164,7 +164,7 @@ class Service(_Peer):
     def _has_header(self, sample: Any) -> bool:
         handle = sample.sample_info.publication_handle
         if handle not in self._headed:
-            client = self._reader.get_matched_publication_data(handle)
+            client = described(self._reader.get_matched_publication_data, handle)
             # The writer may be gone already: its last request counts.
             if client is not None and is_fast_dds(client.key.bytes):
                 return False
@@ -204,7 +204,7 @@ class Service(_Peer):
             return
         deadline = time.monotonic() + _CLIENT_PATIENCE
         while time.monotonic() < deadline:
-            client = self._reader.get_matched_publication_data(request_writer)
+            client = described(self._reader.get_matched_publication_data, request_writer)
             wanted = parse_user_data(client.qos).get("clientid") if client else None
             if wanted is None or wanted in self._client_ids():
                 self._known.add(request_writer)
@@ -212,9 +212,8 @@ class Service(_Peer):
             time.sleep(_POLL)
 
     def _client_ids(self) -> set[str | None]:
-        handles = matched(self._writer.get_matched_subscriptions)
-        readers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
-        return {parse_user_data(reader.qos).get("clientid") for reader in readers if reader}
+        readers = matched_readers(self._writer)
+        return {parse_user_data(reader.qos).get("clientid") for reader in readers}
 
 
 class Client(_Peer):
@@ -296,9 +295,7 @@ class Client(_Peer):
         self._check()
         if not matched(self._reader.get_matched_publications):
             return False
-        handles = matched(self._writer.get_matched_subscriptions)
-        servers = (self._writer.get_matched_subscription_data(handle) for handle in handles)
-        return any(server and not is_fast_dds(server.key.bytes) for server in servers)
+        return any(not is_fast_dds(server.key.bytes) for server in matched_readers(self._writer))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Waits for a server; False if none came in time or the context was shut down."""

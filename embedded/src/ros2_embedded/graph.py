@@ -28,7 +28,7 @@ from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
 from ros2_embedded.messages import full_type_name, message_class
 from ros2_embedded.reader_thread import ReaderThread
-from ros2_embedded.thread_safety import make_topic
+from ros2_embedded.thread_safety import described, make_topic
 from ros2_embedded.typehash import type_hash
 
 _PUBLISH_DELAY = 0.02
@@ -182,7 +182,7 @@ class Graph:
                     reader = BuiltinDataReader(self._participant, topic)
                     self._builtin.append((reader, topic is BuiltinTopicDcpsPublication))
             for reader, writer in self._builtin:
-                while samples := reader.take(1000):
+                while samples := described(reader.take, 1000):
                     for sample in samples:
                         self._note(sample, writer)
             return list(self._endpoints.values())
@@ -236,7 +236,7 @@ class Graph:
             )
         return {
             sample.key.bytes
-            for sample in self._participant_reader.read(1000)
+            for sample in described(self._participant_reader.read, 1000)
             if sample.sample_info.instance_state == InstanceState.Alive
             and "enclave" in parse_user_data(sample.qos)
         }

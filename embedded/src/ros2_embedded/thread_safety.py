@@ -8,10 +8,12 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _lock = threading.RLock()
+_qos_lock = threading.Lock()
 
 
 def once(function: _F) -> _F:
@@ -42,3 +44,19 @@ def matched(ask: Callable[[], list[int]]) -> list[int]:
             return ask()
         except IndexError:
             continue
+
+
+def described(ask: Callable[..., Any], *arguments: Any) -> Any:
+    """What `ask` tells of endpoints or participants, their QoS with it.
+
+    Cyclone DDS reads the QoS of all of them into the same variables, whichever thread asks.
+    """
+    with _qos_lock:
+        return ask(*arguments)
+
+
+def matched_readers(writer: DataWriter[Any]) -> list[Any]:
+    """What is known of the readers that match a writer."""
+    handles = matched(writer.get_matched_subscriptions)
+    found = (described(writer.get_matched_subscription_data, handle) for handle in handles)
+    return [reader for reader in found if reader is not None]
