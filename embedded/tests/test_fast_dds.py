@@ -1,6 +1,7 @@
 """Nodes of another middleware: what is warned of, and what cannot disturb a node."""
 
 import re
+import struct
 import subprocess
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
 from spinning import make, spin_until
 from std_msgs.msg import String
@@ -124,7 +126,7 @@ def test_what_has_no_header_is_no_request(executor: SingleThreadedExecutor) -> N
     @given(st.integers(-(1 << 63), (1 << 63) - 1), st.integers(1, (1 << 63) - 1))
     def offer(number: int, handle: int) -> None:
         info = SimpleNamespace(publication_handle=handle)
-        service.receive([SimpleNamespace(sample_info=info, rmw_sequence_number=number)])
+        service.receive([(LITTLE_ENDIAN + struct.pack("<Qq", 1, number), info)])
         assert bool(service._inbox) == (0 <= number < 1 << 32)
         service._inbox.clear()
 

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from ros2_embedded.background import Background
 from ros2_embedded.domain import discovery, join_domain
 from ros2_embedded.domain import domain_id as default_domain
 from ros2_embedded.graph import Graph
-from ros2_embedded.reader_thread import ReaderThread
-from ros2_embedded.status_thread import StatusThread
+from ros2_embedded.wait_set import WaitSet
 
 from rclpy.arguments import RosArguments, parse_arguments
 from rclpy.exceptions import RCLError
@@ -36,11 +36,11 @@ class Context:
         self._domain_id = 0
         self._on_shutdown: list[Callable[[], Any]] = []
         self.participant: Any = None
-        self.reader_thread: Any = None
-        self.status_thread: Any = None
+        self.background: Any = None
         self.graph: Any = None
         self.arguments = RosArguments()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._wait_sets: weakref.WeakSet[WaitSet] = weakref.WeakSet()
         self._sleepers: set[weakref.ref[Any]] = set()
         self.in_callback: set[int] = set()
         """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
@@ -79,9 +79,8 @@ class Context:
             for warning in asked.warnings:
                 get_logger("rcl").warning(warning)
             self._domain, self.participant = join_domain(self._domain_id, asked)
-            self.reader_thread = ReaderThread(self.participant)
-            self.status_thread = StatusThread(self.participant)
-            self.graph = Graph(self.participant, self.reader_thread)
+            self.background = Background(self.participant)
+            self.graph = Graph(self.participant, self.background)
             self.graph.on_other_node = self._warn_of_namesake
             self.graph.warn = self._warn
             self._ok = self._used = True
@@ -140,11 +139,16 @@ class Context:
                 raise RCLError(f"Failed to {task}: rcl node's context is invalid")
             yield
 
-    def poll(self) -> None:
-        """Hands over what has come from the domain, without waiting for the reader thread."""
-        thread = self.reader_thread
-        if thread is not None:
-            thread.poll()
+    def new_wait_set(self) -> WaitSet:
+        """For an executor, to wait for what comes from the domain; ends with the context.
+
+        Raises:
+            RCLError: the domain has been left.
+        """
+        with self.staying("create wait set"):
+            made = WaitSet(self.participant)
+            self._wait_sets.add(made)
+            return made
 
     def interrupt(self) -> None:
         """Ends it from a signal handler: nothing runs on, the domain is left later."""
@@ -160,7 +164,7 @@ class Context:
 
     def resume(self) -> None:
         """Takes an `interrupt` back, for a last word to others before the shutdown."""
-        self._ok = self.reader_thread is not None
+        self._ok = self.background is not None
 
     def on_shutdown(self, callback: Callable[[], Any]) -> None:
         """Has `callback` called at the shutdown, or at once if that was already.
@@ -212,15 +216,16 @@ class Context:
 
         # Cut off half-way, threads of Cyclone DDS would outlive the interpreter and crash in it.
         with signals_wait(), self._lock:
-            if self.reader_thread is None:
+            if self.background is None:
                 return
             for node in list(self.nodes):
                 Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
             outputs.console.enabled = True
-            self.status_thread.stop()
-            self.reader_thread.stop()
+            for wait_set in list(self._wait_sets):
+                wait_set.close()
+            self.background.stop()
             # In this order: a participant must be gone before its domain.
-            self.graph = self.reader_thread = self.status_thread = None
+            self.graph = self.background = None
             self.participant = None
             self._domain = None
 

@@ -1,9 +1,12 @@
-"""What an executor works on: things with an inbox that the reader thread fills."""
+"""What an executor works on: things with an inbox for what has come."""
 
 from __future__ import annotations
 
 from collections import deque
 from typing import Any
+
+from ros2_embedded.samples import samples_of
+from ros2_embedded.wait_set import Source
 
 from rclpy.callback_groups import CallbackGroup
 
@@ -16,11 +19,17 @@ class Entity:
         self.node = node
         self.callback_group = group or node.default_callback_group
         self.callback_group.add_entity(self)
+        self._endpoints = Endpoints(node)
         self._inbox: deque[Any] = deque(maxlen=depth or None)
         self._queued_in: Any = None
 
+    @property
+    def sources(self) -> list[Source]:
+        """What its executor waits for."""
+        return self._endpoints.sources
+
     def receive(self, samples: list[Any]) -> None:
-        """Takes samples from the reader thread."""
+        """Takes samples that have come."""
         self._inbox.extend(samples)
         self.wake()
 
@@ -64,7 +73,9 @@ class Endpoints:
         """Has none yet."""
         self._node = node
         self._writers: list[Any] = []
-        self._readers: list[tuple[Any, Any]] = []
+        self._readers: list[Any] = []
+        self.sources: list[Source] = []
+        """What hands over the readers' samples."""
 
     def add_writer(self, writer: Any) -> None:
         """Tells the graph of a writer."""
@@ -73,19 +84,21 @@ class Endpoints:
         self._node.context.graph.changed()
 
     def add_reader(self, reader: Any, sink: Any) -> None:
-        """Tells the graph of a reader and has the reader thread serve it."""
-        condition = self._node.context.reader_thread.add(reader, sink)
-        self._readers.append((reader, condition))
+        """Tells the graph of a reader, whose samples are for `sink`."""
+        self._readers.append(reader)
+        self.sources.append(samples_of(reader, sink))
         self._node.handle.entry.readers.append(reader.guid.bytes)
         self._node.context.graph.changed()
 
     def release(self) -> None:
         """Takes them out of the graph and forgets them."""
-        entry, context = self._node.handle.entry, self._node.context
+        entry, executor = self._node.handle.entry, self._node.executor
         for writer in self._writers:
             entry.writers.remove(writer.guid.bytes)
-        for reader, condition in self._readers:
-            context.reader_thread.remove(condition)
+        for reader in self._readers:
             entry.readers.remove(reader.guid.bytes)
-        self._writers, self._readers = [], []
-        context.graph.changed()
+        for source in self.sources:
+            if executor is not None:
+                executor.forget(source)
+        self._writers, self._readers, self.sources = [], [], []
+        self._node.context.graph.changed()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from cyclonedds.core import DDSStatus
-from ros2_embedded.status_thread import Sinks
+from ros2_embedded.status import Sinks, changes_of
 
 from rclpy.entity import Entity
 from rclpy.exceptions import UnsupportedEventTypeError
@@ -135,7 +135,7 @@ class EventHandler(Entity):
         self.callback, self._kind = callback, kind
 
     def note(self, status: Any) -> None:
-        """Takes a status from the thread that watches; a misfit of types is none of QoS."""
+        """Takes a status from the background; a misfit of types is none of QoS."""
         info = _info(self._kind, status)
         if getattr(info, "last_policy_kind", None) != QoSPolicyKind.INVALID:
             self.receive([info])
@@ -245,12 +245,12 @@ class EndpointEvents:
                 sinks[status] = handler.note
         if sinks:
             node.handle.entities.extend(self.handlers)
-            node.context.status_thread.watch(endpoint, sinks)
+            node.context.background.add(changes_of(endpoint, sinks), at_once=True)
 
     def release(self) -> None:
         """Ends them: no callback comes afterwards."""
         if self.handlers:
-            self._node.context.status_thread.remove(self._endpoint)
+            self._node.context.background.remove(self._endpoint)
         entities = self._node.handle.entities
         for handler in self.handlers:
             if handler in entities:

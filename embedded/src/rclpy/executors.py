@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 import threading
 import time
 import warnings
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from queue import Empty, SimpleQueue
+from contextlib import suppress
+from queue import SimpleQueue
 from typing import Any, Self
+
+from ros2_embedded.wait_set import Source
 
 from rclpy.context import Context, get_default_context
 from rclpy.task import Future, Task
 from rclpy.timer import Timer
-
-_FOREVER = 1e9
 
 
 def _deadline(timeout_sec: float | None) -> float | None:
@@ -52,11 +55,12 @@ class Executor:
     """Base of the executors: a queue of entities and tasks with something to do, and timers."""
 
     def __init__(self, *, context: Context | None = None) -> None:
-        """Has no nodes yet."""
+        """Has no nodes yet; raises RCLError if the context is not initialised, or shut down."""
         super().__init__()
         self._context = context or get_default_context()
         self._nodes: dict[Any, None] = {}
-        self._queue: SimpleQueue[Any] = SimpleQueue()
+        self._queue: deque[Any] = deque()
+        self._wait_set = self._context.new_wait_set()
         self._is_shutdown = False
         self._timer_was_last = False
         self._context.wake_at_end(self)
@@ -83,13 +87,17 @@ class Executor:
         self._nodes[node] = None
         node.executor = self
         for entity in node.handle.all_entities():
-            entity.wake()
+            self.watch(entity)
         self.wake()
         return True
 
     def remove_node(self, node: Any) -> None:
         """Leaves a node's callbacks alone from now on."""
-        self._nodes.pop(node, None)
+        if node in self._nodes:
+            del self._nodes[node]
+            for entity in node.handle.all_entities():
+                for source in entity.sources:
+                    self.forget(source)
         self.wake()
 
     def get_nodes(self) -> list[Any]:
@@ -98,13 +106,25 @@ class Executor:
 
     # Work.
 
+    def watch(self, entity: Any) -> None:
+        """Waits for what comes to an entity of one of its nodes."""
+        if entity.node in self._nodes:
+            for source in entity.sources:
+                self._wait_set.add(source)
+            entity.wake()
+
+    def forget(self, source: Source) -> None:
+        """Waits for a source no more."""
+        self._wait_set.remove(source[0])
+
     def put(self, item: Any) -> None:
         """Queues an entity or a task; any thread may call it."""
-        self._queue.put(item)
+        self._queue.append(item)
+        self._wait_set.wake()
 
     def wake(self) -> None:
         """Has the executor look around: at the timers, at the context."""
-        self._queue.put(None)
+        self.put(None)
 
     def create_task(self, callback: Any, *args: Any, **kwargs: Any) -> Task:
         """Runs a function or a coroutine; returns the future of its result."""
@@ -118,7 +138,7 @@ class Executor:
 
     def _next_timer(self) -> tuple[Any, float]:
         """The timer that is due the longest, or None and the time until one may be [s]."""
-        due, longest, wait = None, 1, _FOREVER
+        due, longest, wait = None, 1, math.inf
         for node in list(self._nodes):
             for timer in node.handle.timers:
                 left = None if timer.queued else timer.left()
@@ -138,19 +158,17 @@ class Executor:
         timer, wait = self._next_timer()
         if deadline is not None:
             wait = min(wait, deadline - time.monotonic())
-        if wait <= 0:
-            self._context.poll()
+        self._wait_set.wait(max(wait, 0.0), self._queue.__len__)
         # They take turns: a timer that is always late must not keep all else waiting.
-        if timer is not None and (not self._timer_was_last or self._queue.empty()):
+        if timer is not None and (not self._timer_was_last or not self._queue):
             self._timer_was_last = True
             return timer
         self._timer_was_last = False
-        try:
-            if wait <= 0:
-                return self._queue.get_nowait()
-            return self._queue.get(timeout=min(wait, threading.TIMEOUT_MAX))
-        except Empty:
-            return None
+        with suppress(IndexError):
+            while (item := self._queue.popleft()) is None:
+                pass
+            return item
+        return None
 
     def _wait(
         self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
@@ -281,7 +299,7 @@ class Executor:
         """Ends spinning and forgets the nodes; does not wait for callbacks, as in rclpy."""
         self._is_shutdown = True
         self._nodes = {}
-        self.wake()
+        self._wait_set.close()
         return True
 
 

@@ -264,7 +264,7 @@ class Node(NodeParameters, NodeGraph):
         """Keeps an action's server or client: it has entities, and ends with the node."""
         self.__handle.waitables.append(waitable)
         for entity in waitable.entities():
-            entity.wake()
+            _offer(self, entity)
 
     def remove_waitable(self, waitable: Any) -> None:
         """Forgets an action's server or client."""
@@ -382,8 +382,13 @@ def _resolved(node: Node, name: str, is_service: bool) -> str:
 
 def _kept(node: Node, entity: Any) -> Any:
     node.handle.entities.append(entity)
-    entity.wake()
+    _offer(node, entity)
     return entity
+
+
+def _offer(node: Node, entity: Any) -> None:
+    if node.executor is not None:
+        node.executor.watch(entity)
 
 
 def _of_kind(node: Node, kind: type) -> list[Any]:

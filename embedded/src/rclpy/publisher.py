@@ -5,11 +5,13 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
+from cyclonedds.core import DDSException
 from cyclonedds.internal import DDS, dds_c_t
 from cyclonedds.pub import DataWriter
 from cyclonedds.util import duration
 from ros2_embedded import naming
 from ros2_embedded.messages import full_type_name
+from ros2_embedded.samples import write
 from ros2_embedded.thread_safety import make_topic, matched
 from ros2_embedded.typehash import type_hash
 
@@ -66,21 +68,25 @@ class Publisher:
         Raises:
             TypeError: a message of another type.
             InvalidHandle: after `destroy`.
-            RCLError: after the shutdown.
+            RCLError: after the shutdown, or the bytes are no message of the type.
         """
         writer = self._writer
         if writer is None:
             self._refuse()
         if isinstance(msg, self.msg_type):
-            writer.write(msg)
+            data = msg.serialize()
         elif isinstance(msg, bytes):
-            writer.write(self.msg_type.deserialize(msg))
+            data = msg
         else:
             raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
+        try:
+            write(writer, data)
+        except DDSException as error:
+            raise RCLError(f"Failed to publish: {error}") from error
 
     def _refuse(self) -> None:
         # After Ctrl-C or SIGTERM a callback may finish: only `shutdown` ends the publisher.
-        if self._context.reader_thread is None:
+        if self._context.background is None:
             raise RCLError("Failed to publish: publisher's context is invalid")
         raise InvalidHandle("cannot use Destroyable because destruction was requested")
 

@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import new_class
-from typing import Any
+from typing import Any, NamedTuple
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl
@@ -25,11 +25,12 @@ from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
 from ros2_embedded.messages import dds_type_name, full_type_name, no_key
+from ros2_embedded.samples import Sample, write
 from ros2_embedded.thread_safety import described, make_topic, matched, matched_readers, once
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.entity import Endpoints, Entity
+from rclpy.entity import Entity
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
@@ -45,38 +46,44 @@ _NUMBERS = 1 << 32
 
 
 _HEADER = struct.Struct("<Qq")
+_BIG_HEADER = struct.Struct(">Qq")
+_PAYLOAD = len(LITTLE_ENDIAN) + _HEADER.size
+"""Where the payload begins in a sample."""
 
 
 @once
 def wire_class(payload: Any) -> Any:
     """The struct on the wire: header, then the payload's fields, under the payload's type name."""
     name = full_type_name(payload)
-
-    def initialise(self: Any, client: int, number: int, content: Any) -> None:
-        self.rmw_client_guid, self.rmw_sequence_number = client, number
-        self.payload = content
-
-    def serialize(self: Any, **_: Any) -> bytes:
-        header = _HEADER.pack(self.rmw_client_guid, self.rmw_sequence_number)
-        return LITTLE_ENDIAN + header + self.payload.serialize()[len(LITTLE_ENDIAN) :]
-
-    def deserialize(cls: Any, data: bytes, **_: Any) -> Any:
-        start = len(LITTLE_ENDIAN)
-        return cls(*_HEADER.unpack_from(data, start),
-                   payload.deserialize(data[:start] + data[start + _HEADER.size :]))  # fmt: skip
-
+    annotations = {_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__}
     return new_class(
         name.rsplit("/", 1)[1],
         (IdlStruct,),
         {"typename": dds_type_name(name)},
         lambda namespace: namespace.update(
-            __annotations__={_GUID: idl.uint64, _NUMBER: idl.int64, **payload.__annotations__},
-            __init__=initialise,
-            serialize=serialize,
-            deserialize=classmethod(deserialize),
-            deserialize_key=classmethod(no_key),
+            __annotations__=annotations, deserialize_key=classmethod(no_key)
         ),
     )
+
+
+class RequestHeader(NamedTuple):
+    """Whose request it is: the client and its number, and the writer that it came from."""
+
+    client: int
+    number: int
+    writer: int
+
+
+def _header(sample: Sample) -> RequestHeader:
+    data, info = sample
+    packed = _HEADER if data[1] & 1 else _BIG_HEADER
+    client, number = packed.unpack_from(data, len(LITTLE_ENDIAN))
+    return RequestHeader(client, number, info.publication_handle)
+
+
+def _payload(kind: Any, sample: Sample) -> Any:
+    data, _ = sample
+    return kind.deserialize(data[: len(LITTLE_ENDIAN)] + data[_PAYLOAD:])
 
 
 class _Peer(Entity):
@@ -107,8 +114,6 @@ class _Peer(Entity):
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
         self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
-        self._write_class = wire_class(ways["write"][1])
-        self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
         self._endpoints.add_reader(self._reader, self.receive)
 
@@ -123,7 +128,8 @@ class _Peer(Entity):
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
 
     def _send(self, client: int, number: int, payload: Any) -> None:
-        self._writer.write(self._write_class(client, number, payload))
+        header = LITTLE_ENDIAN + _HEADER.pack(client, number)
+        write(self._writer, header + payload.serialize()[len(LITTLE_ENDIAN) :])
 
     def destroy(self) -> None:
         """Ends it."""
@@ -157,32 +163,37 @@ class Service(_Peer):
         }
         super().__init__(node, "service", full, ways, qos, group)
 
-    def receive(self, samples: list[Any]) -> None:
+    def receive(self, samples: list[Sample]) -> None:
         """Leaves aside what has no header, should it ever look like a request."""
         super().receive([sample for sample in samples if self._has_header(sample)])
 
-    def _has_header(self, sample: Any) -> bool:
-        handle = sample.sample_info.publication_handle
+    def _has_header(self, sample: Sample) -> bool:
+        header = _header(sample)
+        handle = header.writer
         if handle not in self._headed:
             client = described(self._reader.get_matched_publication_data, handle)
             # The writer may be gone already: its last request counts.
             if client is not None and is_fast_dds(client.key.bytes):
                 return False
             self._headed.add(handle)
-        return 0 <= sample.rmw_sequence_number < _NUMBERS
+        return 0 <= header.number < _NUMBERS
 
-    def handle(self, sample: Any) -> Any:
+    def handle(self, sample: Sample) -> Any:
+        """Answers a request."""
+        return self.answer(_payload(self.srv_type.Request, sample), _header(sample))
+
+    def answer(self, request: Any, header: RequestHeader) -> Any:
         """Calls the callback and replies."""
-        response = self.callback(sample.payload, self.srv_type.Response())
+        response = self.callback(request, self.srv_type.Response())
         if inspect.iscoroutine(response):
-            return self._reply_later(sample, response)
-        self.send_response(response, sample)
+            return self._reply_later(header, response)
+        self.send_response(response, header)
         return None
 
-    async def _reply_later(self, sample: Any, coroutine: Any) -> None:
-        self.send_response(await coroutine, sample)
+    async def _reply_later(self, header: RequestHeader, coroutine: Any) -> None:
+        self.send_response(await coroutine, header)
 
-    def send_response(self, response: Any, header: Any) -> None:
+    def send_response(self, response: Any, header: RequestHeader) -> None:
         """Replies to the request that `header` stands for.
 
         Raises:
@@ -195,8 +206,8 @@ class Service(_Peer):
                 f"{type(response).__name__}, not {self.srv_type.Response.__name__}"
             )
         self._check()
-        self._await_reader(header.sample_info.publication_handle)
-        self._send(header.rmw_client_guid, header.rmw_sequence_number, response)
+        self._await_reader(header.writer)
+        self._send(header.client, header.number, response)
 
     def _await_reader(self, request_writer: int) -> None:
         """Waits until the client's reader is discovered: it would miss the reply otherwise."""
@@ -233,16 +244,16 @@ class Client(_Peer):
         }
         super().__init__(node, "client", full, ways, qos, group)
 
-    def receive(self, samples: list[Any]) -> None:
+    def receive(self, samples: list[Sample]) -> None:
         """Leaves replies to other clients aside."""
-        super().receive([sample for sample in samples if sample.rmw_client_guid == self._guid])
+        super().receive([sample for sample in samples if _header(sample).client == self._guid])
 
-    def handle(self, sample: Any) -> None:
+    def handle(self, sample: Sample) -> None:
         """Completes the future of the call; its done callbacks are tasks of the executor."""
-        future = self._pending.pop(sample.rmw_sequence_number, None)
+        future = self._pending.pop(_header(sample).number, None)
         if future is not None:
             future._set_executor(self.node.executor)
-            future.set_result(sample.payload)
+            future.set_result(_payload(self.srv_type.Response, sample))
 
     def call_async(self, request: Any) -> Future:
         """Sends a request; the future gets the response.

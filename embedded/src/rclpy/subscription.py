@@ -8,31 +8,19 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any
 
-from cyclonedds._clayer import ddspy_take
-from cyclonedds.core import DDSException
 from cyclonedds.sub import DataReader
 from ros2_embedded import naming
 from ros2_embedded.messages import full_type_name
+from ros2_embedded.samples import Sample
 from ros2_embedded.thread_safety import make_topic, matched
 from ros2_embedded.typehash import type_hash
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.entity import Endpoints, Entity
+from rclpy.entity import Entity
 from rclpy.event_handler import EndpointEvents, EventHandler, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.qos_best_available import for_subscription
-
-
-class RawReader(DataReader):
-    """Hands out samples as they came: CDR behind its header of four bytes."""
-
-    def take(self, N: int = 1, condition: Any = None, instance_handle: Any = None) -> list[bytes]:
-        """Takes at most N samples."""
-        taken = ddspy_take(self._ref, condition.mask, N)
-        if isinstance(taken, int):
-            raise DDSException(taken, f"Occurred while taking data in {self!r}")
-        return [data for data, info in taken if info.valid_data]
 
 
 def _accepts(callback: Callable[..., Any], count: int) -> bool:
@@ -74,9 +62,7 @@ class Subscription(Entity):
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
         dds_topic = make_topic(participant, name, msg_type)
-        make = RawReader if raw else DataReader
-        self._reader: Any = make(participant, dds_topic, chosen.to_dds(user_data, False))
-        self._endpoints = Endpoints(node)
+        self._reader: Any = DataReader(participant, dds_topic, chosen.to_dds(user_data, False))
         self._endpoints.add_reader(self._reader, self.receive)
         events = event_callbacks.events(node, topic)
         self._events = EndpointEvents(node, self.callback_group, self._reader, events)
@@ -111,19 +97,19 @@ class Subscription(Entity):
             "(to get only the message) or two (to get message and message info)"
         )
 
-    def handle(self, sample: Any) -> Any:
+    def handle(self, sample: Sample) -> Any:
         """Calls the callback."""
         if self._reader is None:
             return None
+        data, info = sample
+        message = data if self.raw else self.msg_type.deserialize(data)
         if self._callback_type is self.CallbackType.MessageOnly:
-            return self._callback(sample)
-        now = time.time_ns()
-        info = getattr(sample, "sample_info", None)
+            return self._callback(message)
         return self._callback(
-            sample,
+            message,
             {
-                "source_timestamp": info.source_timestamp if info else now,
-                "received_timestamp": now,
+                "source_timestamp": info.source_timestamp,
+                "received_timestamp": time.time_ns(),
                 "publication_sequence_number": None,
                 "reception_sequence_number": None,
             },

@@ -24,10 +24,11 @@ from cyclonedds.sub import DataReader
 from cyclonedds.util import duration
 
 from ros2_embedded import naming
+from ros2_embedded.background import Background
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import Mismatch, is_fast_dds, mismatches, warnings
 from ros2_embedded.messages import full_type_name, message_class
-from ros2_embedded.reader_thread import ReaderThread
+from ros2_embedded.samples import Sample, samples_of, write
 from ros2_embedded.thread_safety import described, make_topic
 from ros2_embedded.typehash import type_hash
 
@@ -73,9 +74,9 @@ class NodeEntry:
 class Graph:
     """What this process tells of its nodes, and what it knows of all nodes."""
 
-    def __init__(self, participant: DomainParticipant, thread: ReaderThread) -> None:
+    def __init__(self, participant: DomainParticipant, background: Background) -> None:
         """Starts to listen and to tell."""
-        self._participant, self._thread = participant, thread
+        self._participant, self._background = participant, background
         self._lock = threading.RLock()
         self._nodes: list[NodeEntry] = []
         self._others: dict[bytes, Any] = {}
@@ -101,7 +102,7 @@ class Graph:
         ignore = Policy.IgnoreLocal.Participant
         reader_qos = Qos(*_LATCHED, user_data, Policy.History.KeepAll, ignore)
         self._reader = DataReader(participant, topic, reader_qos)
-        thread.add(self._reader, self._on_info)
+        background.add(samples_of(self._reader, self._on_info))
 
     # What this process has.
 
@@ -120,7 +121,7 @@ class Graph:
 
     def changed(self) -> None:
         """Has the news told soon."""
-        self._thread.call_later(_PUBLISH_DELAY, self._publish)
+        self._background.call_later(_PUBLISH_DELAY, self._publish)
 
     def _publish(self) -> None:
         gid = message_class("rmw_dds_common/msg/Gid")
@@ -136,14 +137,16 @@ class Graph:
                 for node in self._nodes
             ]
         info = self._writer.data_type
-        self._writer.write(info(gid=gid(data=list(self._guid)), node_entities_info_seq=nodes))
+        news = info(gid=gid(data=list(self._guid)), node_entities_info_seq=nodes)
+        write(self._writer, news.serialize())
         if any(map(is_fast_dds, self._others)):
             self._meet_fast_dds()
 
     # What others have.
 
-    def _on_info(self, samples: list[Any]) -> None:
-        for info in samples:
+    def _on_info(self, samples: list[Sample]) -> None:
+        for data, _ in samples:
+            info = self._writer.data_type.deserialize(data)
             key = bytes(info.gid.data)
             with self._lock:
                 known = {_full_name(node) for node in self._entries(key)}
@@ -152,7 +155,7 @@ class Graph:
                 if _full_name(node) not in known:
                     self.on_other_node(_full_name(node))
             if is_fast_dds(key):
-                self._thread.call_later(0.0, self._meet_fast_dds)
+                self._background.call_later(0.0, self._meet_fast_dds)
 
     def _meet_fast_dds(self) -> None:
         """Warns, once of each, of services that cannot work."""
@@ -168,7 +171,7 @@ class Graph:
         for full_name, text in warnings(found):
             self.warn(full_name, text)
         if any(guid not in topics for node in foreign for guid in node[1] + node[2]):
-            self._thread.call_later(_RETRY, self._meet_fast_dds)
+            self._background.call_later(_RETRY, self._meet_fast_dds)
 
     def _entries(self, participant: bytes) -> list[Any]:
         info = self._others.get(participant)

@@ -20,7 +20,7 @@ from rclpy.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
-from rclpy.service import Service
+from rclpy.service import RequestHeader, Service
 from rclpy.task import Future
 
 _NONE, _UNKNOWN_GOAL, _TERMINATED = 0, 2, 3  # action_msgs/srv/CancelGoal
@@ -58,9 +58,9 @@ def default_cancel_callback(cancel_request: Any) -> CancelResponse:
 class _ActionService(Service):
     """A service whose callback replies itself: it gets the request and its header."""
 
-    def handle(self, sample: Any) -> Any:
+    def answer(self, request: Any, header: RequestHeader) -> Any:
         """Calls the callback, a coroutine function."""
-        return self.callback(sample.payload, sample)
+        return self.callback(request, header)
 
 
 class ActionServer:
@@ -166,7 +166,7 @@ class ActionServer:
 
     # The services.
 
-    async def _on_goal(self, request: Any, header: Any) -> None:
+    async def _on_goal(self, request: Any, header: RequestHeader) -> None:
         self._expire()
         response = self._action_type.Impl.SendGoalService.Response()
         key, handle = bytes(request.goal_id.uuid), None
@@ -192,7 +192,7 @@ class ActionServer:
             self._goal_handles[key], self._result_futures[key] = handle, Future()
         return handle
 
-    async def _on_cancel(self, request: Any, header: Any) -> None:
+    async def _on_cancel(self, request: Any, header: RequestHeader) -> None:
         self._expire()
         response = self._action_type.Impl.CancelGoalService.Response()
         response.return_code, handles = self._to_cancel(request.goal_info)
@@ -228,7 +228,7 @@ class ActionServer:
                 chosen.append(handle)
         return _NONE, chosen
 
-    async def _on_get_result(self, request: Any, header: Any) -> None:
+    async def _on_get_result(self, request: Any, header: RequestHeader) -> None:
         self._expire()
         future = self._result_futures.get(bytes(request.goal_id.uuid))
         if future is None:  # the status of this response is UNKNOWN
@@ -237,7 +237,7 @@ class ActionServer:
             return
         future._add_waker(lambda: self._reply(self._result_service, future.result(), header))
 
-    def _reply(self, service: Service, response: Any, header: Any) -> None:
+    def _reply(self, service: Service, response: Any, header: RequestHeader) -> None:
         try:
             service.send_response(response, header)
         except RCLError:

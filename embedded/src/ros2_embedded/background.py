@@ -1,0 +1,77 @@
+"""The one thread of a process that works for the runtime itself; asleep nearly always."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+from cyclonedds.core import DDSException
+from cyclonedds.domain import DomainParticipant
+
+from ros2_embedded.wait_set import Source, WaitSet
+
+
+class Background:
+    """Hears news of the graph and of the status of endpoints, and does what is due."""
+
+    def __init__(self, participant: DomainParticipant) -> None:
+        """Starts the thread."""
+        self._wait_set = WaitSet(participant)
+        self._due: dict[Callable[[], None], float] = {}
+        self._lock = threading.Lock()
+        self._news = self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="background", daemon=True)
+        self._thread.start()
+
+    def add(self, source: Source, *, at_once: bool = False) -> None:
+        """From now on the thread serves a source; see `WaitSet.add`."""
+        self._wait_set.add(source, at_once=at_once)
+
+    def remove(self, entity: object) -> None:
+        """Leaves an entity alone: afterwards nothing is called for it."""
+        self._wait_set.remove(entity)
+
+    def call_later(self, delay: float, function: Callable[[], None]) -> None:
+        """Has `function` called after `delay` [s], unless a call of it is pending."""
+        with self._lock:
+            if function in self._due:
+                return
+            self._due[function] = time.monotonic() + delay
+            self._news = True
+        self._wait_set.wake()
+
+    def stop(self) -> None:
+        """Ends the thread after all that is due, even later."""
+        self._stopping = True
+        self._wait_set.wake()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+        self._wait_set.close()
+
+    def _run(self) -> None:
+        while not self._stopping:
+            try:
+                self._wait_set.wait(self._seconds_left(), lambda: self._news or self._stopping)
+            except DDSException:
+                # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
+                if not self._stopping:
+                    raise
+            self._do_what_is_due()
+
+    def _seconds_left(self) -> float:
+        with self._lock:
+            self._news = False
+            if not self._due:
+                return math.inf
+            return max(0.0, min(self._due.values()) - time.monotonic())
+
+    def _do_what_is_due(self) -> None:
+        now = time.monotonic()
+        with self._lock:
+            due = [f for f, at in self._due.items() if at <= now or self._stopping]
+            for function in due:
+                del self._due[function]
+        for function in due:
+            function()
