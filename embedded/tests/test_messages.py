@@ -17,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ros2_embedded import jazzy
 from ros2_embedded.catalogue import KINDS, list_interfaces, message_spec
+from ros2_embedded.cdr import CdrError
 from ros2_embedded.messages import message_class
 from ros2_embedded.specs import FieldType, InterfaceError, parse_message
 from ros2_embedded.typehash import type_hash
@@ -94,13 +95,31 @@ def test_bytes_equal_those_of_rosbags(name: str) -> None:
     check()
 
 
+@pytest.mark.parametrize("name", TYPES)
+def test_bytes_that_end_too_early_are_refused(name: str) -> None:
+    """Wherever a message is cut off, in both byte orders; it is told how long it must be."""
+
+    @settings(max_examples=25, deadline=None)
+    @given(messages_of(name), st.data())
+    def check(message: Any, data: st.DataObject) -> None:
+        ours = message.serialize()
+        big = bytes(JAZZY.serialize_cdr(to_rosbags(message), name, little_endian=False))
+        cut = data.draw(st.integers(0, len(ours) - 1))
+        for whole in (ours, big):
+            with pytest.raises(CdrError) as caught:
+                type(message).deserialize(whole[:cut])
+            assert caught.value.size < caught.value.end <= len(ours)
+
+    check()
+
+
 @pytest.mark.parametrize("name", [
     *TYPES, "door_impact_msgs/msg/ImpactPlan", "door_impact_msgs/srv/PlanDoorImpact_Request",
     "door_impact_msgs/action/ExecuteDoorImpact_Goal",
     "sensor_msgs/msg/PointCloud2",
 ])  # fmt: skip
 def test_bytes_equal_those_of_cyclone_dds(name: str) -> None:
-    """What rosbags' functions write and read is what Cyclone DDS, which checks it, does."""
+    """What is written and read is what Cyclone DDS in Python writes and reads."""
 
     @settings(max_examples=25, deadline=None)
     @given(messages_of(name))

@@ -111,33 +111,6 @@ def test_action_succeeds_fails_refuses_and_cancels(executor: SingleThreadedExecu
     assert result(executor, handle.cancel_goal_async()).return_code == 3
 
 
-def test_depth_bounds_what_waits(executor: SingleThreadedExecutor) -> None:
-    """Of many messages a slow subscription gets the last `depth`, in order."""
-    node = make(executor)
-    got: list[str] = []
-    node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
-    publisher = node.create_publisher(String, "x", 50)
-    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
-    for i in range(20):
-        publisher.publish(String(data=str(i)))
-    publisher.wait_for_all_acked()
-    assert spin_until(executor, lambda: "19" in got)
-    assert got == ["17", "18", "19"]
-
-
-def test_spin_once_finds_what_has_come(executor: SingleThreadedExecutor) -> None:
-    """A message that is there is handled at once, without a wait."""
-    node = make(executor)
-    got: list[str] = []
-    node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
-    publisher = node.create_publisher(String, "x", 3)
-    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
-    publisher.publish(String(data="now"))
-    publisher.wait_for_all_acked()
-    executor.spin_once(timeout_sec=0.0)
-    assert got == ["now"]
-
-
 def test_callback_errors_come_out_of_spin(executor: SingleThreadedExecutor) -> None:
     """What a callback or a coroutine raises, spin raises; the future keeps its own."""
     node = make(executor)

@@ -35,8 +35,10 @@ class Entity:
 
     def wake(self) -> None:
         """Asks the executor for a turn, if there is something to do; once is enough."""
+        if not self._inbox:
+            return
         executor = self.node.executor
-        if executor is not None and self._inbox and self._queued_in is not executor:
+        if executor is not None and self._queued_in is not executor:
             self._queued_in = executor
             executor.put(self)
 

@@ -36,8 +36,8 @@ class CdrError(ValueError):
     """Bytes end before the message that they should hold."""
 
     def __init__(self, end: int, size: int) -> None:
-        """`size` bytes are there, and the message goes on until `end` at least."""
-        super().__init__(f"a message of {size} bytes goes on until byte {end} at least")
+        """`size` bytes are there behind the header, and the message needs `end` at least."""
+        super().__init__(f"a message of at least {end} bytes ends after {size}")
         self.end, self.size = end, size
 
 

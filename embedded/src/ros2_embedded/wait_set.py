@@ -11,7 +11,6 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from cyclonedds import core
@@ -38,7 +37,7 @@ class WaitSet:
     def __init__(self, participant: DomainParticipant) -> None:
         """Has no sources yet."""
         self._set = core.WaitSet(participant)
-        self._guard = GuardCondition(participant)
+        self._guard = guard = GuardCondition(participant)
         self._lock = threading.RLock()
         self._numbers = itertools.count(_WOKEN)
         self._calls: dict[int, Callable[[], None]] = {}
@@ -46,7 +45,7 @@ class WaitSet:
         self._waiting: list[int] = []
         """The threads that wait."""
         self._closed = False
-        self._attach(self._guard, lambda: self._guard.set(False))
+        self._attach(guard, lambda: guard.set(False))
 
     def _attach(self, entity: Any, call: Callable[[], None]) -> None:
         number = next(self._numbers)
@@ -98,24 +97,18 @@ class WaitSet:
             if self._closed:
                 return
             triggered = self._triggered()
-            waiting = partial(self._wait, triggered)
+            arguments = self._set._ref, triggered, len(triggered)
             if ready() or seconds == 0:
-                count = waiting(0)
+                count = self._set._waitset_wait(*arguments, 0)
             else:
                 limit = int(seconds * 1e9) if seconds < _LONGEST else _FOREVER
-                count = interruptible(partial(waiting, limit), self.wake)
+                count = interruptible(lambda: self._set._waitset_wait(*arguments, limit), self.wake)
         finally:
             self._waiting.remove(me)
-        if count:
+        if count < 0 and not self._closed:
+            raise DDSException(count, "Occurred while waiting")
+        if count > 0:
             self._hand_over(triggered[: min(count, len(triggered))])
-
-    def _wait(self, triggered: Any, timeout: int) -> int:
-        count: int = self._set._waitset_wait(self._set._ref, triggered, len(triggered), timeout)
-        if count >= 0:
-            return count
-        if self._closed:
-            return 0
-        raise DDSException(count, "Occurred while waiting")
 
     def _hand_over(self, numbers: list[int | None]) -> None:
         with self._lock:

@@ -144,6 +144,20 @@ def test_spin_once_runs_one_callback(executor: SingleThreadedExecutor) -> None:
     assert sorted(called) == ["a", "b"]
 
 
+def test_spin_once_finds_what_has_come(executor: SingleThreadedExecutor) -> None:
+    """A message that is there is handled, without a wait for it."""
+    node = make(executor)
+    got: list[str] = []
+    node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
+    publisher = node.create_publisher(String, "x", 3)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(String(data="now"))
+    publisher.wait_for_all_acked()
+    for _ in range(10):  # what woke the executor before takes a turn
+        executor.spin_once(timeout_sec=0.0)
+    assert got == ["now"]
+
+
 def test_a_trigger_before_the_executor_counts_once(executor: SingleThreadedExecutor) -> None:
     """A guard condition remembers that it was triggered, not how often."""
     node, called = Node("tester"), []

@@ -217,6 +217,20 @@ def test_latecomers_get_what_is_kept(executor: SingleThreadedExecutor) -> None:
     assert (late[2], volatile) == ("d", ["d"])
 
 
+def test_depth_bounds_what_waits(executor: SingleThreadedExecutor) -> None:
+    """Of many messages a slow subscription gets the last `depth`, in order."""
+    node = make(executor)
+    got: list[str] = []
+    node.create_subscription(String, "x", lambda m: got.append(m.data), 3)
+    publisher = node.create_publisher(String, "x", 50)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1)
+    for i in range(20):
+        publisher.publish(String(data=str(i)))
+    publisher.wait_for_all_acked()
+    assert spin_until(executor, lambda: "19" in got)
+    assert got == ["17", "18", "19"]
+
+
 def test_what_has_outlived_its_lifespan_is_gone(executor: SingleThreadedExecutor) -> None:
     """A latecomer gets only what is young enough."""
     node = make(executor)

@@ -168,6 +168,15 @@ def test_a_pending_request_can_be_forgotten(executor: SingleThreadedExecutor) ->
         client.get_pending_request(1 << 40)
 
 
+def test_a_server_keeps_the_last_requests_of_its_depth(executor: SingleThreadedExecutor) -> None:
+    """Of twice as many that came while it was busy, it answers those in their order."""
+    _, client = pair(executor, qos_profile=QoSProfile(depth=5))
+    calls = [client.call_async(SetBool.Request()) for _ in range(10)]
+    for call in calls[5:]:
+        result(executor, call)
+    assert [call.done() for call in calls] == [False] * 5 + [True] * 5
+
+
 def test_two_servers_answer_both(executor: SingleThreadedExecutor) -> None:
     """The client takes one of the responses, and is ready for the next call."""
     node, client = pair(executor, lambda _, r: r, Trigger)
