@@ -15,7 +15,7 @@ from door_impact_msgs.srv import PlanDoorImpact
 from geometry_msgs.msg import Pose, PoseWithCovariance, Quaternion
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ros2_embedded import jazzy
+from ros2_embedded import cdr, jazzy
 from ros2_embedded.catalogue import KINDS, list_interfaces, message_spec
 from ros2_embedded.cdr import CdrError
 from ros2_embedded.messages import message_class
@@ -111,6 +111,15 @@ def test_bytes_that_end_too_early_are_refused(name: str) -> None:
             assert caught.value.size < caught.value.end <= len(ours)
 
     check()
+
+
+@pytest.mark.parametrize("base", ["bool", "byte", "string", "std_msgs/msg/String"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_an_array_of_another_length_is_not_written(base: str, count: int) -> None:
+    """A list that was checked may have grown or shrunk since then."""
+    write = cdr._writer(FieldType(base, "array", 2))
+    with pytest.raises(ValueError, match=f"an array of 2 has {count} elements"):
+        write([None] * count, bytearray())
 
 
 @pytest.mark.parametrize("name", [

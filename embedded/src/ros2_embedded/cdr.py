@@ -273,12 +273,13 @@ def _writer(kind: FieldType) -> Write:
         if kind.base == "byte":
             return _write_byte
         return _number_writer(kind.base) if kind.primitive else _message_writer(kind.base)
-    write_row = _row_writer(kind)
-    if kind.container == "array":
-        return write_row
+    write_row, is_array = _row_writer(kind), kind.container == "array"
 
     def write(row: Any, out: bytearray) -> None:
-        _write_count(len(row), out)
+        if not is_array:
+            _write_count(len(row), out)
+        elif len(row) != kind.size:  # a list may have grown since it was checked
+            raise ValueError(f"an array of {kind.size} has {len(row)} elements")
         write_row(row, out)
 
     return write
@@ -297,7 +298,11 @@ def _message_writer(name: str) -> Write:
 
 
 def serialize(name: str, message: Any) -> bytes:
-    """A message of a type in CDR, little endian, after `LITTLE_ENDIAN`."""
+    """A message of a type in CDR, little endian, after `LITTLE_ENDIAN`.
+
+    Raises:
+        ValueError: an array is not as long as its type says.
+    """
     out = bytearray()
     _message_writer(name)(message, out)
     return LITTLE_ENDIAN + out
