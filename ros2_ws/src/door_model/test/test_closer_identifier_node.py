@@ -172,3 +172,15 @@ def test_bad_parameters_end_with_a_sentence(
     text = capfd.readouterr().err
     assert sentence in text
     assert "Traceback" not in text
+
+
+def test_parameters_are_described_each_by_its_own_name(rig: Rig) -> None:
+    """Those that are read once refuse to be set later."""
+    described = {name: rig.node.describe_parameter(name)
+                 for name in ("door", "window", "memory", "leaf_mass", "leaf_width")}
+    assert [d.name for d in described.values()] == list(described)
+    read_once = {name for name, descriptor in described.items() if descriptor.read_only}
+    assert read_once == {"door", "window", "memory"}
+    for name in described:
+        answer = rig.node.set_parameters([rig.node.get_parameter(name)])[0]
+        assert answer.successful == (name not in read_once)
