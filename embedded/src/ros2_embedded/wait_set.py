@@ -81,7 +81,11 @@ class WaitSet:
     def wake(self) -> None:
         """Ends the waits of all threads."""
         if self._waiting:
-            self._guard.set(True)
+            try:
+                self._guard.set(True)
+            except DDSException:
+                if not self._closed:  # the domain has been left meanwhile
+                    raise
 
     def wait(self, seconds: float, ready: Callable[[], Any] = lambda: False) -> None:
         """Waits until something has come, and hands it over; or until the time is over, or `wake`.
