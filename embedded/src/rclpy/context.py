@@ -21,6 +21,7 @@ from rclpy.exceptions import RCLError
 from rclpy.impl.log_output import outputs
 from rclpy.logging import get_logger, get_logging_severity_from_string, set_logger_level
 from rclpy.signal_delay import signals_wait
+from rclpy.weak_method import weakly
 
 _initialized: weakref.WeakSet[Context] = weakref.WeakSet()
 
@@ -177,8 +178,7 @@ class Context:
         if self._used and not self._ok:
             callback()
         elif hasattr(callback, "__self__"):
-            method = weakref.WeakMethod(callback)
-            self._on_shutdown.append(lambda: (method() or _nothing)())
+            self._on_shutdown.append(weakly(callback))
         else:
             self._on_shutdown.append(callback)
 
@@ -228,10 +228,6 @@ class Context:
             self.graph = self.background = None
             self.participant = None
             self._domain = None
-
-
-def _nothing() -> None:
-    pass
 
 
 def _configure_logging(arguments: RosArguments) -> None:

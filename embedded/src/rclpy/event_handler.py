@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 from cyclonedds.core import DDSStatus
@@ -12,6 +14,7 @@ from ros2_embedded.status import Sinks, changes_of
 from rclpy.entity import Entity
 from rclpy.exceptions import UnsupportedEventTypeError
 from rclpy.qos import QoSPolicyKind, qos_policy_name_from_kind
+from rclpy.weak_method import weakly
 
 __all__ = [
     "EventHandler",
@@ -242,14 +245,19 @@ class EndpointEvents:
             if callback is not None:
                 handler = EventHandler(node, group, callback, kind)
                 self.handlers.append(handler)
-                sinks[status] = handler.note
+                sinks[status] = weakly(handler.note)
         if sinks:
+            background = node.context.background
+            forget = partial(background.remove, endpoint)
+            self._unwatch = weakref.finalize(self, background.call_soon, forget)
+            self._unwatch.atexit = False
             node.handle.entities.extend(self.handlers)
-            node.context.background.add(changes_of(endpoint, sinks), at_once=True)
+            background.add(changes_of(endpoint, sinks), at_once=True)
 
     def release(self) -> None:
         """Ends them: no callback comes afterwards."""
         if self.handlers:
+            self._unwatch.detach()
             self._node.context.background.remove(self._endpoint)
         entities = self._node.handle.entities
         for handler in self.handlers:

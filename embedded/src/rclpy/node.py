@@ -64,8 +64,7 @@ class Node(NodeParameters, NodeGraph):
         handle = NodeHandle(chosen, node_name, namespace or "", cli_args, use_global_arguments)
         self.__handle = handle
         with chosen.staying("create node"):
-            chosen.graph.add_node(handle.entry)
-            chosen.nodes.add(self)
+            handle.enter_graph(self)
             start_node_services(
                 self,
                 overrides=parameter_overrides or (),
@@ -358,9 +357,7 @@ class Node(NodeParameters, NodeGraph):
             thing.destroy()
         handle.services, handle.entities, handle.publishers, handle.timers = [], [], [], []
         handle.guards = []
-        if handle.context.graph is not None:
-            handle.context.graph.remove_node(handle.entry)
-        handle.context.nodes.discard(self)
+        handle.leave_graph(self)
 
 
 def _no_callback() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from functools import partial
 from typing import Any
 
 from ros2_embedded import naming
@@ -30,6 +31,7 @@ class NodeHandle:
     """Name, namespace and everything that belongs to a node."""
 
     parameters: ParameterStore
+    _end: weakref.finalize[Any, Any]
 
     def __init__(
         self, context: Any, name: str, namespace: str, cli_args: Any, use_global_arguments: bool
@@ -82,6 +84,22 @@ class NodeHandle:
         """What an executor works on, without the timers."""
         own = [*self.entities, *self.guards]
         return own + [entity for waitable in self.waitables for entity in waitable.entities()]
+
+    def enter_graph(self, node: Any) -> None:
+        """Tells others of the node, until it leaves or nothing refers to it any more."""
+        graph, background = self.context.graph, self.context.background
+        graph.add_node(self.entry)
+        self.context.nodes.add(node)
+        leave = partial(graph.remove_node, self.entry)
+        self._end = weakref.finalize(node, background.call_soon, leave)
+        self._end.atexit = False
+
+    def leave_graph(self, node: Any) -> None:
+        """Takes the node out of the graph."""
+        self._end.detach()
+        if self.context.graph is not None:
+            self.context.graph.remove_node(self.entry)
+        self.context.nodes.discard(node)
 
     @property
     def graph(self) -> Graph:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -13,6 +15,7 @@ from rclpy.exceptions import InvalidHandle, RCLError
 from rclpy.impl.log_output import Record, outputs
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.weak_method import weakly
 
 _TOPIC = "/rosout"
 
@@ -28,7 +31,10 @@ class Rosout:
         events = PublisherEventCallbacks(use_default_callbacks=False)
         group = node.default_callback_group
         self._publisher = Publisher(node, self._log, _TOPIC, qos, events, group)
-        outputs.rosout.setdefault(node.get_logger().name, self._publish)
+        publish = weakly(self._publish)
+        outputs.rosout.setdefault(node.get_logger().name, publish)
+        self._forget = weakref.finalize(self, _forget, publish)
+        self._forget.atexit = False
 
     def _publish(self, record: Record) -> None:
         message = self._log(
@@ -45,7 +51,12 @@ class Rosout:
 
     def destroy(self) -> None:
         """Ends."""
-        for name, publish in list(outputs.rosout.items()):
-            if publish == self._publish:
-                del outputs.rosout[name]
+        self._forget()
         self._publisher.destroy()
+
+
+def _forget(publish: Callable[..., None]) -> None:
+    """Takes a publisher away from its node's logger, and from those made of it."""
+    for name, other in list(outputs.rosout.items()):
+        if other is publish:
+            outputs.rosout.pop(name, None)

@@ -6,6 +6,8 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 
 from cyclonedds.core import DDSException
 from cyclonedds.domain import DomainParticipant
@@ -21,6 +23,7 @@ class Background:
         self._wait_set = WaitSet(participant)
         self._due: dict[Callable[[], None], float] = {}
         self._lock = threading.Lock()
+        self._soon: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._news = self._stopping = False
         self._thread = threading.Thread(target=self._run, name="background", daemon=True)
         self._thread.start()
@@ -42,6 +45,11 @@ class Background:
             self._news = True
         self._wait_set.wake()
 
+    def call_soon(self, function: Callable[[], None]) -> None:
+        """Has `function` called; takes no lock, for Python may collect garbage under any."""
+        self._soon.put(function)
+        self._wait_set.wake()
+
     def stop(self) -> None:
         """Ends the thread after all that is due, even later."""
         self._stopping = True
@@ -53,12 +61,16 @@ class Background:
     def _run(self) -> None:
         while not self._stopping:
             try:
-                self._wait_set.wait(self._seconds_left(), lambda: self._news or self._stopping)
+                self._wait_set.wait(self._seconds_left(), self._has_work)
             except DDSException:
                 # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
                 if not self._stopping:
                     raise
             self._do_what_is_due()
+        self._do_what_is_due()
+
+    def _has_work(self) -> bool:
+        return self._news or self._stopping or not self._soon.empty()
 
     def _seconds_left(self) -> float:
         with self._lock:
@@ -68,6 +80,9 @@ class Background:
             return max(0.0, min(self._due.values()) - time.monotonic())
 
     def _do_what_is_due(self) -> None:
+        with suppress(Empty):
+            while True:
+                self._soon.get_nowait()()
         now = time.monotonic()
         with self._lock:
             due = [f for f, at in self._due.items() if at <= now or self._stopping]

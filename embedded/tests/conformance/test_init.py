@@ -1,5 +1,6 @@
 """Beginning and end: rclpy.init, contexts, shutdown, arguments; helpers, durations."""
 
+import gc
 from collections.abc import Iterator
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 import rclpy
 from builtin_interfaces.msg import Duration as DurationMessage
 from builtin_interfaces.msg import Time as TimeMessage
+from rcl_interfaces.msg import Log
 from rclpy.context import Context
 from rclpy.duration import Duration, Infinite
 from rclpy.exceptions import InvalidHandle, NotInitializedException, ROSInterruptException
@@ -270,6 +272,37 @@ def test_the_graph(executor: SingleThreadedExecutor) -> None:
     for ask in (node.count_publishers, node.get_publishers_info_by_topic):
         with pytest.raises(ValueError, match="topic name 'a b' is invalid"):
             ask("a b")
+
+
+def test_a_node_that_nothing_refers_to_leaves_the_graph(executor: SingleThreadedExecutor) -> None:
+    """With all that it has, as if it had been destroyed; another of its name logs as ever."""
+    watcher = make(executor, "watcher")
+    logged: list[str] = []
+    watcher.create_subscription(Log, "/rosout", lambda m: logged.append(m.msg), 10)
+
+    def make_some() -> None:
+        for _ in range(10):
+            ghost = Node("ghost")
+            ghost.create_subscription(String, "x", print, 1)
+            ghost.create_publisher(String, "y", 1)
+            ghost.create_timer(1.0, lambda: None)
+            ghost.create_service(Trigger, "z", lambda _, response: response)
+
+    make_some()
+
+    def is_alone() -> bool:
+        gc.collect()
+        ends = watcher.count_subscribers("x") + watcher.count_publishers("y")
+        return watcher.get_node_names() == ["watcher"] and not ends
+
+    assert spin_until(executor, is_alone)
+    node = make(executor, "ghost")
+
+    def is_heard() -> bool:
+        node.get_logger().info("here")
+        return "here" in logged
+
+    assert spin_until(executor, is_heard)
 
 
 def test_helpers() -> None:
