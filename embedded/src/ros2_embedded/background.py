@@ -6,8 +6,8 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
+from typing import Any
 
 from cyclonedds.core import DDSException
 from cyclonedds.domain import DomainParticipant
@@ -21,10 +21,10 @@ class Background:
     def __init__(self, participant: DomainParticipant) -> None:
         """Starts the thread."""
         self._wait_set = WaitSet(participant)
-        self._due: dict[Callable[[], None], float] = {}
-        self._lock = threading.Lock()
-        self._soon: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        self._news = self._stopping = False
+        self._soon: SimpleQueue[Callable[[], Any]] = SimpleQueue()
+        self._due: dict[Callable[[], Any], float] = {}
+        """When what is pending has to be called; for the thread alone."""
+        self._stopping = False
         self._thread = threading.Thread(target=self._run, name="background", daemon=True)
         self._thread.start()
 
@@ -36,19 +36,15 @@ class Background:
         """Leaves an entity alone: afterwards nothing is called for it."""
         self._wait_set.remove(entity)
 
-    def call_later(self, delay: float, function: Callable[[], None]) -> None:
-        """Has `function` called after `delay` [s], unless a call of it is pending."""
-        with self._lock:
-            if function in self._due:
-                return
-            self._due[function] = time.monotonic() + delay
-            self._news = True
-        self._wait_set.wake()
-
-    def call_soon(self, function: Callable[[], None]) -> None:
+    def call_soon(self, function: Callable[[], Any]) -> None:
         """Has `function` called; takes no lock, for Python may collect garbage under any."""
         self._soon.put(function)
         self._wait_set.wake()
+
+    def call_later(self, delay: float, function: Callable[[], Any]) -> None:
+        """Has `function` called after `delay` [s], unless a call of it is pending."""
+        at = time.monotonic() + delay
+        self.call_soon(lambda: self._due.setdefault(function, at))
 
     def stop(self) -> None:
         """Ends the thread after all that is due, even later."""
@@ -60,8 +56,9 @@ class Background:
 
     def _run(self) -> None:
         while not self._stopping:
+            left = min(self._due.values(), default=math.inf) - time.monotonic()
             try:
-                self._wait_set.wait(self._seconds_left(), self._has_work)
+                self._wait_set.wait(max(0.0, left), self._has_work)
             except DDSException:
                 # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
                 if not self._stopping:
@@ -70,23 +67,13 @@ class Background:
         self._do_what_is_due()
 
     def _has_work(self) -> bool:
-        return self._news or self._stopping or not self._soon.empty()
-
-    def _seconds_left(self) -> float:
-        with self._lock:
-            self._news = False
-            if not self._due:
-                return math.inf
-            return max(0.0, min(self._due.values()) - time.monotonic())
+        return self._stopping or not self._soon.empty()
 
     def _do_what_is_due(self) -> None:
-        with suppress(Empty):
-            while True:
-                self._soon.get_nowait()()
+        while not self._soon.empty():
+            self._soon.get()()
         now = time.monotonic()
-        with self._lock:
-            due = [f for f, at in self._due.items() if at <= now or self._stopping]
-            for function in due:
+        for function, at in list(self._due.items()):
+            if at <= now or self._stopping:
                 del self._due[function]
-        for function in due:
-            function()
+                function()
