@@ -2,6 +2,7 @@
 
 import gc
 import threading
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -232,6 +233,7 @@ def test_a_shutdown_elsewhere_ends_spin(executor: SingleThreadedExecutor) -> Non
     loud, loud_errors = in_thread(executor.spin)
     assert called.wait(20.0)
     assert spun.wait(20.0)
+    time.sleep(0.1)  # ROS 2's executor may use what a shutdown destroys, if it is not waiting
     rclpy.shutdown()
     for thread in (quiet, loud):
         thread.join(20.0)
