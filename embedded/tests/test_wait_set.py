@@ -92,10 +92,10 @@ def test_sources_come_and_go_while_a_thread_waits(
     assert len(got) == 50
 
 
-def test_a_source_that_fails_does_not_stop_the_others(
-    executor: SingleThreadedExecutor, wait_set: WaitSet, capfd: pytest.CaptureFixture[str]
+def test_an_error_of_a_source_comes_out_of_the_wait(
+    executor: SingleThreadedExecutor, wait_set: WaitSet
 ) -> None:
-    """It is told what was wrong."""
+    """The others have their turn, then or later."""
     node = make(executor)
     publisher = node.create_publisher(String, "x", 1)
     readers = [node.create_subscription(String, "x", print, 1)._reader for _ in range(2)]
@@ -109,11 +109,14 @@ def test_a_source_that_fails_does_not_stop_the_others(
     wait_set.add(samples_of(readers[0], fail))
     wait_set.add(samples_of(readers[1], got.append))
     publisher.publish(String())
+    errors = 0
     deadline = time.monotonic() + SOON
-    while not got and time.monotonic() < deadline:
-        wait_set.wait(0.1)
-    assert got
-    assert capfd.readouterr().err.count("\nZeroDivisionError\n") == 1
+    while not (got and errors) and time.monotonic() < deadline:
+        try:
+            wait_set.wait(0.1)
+        except ZeroDivisionError:
+            errors += 1
+    assert (len(got), errors) == (1, 1)
 
 
 @pytest.fixture

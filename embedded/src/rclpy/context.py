@@ -14,13 +14,13 @@ from ros2_embedded.background import Background
 from ros2_embedded.domain import discovery, join_domain
 from ros2_embedded.domain import domain_id as default_domain
 from ros2_embedded.graph import Graph
+from ros2_embedded.interrupts import signals_wait
 from ros2_embedded.wait_set import WaitSet
 
 from rclpy.arguments import RosArguments, parse_arguments
 from rclpy.exceptions import RCLError
 from rclpy.impl.log_output import outputs
 from rclpy.logging import get_logger, get_logging_severity_from_string, set_logger_level
-from rclpy.signal_delay import signals_wait
 from rclpy.weak_method import weakly
 
 _initialized: weakref.WeakSet[Context] = weakref.WeakSet()
@@ -80,7 +80,7 @@ class Context:
             for warning in asked.warnings:
                 get_logger("rcl").warning(warning)
             self._domain, self.participant = join_domain(self._domain_id, asked)
-            self.background = Background(self.participant)
+            self.background = Background()
             self.graph = Graph(self.participant, self.background)
             self.graph.on_other_node = self._warn_of_namesake
             self.graph.warn = self._warn
@@ -147,7 +147,7 @@ class Context:
             RCLError: the domain has been left.
         """
         with self.staying("create wait set"):
-            made = WaitSet(self.participant)
+            made = WaitSet()
             self._wait_sets.add(made)
             return made
 
@@ -218,12 +218,13 @@ class Context:
         with signals_wait(), self._lock:
             if self.background is None:
                 return
-            for node in list(self.nodes):
-                Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
-            outputs.console.enabled = True
+            # First of all: a thread that waits for a lock of this one must not be waited for.
             for wait_set in list(self._wait_sets):
                 wait_set.close()
             self.background.stop()
+            for node in list(self.nodes):
+                Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
+            outputs.console.enabled = True
             # In this order: a participant must be gone before its domain.
             self.graph = self.background = None
             self.participant = None

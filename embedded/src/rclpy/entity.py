@@ -39,13 +39,11 @@ class Entity:
             return
         executor = self.node.executor
         if executor is not None and self._queued_in is not executor:
-            self._queued_in = executor
+            self._queued_in = executor  # before it is in the queue, of which a turn clears this
             executor.put(self)
 
     def take(self) -> tuple[Any] | None:
         """One sample to handle, in a tuple; asks for another turn if there are more."""
-        # Cleared first: what comes from now on asks for another turn.
-        self._queued_in = None
         try:
             sample = self._inbox.popleft()
         except IndexError:
@@ -59,7 +57,7 @@ class Entity:
         self.wake()
 
     def drop_turn(self, executor: Any) -> None:
-        """The executor does not own the node any more."""
+        """The executor has it in its queue no more: what comes from now on asks for a turn."""
         if self._queued_in is executor:
             self._queued_in = None
 
@@ -99,7 +97,7 @@ class Endpoints:
             entry.writers.remove(writer.guid.bytes)
         for reader in self._readers:
             entry.readers.remove(reader.guid.bytes)
-        for source in self.sources:
+        for source, _ in self.sources:
             if executor is not None:
                 executor.forget(source)
         self._writers, self._readers, self.sources = [], [], []

@@ -15,7 +15,7 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import Any, Self
 
-from ros2_embedded.wait_set import Source
+from ros2_embedded.interrupts import signals_wait
 
 from rclpy.context import Context, get_default_context
 from rclpy.task import Future, Task
@@ -84,20 +84,22 @@ class Executor:
         """Takes over a node's callbacks; False if it has the node already."""
         if node in self._nodes:
             return False
-        self._nodes[node] = None
-        node.executor = self
-        for entity in node.handle.all_entities():
-            self.watch(entity)
+        with signals_wait():  # a node that it has in part would be deaf in part
+            self._nodes[node] = None
+            node.executor = self
+            for entity in node.handle.all_entities():
+                self.watch(entity)
         self.wake()
         return True
 
     def remove_node(self, node: Any) -> None:
         """Leaves a node's callbacks alone from now on."""
         if node in self._nodes:
-            del self._nodes[node]
-            for entity in node.handle.all_entities():
-                for source in entity.sources:
-                    self.forget(source)
+            with signals_wait():
+                del self._nodes[node]
+                for entity in node.handle.all_entities():
+                    for source, _ in entity.sources:
+                        self.forget(source)
         self.wake()
 
     def get_nodes(self) -> list[Any]:
@@ -113,9 +115,9 @@ class Executor:
                 self._wait_set.add(source)
             entity.wake()
 
-    def forget(self, source: Source) -> None:
-        """Waits for a source no more."""
-        self._wait_set.remove(source[0])
+    def forget(self, source: Any) -> None:
+        """Waits for one of an entity's sources no more."""
+        self._wait_set.remove(source)
 
     def put(self, item: Any) -> None:
         """Queues an entity or a task; any thread may call it."""
@@ -190,10 +192,12 @@ class Executor:
             item = self._next(deadline)
             if not self._context.ok() and not self._is_shutdown:
                 raise ExternalShutdownException
-            if isinstance(item, Task) or (item is not None and item.node in self._nodes):
+            if isinstance(item, Task):
                 return item
             if item is not None:
-                item.drop_turn(self)
+                item.drop_turn(self)  # now: if a signal's handler raises, there will be another
+                if item.node in self._nodes:
+                    return item
             elif deadline is not None and time.monotonic() >= deadline:
                 raise TimeoutException
 
@@ -216,15 +220,14 @@ class Executor:
         if isinstance(item, Task):
             self._run_task(item)
             return
-        group = item.callback_group
+        group, coroutine = item.callback_group, None
+        threads, me = self._context.in_callback, threading.get_ident()
+        nested = me in threads
         if not group.beginning_execution(item):
             group.park(item)
             return
-        coroutine = None
-        threads, me = self._context.in_callback, threading.get_ident()
-        nested = me in threads
-        threads.add(me)
         try:
+            threads.add(me)
             taken = item.take()
             result = None if taken is None else item.handle(*taken)
             if inspect.iscoroutine(result) and inspect.iscoroutinefunction(item.callback):

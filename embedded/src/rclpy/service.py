@@ -24,7 +24,7 @@ from ros2_embedded import naming
 from ros2_embedded.cdr import LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
-from ros2_embedded.messages import dds_type_name, full_type_name, no_key
+from ros2_embedded.messages import dds_type_name, full_type_name
 from ros2_embedded.samples import Sample, write
 from ros2_embedded.thread_safety import described, make_topic, matched, matched_readers, once
 from ros2_embedded.typehash import type_hash
@@ -60,9 +60,7 @@ def wire_class(payload: Any) -> Any:
         name.rsplit("/", 1)[1],
         (IdlStruct,),
         {"typename": dds_type_name(name)},
-        lambda namespace: namespace.update(
-            __annotations__=annotations, deserialize_key=classmethod(no_key)
-        ),
+        lambda namespace: namespace.update(__annotations__=annotations),
     )
 
 

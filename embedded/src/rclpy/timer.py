@@ -106,7 +106,7 @@ class Timer:
         return self.left()
 
     def drop_turn(self, executor: Any) -> None:
-        """Its node has left the executor while it was chosen: nothing to give back."""
+        """It is in no queue: the executor looks at the time."""
 
     def destroy(self) -> None:
         """Ends it."""

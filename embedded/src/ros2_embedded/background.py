@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
-from cyclonedds.core import DDSException
-from cyclonedds.domain import DomainParticipant
-
 from ros2_embedded.wait_set import Source, WaitSet
+
+_PATIENCE = 1.0  # [s]
 
 
 class Background:
     """Hears news of the graph and of the status of endpoints, and does what is due."""
 
-    def __init__(self, participant: DomainParticipant) -> None:
+    def __init__(self) -> None:
         """Starts the thread."""
-        self._wait_set = WaitSet(participant)
+        self._wait_set = WaitSet()
         self._soon: SimpleQueue[Callable[[], Any]] = SimpleQueue()
         self._due: dict[Callable[[], Any], float] = {}
         """When what is pending has to be called; for the thread alone."""
@@ -47,11 +47,15 @@ class Background:
         self.call_soon(lambda: self._due.setdefault(function, at))
 
     def stop(self) -> None:
-        """Ends the thread after all that is due, even later."""
+        """Ends the thread; what is pending is not done any more.
+
+        The handler of a signal may call it, while what it interrupts has a lock that the thread
+        waits for: so it is not waited for without end.
+        """
         self._stopping = True
         self._wait_set.wake()
         if threading.current_thread() is not self._thread:
-            self._thread.join()
+            self._thread.join(_PATIENCE)
         self._wait_set.close()
 
     def _run(self) -> None:
@@ -59,12 +63,11 @@ class Background:
             left = min(self._due.values(), default=math.inf) - time.monotonic()
             try:
                 self._wait_set.wait(max(0.0, left), self._has_work)
-            except DDSException:
+                self._do_what_is_due()
+            except Exception:  # what cannot be read must not make the process deaf
                 # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
                 if not self._stopping:
-                    raise
-            self._do_what_is_due()
-        self._do_what_is_due()
+                    traceback.print_exc()
 
     def _has_work(self) -> bool:
         return self._stopping or not self._soon.empty()
@@ -74,6 +77,6 @@ class Background:
             self._soon.get()()
         now = time.monotonic()
         for function, at in list(self._due.items()):
-            if at <= now or self._stopping:
+            if at <= now:
                 del self._due[function]
                 function()

@@ -89,10 +89,6 @@ def _deserialize(cls: Any, data: bytes) -> Any:
     return cdr.deserialize(cls._spec.name, data, message_class)
 
 
-def no_key(_cls: Any, _data: bytes, **_: Any) -> None:
-    """Nothing: ROS 2's types have no keys, and of a writer that went there is no message."""
-
-
 def _same(left: Any, right: Any) -> bool:
     if isinstance(left, np.ndarray):
         return bool(np.array_equal(left, right))
@@ -314,7 +310,6 @@ def message_class(name: str) -> Any:
             __annotations__=annotations,
             serialize=_serialize,
             deserialize=classmethod(_deserialize),
-            deserialize_key=classmethod(no_key),
         ),
     )
     cls.__module__ = f"{package}.{kind}"

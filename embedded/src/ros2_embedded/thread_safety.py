@@ -11,6 +11,8 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 
+from ros2_embedded.interrupts import signals_wait
+
 _F = TypeVar("_F", bound=Callable[..., Any])
 _lock = threading.RLock()
 _qos_lock = threading.Lock()
@@ -49,9 +51,10 @@ def matched(ask: Callable[[], list[int]]) -> list[int]:
 def described(ask: Callable[..., Any], *arguments: Any) -> Any:
     """What `ask` tells of endpoints or participants, their QoS with it.
 
-    Cyclone DDS reads the QoS of all of them into the same variables, whichever thread asks.
+    Cyclone DDS reads the QoS of all of them into the same variables, whichever thread asks, and
+    makes another exception of what a signal's handler raises meanwhile.
     """
-    with _qos_lock:
+    with signals_wait(), _qos_lock:
         return ask(*arguments)
 
 

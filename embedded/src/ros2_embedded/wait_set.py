@@ -9,52 +9,62 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-import traceback
 from collections.abc import Callable
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 from cyclonedds import core
 from cyclonedds.core import DDSException, GuardCondition
-from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import dds_c_t
 from cyclonedds.util import duration
 
-from ros2_embedded.signal_wakeup import interruptible
+from ros2_embedded.interrupts import interruptible
 
 Source = tuple[Any, Callable[[], None]]
 """An entity of DDS, and what is called when something has come to it."""
 
 _FOREVER = duration(infinite=True)
 _LONGEST = 1e9
-_WOKEN = 0
 _PATIENCE = 1.0
 """How long a thread that was woken may take to leave [s]: one that a signal cut off never does."""
+_LIBRARY: Any = SimpleNamespace(_ref=0x7FFF_0100)
+"""Stands for the parent of all domains (dds_basic_types.h, DDS_CYCLONEDDS_HANDLE)."""
 
 
 class WaitSet:
-    """Waits for several sources. Any thread may add and remove some or wake those that wait."""
+    """Waits for several sources, of any domain.
 
-    def __init__(self, participant: DomainParticipant) -> None:
+    Any thread may add and remove some or wake those that wait.
+    """
+
+    def __init__(self) -> None:
         """Has no sources yet."""
-        self._set = core.WaitSet(participant)
-        self._guard = guard = GuardCondition(participant)
+        self._set: Any = core.WaitSet(_LIBRARY)
+        self._guard: Any = GuardCondition(_LIBRARY)
         self._lock = threading.RLock()
-        self._numbers = itertools.count(_WOKEN)
-        self._calls: dict[int, Callable[[], None]] = {}
+        self._numbers = itertools.count(1)  # ctypes has None for 0
+        self._calls: dict[int, Callable[[], Any]] = {}
         self._known: dict[Any, int] = {}
         self._waiting: list[int] = []
         """The threads that wait."""
         self._closed = False
-        self._attach(guard, lambda: guard.set(False))
+        self._attach(self._guard, partial(self._guard.set, False))
 
-    def _attach(self, entity: Any, call: Callable[[], None]) -> None:
-        number = next(self._numbers)
-        self._calls[number] = call
-        self._known[entity] = number
-        self._triggered = dds_c_t.attach * len(self._known)
-        result = self._set._waitset_attach(self._set._ref, entity._ref, number)
-        if result < 0:
-            raise DDSException(result, "Occurred while attaching to a wait set")
+    def _attach(self, entity: Any, call: Callable[[], Any]) -> None:
+        this, number = self._set, next(self._numbers)
+        if this is None:
+            return
+        try:
+            self._calls[number] = call
+            self._known[entity] = number
+            self._triggered = dds_c_t.attach * len(self._known)
+            result = this._waitset_attach(this._ref, entity._ref, number)
+            if result < 0:
+                raise DDSException(result, "Occurred while attaching to a wait set")
+        except BaseException:
+            self.remove(entity)
+            raise
 
     def add(self, source: Source, *, at_once: bool = False) -> None:
         """From now on waits for a source too, unless it does so already.
@@ -65,27 +75,26 @@ class WaitSet:
         """
         entity, call = source
         with self._lock:
-            if entity not in self._known and not self._closed:
+            if entity not in self._known:
                 self._attach(entity, call)
                 if at_once:
                     call()
 
     def remove(self, entity: Any) -> None:
         """Waits for an entity no more; afterwards nothing is called for it."""
+        if self._closed:
+            return
         with self._lock:
-            number = self._known.pop(entity, None)
-            if number is not None:
-                del self._calls[number]
-                self._set._waitset_detach(self._set._ref, entity._ref)
+            this, number = self._set, self._known.pop(entity, None)
+            if number is not None and this is not None:
+                self._calls.pop(number, None)
+                this._waitset_detach(this._ref, entity._ref)
 
     def wake(self) -> None:
         """Ends the waits of all threads."""
-        if self._waiting:
-            try:
-                self._guard.set(True)
-            except DDSException:
-                if not self._closed:  # the domain has been left meanwhile
-                    raise
+        guard = self._guard
+        if self._waiting and guard is not None:
+            guard.set(True)
 
     def wait(self, seconds: float, ready: Callable[[], Any] = lambda: False) -> None:
         """Waits until something has come, and hands it over; or until the time is over, or `wake`.
@@ -100,13 +109,13 @@ class WaitSet:
         try:
             if self._closed:
                 return
-            triggered = self._triggered()
-            arguments = self._set._ref, triggered, len(triggered)
+            this, triggered = self._set, self._triggered()
+            arguments = this._ref, triggered, len(triggered)
             if ready() or seconds == 0:
-                count = self._set._waitset_wait(*arguments, 0)
+                count = this._waitset_wait(*arguments, 0)
             else:
                 limit = int(seconds * 1e9) if seconds < _LONGEST else _FOREVER
-                count = interruptible(lambda: self._set._waitset_wait(*arguments, limit), self.wake)
+                count = interruptible(lambda: this._waitset_wait(*arguments, limit), self.wake)
         finally:
             self._waiting.remove(me)
         if count < 0 and not self._closed:
@@ -114,17 +123,17 @@ class WaitSet:
         if count > 0:
             self._hand_over(triggered[: min(count, len(triggered))])
 
-    def _hand_over(self, numbers: list[int | None]) -> None:
+    def _hand_over(self, numbers: list[Any]) -> None:
         with self._lock:
             for number in numbers:
-                call = self._calls.get(number or _WOKEN)
-                if call is not None and not self._closed:
-                    try:
-                        call()
-                    except DDSException:
+                call = self._calls.get(number)
+                if call is None:
+                    continue
+                try:
+                    call()
+                except DDSException:
+                    if not self._closed:  # by a signal's handler
                         raise
-                    except Exception:  # what cannot be read must not make the process deaf
-                        traceback.print_exc()
 
     def close(self) -> None:
         """Ends all waits and forgets the sources."""
@@ -133,6 +142,7 @@ class WaitSet:
         while set(self._waiting) - {me} and time.monotonic() < deadline:
             self.wake()
             time.sleep(0.001)
-        with self._lock:
-            for entity in list(self._known):
-                self.remove(entity)
+        # Without the lock: a signal's handler may close, while what it interrupts has another lock
+        # that a source waits for. What is attached to a wait set that goes is detached by that.
+        self._calls, self._known = {}, {}
+        self._set = self._guard = None

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.context import Context
 from rclpy.executors import (
     ExternalShutdownException,
     MultiThreadedExecutor,
@@ -143,6 +144,24 @@ def test_spin_once_runs_one_callback(executor: SingleThreadedExecutor) -> None:
     executor.spin_once(timeout_sec=0.0)
     executor.spin_once(timeout_sec=0.01)
     assert sorted(called) == ["a", "b"]
+
+
+def test_an_executor_may_have_nodes_of_several_contexts(executor: SingleThreadedExecutor) -> None:
+    """As a bridge between two domains has."""
+    other = Context()
+    rclpy.init(args=[], context=other)
+    node, guest = make(executor), make(executor, "guest", context=other)
+    got: list[str] = []
+    guest.create_subscription(String, "x", lambda m: got.append(m.data), 10)
+    publisher = node.create_publisher(String, "x", 10)
+    assert spin_until(executor, publisher.get_subscription_count)
+    publisher.publish(String(data="hello"))
+    assert spin_until(executor, lambda: got == ["hello"])
+    guest.destroy_node()
+    rclpy.shutdown(context=other)
+    timer_calls: list[None] = []
+    node.create_timer(0.001, lambda: timer_calls.append(None))
+    assert spin_until(executor, lambda: len(timer_calls) > 2)
 
 
 def test_spin_once_finds_what_has_come(executor: SingleThreadedExecutor) -> None:

@@ -1,4 +1,4 @@
-"""Ctrl-C in a wait that Python cannot interrupt.
+"""Signals where Python cannot handle them at once, or must not.
 
 Python's handlers of signals run in the main thread, between two steps of Python: not while it
 waits in C. But each signal is written into a pipe at once, which another thread reads.
@@ -9,12 +9,15 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 _T = TypeVar("_T")
-_MAIN = threading.main_thread().ident
+
+
+def _in_main_thread() -> bool:
+    return threading.get_ident() == threading.main_thread().ident
 
 
 class _Pipe:
@@ -43,17 +46,47 @@ class _Pipe:
         try:
             return wait()
         finally:
-            signal.set_wakeup_fd(before)
+            signal.set_wakeup_fd(before, warn_on_full_buffer=False)
             self._wake = None
 
 
 _pipe: _Pipe | None = None
 
 
+def _forget_pipe() -> None:
+    global _pipe
+    _pipe = None
+
+
+os.register_at_fork(after_in_child=_forget_pipe)  # the child has no thread that reads it
+
+
 def interruptible(wait: Callable[[], _T], wake: Callable[[], None]) -> _T:
     """What `wait` returns; a signal that comes in the main thread meanwhile has `wake` called."""
     global _pipe
-    if threading.get_ident() != _MAIN:
+    if not _in_main_thread():
         return wait()
     _pipe = _pipe or _Pipe()
     return _pipe.during(wait, wake)
+
+
+@contextmanager
+def signals_wait() -> Iterator[None]:
+    """Has SIGINT and SIGTERM come into effect after the block, which they must not cut off.
+
+    Elsewhere than in the main thread, where Python handles signals, it does nothing.
+    """
+    if not _in_main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for each in dict.fromkeys(came):
+            signal.raise_signal(each)

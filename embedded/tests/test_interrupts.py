@@ -1,0 +1,179 @@
+"""Handlers of signals that raise or shut down, wherever they come."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from cyclonedds._clayer import ddspy_take
+from rclpy.executors import SingleThreadedExecutor
+from ros2_embedded.samples import samples_of
+from spinning import make, spin_until
+from std_msgs.msg import String
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+BEGIN = """
+import multiprocessing, os, random, signal, sys, threading, time
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+"""
+"""What every program below begins with."""
+
+
+def outcome(process: "subprocess.Popen[str]") -> tuple[int, str]:
+    """Exit code and output of a process."""
+    out, _ = process.communicate(timeout=60)
+    return process.returncode, out
+
+
+def test_samples_are_taken_without_a_step_of_python(executor: SingleThreadedExecutor) -> None:
+    """A signal is handled before or after: an exception within would crash Cyclone DDS's C."""
+    node = make(executor)
+    publisher = node.create_publisher(String, "x", 1)
+    reader = node.create_subscription(String, "x", print, 1)._reader
+    executor.remove_node(node)
+    assert spin_until(executor, publisher.get_subscription_count)
+    publisher.publish(String(data="x"))
+    called: list[str] = []
+
+    def note(frame: Any, event: str, _: Any) -> None:
+        if event == "call":
+            called.append(frame.f_code.co_qualname)
+
+    condition, _ = samples_of(reader, print)
+    sys.setprofile(note)
+    taken = ddspy_take(reader._ref, condition.mask, 1)
+    sys.setprofile(None)
+    assert called == []
+    data, info = taken[0]
+    assert (data[4:10], info.valid_data) == (b"\2\0\0\0x\0", True)
+    assert info.source_timestamp > 0
+    assert info.publication_handle == publisher._writer.get_instance_handle() % (1 << 64)
+
+
+def test_exceptions_of_handlers_come_out_of_spin(start: Start) -> None:
+    """Hundreds while messages come: each, and nothing crashes."""
+    program = f"""{BEGIN}
+class Late(Exception):
+    pass
+
+def late(*_):
+    raise Late
+
+rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+node, over = Node("tester"), threading.Event()
+publisher = node.create_publisher(JointState, "x", 1000)
+node.create_subscription(JointState, "x", lambda _: None, 1000)
+message = JointState(name=[str(i) for i in range(30)])
+
+def publish():
+    while not over.wait(0.0005):
+        publisher.publish(message)
+
+thread = threading.Thread(target=publish)
+thread.start()
+signal.signal(signal.SIGALRM, late)
+for _ in range(500):
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    signal.setitimer(signal.ITIMER_REAL, random.uniform(0.001, 0.003))
+    try:
+        executor.spin()
+    except Late:
+        continue
+    finally:
+        executor.shutdown()
+over.set()
+thread.join()
+rclpy.shutdown()
+print("ended")
+"""
+    assert outcome(start("-c", program)) == (0, "ended\n")
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        "node.get_topic_names_and_types()",
+        "node.destroy_subscription(node.create_subscription(String, 'x', print, 1))",
+        "node.destroy_publisher(node.create_publisher(String, 'x', 1))",
+        "client.service_is_ready()",
+        "rclpy.spin_once(node, timeout_sec=0.01)",
+    ],
+)
+def test_a_handler_may_shut_down(start: Start, work: str) -> None:
+    """Whatever it interrupts, the process ends."""
+    program = f"""{BEGIN}
+rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+node = Node("tester_" + str(os.getpid()))
+client = node.create_client(SetBool, "flip")
+signal.signal(signal.SIGINT, lambda *_: rclpy.try_shutdown())
+threading.Timer(random.uniform(0.1, 0.3), os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    while rclpy.ok():
+        {work}
+except Exception:
+    assert not rclpy.ok()
+print("ended")
+"""
+    for process in [start("-c", program) for _ in range(4)]:
+        assert outcome(process) == (0, "ended\n")
+
+
+def test_ctrl_c_is_one_wherever_it_comes(start: Start) -> None:
+    """Also while a thread asks DDS for endpoints, which makes other exceptions of it."""
+    program = f"""{BEGIN}
+rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+node = Node("tester")
+node.create_service(SetBool, "flip", lambda _, response: response)
+client = node.create_client(SetBool, "flip")
+client.wait_for_service()
+for _ in range(50):
+    threading.Timer(random.uniform(0.001, 0.01), os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        while True:
+            client.service_is_ready()
+    except KeyboardInterrupt:
+        pass
+print("ended")
+"""
+    assert outcome(start("-c", program)) == (0, "ended\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_forked_child_hears_of_signals(start: Start, number: signal.Signals) -> None:
+    """After the parent has spun and shut down."""
+    program = f"""{BEGIN}
+def child():
+    rclpy.init(args=[])
+    node = Node("child")
+    node.create_timer(0.01, ready.set)
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException) as error:
+        print(type(error).__name__, flush=True)
+    rclpy.try_shutdown()
+
+rclpy.init(args=[])
+rclpy.spin_once(Node("parent"), timeout_sec=0.1)
+rclpy.shutdown()
+context = multiprocessing.get_context("fork")
+ready = context.Event()
+process = context.Process(target=child)
+process.start()
+assert ready.wait(20.0)
+time.sleep(0.1)
+os.kill(process.pid, {int(number)})
+process.join(20.0)
+assert not process.is_alive()
+"""
+    word = "KeyboardInterrupt" if number == signal.SIGINT else "ExternalShutdownException"
+    assert outcome(start("-c", program)) == (0, f"{word}\n")
