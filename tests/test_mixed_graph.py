@@ -112,7 +112,6 @@ def test_messages_cross_in_both_directions(ros: Callable[..., Started], probe: G
 @both
 def test_the_graph_shows_nodes_of_ros(ros: Callable[..., Started], probe: Graph, rmw: str) -> None:
     """Its name, its endpoints' types and their hashes; and it goes when its process ends."""
-    from ros2_embedded.domain import parse_user_data
     from ros2_embedded.typehash import type_hash
 
     for _ in range(2):  # started again, it is found again
@@ -121,7 +120,7 @@ def test_the_graph_shows_nodes_of_ros(ros: Callable[..., Started], probe: Graph,
         published = probe.node.get_publisher_names_and_types_by_node("peer", "/")
         assert ("/joints", ["sensor_msgs/msg/JointState"]) in published
         (joints,) = probe.node.get_publishers_info_by_topic("/joints")
-        assert parse_user_data(joints.qos)["typehash"] == type_hash("sensor_msgs/msg/JointState")
+        assert str(joints.topic_type_hash) == type_hash("sensor_msgs/msg/JointState")
         peer.signal_group(signal.SIGINT)
         peer.wait()
         probe.spin_until(lambda: not sees(probe, "/peer"), "the end of the node")
