@@ -1,5 +1,6 @@
-"""What the tests of nodes share: nodes on an executor, and waiting by spinning."""
+"""What the tests of nodes share: nodes on an executor, and waiting, by spinning or for an end."""
 
+import subprocess
 import time
 from collections.abc import Callable
 from typing import Any
@@ -27,3 +28,9 @@ def result(executor: Any, future: Any) -> Any:
     executor.spin_until_future_complete(future, timeout_sec=20.0)
     assert future.done()
     return future.result()
+
+
+def ended(process: "subprocess.Popen[str]") -> tuple[int, str]:
+    """Exit code and output of a process."""
+    out, _ = process.communicate(timeout=60)
+    return process.returncode, out

@@ -10,7 +10,7 @@ import pytest
 from cyclonedds._clayer import ddspy_take
 from rclpy.executors import SingleThreadedExecutor
 from ros2_embedded.samples import samples_of
-from spinning import make, spin_until
+from spinning import ended, make, spin_until
 from std_msgs.msg import String
 
 Start = Callable[..., "subprocess.Popen[str]"]
@@ -26,12 +26,6 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 """
 """What every program below begins with."""
-
-
-def outcome(process: "subprocess.Popen[str]") -> tuple[int, str]:
-    """Exit code and output of a process."""
-    out, _ = process.communicate(timeout=60)
-    return process.returncode, out
 
 
 def test_samples_are_taken_without_a_step_of_python(executor: SingleThreadedExecutor) -> None:
@@ -96,7 +90,7 @@ thread.join()
 rclpy.shutdown()
 print("ended")
 """
-    assert outcome(start("-c", program)) == (0, "ended\n")
+    assert ended(start("-c", program)) == (0, "ended\n")
 
 
 @pytest.mark.parametrize(
@@ -125,7 +119,7 @@ except Exception:
 print("ended")
 """
     for process in [start("-c", program) for _ in range(4)]:
-        assert outcome(process) == (0, "ended\n")
+        assert ended(process) == (0, "ended\n")
 
 
 def test_ctrl_c_is_one_wherever_it_comes(start: Start) -> None:
@@ -145,7 +139,7 @@ for _ in range(50):
         pass
 print("ended")
 """
-    assert outcome(start("-c", program)) == (0, "ended\n")
+    assert ended(start("-c", program)) == (0, "ended\n")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -176,4 +170,4 @@ process.join(20.0)
 assert not process.is_alive()
 """
     word = "KeyboardInterrupt" if number == signal.SIGINT else "ExternalShutdownException"
-    assert outcome(start("-c", program)) == (0, f"{word}\n")
+    assert ended(start("-c", program)) == (0, f"{word}\n")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import partial
@@ -248,16 +247,14 @@ class EndpointEvents:
                 sinks[status] = weakly(handler.note)
         if sinks:
             background = node.context.background
-            forget = partial(background.remove, endpoint)
-            self._unwatch = weakref.finalize(self, background.call_soon, forget)
-            self._unwatch.atexit = False
+            self._end = background.call_when_gone(self, partial(background.remove, endpoint))
             node.handle.entities.extend(self.handlers)
             background.add(changes_of(endpoint, sinks), at_once=True)
 
     def release(self) -> None:
         """Ends them: no callback comes afterwards."""
         if self.handlers:
-            self._unwatch.detach()
+            self._end.detach()
             self._node.context.background.remove(self._endpoint)
         entities = self._node.handle.entities
         for handler in self.handlers:

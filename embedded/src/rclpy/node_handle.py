@@ -90,9 +90,7 @@ class NodeHandle:
         graph, background = self.context.graph, self.context.background
         graph.add_node(self.entry)
         self.context.nodes.add(node)
-        leave = partial(graph.remove_node, self.entry)
-        self._end = weakref.finalize(node, background.call_soon, leave)
-        self._end.atexit = False
+        self._end = background.call_when_gone(node, partial(graph.remove_node, self.entry))
 
     def leave_graph(self, node: Any) -> None:
         """Takes the node out of the graph."""

@@ -21,7 +21,7 @@ from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from ros2_embedded import naming
-from ros2_embedded.cdr import LITTLE_ENDIAN
+from ros2_embedded.cdr import HEADER, LITTLE_ENDIAN
 from ros2_embedded.domain import parse_user_data
 from ros2_embedded.fast_dds import is_fast_dds
 from ros2_embedded.messages import dds_type_name, full_type_name
@@ -47,7 +47,7 @@ _NUMBERS = 1 << 32
 
 _HEADER = struct.Struct("<Qq")
 _BIG_HEADER = struct.Struct(">Qq")
-_PAYLOAD = len(LITTLE_ENDIAN) + _HEADER.size
+_PAYLOAD = HEADER + _HEADER.size
 """Where the payload begins in a sample."""
 
 
@@ -72,16 +72,15 @@ class RequestHeader(NamedTuple):
     writer: int
 
 
-def _header(sample: Sample) -> RequestHeader:
+Opened = tuple[RequestHeader, bytes]
+"""The header, and the payload in bytes behind their own."""
+
+
+def _opened(sample: Sample) -> Opened:
     data, info = sample
     packed = _HEADER if data[1] & 1 else _BIG_HEADER
-    client, number = packed.unpack_from(data, len(LITTLE_ENDIAN))
-    return RequestHeader(client, number, info.publication_handle)
-
-
-def _payload(kind: Any, sample: Sample) -> Any:
-    data, _ = sample
-    return kind.deserialize(data[: len(LITTLE_ENDIAN)] + data[_PAYLOAD:])
+    client, number = packed.unpack_from(data, HEADER)
+    return RequestHeader(client, number, info.publication_handle), data[:HEADER] + data[_PAYLOAD:]
 
 
 class _Peer(Entity):
@@ -127,7 +126,7 @@ class _Peer(Entity):
 
     def _send(self, client: int, number: int, payload: Any) -> None:
         header = LITTLE_ENDIAN + _HEADER.pack(client, number)
-        write(self._writer, header + payload.serialize()[len(LITTLE_ENDIAN) :])
+        write(self._writer, header + payload.serialize()[HEADER:])
 
     def destroy(self) -> None:
         """Ends it."""
@@ -163,10 +162,9 @@ class Service(_Peer):
 
     def receive(self, samples: list[Sample]) -> None:
         """Leaves aside what has no header, should it ever look like a request."""
-        super().receive([sample for sample in samples if self._has_header(sample)])
+        super().receive([one for one in map(_opened, samples) if self._is_request(one[0])])
 
-    def _has_header(self, sample: Sample) -> bool:
-        header = _header(sample)
+    def _is_request(self, header: RequestHeader) -> bool:
         handle = header.writer
         if handle not in self._headed:
             client = described(self._reader.get_matched_publication_data, handle)
@@ -176,9 +174,10 @@ class Service(_Peer):
             self._headed.add(handle)
         return 0 <= header.number < _NUMBERS
 
-    def handle(self, sample: Sample) -> Any:
+    def handle(self, sample: Opened) -> Any:
         """Answers a request."""
-        return self.answer(_payload(self.srv_type.Request, sample), _header(sample))
+        header, data = sample
+        return self.answer(self.srv_type.Request.deserialize(data), header)
 
     def answer(self, request: Any, header: RequestHeader) -> Any:
         """Calls the callback and replies."""
@@ -244,14 +243,15 @@ class Client(_Peer):
 
     def receive(self, samples: list[Sample]) -> None:
         """Leaves replies to other clients aside."""
-        super().receive([sample for sample in samples if _header(sample).client == self._guid])
+        super().receive([one for one in map(_opened, samples) if one[0].client == self._guid])
 
-    def handle(self, sample: Sample) -> None:
+    def handle(self, sample: Opened) -> None:
         """Completes the future of the call; its done callbacks are tasks of the executor."""
-        future = self._pending.pop(_header(sample).number, None)
+        header, data = sample
+        future = self._pending.pop(header.number, None)
         if future is not None:
             future._set_executor(self.node.executor)
-            future.set_result(_payload(self.srv_type.Response, sample))
+            future.set_result(self.srv_type.Response.deserialize(data))
 
     def call_async(self, request: Any) -> Future:
         """Sends a request; the future gets the response.

@@ -6,6 +6,7 @@ import math
 import threading
 import time
 import traceback
+import weakref
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
@@ -40,6 +41,12 @@ class Background:
         """Has `function` called; takes no lock, for Python may collect garbage under any."""
         self._soon.put(function)
         self._wait_set.wake()
+
+    def call_when_gone(self, thing: Any, function: Callable[[], Any]) -> weakref.finalize[Any, Any]:
+        """Has `function` called after nothing refers to `thing` any more, but not at the exit."""
+        end = weakref.finalize(thing, self.call_soon, function)
+        end.atexit = False
+        return end
 
     def call_later(self, delay: float, function: Callable[[], Any]) -> None:
         """Has `function` called after `delay` [s], unless a call of it is pending."""

@@ -30,6 +30,7 @@ Write = Callable[[Any, bytearray], None]
 
 _PADDING = tuple(bytes(count) for count in range(8))
 _CODES = TYPECODES | {"bool": "?"}
+_pack_count = struct.Struct("<I").pack
 
 
 class CdrError(ValueError):
@@ -102,16 +103,13 @@ def _row_reader(kind: FieldType, order: str, make_class: Any) -> Any:
     """Reads so many elements that stand in a row."""
     if kind.base == "string":
         return _strings_reader(order)
-    if kind.base == "byte":
-        return lambda data, start, count: (
-            [bytes([item]) for item in _part(data, start, start + count)], start + count
-        )  # fmt: skip
-    if kind.base == "bool":
-        return lambda data, start, count: (
-            [item != 0 for item in _part(data, start, start + count)], start + count
-        )  # fmt: skip
     if kind.base in TYPECODES:
         return _numbers_reader(kind, order)
+    if kind.base in ("bool", "byte"):
+        convert = bool if kind.base == "bool" else lambda item: bytes([item])
+        return lambda data, start, count: (
+            list(map(convert, _part(data, start, start + count))), start + count
+        )  # fmt: skip
     read_one = _message_reader(kind.base, order, make_class)
 
     def read(data: bytes, start: int, count: int) -> tuple[list[Any], int]:
@@ -224,13 +222,9 @@ def _write_string(value: str, out: bytearray) -> None:
 
 
 def _write_strings(row: Any, out: bytearray) -> None:
-    pack = _PACK_COUNT
     for value in row:
         text = value.encode()
-        out += _PADDING[-len(out) % 4] + pack(len(text) + 1) + text + b"\0"
-
-
-_PACK_COUNT = struct.Struct("<I").pack
+        out += _PADDING[-len(out) % 4] + _pack_count(len(text) + 1) + text + b"\0"
 
 
 def _row_writer(kind: FieldType) -> Write:
@@ -238,11 +232,8 @@ def _row_writer(kind: FieldType) -> Write:
     if kind.base == "string":
         return _write_strings
     if kind.base in ("bool", "byte"):
-
-        def write_bytes(row: Any, out: bytearray) -> None:
-            out += bytes(row) if kind.base == "bool" else b"".join(row)
-
-        return write_bytes
+        join = bytes if kind.base == "bool" else b"".join
+        return lambda row, out: out.extend(join(row))
     if kind.base in TYPECODES:
         return _numbers_writer(TYPECODES[kind.base])
     write_one = _message_writer(kind.base)

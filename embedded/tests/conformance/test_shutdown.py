@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, uninstall_signal_handlers
-from spinning import make, spin_until
+from spinning import ended, make, spin_until
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -63,12 +63,6 @@ SPINS = {
 """Ways to spin."""
 
 Start = Callable[..., "subprocess.Popen[str]"]
-
-
-def ended(process: "subprocess.Popen[str]") -> tuple[int, str]:
-    """Exit code and output of a process."""
-    out, _ = process.communicate(timeout=60)
-    return process.returncode, out
 
 
 def forked(cases: dict[str, str], program: str, *, one_by_one: bool) -> str:
