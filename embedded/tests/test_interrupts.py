@@ -131,8 +131,9 @@ node.create_service(SetBool, "flip", lambda _, response: response)
 client = node.create_client(SetBool, "flip")
 client.wait_for_service()
 for _ in range(50):
-    threading.Timer(random.uniform(0.001, 0.01), os.kill, (os.getpid(), signal.SIGINT)).start()
+    alarm = threading.Timer(random.uniform(0.001, 0.01), os.kill, (os.getpid(), signal.SIGINT))
     try:
+        alarm.start()
         while True:
             client.service_is_ready()
     except KeyboardInterrupt:

@@ -113,6 +113,20 @@ def test_bytes_that_end_too_early_are_refused(name: str) -> None:
     check()
 
 
+@given(st.lists(st.lists(st.sampled_from(["", "a", "ab", "aba", "joint"])), min_size=2))
+def test_rows_of_strings_are_each_their_own(rows: list[list[str]]) -> None:
+    """The last row is kept for the next message: neither its reader nor a like one spoils that."""
+    for row in rows:
+        data = JointState(name=row).serialize()
+        for _ in range(2):
+            message = JointState.deserialize(data)
+            assert message.name == row
+            message.name.append("added")
+        for end in range(len(data)):
+            with pytest.raises(CdrError):
+                JointState.deserialize(data[:end])
+
+
 @pytest.mark.parametrize("base", ["bool", "byte", "string", "std_msgs/msg/String"])
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_of_another_length_is_not_written(base: str, count: int) -> None:

@@ -123,8 +123,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     chosen = executor or get_global_executor()
     try:
         chosen.add_node(node)
-        while chosen.context.ok():
-            chosen.spin_once()
+        chosen.spin()
     finally:
         chosen.remove_node(node)
 

@@ -16,7 +16,7 @@ class Entity:
 
     def __init__(self, node: Any, group: CallbackGroup | None, depth: int) -> None:
         """Keeps at most `depth` samples that wait for the executor (0: all)."""
-        self.node = node
+        self.node, self._handle = node, node.handle
         self.callback_group = group or node.default_callback_group
         self.callback_group.add_entity(self)
         self._endpoints = Endpoints(node)
@@ -37,7 +37,7 @@ class Entity:
         """Asks the executor for a turn, if there is something to do; once is enough."""
         if not self._inbox:
             return
-        executor = self.node.executor
+        executor = self._handle.executor
         if executor is not None and self._queued_in is not executor:
             self._queued_in = executor  # before it is in the queue, of which a turn clears this
             executor.put(self)
@@ -48,7 +48,8 @@ class Entity:
             sample = self._inbox.popleft()
         except IndexError:
             return None
-        self.wake()
+        if self._inbox:
+            self.wake()
         return (sample,)
 
     def requeue(self) -> None:

@@ -11,8 +11,8 @@ import warnings
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from queue import SimpleQueue
+from types import CoroutineType
 from typing import Any, Self
 
 from ros2_embedded.interrupts import signals_wait
@@ -58,7 +58,8 @@ class Executor:
         """Has no nodes yet; raises RCLError if the context is not initialised, or shut down."""
         super().__init__()
         self._context = context or get_default_context()
-        self._nodes: dict[Any, None] = {}
+        self._nodes: dict[Any, Any] = {}
+        """The nodes, and their handles."""
         self._queue: deque[Any] = deque()
         self._wait_set = self._context.new_wait_set()
         self._is_shutdown = False
@@ -85,7 +86,7 @@ class Executor:
         if node in self._nodes:
             return False
         with signals_wait():  # a node that it has in part would be deaf in part
-            self._nodes[node] = None
+            self._nodes[node] = node.handle
             node.executor = self
             for entity in node.handle.all_entities():
                 self.watch(entity)
@@ -141,8 +142,8 @@ class Executor:
     def _next_timer(self) -> tuple[Any, float]:
         """The timer that is due the longest, or None and the time until one may be [s]."""
         due, longest, wait = None, 1, math.inf
-        for node in list(self._nodes):
-            for timer in node.handle.timers:
+        for handle in list(self._nodes.values()):
+            for timer in handle.timers:
                 left = None if timer.queued else timer.left()
                 if left is None:
                     continue
@@ -160,17 +161,18 @@ class Executor:
         timer, wait = self._next_timer()
         if deadline is not None:
             wait = min(wait, deadline - time.monotonic())
-        self._wait_set.wait(max(wait, 0.0), self._queue.__len__)
+        self._wait_set.wait(wait, self._queue.__len__)
         # They take turns: a timer that is always late must not keep all else waiting.
         if timer is not None and (not self._timer_was_last or not self._queue):
             self._timer_was_last = True
             return timer
         self._timer_was_last = False
-        with suppress(IndexError):
+        try:
             while (item := self._queue.popleft()) is None:
                 pass
-            return item
-        return None
+        except IndexError:
+            return None
+        return item
 
     def _wait(
         self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
@@ -230,7 +232,7 @@ class Executor:
             threads.add(me)
             taken = item.take()
             result = None if taken is None else item.handle(*taken)
-            if inspect.iscoroutine(result) and inspect.iscoroutinefunction(item.callback):
+            if isinstance(result, CoroutineType) and inspect.iscoroutinefunction(item.callback):
                 coroutine = self._to_the_end(result, item)
         finally:
             if coroutine is None:
@@ -285,18 +287,20 @@ class Executor:
 
     def spin(self) -> None:
         """Runs callbacks until the shutdown."""
-        while self._context.ok() and not self._is_shutdown:
-            self.spin_once()
+        with self._wait_set.waking_at_signals():
+            while self._context.ok() and not self._is_shutdown:
+                self.spin_once()
 
     def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Runs callbacks until a future is done or the time is over."""
         deadline, left = _deadline(timeout_sec), timeout_sec
-        while self._context.ok() and not future.done() and not self._is_shutdown:
-            self.spin_once_until_future_complete(future, left)
-            if deadline is not None:
-                left = deadline - time.monotonic()
-                if left <= 0:
-                    return
+        with self._wait_set.waking_at_signals():
+            while self._context.ok() and not future.done() and not self._is_shutdown:
+                self.spin_once_until_future_complete(future, left)
+                if deadline is not None:
+                    left = deadline - time.monotonic()
+                    if left <= 0:
+                        return
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
         """Ends spinning and forgets the nodes; does not wait for callbacks, as in rclpy."""

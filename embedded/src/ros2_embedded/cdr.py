@@ -10,8 +10,9 @@ from __future__ import annotations
 import array
 import struct
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,9 @@ Write = Callable[[Any, bytearray], None]
 """Appends a value, after its padding."""
 
 _PADDING = tuple(bytes(count) for count in range(8))
-_CODES = TYPECODES | {"bool": "?"}
+_CODES = TYPECODES | {"bool": "?", "byte": "c"}
+_LONGEST_KEPT = 65_536
+"""Strings that are longer altogether are read anew in each message [bytes]."""
 _pack_count = struct.Struct("<I").pack
 
 
@@ -42,75 +45,64 @@ class CdrError(ValueError):
         self.end, self.size = end, size
 
 
-def _part(data: bytes, start: int, end: int) -> bytes:
-    if not start <= end <= len(data):
-        raise CdrError(end, len(data))
-    return data[start:end]
+def _parts(name: str) -> Iterator[tuple[str, list[str], list[FieldType]]]:
+    """The fields of a message: name and type; numbers that follow each other together, unnamed."""
+    fields = message_spec(name).wire_fields
+    for numbers, group in groupby(fields, lambda f: not f.type.container and f.type.base in _CODES):
+        row = list(group)
+        if numbers:
+            yield "", [field.name for field in row], [field.type for field in row]
+        else:
+            yield from ((field.name, [], [field.type]) for field in row)
+
+
+def _layouts(kinds: list[FieldType], order: str) -> list[struct.Struct]:
+    """Of numbers that follow each other, with padding, behind 0 to 7 bytes."""
+    layouts = []
+    for before in range(8):
+        text, end = order, before
+        for code in (_CODES[kind.base] for kind in kinds):
+            size = struct.calcsize(order + code)
+            text += f"{-end % size}x{code}"
+            end += -end % size + size
+        layouts.append(struct.Struct(text))
+    return layouts
 
 
 # Reading.
 
 
-def _number_reader(base: str, order: str) -> Read:
-    packed = struct.Struct(order + _CODES[base])
-    unpack, size = packed.unpack_from, packed.size
+def _numbers_reader(kinds: list[FieldType], order: str) -> Read:
+    layouts = _layouts(kinds, order)
 
     def read(data: bytes, start: int) -> tuple[Any, int]:
-        start += -start % size
-        try:
-            return unpack(data, start)[0], start + size
-        except struct.error:
-            raise CdrError(start + size, len(data)) from None
+        layout = layouts[start % 8]
+        end = start + layout.size
+        if end > len(data):
+            raise CdrError(end, len(data))
+        return layout.unpack_from(data, start), end
 
     return read
-
-
-def _read_byte(data: bytes, start: int) -> tuple[bytes, int]:
-    return _part(data, start, start + 1), start + 1
 
 
 def _string_reader(order: str) -> Read:
-    read_strings = _strings_reader(order)
-
-    def read(data: bytes, start: int) -> tuple[str, int]:
-        (string,), end = read_strings(data, start, 1)
-        return string, end
-
-    return read
-
-
-def _strings_reader(order: str) -> Callable[[bytes, int, int], tuple[list[str], int]]:
-    """Of so many strings; bad UTF-8 is replaced, as rosidl_generator_py does it."""
+    """Bad UTF-8 is replaced, as rosidl_generator_py does it."""
     unpack = struct.Struct(order + "I").unpack_from
 
-    def read(data: bytes, start: int, count: int) -> tuple[list[str], int]:
-        strings, last = [], len(data)
-        for _ in range(count):
-            start += -start % 4
-            if start + 4 > last:
-                raise CdrError(start + 4, last)
-            end = start + 4 + unpack(data, start)[0]
-            if end > last:
-                raise CdrError(end, last)
-            strings.append(data[start + 4 : end - 1].decode("utf-8", "replace"))
-            start = end
-        return strings, start
+    def read(data: bytes, start: int) -> tuple[str, int]:
+        start += -start % 4
+        if start + 4 > len(data):
+            raise CdrError(start + 4, len(data))
+        end = start + 4 + unpack(data, start)[0]
+        if end > len(data):
+            raise CdrError(end, len(data))
+        return data[start + 4 : end - 1].decode("utf-8", "replace"), end
 
     return read
 
 
-def _row_reader(kind: FieldType, order: str, make_class: Any) -> Any:
-    """Reads so many elements that stand in a row."""
-    if kind.base == "string":
-        return _strings_reader(order)
-    if kind.base in TYPECODES:
-        return _numbers_reader(kind, order)
-    if kind.base in ("bool", "byte"):
-        convert = bool if kind.base == "bool" else lambda item: bytes([item])
-        return lambda data, start, count: (
-            list(map(convert, _part(data, start, start + count))), start + count
-        )  # fmt: skip
-    read_one = _message_reader(kind.base, order, make_class)
+def _elements_reader(read_one: Read) -> Callable[[bytes, int, int], tuple[list[Any], int]]:
+    """Of so many that stand in a row."""
 
     def read(data: bytes, start: int, count: int) -> tuple[list[Any], int]:
         row = []
@@ -122,21 +114,59 @@ def _row_reader(kind: FieldType, order: str, make_class: Any) -> Any:
     return read
 
 
-def _numbers_reader(kind: FieldType, order: str) -> Any:
+def _strings_reader(order: str) -> Callable[[bytes, int, int], tuple[list[str], int]]:
+    """Keeps the last row: the names of joints are the same in each message."""
+    read_row = _elements_reader(_string_reader(order))
+    kept: tuple[bytes, list[str]] = b"", []
+
+    def read(data: bytes, start: int, count: int) -> tuple[list[str], int]:
+        nonlocal kept
+        start += -start % 4
+        known, strings = kept
+        if count == len(strings) and data.startswith(known, start):
+            return strings.copy(), start + len(known)
+        strings, end = read_row(data, start, count)
+        if end - start <= _LONGEST_KEPT:
+            kept = data[start:end], strings.copy()
+        return strings, end
+
+    return read
+
+
+def _row_reader(kind: FieldType, order: str, make_class: Any) -> Any:
+    """Reads so many elements that stand in a row."""
+    if kind.base == "string":
+        return _strings_reader(order)
+    if kind.base in TYPECODES:
+        return _row_of_numbers_reader(kind, order)
+    if kind.base in ("bool", "byte"):
+        convert = bool if kind.base == "bool" else lambda item: bytes([item])
+
+        def read_bytes(data: bytes, start: int, count: int) -> tuple[list[Any], int]:
+            end = start + count
+            if end > len(data):
+                raise CdrError(end, len(data))
+            return list(map(convert, data[start:end])), end
+
+        return read_bytes
+    return _elements_reader(_message_reader(kind.base, order, make_class))
+
+
+def _row_of_numbers_reader(kind: FieldType, order: str) -> Any:
     code = TYPECODES[kind.base]
     size = struct.calcsize(order + code)
     foreign = (order == "<") != (sys.byteorder == "little")
 
     def read(data: bytes, start: int, count: int) -> tuple[Any, int]:
-        row = array.array(code)
         if count:
             start += -start % size
-            end = start + count * size
-            row.frombytes(_part(data, start, end))
-            start = end
+        end = start + count * size
+        if end > len(data):
+            raise CdrError(end, len(data))
+        row = array.array(code, data[start:end])
         if foreign:
             row.byteswap()
-        return (np.array(row, code) if kind.container == "array" else row), start
+        return (np.array(row, code) if kind.container == "array" else row), end
 
     return read
 
@@ -145,19 +175,17 @@ def _reader(kind: FieldType, order: str, make_class: Any) -> Read:
     if not kind.container:
         if kind.base == "string":
             return _string_reader(order)
-        if kind.base == "byte":
-            return _read_byte
-        if kind.primitive:
-            return _number_reader(kind.base, order)
         return _message_reader(kind.base, order, make_class)
     read_row = _row_reader(kind, order, make_class)
     if kind.container == "array":
         return lambda data, start: read_row(data, start, kind.size)
-    read_count = _number_reader("uint32", order)
+    unpack = struct.Struct(order + "I").unpack_from
 
     def read(data: bytes, start: int) -> tuple[Any, int]:
-        count, start = read_count(data, start)
-        return read_row(data, start, count)  # type: ignore[no-any-return]
+        start += -start % 4
+        if start + 4 > len(data):
+            raise CdrError(start + 4, len(data))
+        return read_row(data, start + 4, unpack(data, start)[0])  # type: ignore[no-any-return]
 
     return read
 
@@ -165,16 +193,20 @@ def _reader(kind: FieldType, order: str, make_class: Any) -> Read:
 @cache
 def _message_reader(name: str, order: str, make_class: Callable[[str], Any]) -> Read:
     cls = make_class(name)
-    fields = [
-        (field.name, _reader(field.type, order, make_class))
-        for field in message_spec(name).wire_fields
-    ]
+    parts = []
+    for field, names, kinds in _parts(name):
+        reader = _reader(kinds[0], order, make_class) if field else _numbers_reader(kinds, order)
+        parts.append((field, names, reader))
 
     def read(data: bytes, start: int) -> tuple[Any, int]:
         message = cls.__new__(cls)
         content = message.__dict__  # what comes from the wire needs no check
-        for field, read_field in fields:
-            content[field], start = read_field(data, start)
+        for field, names, read_part in parts:
+            value, start = read_part(data, start)
+            if field:
+                content[field] = value
+            else:
+                content.update(zip(names, value, strict=True))
         return message, start
 
     return read
@@ -200,21 +232,17 @@ def deserialize(name: str, data: bytes, make_class: Callable[[str], Any]) -> Any
 # Writing.
 
 
-def _number_writer(base: str) -> Write:
-    packed = struct.Struct("<" + _CODES[base])
-    pack, size = packed.pack, packed.size
+def _numbers_writer(kinds: list[FieldType]) -> Write:
+    layouts = _layouts(kinds, "<")
 
-    def write(value: Any, out: bytearray) -> None:
-        out += _PADDING[-len(out) % size] + pack(value)
+    def write(values: Any, out: bytearray) -> None:
+        out += layouts[len(out) % 8].pack(*values)
 
     return write
 
 
-_write_count = _number_writer("uint32")
-
-
-def _write_byte(value: bytes, out: bytearray) -> None:
-    out += value
+def _write_count(count: int, out: bytearray) -> None:
+    out += _PADDING[-len(out) % 4] + _pack_count(count)
 
 
 def _write_string(value: str, out: bytearray) -> None:
@@ -235,7 +263,7 @@ def _row_writer(kind: FieldType) -> Write:
         join = bytes if kind.base == "bool" else b"".join
         return lambda row, out: out.extend(join(row))
     if kind.base in TYPECODES:
-        return _numbers_writer(TYPECODES[kind.base])
+        return _row_of_numbers_writer(TYPECODES[kind.base])
     write_one = _message_writer(kind.base)
 
     def write(row: Any, out: bytearray) -> None:
@@ -245,7 +273,7 @@ def _row_writer(kind: FieldType) -> Write:
     return write
 
 
-def _numbers_writer(code: str) -> Write:
+def _row_of_numbers_writer(code: str) -> Write:
     size = struct.calcsize("<" + code)
 
     def write(row: Any, out: bytearray) -> None:
@@ -261,9 +289,7 @@ def _writer(kind: FieldType) -> Write:
     if not kind.container:
         if kind.base == "string":
             return _write_string
-        if kind.base == "byte":
-            return _write_byte
-        return _number_writer(kind.base) if kind.primitive else _message_writer(kind.base)
+        return _message_writer(kind.base)
     write_row, is_array = _row_writer(kind), kind.container == "array"
 
     def write(row: Any, out: bytearray) -> None:
@@ -278,12 +304,15 @@ def _writer(kind: FieldType) -> Write:
 
 @cache
 def _message_writer(name: str) -> Write:
-    fields = [(field.name, _writer(field.type)) for field in message_spec(name).wire_fields]
+    parts = [
+        (field, names, _writer(kinds[0]) if field else _numbers_writer(kinds))
+        for field, names, kinds in _parts(name)
+    ]
 
     def write(message: Any, out: bytearray) -> None:
         content = message.__dict__
-        for field, write_field in fields:
-            write_field(content[field], out)
+        for field, names, write_part in parts:
+            write_part(content[field] if field else [content[name] for name in names], out)
 
     return write
 

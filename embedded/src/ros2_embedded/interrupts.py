@@ -10,13 +10,11 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from typing import TypeVar
-
-_T = TypeVar("_T")
+from contextlib import AbstractContextManager, contextmanager, suppress
 
 
-def _in_main_thread() -> bool:
+def in_main_thread() -> bool:
+    """Whether it is the thread in which Python handles signals."""
     return threading.get_ident() == threading.main_thread().ident
 
 
@@ -24,7 +22,7 @@ class _Pipe:
     """The pipe, and the thread that reads it."""
 
     def __init__(self) -> None:
-        self._wake: Callable[[], None] | None = None
+        self.wake: Callable[[], None] | None = None
         self._next = -1
         reading, self._writing = os.pipe()
         os.set_blocking(self._writing, False)
@@ -32,22 +30,24 @@ class _Pipe:
 
     def _read(self, reading: int) -> None:
         while numbers := os.read(reading, 64):
-            wake, following = self._wake, self._next
+            wake, following = self.wake, self._next
             if following >= 0:
                 with suppress(OSError):
                     os.write(following, numbers)
             if wake is not None:
                 wake()
 
-    def during(self, wait: Callable[[], _T], wake: Callable[[], None]) -> _T:
+    @contextmanager
+    def waking(self, wake: Callable[[], None]) -> Iterator[None]:
         before = signal.set_wakeup_fd(self._writing, warn_on_full_buffer=False)
-        # Who has one of his own, as asyncio has, hears of the signals too.
-        self._wake, self._next = wake, -1 if before == self._writing else before
+        outer = self.wake, self._next
         try:
-            return wait()
+            # Who has one of his own, as asyncio has, hears of the signals too.
+            self.wake, self._next = wake, self._next if before == self._writing else before
+            yield
         finally:
             signal.set_wakeup_fd(before, warn_on_full_buffer=False)
-            self._wake = None
+            self.wake, self._next = outer
 
 
 _pipe: _Pipe | None = None
@@ -55,19 +55,19 @@ _pipe: _Pipe | None = None
 
 def _forget_pipe() -> None:
     global _pipe
+    if _pipe is not None and _pipe.wake is not None:
+        signal.set_wakeup_fd(-1)
     _pipe = None
 
 
 os.register_at_fork(after_in_child=_forget_pipe)  # the child has no thread that reads it
 
 
-def interruptible(wait: Callable[[], _T], wake: Callable[[], None]) -> _T:
-    """What `wait` returns; a signal that comes in the main thread meanwhile has `wake` called."""
+def waking(wake: Callable[[], None]) -> AbstractContextManager[None]:
+    """Within the block, in the main thread, a signal has `wake` called, in another thread."""
     global _pipe
-    if not _in_main_thread():
-        return wait()
     _pipe = _pipe or _Pipe()
-    return _pipe.during(wait, wake)
+    return _pipe.waking(wake)
 
 
 @contextmanager
@@ -76,7 +76,7 @@ def signals_wait() -> Iterator[None]:
 
     Elsewhere than in the main thread, where Python handles signals, it does nothing.
     """
-    if not _in_main_thread():
+    if not in_main_thread():
         yield
         return
     came: list[int] = []

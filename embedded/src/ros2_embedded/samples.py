@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
+from dataclasses import fields
+from functools import partial
 from typing import Any
 
 from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -16,31 +17,23 @@ Sample = tuple[bytes, Any]
 """The bytes, and Cyclone DDS's `SampleInfo`, or what stands for it."""
 
 
-class _SampleInfo(ctypes.Structure):
-    """Made without a step of Python.
+class _SampleInfo(partial):  # type: ignore[type-arg]
+    """Made without a step of Python, and quickly: it keeps what it is called with.
 
     `ddspy_take` takes a failure to make a `SampleInfo` for impossible, and crashes. But where it is
     made in Python a signal can be handled, and the handler raise an exception: KeyboardInterrupt.
     """
 
-    _fields_ = (
-        ("replaced", ctypes.py_object),
-        ("sample_state", ctypes.c_uint),
-        ("view_state", ctypes.c_uint),
-        ("instance_state", ctypes.c_uint),
-        ("valid_data", ctypes.c_bool),
-        ("source_timestamp", ctypes.c_longlong),
-        ("instance_handle", ctypes.c_ulonglong),
-        ("publication_handle", ctypes.c_ulonglong),
-        ("disposed_generation_count", ctypes.c_ulong),
-        ("no_writers_generation_count", ctypes.c_ulong),
-        ("sample_rank", ctypes.c_ulong),
-        ("generation_rank", ctypes.c_ulong),
-        ("absolute_generation_rank", ctypes.c_ulong),
-    )
+
+def _attribute(place: int) -> property:
+    return property(lambda self: self.args[place])
 
 
-# Called with the class that it replaces and the values, in the order of `SampleInfo`.
+for _place, _field in enumerate(fields(SampleInfo)):
+    setattr(_SampleInfo, _field.name, _attribute(_place))
+_VALID_DATA = [field.name for field in fields(SampleInfo)].index("valid_data")
+
+# Called with the class that it replaces, as a partial is with a function, and with the values.
 SampleInfo.__new__ = _SampleInfo  # type: ignore[method-assign, assignment]
 
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
@@ -54,9 +47,11 @@ def samples_of(reader: Any, sink: Callable[[list[Sample]], None]) -> Source:
         taken = ddspy_take(reader._ref, _ANY, _BATCH)
         if isinstance(taken, int):
             raise DDSException(taken, f"Occurred while taking data in {reader!r}")
-        # Of a writer that went there is a sample without data.
-        if samples := [sample for sample in taken if sample[1].valid_data]:
-            sink(samples)
+        samples = []
+        for sample in taken:
+            if sample[1].args[_VALID_DATA]:  # of a writer that went there is one without
+                samples.append(sample)
+        sink(samples)
 
     return ReadCondition(reader, _ANY), hand_over
 

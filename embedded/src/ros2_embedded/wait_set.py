@@ -9,21 +9,23 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 from cyclonedds import core
 from cyclonedds.core import DDSException, GuardCondition
-from cyclonedds.internal import dds_c_t
+from cyclonedds.internal import DDS, dds_c_t
 from cyclonedds.util import duration
 
-from ros2_embedded.interrupts import interruptible
+from ros2_embedded.interrupts import in_main_thread, waking
 
 Source = tuple[Any, Callable[[], None]]
 """An entity of DDS, and what is called when something has come to it."""
 
+_wait: Any = DDS._dll_handle.dds_waitset_wait  # type: ignore[union-attr]
 _FOREVER = duration(infinite=True)
 _LONGEST = 1e9
 _PATIENCE = 1.0
@@ -48,6 +50,7 @@ class WaitSet:
         self._known: dict[Any, int] = {}
         self._waiting: list[int] = []
         """The threads that wait."""
+        self._wakes_at_signals = False
         self._closed = False
         self._attach(self._guard, partial(self._guard.set, False))
 
@@ -96,6 +99,19 @@ class WaitSet:
         if self._waiting and guard is not None:
             guard.set(True)
 
+    @contextmanager
+    def waking_at_signals(self) -> Iterator[None]:
+        """For many waits within: signals end them, without each `wait` seeing to that anew."""
+        if not in_main_thread():
+            yield
+            return
+        with waking(self.wake):
+            before, self._wakes_at_signals = self._wakes_at_signals, True
+            try:
+                yield
+            finally:
+                self._wakes_at_signals = before
+
     def wait(self, seconds: float, ready: Callable[[], Any] = lambda: False) -> None:
         """Waits until something has come, and hands it over; or until the time is over, or `wake`.
 
@@ -110,23 +126,21 @@ class WaitSet:
             if self._closed:
                 return
             this, triggered = self._set, self._triggered()
-            arguments = this._ref, triggered, len(triggered)
-            if ready() or seconds == 0:
-                count = this._waitset_wait(*arguments, 0)
+            limit = 0 if seconds <= 0 or ready() else _FOREVER
+            if limit and seconds < _LONGEST:
+                limit = int(seconds * 1e9)
+            if self._wakes_at_signals or limit == 0 or not in_main_thread():
+                count = _wait(this._ref, triggered, len(triggered), limit)
             else:
-                limit = int(seconds * 1e9) if seconds < _LONGEST else _FOREVER
-                count = interruptible(lambda: this._waitset_wait(*arguments, limit), self.wake)
+                with waking(self.wake):
+                    count = _wait(this._ref, triggered, len(triggered), limit)
         finally:
             self._waiting.remove(me)
         if count < 0 and not self._closed:
             raise DDSException(count, "Occurred while waiting")
-        if count > 0:
-            self._hand_over(triggered[: min(count, len(triggered))])
-
-    def _hand_over(self, numbers: list[Any]) -> None:
         with self._lock:
-            for number in numbers:
-                call = self._calls.get(number)
+            for number in triggered[: max(count, 0)]:
+                call = self._calls.get(number or 0)
                 if call is None:
                     continue
                 try:
