@@ -101,7 +101,10 @@ class WaitSet:
 
     @contextmanager
     def waking_at_signals(self) -> Iterator[None]:
-        """For many waits within: signals end them, without each `wait` seeing to that anew."""
+        """For many waits within: signals end them, without each `wait` seeing to that anew.
+
+        Who sets `signal.set_wakeup_fd` within has to put back what was there.
+        """
         if not in_main_thread():
             yield
             return
