@@ -5,7 +5,6 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, nullcontext
 
 import pytest
 from rclpy.executors import SingleThreadedExecutor
@@ -129,59 +128,29 @@ def handled() -> Iterator[list[int]]:
     signal.signal(signal.SIGUSR1, before)
 
 
-def alarm() -> None:
-    """Sends this process a signal, soon."""
-    threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGUSR1)).start()
-
-
-@pytest.fixture(params=["each wait", "many waits"])
-def around(request: pytest.FixtureRequest, wait_set: WaitSet) -> AbstractContextManager[None]:
-    """What the waits are in: nothing, or what has signals end all of them."""
-    return nullcontext() if request.param == "each wait" else wait_set.waking_at_signals()
-
-
-def test_a_signal_ends_a_wait_of_the_main_thread(
-    wait_set: WaitSet, handled: list[int], around: AbstractContextManager[None]
-) -> None:
-    """Python handles it then, not at the end of the time; also after another's wait within."""
+def test_a_signal_ends_a_wait_of_the_main_thread(wait_set: WaitSet, handled: list[int]) -> None:
+    """Python handles it then, not at the end of the time; whatever was between two waits."""
+    between = [lambda: None, lambda: signal.set_wakeup_fd(-1), lambda: other.wait(0.001)]
     other = WaitSet()
-    with around:
-        for count in range(1, 41):
-            alarm()
-            began = time.monotonic()
-            while len(handled) < count:
-                chosen = wait_set if count % 2 else other
-                chosen.wait(SOON, lambda count=count: len(handled) == count)
-            assert time.monotonic() - began < SOON
+    for count in range(1, 31):
+        between[count % 3]()
+        threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGUSR1)).start()
+        began = time.monotonic()
+        while len(handled) < count:
+            wait_set.wait(SOON, lambda count=count: len(handled) == count)
+        assert time.monotonic() - began < SOON
     other.close()
-    assert signal.set_wakeup_fd(-1) == -1
 
 
-def test_a_forked_child_does_not_wake_its_parent(
-    wait_set: WaitSet, handled: list[int]
-) -> None:
-    """The pipe that it has in common with the parent is the parent's."""
-    with wait_set.waking_at_signals():
-        if not (child := os.fork()):
-            os._exit(signal.set_wakeup_fd(-1) != -1)
-        assert os.waitpid(child, 0)[1] == 0
-        alarm()
-        while not handled:
-            wait_set.wait(SOON, handled.__len__)
-
-
-def test_others_that_listen_for_signals_hear_of_them(
-    wait_set: WaitSet, handled: list[int], around: AbstractContextManager[None]
-) -> None:
+def test_others_that_listen_for_signals_hear_of_them(wait_set: WaitSet, handled: list[int]) -> None:
     """As asyncio's event loop: its descriptor is in force again after a wait."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     before = signal.set_wakeup_fd(writing)
     try:
-        alarm()
-        with around:
-            while not handled:
-                wait_set.wait(SOON, handled.__len__)
+        threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGUSR1)).start()
+        while not handled:
+            wait_set.wait(SOON, handled.__len__)
         assert os.read(reading, 10) == bytes([signal.SIGUSR1])
     finally:
         assert signal.set_wakeup_fd(before) == writing

@@ -123,7 +123,8 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     chosen = executor or get_global_executor()
     try:
         chosen.add_node(node)
-        chosen.spin()
+        while chosen.context.ok():
+            chosen.spin_once()
     finally:
         chosen.remove_node(node)
 

@@ -287,20 +287,18 @@ class Executor:
 
     def spin(self) -> None:
         """Runs callbacks until the shutdown."""
-        with self._wait_set.waking_at_signals():
-            while self._context.ok() and not self._is_shutdown:
-                self.spin_once()
+        while self._context.ok() and not self._is_shutdown:
+            self.spin_once()
 
     def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Runs callbacks until a future is done or the time is over."""
         deadline, left = _deadline(timeout_sec), timeout_sec
-        with self._wait_set.waking_at_signals():
-            while self._context.ok() and not future.done() and not self._is_shutdown:
-                self.spin_once_until_future_complete(future, left)
-                if deadline is not None:
-                    left = deadline - time.monotonic()
-                    if left <= 0:
-                        return
+        while self._context.ok() and not future.done() and not self._is_shutdown:
+            self.spin_once_until_future_complete(future, left)
+            if deadline is not None:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    return
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
         """Ends spinning and forgets the nodes; does not wait for callbacks, as in rclpy."""

@@ -212,21 +212,23 @@ def _message_reader(name: str, order: str, make_class: Callable[[str], Any]) -> 
     return read
 
 
-def deserialize(name: str, data: bytes, make_class: Callable[[str], Any]) -> Any:
-    """The message of a type that bytes hold, behind their header.
+def deserializer(name: str, make_class: Callable[[str], Any]) -> Callable[[bytes], Any]:
+    """What gives the message that bytes hold, behind their header.
+
+    Its error is CdrError: the bytes end too early.
 
     Args:
         name: of the type, `pkg/msg/Name`.
-        data: the bytes.
         make_class: gives a message's class by its name.
-
-    Raises:
-        CdrError: the bytes end too early.
     """
-    if len(data) < HEADER:
-        raise CdrError(HEADER, len(data))
-    read = _message_reader(name, "<" if data[1] & 1 else ">", make_class)
-    return read(data[HEADER:], 0)[0]
+
+    def deserialize(data: bytes) -> Any:
+        if len(data) < HEADER:
+            raise CdrError(HEADER, len(data))
+        read = _message_reader(name, "<" if data[1] & 1 else ">", make_class)
+        return read(data[HEADER:], 0)[0]
+
+    return deserialize
 
 
 # Writing.

@@ -10,19 +10,24 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
+from typing import Any, TypeVar
+
+_T = TypeVar("_T")
 
 
-def in_main_thread() -> bool:
-    """Whether it is the thread in which Python handles signals."""
-    return threading.get_ident() == threading.main_thread().ident
+_main_thread = threading.main_thread().ident
+
+
+def _in_main_thread() -> bool:
+    return threading.get_ident() == _main_thread
 
 
 class _Pipe:
     """The pipe, and the thread that reads it."""
 
     def __init__(self) -> None:
-        self.wake: Callable[[], None] | None = None
+        self._wake: Callable[[], None] | None = None
         self._next = -1
         reading, self._writing = os.pipe()
         os.set_blocking(self._writing, False)
@@ -30,44 +35,44 @@ class _Pipe:
 
     def _read(self, reading: int) -> None:
         while numbers := os.read(reading, 64):
-            wake, following = self.wake, self._next
+            wake, following = self._wake, self._next
             if following >= 0:
                 with suppress(OSError):
                     os.write(following, numbers)
             if wake is not None:
                 wake()
 
-    @contextmanager
-    def waking(self, wake: Callable[[], None]) -> Iterator[None]:
-        before = signal.set_wakeup_fd(self._writing, warn_on_full_buffer=False)
-        outer = self.wake, self._next
+    def during(self, wake: Callable[[], None], wait: Callable[..., _T], *arguments: Any) -> _T:
+        self._wake = wake
+        before = signal.set_wakeup_fd(self._writing)
         try:
             # Who has one of his own, as asyncio has, hears of the signals too.
-            self.wake, self._next = wake, self._next if before == self._writing else before
-            yield
+            self._next = -1 if before == self._writing else before
+            return wait(*arguments)
         finally:
-            signal.set_wakeup_fd(before, warn_on_full_buffer=False)
-            self.wake, self._next = outer
+            signal.set_wakeup_fd(before)
+            self._wake = None
 
 
 _pipe: _Pipe | None = None
 
 
-def _forget_pipe() -> None:
+def _begin_anew() -> None:
+    """In a forked child, which has no thread that reads the pipe."""
+    global _main_thread, _pipe
+    _main_thread, _pipe = threading.get_ident(), None
+
+
+os.register_at_fork(after_in_child=_begin_anew)
+
+
+def interruptible(wake: Callable[[], None], wait: Callable[..., _T], *arguments: Any) -> _T:
+    """What `wait` returns; a signal that comes in the main thread meanwhile has `wake` called."""
     global _pipe
-    if _pipe is not None and _pipe.wake is not None:
-        signal.set_wakeup_fd(-1)
-    _pipe = None
-
-
-os.register_at_fork(after_in_child=_forget_pipe)  # the child has no thread that reads it
-
-
-def waking(wake: Callable[[], None]) -> AbstractContextManager[None]:
-    """Within the block, in the main thread, a signal has `wake` called, in another thread."""
-    global _pipe
+    if not _in_main_thread():
+        return wait(*arguments)
     _pipe = _pipe or _Pipe()
-    return _pipe.waking(wake)
+    return _pipe.during(wake, wait, *arguments)
 
 
 @contextmanager
@@ -76,7 +81,7 @@ def signals_wait() -> Iterator[None]:
 
     Elsewhere than in the main thread, where Python handles signals, it does nothing.
     """
-    if not in_main_thread():
+    if not _in_main_thread():
         yield
         return
     came: list[int] = []

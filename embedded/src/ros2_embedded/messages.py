@@ -84,11 +84,6 @@ def _serialize(self: Any) -> bytes:
     return cdr.serialize(self._spec.name, self)
 
 
-def _deserialize(cls: Any, data: bytes) -> Any:
-    """From CDR, behind its header; raises CdrError if the bytes end too early."""
-    return cdr.deserialize(cls._spec.name, data, message_class)
-
-
 def _same(left: Any, right: Any) -> bool:
     if isinstance(left, np.ndarray):
         return bool(np.array_equal(left, right))
@@ -309,7 +304,7 @@ def message_class(name: str) -> Any:
         lambda namespace: namespace.update(
             __annotations__=annotations,
             serialize=_serialize,
-            deserialize=classmethod(_deserialize),
+            deserialize=staticmethod(cdr.deserializer(name, message_class)),
         ),
     )
     cls.__module__ = f"{package}.{kind}"

@@ -9,8 +9,7 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +19,7 @@ from cyclonedds.core import DDSException, GuardCondition
 from cyclonedds.internal import DDS, dds_c_t
 from cyclonedds.util import duration
 
-from ros2_embedded.interrupts import in_main_thread, waking
+from ros2_embedded.interrupts import interruptible
 
 Source = tuple[Any, Callable[[], None]]
 """An entity of DDS, and what is called when something has come to it."""
@@ -50,7 +49,6 @@ class WaitSet:
         self._known: dict[Any, int] = {}
         self._waiting: list[int] = []
         """The threads that wait."""
-        self._wakes_at_signals = False
         self._closed = False
         self._attach(self._guard, partial(self._guard.set, False))
 
@@ -99,22 +97,6 @@ class WaitSet:
         if self._waiting and guard is not None:
             guard.set(True)
 
-    @contextmanager
-    def waking_at_signals(self) -> Iterator[None]:
-        """For many waits within: signals end them, without each `wait` seeing to that anew.
-
-        Who sets `signal.set_wakeup_fd` within has to put back what was there.
-        """
-        if not in_main_thread():
-            yield
-            return
-        with waking(self.wake):
-            before, self._wakes_at_signals = self._wakes_at_signals, True
-            try:
-                yield
-            finally:
-                self._wakes_at_signals = before
-
     def wait(self, seconds: float, ready: Callable[[], Any] = lambda: False) -> None:
         """Waits until something has come, and hands it over; or until the time is over, or `wake`.
 
@@ -129,14 +111,12 @@ class WaitSet:
             if self._closed:
                 return
             this, triggered = self._set, self._triggered()
-            limit = 0 if seconds <= 0 or ready() else _FOREVER
-            if limit and seconds < _LONGEST:
-                limit = int(seconds * 1e9)
-            if self._wakes_at_signals or limit == 0 or not in_main_thread():
-                count = _wait(this._ref, triggered, len(triggered), limit)
+            arguments = this._ref, triggered, len(triggered)
+            if seconds <= 0 or ready():
+                count = _wait(*arguments, 0)
             else:
-                with waking(self.wake):
-                    count = _wait(this._ref, triggered, len(triggered), limit)
+                limit = int(seconds * 1e9) if seconds < _LONGEST else _FOREVER
+                count = interruptible(self.wake, _wait, *arguments, limit)
         finally:
             self._waiting.remove(me)
         if count < 0 and not self._closed:
