@@ -180,6 +180,15 @@ def test_a_linkage_that_does_not_close_is_refused_by_name(
     assert "Traceback" not in done.err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [(("--params-file", "nope.yaml"), "nope.yaml"), (("--bogus",), "--bogus"),
+     (("-r", "bad"), "-r bad")])
+def test_ros_arguments_that_cannot_be_understood_are_refused_by_name(
+        ros2: Callable[..., Any], arguments: tuple[str, ...], word: str) -> None:
+    refused(ros2("run", "impact_planner", "impact_planner", "--ros-args", *arguments), word)
+
+
 def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., Any]) -> None:
     code = ("import sys; sys.modules['pybullet'] = None\n"
             "from hrp2_sim_bridge.hrp2_sim_bridge_node import main\n"

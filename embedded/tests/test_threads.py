@@ -8,14 +8,16 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import pytest
 import rclpy
 from rclpy.client import Client
 from rclpy.exceptions import NotInitializedException, RCLError
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.wait_for_message import wait_for_message
 from spinning import make
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -123,3 +125,27 @@ def test_a_shutdown_ends_a_thread_that_spins(capfd: pytest.CaptureFixture[str]) 
         thread.join(20.0)
         assert not thread.is_alive()
     assert capfd.readouterr().err == ""
+
+
+def test_messages_are_waited_for_beside_a_thread_that_spins(
+    executor: SingleThreadedExecutor,
+) -> None:
+    """Whichever takes a message first, it comes; a shutdown by the other ends the wait."""
+    node = make(executor)
+    publisher = node.create_publisher(String, "x", 1)
+    timer = node.create_timer(0.001, lambda: publisher.publish(String(data="x")))
+
+    def spin() -> None:
+        with suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=spin, daemon=True)
+    thread.start()
+    for _ in range(50):
+        came, message = wait_for_message(String, node, "x", time_to_wait=20)
+        assert (came, message) == (True, String(data="x"))
+    timer.cancel()
+    threading.Timer(0.1, rclpy.try_shutdown).start()
+    assert wait_for_message(String, node, "none") == (False, None)
+    thread.join(20.0)
+    assert not thread.is_alive()

@@ -32,7 +32,8 @@ class Context:
     def __init__(self) -> None:
         """Is not initialised yet."""
         self._ok = self._used = False
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
+        """Held by whoever must not have the domain left meanwhile."""
         self._domain: Any = None
         self._domain_id = 0
         self._on_shutdown: list[Callable[[], Any]] = []
@@ -67,7 +68,7 @@ class Context:
             ArgumentError: the command line has a ROS argument that cannot be understood.
             UnknownROSArgsError: the command line has ROS arguments that ROS does not know.
         """
-        with self._lock:
+        with self.lock:
             if domain_id is not None and domain_id < 0:
                 raise RuntimeError(f"Domain id ({domain_id}) should not be lower than zero.")
             if self._used:
@@ -124,7 +125,7 @@ class Context:
 
     def next_client_number(self) -> int:
         """Numbers clients and services, whose identity goes into USER_DATA."""
-        with self._lock:
+        with self.lock:
             self._client_count += 1
             return self._client_count
 
@@ -135,7 +136,7 @@ class Context:
         Raises:
             RCLError: it has been left.
         """
-        with self._lock:
+        with self.lock:
             if not self._ok:
                 raise RCLError(f"Failed to {task}: rcl node's context is invalid")
             yield
@@ -215,7 +216,7 @@ class Context:
         from rclpy.node import Node  # it imports this module
 
         # Cut off half-way, threads of Cyclone DDS would outlive the interpreter and crash in it.
-        with signals_wait(), self._lock:
+        with signals_wait(), self.lock:
             if self.background is None:
                 return
             # First of all: a thread that waits for a lock of this one must not be waited for.

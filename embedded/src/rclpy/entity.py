@@ -93,13 +93,15 @@ class Endpoints:
 
     def release(self) -> None:
         """Takes them out of the graph and forgets them."""
-        entry, executor = self._node.handle.entry, self._node.executor
-        for writer in self._writers:
-            entry.writers.remove(writer.guid.bytes)
-        for reader in self._readers:
-            entry.readers.remove(reader.guid.bytes)
-        for source, _ in self.sources:
-            if executor is not None:
-                executor.forget(source)
+        entry, executor, context = self._node.handle.entry, self._node.executor, self._node.context
+        with context.lock:
+            if context.graph is not None:
+                for writer in self._writers:
+                    entry.writers.remove(writer.guid.bytes)
+                for reader in self._readers:
+                    entry.readers.remove(reader.guid.bytes)
+                for source, _ in self.sources:
+                    if executor is not None:
+                        executor.forget(source)
+                context.graph.changed()
         self._writers, self._readers, self.sources = [], [], []
-        self._node.context.graph.changed()

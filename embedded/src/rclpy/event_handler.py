@@ -255,7 +255,8 @@ class EndpointEvents:
         """Ends them: no callback comes afterwards."""
         if self.handlers:
             self._end.detach()
-            self._node.context.background.remove(self._endpoint)
+            if (background := self._node.context.background) is not None:
+                background.remove(self._endpoint)
         entities = self._node.handle.entities
         for handler in self.handlers:
             if handler in entities:

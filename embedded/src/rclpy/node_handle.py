@@ -95,8 +95,8 @@ class NodeHandle:
     def leave_graph(self, node: Any) -> None:
         """Takes the node out of the graph."""
         self._end.detach()
-        if self.context.graph is not None:
-            self.context.graph.remove_node(self.entry)
+        if (graph := self.context.graph) is not None:
+            graph.remove_node(self.entry)
         self.context.nodes.discard(node)
 
     @property

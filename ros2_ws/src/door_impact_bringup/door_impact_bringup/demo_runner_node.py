@@ -13,6 +13,7 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters, EncoderSamples, ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from geometry_msgs.msg import PointStamped
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -21,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from .errors import DemoError, NodeEndedError
+from .errors import DemoError, NodeEndedError, SettingError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
          "impact_executor", "scene_publisher", "recorder")
@@ -307,22 +308,40 @@ def _hit(node: DemoRunner, target_deg: float, ending: str, run_up: str) -> tuple
     return plan, planning_ms, outcome
 
 
+def target_of(node: Node) -> float:
+    """Parameter target_deg [deg]; an integer is a number too.
+
+    Raises:
+        SettingError: It is no number.
+    """
+    any_type = ParameterDescriptor(dynamic_typing=True)
+    value = node.declare_parameter("target_deg", 25.0, any_type).value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise SettingError("target_deg", value, "a number of degrees")
+    return float(value)
+
+
 def main(args: list[str] | None = None) -> int:
     """The node of demo.launch.yaml; parameters door, target_deg, ending, run_up, hits,
     out_dir."""
     rclpy.init(args=args)
     node = Node("demo_runner")
-    door = node.declare_parameter("door", "paper").value
-    target_deg = node.declare_parameter("target_deg", 25.0).value
-    ending = node.declare_parameter("ending", "hold").value
-    run_up = node.declare_parameter("run_up", "mcv50").value
-    hits = int(node.declare_parameter("hits", 1).value)
-    out = Path(node.declare_parameter("out_dir", "out/demo").value)
-    node.destroy_node()
-    rclpy.shutdown()
+    try:
+        door = node.declare_parameter("door", "paper").value
+        target_deg = target_of(node)
+        ending = node.declare_parameter("ending", "hold").value
+        run_up = node.declare_parameter("run_up", "mcv50").value
+        hits = int(node.declare_parameter("hits", 1).value)
+        out = Path(node.declare_parameter("out_dir", "out/demo").value)
+    except SettingError as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 1
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
     out.mkdir(parents=True, exist_ok=True)
     try:
-        run(door=door, target_deg=float(target_deg), ending=ending, run_up=run_up, hits=hits,
+        run(door=door, target_deg=target_deg, ending=ending, run_up=run_up, hits=hits,
             out=out)
     except DemoError as error:
         print(f"demo: {error}", file=sys.stderr)

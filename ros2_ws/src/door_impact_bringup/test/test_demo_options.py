@@ -1,7 +1,12 @@
 """Options of the demonstration."""
 
 import pytest
+import rclpy
 from door_impact_bringup import demo
+from door_impact_bringup.demo_runner_node import target_of
+from door_impact_bringup.errors import SettingError
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 
 @pytest.mark.parametrize("hits", ["0", "6", "-1", "1.5", "two", ""])
@@ -22,3 +27,25 @@ def test_the_demonstration_hits_as_often_as_it_was_told(tmp_path, monkeypatch, a
     monkeypatch.setattr(demo.signal, "signal", lambda *_: None)
     assert demo.main([*arguments, "--out", str(tmp_path)]) == 0
     assert told == [hits]
+
+
+@pytest.fixture
+def runner():
+    """Makes the demonstration's node with a parameter target_deg."""
+    rclpy.init(args=[])
+    yield lambda value: Node(
+        "demo_runner", parameter_overrides=[Parameter("target_deg", value=value)]
+    )
+    rclpy.shutdown()
+
+
+def test_the_target_may_be_an_integer(runner):
+    """As `target_deg:=15` of the launch file is."""
+    assert (target_of(runner(15)), target_of(runner(15.5))) == (15.0, 15.5)
+
+
+@pytest.mark.parametrize("value", ["far", True, [15.0]])
+def test_a_target_that_is_no_number_is_refused(runner, value):
+    """With its name and what was given."""
+    with pytest.raises(SettingError, match=r"^target_deg is .*, must be a number of degrees$"):
+        target_of(runner(value))

@@ -75,7 +75,7 @@ def run_node(
     Returns:
         0 after Ctrl-C or SIGTERM, 1 where the node cannot run.
     """
-    node = None
+    node, began = None, False
     told: tuple[type[Exception], ...] = (*errors, TwinError, ParameterException)
     ends: list[int] = []
     # rclpy's own handler ends spinning. A KeyboardInterrupt beside it could come in the middle of
@@ -83,6 +83,7 @@ def run_node(
     previous = signal.signal(signal.SIGINT, lambda number, _: ends.append(number))
     try:
         rclpy.init(args=args)
+        began = True
         known = time.monotonic() + DISCOVERY_TIME
         node = make()
         refuse_twin(node, known)
@@ -90,14 +91,14 @@ def run_node(
             spin(node)
     except ExternalShutdownException:
         pass
-    except told as error:
-        if not ends:
-            name = node.get_name() if node is not None else make.__name__
-            print(f"{name}: {error}", file=sys.stderr)
-            return 1
-    except Exception:
+    except Exception as error:
+        if isinstance(error, told) or not began:
+            if not ends:
+                name = node.get_name() if node is not None else make.__name__
+                print(f"{name}: {error}", file=sys.stderr)
+                return 1
         # A signal may end the context in the middle of a callback, whose publish then fails.
-        if rclpy.ok() and not ends:
+        elif rclpy.ok() and not ends:
             raise
     finally:
         if node is not None:
