@@ -122,15 +122,15 @@ _JOINTS = "the states of 30 joints from one process to another, 200 a second"
 
 TALKS: dict[str, Callable[[Path], Measurement]] = {
     "topic_latency_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz(layer)["median"], f"ms one way, median: {_JOINTS}",
+        lambda layer: bench_topics.at_200_hz()[layer]["median"], f"ms one way, median: {_JOINTS}",
         "rclpy on rmw_cyclonedds_cpp: 0.74 ms"),
     "topic_latency_p99_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz(layer)["p99"], "ms one way, 99th percentile", ""),
+        lambda layer: bench_topics.at_200_hz()[layer]["p99"], "ms one way, 99th percentile", ""),
     "topic_cpu_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz(layer)["listener"], "% of a core, subscriber",
+        lambda layer: bench_topics.at_200_hz()[layer]["listener"], "% of a core, subscriber",
         "rclpy on rmw_cyclonedds_cpp: 19 %; at most half of it"),
     "publisher_cpu_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz(layer)["publisher"], "% of a core, publisher", ""),
+        lambda layer: bench_topics.at_200_hz()[layer]["publisher"], "% of a core, publisher", ""),
     "topic_rate": _talk(
         bench_topics.largest_rate, "messages a second that arrive, all and in time", "", True),
     "service_round_trip": _talk(bench_topics.round_trip, "ms a call, median", ""),

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 JOINTS = 30
 DEPTH = 1000
-TOPIC, SERVICE = "bench_joints", "bench_flip"
+SERVICE = "bench_flip"
 
 Heard = Callable[[int], None]  # when a message was sent [ns]
 
@@ -55,7 +55,7 @@ class RclpyLayer:
         from sensor_msgs.msg import JointState
 
         message = JointState(**joints())
-        publisher = self._node.create_publisher(JointState, TOPIC, DEPTH)
+        publisher = self._node.create_publisher(JointState, sys.argv[3], DEPTH)
 
         def publish(now: int) -> None:
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
@@ -71,7 +71,7 @@ class RclpyLayer:
             stamp = message.header.stamp
             heard(stamp.sec * 1_000_000_000 + stamp.nanosec)
 
-        self._node.create_subscription(JointState, TOPIC, take, DEPTH)
+        self._node.create_subscription(JointState, sys.argv[3], take, DEPTH)
         self._executor.spin()
 
     def serve(self) -> None:
@@ -136,7 +136,7 @@ class DdsLayer:
     def publisher(self) -> Callable[[int], None]:
         """See Layer."""
         sample = self._joints(stamp=0, frame_id="", **joints())
-        writer = self._writer(TOPIC, self._joints)
+        writer = self._writer(sys.argv[3], self._joints)
 
         def publish(now: int) -> None:
             sample.stamp = now
@@ -146,7 +146,7 @@ class DdsLayer:
 
     def listen(self, heard: Heard) -> None:
         """See Layer."""
-        self._each(*self._reader(TOPIC, self._joints), lambda sample: heard(sample.stamp))
+        self._each(*self._reader(sys.argv[3], self._joints), lambda sample: heard(sample.stamp))
 
     def _each(self, reader: Any, waitset: Any, do: Callable[[Any], None]) -> None:
         from cyclonedds.util import duration
@@ -270,7 +270,7 @@ def call(layer: Layer) -> None:
 
 
 def main() -> None:
-    """Runs `bench_talk.py rclpy|dds talk|listen|serve|call`."""
+    """Runs `bench_talk.py rclpy|dds talk|listen|serve|call TOPIC`."""
     layer: Layer = RclpyLayer() if sys.argv[1] == "rclpy" else DdsLayer()
     role = {"talk": talk, "listen": listen, "call": call, "serve": lambda it: it.serve()}
     with suppress(KeyboardInterrupt):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -21,7 +21,7 @@ TALK = Path(__file__).with_name("bench_talk.py")
 _DEFAULT_ROS2 = "/opt/ros/jazzy/setup.bash"
 _KEPT = ("HOME", "LANG", "ROS_DOMAIN_ID")  # of the environment, for a ROS 2 beside this one
 
-_RATE, _SECONDS = 200.0, 10.0
+_RATE, _SECONDS, _TURNS = 200.0, 2.0, 5  # the machine's own speed changes: both in turns
 _TRIAL, _STEP = 2.0, 1.25  # of the search for the largest rate: [s], factor
 _SLOWEST, _FASTEST = 1000.0, 50_000.0  # [1/s]
 _LATE_MS = 20.0  # older messages at the end of a trial mean that they pile up
@@ -32,9 +32,10 @@ _SETTLED = 0.5  # for what is under way to arrive [s]
 
 @dataclass(frozen=True)
 class Layer:
-    """What two processes talk through: `rclpy` or `dds`, and how they are started."""
+    """What two processes talk through: `rclpy` or `dds`, on which topic, how they are started."""
 
     name: str
+    topic: str
     title: str
     command: tuple[str, ...]
     environment: tuple[tuple[str, str], ...] | None = None
@@ -42,7 +43,7 @@ class Layer:
 
 def ours() -> Layer:
     """The rclpy of this process's environment."""
-    return Layer("rclpy", "rclpy", (sys.executable,))
+    return Layer("rclpy", "bench_ours", "rclpy", (sys.executable,))
 
 
 @cache
@@ -52,12 +53,12 @@ def peer() -> Layer | None:
         return None
     sources = os.environ.get("ROS2_SETUP", _DEFAULT_ROS2).split(":")
     if not all(map(os.path.isfile, sources)):
-        return Layer("dds", "Cyclone DDS's Python API alone", (sys.executable,))
+        return Layer("dds", "bench_peers", "Cyclone DDS's Python API alone", (sys.executable,))
     clean = {name: os.environ[name] for name in _KEPT if name in os.environ}
     clean |= {"PATH": "/usr/local/bin:/usr/bin:/bin", "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}
     sourced = " && ".join(f". {shlex.quote(name)}" for name in sources)
     line = f'{sourced} && export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST && exec python3 "$@"'
-    return Layer("rclpy", "ROS 2's rclpy on rmw_cyclonedds_cpp",
+    return Layer("rclpy", "bench_peers", "ROS 2's rclpy on rmw_cyclonedds_cpp",
                  ("bash", "-c", line, "bash"), tuple(clean.items()))
 
 
@@ -68,7 +69,7 @@ class Talker:
         self.started = time.monotonic()
         environment = None if layer.environment is None else dict(layer.environment)
         self._process = subprocess.Popen(
-            [*layer.command, str(TALK), layer.name, role], env=environment, text=True,
+            [*layer.command, str(TALK), layer.name, role, layer.topic], env=environment, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     def heard(self) -> dict[str, Any]:
@@ -127,19 +128,30 @@ def conversation(layer: Layer) -> Iterator[tuple[Talker, Talker]]:
 
 
 @cache
-def at_200_hz(layer: Layer) -> dict[str, float]:
+def at_200_hz() -> dict[Layer, dict[str, float]]:
     """Latency one way, median and p99 [ms], and share of a core [%] of both processes."""
-    with conversation(layer) as (publisher, listener):
-        listener.ask()
-        talked = publisher.ask(_RATE, _SECONDS)
-        time.sleep(_SETTLED)
-        listened = listener.ask()
-    lost = round(_RATE * _SECONDS) - listened["count"]
-    if lost:
-        raise BenchError(f"{lost} of {_RATE * _SECONDS:.0f} messages were lost")
+    with ExitStack() as stack:
+        pairs = {layer: stack.enter_context(conversation(layer))
+                 for layer in (ours(), peer()) if layer is not None}
+        for _, listener in pairs.values():
+            listener.ask()
+        talked: dict[Layer, list[dict[str, float]]] = {layer: [] for layer in pairs}
+        for _ in range(_TURNS):
+            for layer, (publisher, _) in pairs.items():
+                talked[layer].append(publisher.ask(_RATE, _SECONDS))
+                time.sleep(_SETTLED)
+        listened = {layer: listener.ask() for layer, (_, listener) in pairs.items()}
+    return {layer: _shares(talked[layer], listened[layer]) for layer in pairs}
+
+
+def _shares(talked: list[dict[str, float]], listened: dict[str, float]) -> dict[str, float]:
+    sent = round(_RATE * _SECONDS) * len(talked)
+    if lost := sent - listened["count"]:
+        raise BenchError(f"{lost} of {sent} messages were lost")
+    took = sum(turn["took"] for turn in talked)
     return {"median": listened["median_ms"], "p99": listened["p99_ms"],
-            "listener": 100.0 * listened["cpu_s"] / talked["took"],
-            "publisher": 100.0 * talked["cpu_s"] / talked["took"]}
+            "listener": 100.0 * listened["cpu_s"] / took,
+            "publisher": 100.0 * sum(turn["cpu_s"] for turn in talked) / took}
 
 
 @cache
