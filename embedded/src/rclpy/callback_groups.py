@@ -14,7 +14,8 @@ class CallbackGroup:
         """Has no entities yet."""
         super().__init__()
         self.entities: set[weakref.ref[Any]] = set()
-        self.__parked: dict[Any, None] = {}
+        self.parked: dict[Any, None] = {}
+        """Entities that wait for the end of another's callback."""
         self.__lock = threading.Lock()
 
     def add_entity(self, entity: Any) -> None:
@@ -40,16 +41,14 @@ class CallbackGroup:
     def park(self, entity: Any) -> None:
         """Keeps an entity whose callback may not run now until another callback has ended."""
         with self.__lock:
-            self.__parked[entity] = None
+            self.parked[entity] = None
         if self.can_execute(entity):  # it ended just now
             self.unpark()
 
     def unpark(self) -> None:
         """Has the parked entities ask their executors for another turn, in their order."""
-        if not self.__parked:
-            return
         with self.__lock:
-            parked, self.__parked = self.__parked, {}
+            parked, self.parked = self.parked, {}
         for entity in parked:
             entity.requeue()
 

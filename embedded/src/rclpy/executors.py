@@ -174,9 +174,7 @@ class Executor:
             return None
         return item
 
-    def _wait(
-        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
-    ) -> Any:
+    def _wait(self, timeout_sec: float | None, condition: Callable[[], bool] | None = None) -> Any:
         """Waits for an entity, a timer or a task.
 
         Raises:
@@ -185,11 +183,11 @@ class Executor:
             ConditionReachedException: the condition came true.
             TimeoutException: the time is over.
         """
-        deadline = _deadline(timeout_sec)
+        deadline = None if timeout_sec is None else _deadline(timeout_sec)
         while True:
             if self._is_shutdown:
                 raise ShutdownException
-            if condition():
+            if condition is not None and condition():
                 raise ConditionReachedException
             item = self._next(deadline)
             if not self._context.ok() and not self._is_shutdown:
@@ -207,7 +205,7 @@ class Executor:
         self,
         timeout_sec: float | None = None,
         nodes: list[Any] | None = None,
-        condition: Callable[[], bool] = lambda: False,
+        condition: Callable[[], bool] | None = None,
     ) -> tuple[Callable[[], None], Any, Any]:
         """For executors of one's own: what runs the next callback, its entity and its node.
 
@@ -237,7 +235,8 @@ class Executor:
         finally:
             if coroutine is None:
                 group.ending_execution(item)
-                group.unpark()
+                if group.parked:
+                    group.unpark()
             if not nested:
                 threads.discard(me)
                 if self._context.leaves_after_callback:
@@ -281,7 +280,7 @@ class Executor:
             future._remove_waker(self.wake)
 
     def _spin_once(
-        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+        self, timeout_sec: float | None, condition: Callable[[], bool] | None = None
     ) -> None:
         raise NotImplementedError
 
@@ -312,7 +311,7 @@ class SingleThreadedExecutor(Executor):
     """Runs one callback at a time, in the thread that spins."""
 
     def _spin_once(
-        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+        self, timeout_sec: float | None, condition: Callable[[], bool] | None = None
     ) -> None:
         try:
             item = self._wait(timeout_sec, condition)
@@ -339,10 +338,13 @@ class MultiThreadedExecutor(Executor):
         self._errors: SimpleQueue[BaseException] = SimpleQueue()
 
     def _spin_once(
-        self, timeout_sec: float | None, condition: Callable[[], bool] = lambda: False
+        self, timeout_sec: float | None, condition: Callable[[], bool] | None = None
     ) -> None:
         try:
-            item = self._wait(timeout_sec, lambda: condition() or not self._errors.empty())
+            item = self._wait(
+                timeout_sec,
+                lambda: not self._errors.empty() or (condition is not None and condition()),
+            )
         except (ExternalShutdownException, ShutdownException):
             return
         except (TimeoutException, ConditionReachedException):

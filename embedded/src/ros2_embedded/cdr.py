@@ -72,19 +72,6 @@ def _layouts(kinds: list[FieldType], order: str) -> list[struct.Struct]:
 # Reading.
 
 
-def _numbers_reader(kinds: list[FieldType], order: str) -> Read:
-    layouts = _layouts(kinds, order)
-
-    def read(data: bytes, start: int) -> tuple[Any, int]:
-        layout = layouts[start % 8]
-        end = start + layout.size
-        if end > len(data):
-            raise CdrError(end, len(data))
-        return layout.unpack_from(data, start), end
-
-    return read
-
-
 def _string_reader(order: str) -> Read:
     """Bad UTF-8 is replaced, as rosidl_generator_py does it."""
     unpack = struct.Struct(order + "I").unpack_from
@@ -193,20 +180,26 @@ def _reader(kind: FieldType, order: str, make_class: Any) -> Read:
 @cache
 def _message_reader(name: str, order: str, make_class: Callable[[str], Any]) -> Read:
     cls = make_class(name)
-    parts = []
-    for field, names, kinds in _parts(name):
-        reader = _reader(kinds[0], order, make_class) if field else _numbers_reader(kinds, order)
-        parts.append((field, names, reader))
+    parts: list[tuple[str, Any, Any]] = [
+        (field, _reader(kinds[0], order, make_class), None)
+        if field
+        else ("", names, _layouts(kinds, order))
+        for field, names, kinds in _parts(name)
+    ]
 
     def read(data: bytes, start: int) -> tuple[Any, int]:
         message = cls.__new__(cls)
         content = message.__dict__  # what comes from the wire needs no check
-        for field, names, read_part in parts:
-            value, start = read_part(data, start)
+        for field, part, layouts in parts:
             if field:
-                content[field] = value
-            else:
-                content.update(zip(names, value, strict=True))
+                content[field], start = part(data, start)
+                continue
+            layout = layouts[start % 8]
+            end = start + layout.size
+            if end > len(data):
+                raise CdrError(end, len(data))
+            content.update(zip(part, layout.unpack_from(data, start), strict=True))
+            start = end
         return message, start
 
     return read
