@@ -64,6 +64,7 @@ def test_topics_that_appear_later_are_recorded_without_loss(
     for number in range(400):
         texts.publish(String(data=str(number)))
         time.sleep(0.005)
+    time.sleep(0.5)  # for the last one to arrive
     started.signal_group(signal.SIGINT)
     assert started.wait() == 0, started.text()
     assert heard(tmp_path / "run.mcap", "/late") == [str(number) for number in range(400)]
