@@ -130,8 +130,8 @@ def handled() -> Iterator[list[int]]:
 
 def test_a_signal_ends_a_wait_of_the_main_thread(wait_set: WaitSet, handled: list[int]) -> None:
     """Python handles it then, not at the end of the time; whatever was between two waits."""
-    between = [lambda: None, lambda: signal.set_wakeup_fd(-1), lambda: other.wait(0.001)]
     other = WaitSet()
+    between = [lambda: None, lambda: signal.set_wakeup_fd(-1), lambda: other.wait(0.001)]
     for count in range(1, 31):
         between[count % 3]()
         threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGUSR1)).start()

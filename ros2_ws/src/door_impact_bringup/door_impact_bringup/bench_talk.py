@@ -41,10 +41,11 @@ class Layer(Protocol):
 class RclpyLayer:
     """A node."""
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str) -> None:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
 
+        self._topic = topic
         rclpy.init(args=[])
         self._node = rclpy.create_node(f"bench_{sys.argv[2]}")
         self._executor = SingleThreadedExecutor()
@@ -55,7 +56,7 @@ class RclpyLayer:
         from sensor_msgs.msg import JointState
 
         message = JointState(**joints())
-        publisher = self._node.create_publisher(JointState, sys.argv[3], DEPTH)
+        publisher = self._node.create_publisher(JointState, self._topic, DEPTH)
 
         def publish(now: int) -> None:
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
@@ -71,7 +72,7 @@ class RclpyLayer:
             stamp = message.header.stamp
             heard(stamp.sec * 1_000_000_000 + stamp.nanosec)
 
-        self._node.create_subscription(JointState, sys.argv[3], take, DEPTH)
+        self._node.create_subscription(JointState, self._topic, take, DEPTH)
         self._executor.spin()
 
     def serve(self) -> None:
@@ -98,13 +99,14 @@ class RclpyLayer:
 class DdsLayer:
     """Cyclone DDS's Python API, without any of ROS."""
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str) -> None:
         from cyclonedds.core import Policy, Qos
         from cyclonedds.idl import make_idl_struct
         from cyclonedds.idl import types as idl
         from cyclonedds.util import duration
         from ros2_embedded.domain import Discovery, domain_id, join_domain
 
+        self._topic = topic
         self._domain, self._participant = join_domain(domain_id(), Discovery())
         self._qos = Qos(Policy.Reliability.Reliable(duration(infinite=True)),
                         Policy.History.KeepLast(DEPTH))
@@ -136,7 +138,7 @@ class DdsLayer:
     def publisher(self) -> Callable[[int], None]:
         """See Layer."""
         sample = self._joints(stamp=0, frame_id="", **joints())
-        writer = self._writer(sys.argv[3], self._joints)
+        writer = self._writer(self._topic, self._joints)
 
         def publish(now: int) -> None:
             sample.stamp = now
@@ -146,7 +148,7 @@ class DdsLayer:
 
     def listen(self, heard: Heard) -> None:
         """See Layer."""
-        self._each(*self._reader(sys.argv[3], self._joints), lambda sample: heard(sample.stamp))
+        self._each(*self._reader(self._topic, self._joints), lambda sample: heard(sample.stamp))
 
     def _each(self, reader: Any, waitset: Any, do: Callable[[Any], None]) -> None:
         from cyclonedds.util import duration
@@ -271,7 +273,7 @@ def call(layer: Layer) -> None:
 
 def main() -> None:
     """Runs `bench_talk.py rclpy|dds talk|listen|serve|call TOPIC`."""
-    layer: Layer = RclpyLayer() if sys.argv[1] == "rclpy" else DdsLayer()
+    layer: Layer = (RclpyLayer if sys.argv[1] == "rclpy" else DdsLayer)(sys.argv[3])
     role = {"talk": talk, "listen": listen, "call": call, "serve": lambda it: it.serve()}
     with suppress(KeyboardInterrupt):
         role[sys.argv[2]](layer)

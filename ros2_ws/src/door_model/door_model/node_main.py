@@ -92,13 +92,12 @@ def run_node(
     except ExternalShutdownException:
         pass
     except Exception as error:
-        if isinstance(error, told) or not began:
-            if not ends:
-                name = node.get_name() if node is not None else make.__name__
-                print(f"{name}: {error}", file=sys.stderr)
-                return 1
+        if not ends and (not began or isinstance(error, told)):
+            name = node.get_name() if node is not None else make.__name__
+            print(f"{name}: {error}", file=sys.stderr)
+            return 1
         # A signal may end the context in the middle of a callback, whose publish then fails.
-        elif rclpy.ok() and not ends:
+        if not ends and rclpy.ok():
             raise
     finally:
         if node is not None:
