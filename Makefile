@@ -37,7 +37,7 @@ help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited HOLD=hold|retreat GUI=1 HITS=2"
 	@echo "make up      the same nodes, left running until Ctrl-C"
-	@echo "make test    every test          make lint    ruff and mypy"
+	@echo "make test    every test          make lint    ruff, mypy and import-linter"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed doors, how far they open (out/sweep/)   N=50 SEED=1"
 
@@ -73,7 +73,7 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 	@touch $@
 
 demo: $(READY)
-	@$(ROS2) run door_impact_bringup demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
+	@$(ROS2) run door_impact_evaluation demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
 	  --ending "$(HOLD)" --run-up "$(RUN_UP)" --hits "$(HITS)" --gui "$(GUI)" --out out/demo
 
 up: $(READY)
@@ -86,12 +86,13 @@ test: $(READY)
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 bench: $(READY)
-	@$(ROS2) run door_impact_bringup bench --out out/bench
+	@$(ROS2) run door_impact_evaluation bench --out out/bench
 
 sweep: $(READY)
-	@$(ROS2) run door_impact_bringup sweep -n $(N) --seed $(SEED) --out out/sweep
+	@$(ROS2) run door_impact_evaluation sweep -n $(N) --seed $(SEED) --out out/sweep
 
 clean:
 	rm -rf $(VENV) out ros2_ws/build ros2_ws/install ros2_ws/log

@@ -97,7 +97,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
     """The demonstration, run once as a user would."""
     folder = tmp_path_factory.mktemp("demo")
     out = folder / "out"
-    started = Started([find_ros2(), "run", "door_impact_bringup", "demo", "--out", str(out)],
+    started = Started([find_ros2(), "run", "door_impact_evaluation", "demo", "--out", str(out)],
                       folder / "printed.txt")
     try:
         status = started.process.wait(600.0)

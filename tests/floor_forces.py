@@ -3,12 +3,12 @@
 from typing import Any
 
 import numpy as np
-from hrp2_sim_bridge.engine import GRAVITY
-from hrp2_sim_bridge.kinematics import RobotKinematics
-from hrp2_sim_bridge.odometry import FootOdometry
-from hrp2_sim_bridge.sensors import TickSample
+from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
-from hrp2_sim_bridge.zmp import ZmpEstimator
+from humanoid_motion.kinematics import RobotKinematics
+from zmp_publisher.odometry import FootOdometry
+from zmp_publisher.zmp_estimator import ZmpEstimator
 
 _POINT, _NORMAL, _FORCE = 6, 7, 9  # places in PyBullet's contact points
 

@@ -14,7 +14,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
-from door_model.config import load_geometry
+from door_model.door.config import load_geometry
 from geometry_msgs.msg import WrenchStamped
 from kinematic_world import HAND_RADIUS, Body, Leaf, Reference
 from rclpy.executors import ExternalShutdownException

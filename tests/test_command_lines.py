@@ -158,7 +158,7 @@ def test_demo_refuses_before_it_starts_anything(
         ros2: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...],
         words: tuple[str, ...]) -> None:
     out = tmp_path / "out"
-    refused(ros2("run", "door_impact_bringup", "demo", "--out", str(out), *arguments), *words)
+    refused(ros2("run", "door_impact_evaluation", "demo", "--out", str(out), *arguments), *words)
     assert not out.exists()
 
 
@@ -191,7 +191,7 @@ def test_ros_arguments_that_cannot_be_understood_are_refused_by_name(
 
 def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., Any]) -> None:
     code = ("import sys; sys.modules['pybullet'] = None\n"
-            "from hrp2_sim_bridge.hrp2_sim_bridge_node import main\n"
+            "from hrp2_sim_bridge.ros.hrp2_sim_bridge_node import main\n"
             "sys.exit(main(sys.argv))\n")
     done = python(code, "--ros-args", "--params-file", parameters())
     assert done.status == 1

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from door_impact_bringup import evaluation, simulation_log
+from door_impact_evaluation.run import evaluation, simulation_log
 from hrp2_description.robot import load_robot_config
 from PIL import Image, ImageSequence
 

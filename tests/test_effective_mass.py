@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from door_impact_bringup.physics_study import effective_masses
-from door_model.config import load_door
+from door_impact_common.errors import SettingError
+from door_impact_evaluation.studies.physics_study import effective_masses
+from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.errors import SettingError
-from hrp2_sim_bridge.pull_test import pull_test
+from hrp2_sim_bridge.benches.pull_bench import pull_test
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import KnownDoor, PlanRequest
-from impact_planner.robot_model import RobotModel
-from impact_planner.settings import configured_placement, make_settings
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import configured_placement, make_settings
 
 
 @pytest.fixture(scope="module")

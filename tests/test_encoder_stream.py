@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 import rclpy
-from door_encoder.play_node import main as play
+from door_encoder.ros.play_node import main as play
 from door_impact_bringup.mcap_file import McapFile
 from door_impact_bringup.message_definitions import MessageDefinitions
 from door_impact_msgs.msg import EncoderSamples
-from door_model.recordings import write_counts_csv
+from door_model.recording.recording import write_counts_csv
 from rclpy.qos import QoSProfile
 from running_graph import Graph, seconds
 

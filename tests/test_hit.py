@@ -5,21 +5,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from door_impact_bringup import evaluation
-from door_impact_bringup.physics_study import SWEEPS, figures_of
-from door_impact_bringup.rehearsal import Rehearsal, rehearse
-from door_model.config import load_door
+from door_impact_evaluation.run import evaluation
+from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
+from door_impact_evaluation.studies.physics_study import SWEEPS, figures_of
+from door_model.door.config import load_door
 from floor_forces import ZmpWatch
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.frames import rotation
-from hrp2_sim_bridge.sensors import TickSample
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
-from impact_planner.execution import Outcome
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.execution.execution import Outcome
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import KnownDoor, PlanRequest
-from impact_planner.robot_model import RobotModel
-from impact_planner.settings import configured_placement, make_settings
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import configured_placement, make_settings
 
 
 class TiltWatch:

@@ -11,7 +11,7 @@ import pytest
 
 def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
     """A demonstration amid its pushes: every node runs."""
-    started = start("run", "door_impact_bringup", "demo", "--out", str(out))
+    started = start("run", "door_impact_evaluation", "demo", "--out", str(out))
     started.wait_for_text("push 1 of 5")
     assert len(started.family()) >= 10  # the demonstration, the launcher, every node
     return started

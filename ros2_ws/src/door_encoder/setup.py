@@ -19,9 +19,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "door_encoder = door_encoder.door_encoder_node:main",
-            "play = door_encoder.play_node:main",
-            "counter_board = door_encoder.counter_board_node:main",
+            "door_encoder = door_encoder.ros.door_encoder_node:main",
+            "play = door_encoder.ros.play_node:main",
+            "counter_board = door_encoder.ros.counter_board_node:main",
         ],
     },
 )

@@ -21,16 +21,11 @@ setup(
     zip_safe=True,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
-    description="Launch files, parameters and the demonstration of hrp2_door_impact.",
+    description="Launch files, parameters, scene and recorder of hrp2_door_impact.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "demo = door_impact_bringup.demo:main",
-            "bench = door_impact_bringup.bench:main",
-            "demo_runner = door_impact_bringup.demo_runner_node:main",
-            "physics_study = door_impact_bringup.physics_study:main",
             "recorder = door_impact_bringup.recorder_node:main",
-            "sweep = door_impact_bringup.sweep:main",
             "scene_publisher = door_impact_bringup.scene_publisher_node:main",
         ],
     },

@@ -23,9 +23,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "closer_identifier = door_model.closer_identifier_node:main",
-            "curves = door_model.curves_cli:main",
-            "identify = door_model.identify_cli:main",
+            "closer_identifier = door_model.ros.closer_identifier_node:main",
+            "curves = door_model.tools.curves_cli:main",
+            "identify = door_model.tools.identify_cli:main",
         ],
     },
 )

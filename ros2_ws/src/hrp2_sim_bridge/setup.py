@@ -15,13 +15,12 @@ setup(
     zip_safe=True,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
-    description="A PyBullet HRP-2 in front of a door, in place of the robot's driver; its ZMP.",
+    description="A PyBullet HRP-2 in front of a door, in place of the robot's driver.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "hrp2_sim_bridge = hrp2_sim_bridge.hrp2_sim_bridge_node:main",
+            "hrp2_sim_bridge = hrp2_sim_bridge.ros.hrp2_sim_bridge_node:main",
             "replay = hrp2_sim_bridge.replay:main",
-            "zmp_publisher = hrp2_sim_bridge.zmp_publisher_node:main",
         ],
     },
 )

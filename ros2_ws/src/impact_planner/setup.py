@@ -19,10 +19,10 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "impact_planner = impact_planner.impact_planner_node:main",
-            "impact_executor = impact_planner.impact_executor_node:main",
-            "plan = impact_planner.plan_cli:main",
-            "impact_map = impact_planner.impact_map_cli:main",
+            "impact_planner = impact_planner.ros.impact_planner_node:main",
+            "impact_executor = impact_planner.ros.impact_executor_node:main",
+            "plan = impact_planner.tools.plan_cli:main",
+            "impact_map = impact_planner.tools.impact_map_cli:main",
         ],
     },
 )

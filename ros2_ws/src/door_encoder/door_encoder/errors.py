@@ -1,18 +1,10 @@
 """Errors of this package: one base class; every error carries the offending value and the limit."""
 
+from door_impact_common.errors import DoorImpactError
 
-class DoorEncoderError(Exception):
-    """Base of every error that this package raises on purpose.
 
-    Attributes:
-        value: What was wrong.
-        limit: What it should have kept to, None where no single limit exists.
-    """
-
-    def __init__(self, message: str, *, value: object = None, limit: object = None) -> None:
-        super().__init__(message)
-        self.value = value
-        self.limit = limit
+class DoorEncoderError(DoorImpactError):
+    """Base of every error that this package raises on purpose."""
 
 
 class EncoderSettingError(DoorEncoderError):

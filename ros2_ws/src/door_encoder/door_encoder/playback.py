@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from door_model.recordings import COUNTS_PER_TURN, Recording, read_csv
-from door_model.recordings_mcap import COUNTS, SAMPLES, read_batches
+from door_model.recording.mcap import COUNTS, SAMPLES, read_batches
+from door_model.recording.recording import COUNTS_PER_TURN, Recording, read_csv
 
-from door_encoder.batch import Batch
+from door_encoder.decoding.batch import Batch
 from door_encoder.errors import PlaybackError
 
 BATCH = 0.02  # [s] of samples in a batch

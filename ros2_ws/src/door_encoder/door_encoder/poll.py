@@ -1,7 +1,7 @@
 """Polled readings to batches of evenly numbered samples."""
 
-from door_encoder.batch import Batch
 from door_encoder.board import Reading
+from door_encoder.decoding.batch import Batch
 
 
 class PollBatcher:

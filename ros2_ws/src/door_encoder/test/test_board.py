@@ -5,13 +5,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from door_encoder.batch import Batch
 from door_encoder.board import CounterBoard, Reading, make_board
-from door_encoder.counter_board_node import main
-from door_encoder.decoder import EncoderDecoder
+from door_encoder.decoding.batch import Batch
+from door_encoder.decoding.decoder import EncoderDecoder
+from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BoardError
 from door_encoder.poll import PollBatcher
-from door_encoder.settings import Settings
+from door_encoder.ros.counter_board_node import main
 from door_encoder.simulated_board import SimulatedBoard
 from hypothesis import given
 from hypothesis import strategies as st

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from door_encoder.decoder import EncoderDecoder
+from door_encoder.decoding.decoder import EncoderDecoder
+from door_encoder.decoding.settings import Settings
 from door_encoder.errors import PlaybackError
-from door_encoder.play_node import main
 from door_encoder.playback import batches, batches_from_csv
-from door_encoder.settings import Settings
-from door_model.recordings import Recording, from_counts
+from door_encoder.ros.play_node import main
+from door_model.recording.recording import Recording, from_counts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -8,9 +8,8 @@ simulation.
 import math
 import xml.etree.ElementTree as ET
 
-from door_model.config import DoorConfig
-
-from .errors import SettingError
+from door_impact_common.errors import SettingError
+from door_model.door.config import DoorConfig
 
 FRAME, LEAF, JOINT = "door_frame", "door_leaf", "door_hinge"
 _POST = 0.08  # width of posts and lintel [m]

@@ -1,32 +1,10 @@
-"""Errors of the demonstration and of the nodes around it."""
+"""Errors of the recorder and of the scene."""
+
+from door_impact_common.errors import DoorImpactError
 
 
-class BringupError(Exception):
+class BringupError(DoorImpactError):
     """Base of every error of this package."""
-
-
-class DemoError(BringupError):
-    """The demonstration cannot go on; the message says why and what to do."""
-
-
-class NodeEndedError(DemoError):
-    """One of the nodes has ended by itself."""
-
-
-class SettingError(BringupError):
-    """A parameter of a node is not what it must be.
-
-    Attributes:
-        setting: Its name.
-        value: What was given.
-        limit: What it must be.
-    """
-
-    def __init__(self, setting: str, value: object, limit: str) -> None:
-        super().__init__(f"{setting} is {value!r}, must be {limit}")
-        self.setting = setting
-        self.value = value
-        self.limit = limit
 
 
 class RecordingError(BringupError):
@@ -37,5 +15,5 @@ class RecordingError(BringupError):
     """
 
     def __init__(self, path: object, what: str) -> None:
-        super().__init__(f"{path}: {what}")
+        super().__init__(f"{path}: {what}", value=str(path))
         self.path = path

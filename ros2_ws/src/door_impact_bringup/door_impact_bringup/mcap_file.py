@@ -6,12 +6,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from door_impact_common.errors import SettingError
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import Channel, McapWriter, write_channel, write_string
 from rosbags.typesys.store import Typestore
 
-from .errors import RecordingError, SettingError
+from door_impact_bringup.errors import RecordingError
 
 SUFFIX = ".mcap"
 

@@ -7,7 +7,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_share_
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from .errors import BringupError
+from door_impact_bringup.errors import BringupError
 
 
 class DefinitionError(BringupError):

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from door_model.node_main import run_node
+from door_impact_common.errors import SettingError
+from door_impact_common.node import run_node
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -23,9 +24,8 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from .errors import BringupError, SettingError
-from .mcap_file import McapFile
-from .message_definitions import DefinitionError, MessageDefinitions
+from door_impact_bringup.mcap_file import McapFile
+from door_impact_bringup.message_definitions import DefinitionError, MessageDefinitions
 
 POLL = 0.1    # between two looks at the graph [s]
 QUEUE = 1000  # messages of a topic that may wait: 5 s at 200 Hz
@@ -121,7 +121,7 @@ def _message_class(name: str) -> Any:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to end."""
-    return run_node(Recorder, errors=(BringupError,), args=args, spin=Recorder.run)
+    return run_node(Recorder, args=args, spin=Recorder.run)
 
 
 if __name__ == "__main__":

@@ -4,19 +4,17 @@ import math
 import sys
 from typing import Any
 
-from door_model.config import load_door
-from door_model.errors import DoorModelError
-from door_model.node_main import run_node
-from hrp2_sim_bridge.zmp_messages import transforms
+from door_impact_common.node import run_node
+from door_model.door.config import load_door
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from zmp_publisher.messages import transforms
 
-from . import door_scene
-from .errors import BringupError
+from door_impact_bringup import door_scene
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
@@ -56,7 +54,7 @@ class ScenePublisher(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is told to end."""
-    return run_node(ScenePublisher, errors=(BringupError, DoorModelError), args=args)
+    return run_node(ScenePublisher, args=args)
 
 
 if __name__ == "__main__":

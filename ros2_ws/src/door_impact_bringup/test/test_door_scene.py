@@ -10,10 +10,10 @@ import numpy as np
 import pybullet
 import pytest
 from door_impact_bringup import door_scene
-from door_impact_bringup.errors import SettingError
-from door_model.config import load_door
-from hrp2_sim_bridge.contact import ContactDesign
-from hrp2_sim_bridge.door_world import HINGE, DoorBody
+from door_impact_common.errors import SettingError
+from door_model.door.config import load_door
+from hrp2_sim_bridge.physics.contact import ContactDesign
+from hrp2_sim_bridge.physics.door_body import HINGE, DoorBody
 from pybullet_utils.bullet_client import BulletClient
 
 DISTANCE, HINGE_X = 0.753, -0.4056

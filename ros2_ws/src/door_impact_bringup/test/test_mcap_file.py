@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import pytest
-from door_impact_bringup.errors import RecordingError, SettingError
+from door_impact_bringup.errors import RecordingError
 from door_impact_bringup.mcap_file import McapFile, partial_folder
+from door_impact_common.errors import SettingError
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import (
     Qos,

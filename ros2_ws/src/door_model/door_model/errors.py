@@ -1,18 +1,11 @@
 """Errors of this package: one base class; every error carries the offending value and the limit."""
 
 
-class DoorModelError(Exception):
-    """Base of every error that this package raises on purpose.
+from door_impact_common.errors import DoorImpactError
 
-    Attributes:
-        value: What was wrong.
-        limit: What it should have kept to, None where no single limit exists.
-    """
 
-    def __init__(self, message: str, *, value: object = None, limit: object = None) -> None:
-        super().__init__(message)
-        self.value = value
-        self.limit = limit
+class DoorModelError(DoorImpactError):
+    """Base of every error that this package raises on purpose."""
 
 
 class LinkageError(DoorModelError):
@@ -108,10 +101,6 @@ class RecordingError(DoorModelError):
         super().__init__(f"{place}: {message}", value=value, limit=limit)
         self.source = source
         self.line = line
-
-
-class OutputError(DoorModelError):
-    """A file cannot be written."""
 
 
 class IdentificationError(DoorModelError):

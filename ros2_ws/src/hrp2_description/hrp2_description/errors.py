@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from door_impact_common.errors import DoorImpactError
 
-class DescriptionError(ValueError):
+
+class DescriptionError(DoorImpactError, ValueError):
     """Base of this package's errors.
 
     Attributes:
@@ -12,9 +14,8 @@ class DescriptionError(ValueError):
     """
 
     def __init__(self, message: str, *, value: object = None, limit: object = None) -> None:
-        super().__init__(f"{message} (found {value!r}, expected {limit!r})")
-        self.value = value
-        self.limit = limit
+        super().__init__(
+            f"{message} (found {value!r}, expected {limit!r})", value=value, limit=limit)
 
 
 class DataFileNotFoundError(DescriptionError):

@@ -11,18 +11,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 import yaml
+from door_impact_common.arrays import Array
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
-from hrp2_description.robot_types import (
-    Arm,
-    Array,
-    Foot,
-    RobotConfig,
-    SoleRubber,
-    Step,
-    needed,
-)
+from hrp2_description.robot_types import Arm, Foot, RobotConfig, SoleRubber, Step, needed
 
 __all__ = ["RobotConfig", "SoleRubber", "load_robot_config", "needed"]
 

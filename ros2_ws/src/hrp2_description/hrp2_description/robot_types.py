@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from door_impact_common.arrays import Array
 
 from hrp2_description.errors import RobotConfigError
 
-Array = NDArray[np.float64]
 Rect = tuple[float, float, float, float]
 T = TypeVar("T")
 

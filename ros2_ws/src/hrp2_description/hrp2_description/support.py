@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from door_impact_common.arrays import Array
+from numpy.typing import ArrayLike
 
 from hrp2_description.errors import DegeneratePolygonError
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 # Below this a polygon is a line for our purposes: one square millimetre.
 MIN_AREA = 1e-6

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from door_impact_common.errors import DoorImpactError
 
-class SimBridgeError(Exception):
+
+class SimBridgeError(DoorImpactError):
     """Base of every error of this package."""
 
 
@@ -44,22 +46,6 @@ class ModelError(SimBridgeError):
     def __init__(self, body: str, value: object, limit: object, what: str) -> None:
         super().__init__(f"{body}: {what} is {value}, must be {limit}")
         self.body = body
-        self.value = value
-        self.limit = limit
-
-
-class SettingError(SimBridgeError):
-    """A parameter of the simulation is out of its range.
-
-    Attributes:
-        setting: its name.
-        value: what was given.
-        limit: what is allowed, in words or as a number.
-    """
-
-    def __init__(self, setting: str, value: object, limit: object) -> None:
-        super().__init__(f"{setting} is {value}, must be {limit}")
-        self.setting = setting
         self.value = value
         self.limit = limit
 

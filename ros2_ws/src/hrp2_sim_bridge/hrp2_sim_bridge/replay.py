@@ -9,15 +9,46 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_model.config import load_door
-from door_model.errors import DoorModelError
-from hrp2_description.errors import DescriptionError
+from door_impact_common.errors import DoorImpactError, SettingError
+from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 
-from hrp2_sim_bridge.command_log import replay
-from hrp2_sim_bridge.errors import SimBridgeError
-from hrp2_sim_bridge.sensor_settings import SensorSettings
+from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
+from hrp2_sim_bridge.settings import SensorSettings
 from hrp2_sim_bridge.world import World
+
+
+def replay(world: World, text: str, ticks: int) -> None:
+    """Give a world that has just been made or reset the same orders at the same ticks.
+
+    Args:
+        world: of the same robot, door and settings.
+        text: of a `CommandLog`.
+        ticks: how far to step.
+
+    Raises:
+        SettingError: the log has lost orders, or the world is not at its start.
+    """
+    log = json.loads(str(text))  # as an npz gives it back, too
+    if log["lost"]:
+        raise SettingError("orders lost from the command log", log["lost"], 0)
+    if world.tick != 0:
+        raise SettingError("tick of the world", world.tick, 0)
+    orders = log["orders"]
+    for tick in range(ticks):
+        while orders and orders[0]["tick"] == tick:
+            _give(world, orders.pop(0))
+        world.step()
+
+
+def _give(world: World, order: dict[str, Any]) -> None:
+    kind = order["kind"]
+    if kind == "trajectory":
+        world.follow(TrajectoryArrays(**order["trajectory"]), order["stamp"])
+    elif kind == "stop":
+        world.stop()
+    else:
+        world.push_door(order["impulse"], order["duration"])
 
 
 def replay_log(log: dict[str, Any]) -> dict[str, Any]:
@@ -68,7 +99,7 @@ def main(args: list[str] | None = None) -> int:
     except KeyError as error:
         print(f"replay: {path} is no log of the simulation: no {error.args[0]}", file=sys.stderr)
         return 1
-    except (SimBridgeError, DoorModelError, DescriptionError, OSError) as error:
+    except (DoorImpactError, OSError) as error:
         print(f"replay: {path}: {error}", file=sys.stderr)
         return 1
     seconds = float(log["time"][-1])

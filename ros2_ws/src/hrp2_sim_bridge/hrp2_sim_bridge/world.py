@@ -8,26 +8,27 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_model.config import DoorConfig
+from door_impact_common.arrays import Array
+from door_impact_common.errors import SettingError
+from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
 
-from hrp2_sim_bridge.command_log import CommandLog, trajectory_content
-from hrp2_sim_bridge.contact import leaf_contact
-from hrp2_sim_bridge.door_world import DoorBody, DoorState
-from hrp2_sim_bridge.driver import TrajectoryDriver
-from hrp2_sim_bridge.engine import connect, prepare
-from hrp2_sim_bridge.errors import SettingError, TrajectoryRefusedError
-from hrp2_sim_bridge.fall import FallWatch
-from hrp2_sim_bridge.hit_meter import HitMeter
-from hrp2_sim_bridge.readings import TickReadings
-from hrp2_sim_bridge.recorder import save_npz
-from hrp2_sim_bridge.robot_world import RobotBody
-from hrp2_sim_bridge.sensors import EncoderCounter, RobotSensors, TickSample
+from hrp2_sim_bridge.control.driver import TrajectoryDriver
+from hrp2_sim_bridge.control.stabilizer import Stabilizer
+from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.log.command_log import CommandLog, trajectory_content
+from hrp2_sim_bridge.log.recorder import save_npz
+from hrp2_sim_bridge.log.truth_log import TruthLog
+from hrp2_sim_bridge.physics.contact import leaf_contact
+from hrp2_sim_bridge.physics.door_body import DoorBody, DoorState
+from hrp2_sim_bridge.physics.engine import connect, prepare
+from hrp2_sim_bridge.physics.fall import FallWatch
+from hrp2_sim_bridge.physics.hit_meter import HitMeter
+from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.sensors.readings import TickReadings
+from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, TickSample
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
-from hrp2_sim_bridge.spline import Array
-from hrp2_sim_bridge.stabilizer import Stabilizer
-from hrp2_sim_bridge.trajectory import JointLimits, TrajectoryArrays
-from hrp2_sim_bridge.truth_log import TruthLog
 
 _NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
 _FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from door_model.config import DoorConfig, load_door
+from door_model.door.config import DoorConfig, load_door
 from hrp2_description.robot import RobotConfig, load_robot_config
-from hrp2_sim_bridge.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
 from hrp2_sim_bridge.world import World
 
 ANKLE_X = 0.3 * np.sin(np.radians(26.0)) - 0.3 * np.sin(np.radians(24.0))

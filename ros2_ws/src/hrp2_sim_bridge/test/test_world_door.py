@@ -3,12 +3,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from door_model.config import load_door
-from door_model.door import Zone
-from door_model.dynamics import follow_free, simulate
-from hrp2_sim_bridge.door_world import CloserTorque
-from hrp2_sim_bridge.errors import SettingError
-from hrp2_sim_bridge.sensors import COUNTS_PER_TURN, EncoderCounter
+from door_impact_common.errors import SettingError
+from door_model.door.config import load_door
+from door_model.door.door import Zone
+from door_model.motion.dynamics import follow_free, simulate
+from hrp2_sim_bridge.physics.door_body import CloserTorque
+from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from hypothesis import given

@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hrp2_sim_bridge.engine import GRAVITY
-from hrp2_sim_bridge.frames import rotation
-from hrp2_sim_bridge.sensor_settings import SensorSettings
+from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.settings import SensorSettings
 from hrp2_sim_bridge.world import World
 
 SIDES = ("left", "right")

@@ -2,10 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from hrp2_description.errors import RobotConfigError
-from hrp2_sim_bridge.engine import GRAVITY
-from hrp2_sim_bridge.sensor_settings import SensorSettings
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
 
 
 @pytest.fixture(scope="module", params=["rubber", "rigid"])

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from door_model.config import load_door
+from door_impact_common.constants import GRAVITY
+from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.engine import GRAVITY
-from hrp2_sim_bridge.kinematics import RobotKinematics, inverse_pose
-from hrp2_sim_bridge.odometry import FootOdometry
-from hrp2_sim_bridge.zmp import ZmpEstimator
+from humanoid_motion.kinematics import RobotKinematics, inverse_pose
+from zmp_publisher.odometry import FootOdometry
+from zmp_publisher.zmp_estimator import ZmpEstimator
 
 pytest.importorskip("pybullet")
 ROBOT = load_robot_config()
@@ -16,7 +16,7 @@ ROBOT = load_robot_config()
 @pytest.fixture(scope="module")
 def moved():
     """Its trunk goes 38 mm forward in a second and stands for another half, on rigid soles."""
-    from hrp2_sim_bridge.trajectory import TrajectoryArrays
+    from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
     from hrp2_sim_bridge.world import World
 
     world = World(ROBOT, load_door("paper"), 0.9, -0.5, sole="rigid")

@@ -7,27 +7,27 @@ import time as clock
 import zlib
 from dataclasses import replace
 
-from . import momentum
-from .door_prediction import DoorPrediction, predict
-from .errors import (
-    AngleUnreachable,
-    InvalidRequest,
-    JointLimit,
-    PlannerError,
-    PostureUnreachable,
-    SpeedUnreachable,
-)
-from .floor_load import FloorLoad, floor_load, require_no_slip
-from .hit import Hit
-from .hit_response import HitResponse, hit_response
-from .phases import plan_phases
-from .placement import Placement, placement_for_step, stand
-from .plan_types import Branches, ImpactPlan, KnownDoor, PhasePlan, PlannerSettings, PlanRequest
-from .posture import LegDemands, capable, waist_per_com
-from .request import ResolvedRequest, resolve
-from .robot_model import RobotModel
-from .run_up import RunUpWish, plan_run_up
-from .stance import SPARE_WAY, STEP_SHARES, Contact, Stance
+from door_impact_common.errors import DoorImpactError
+from humanoid_motion.clearance import bodies_of
+from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.robot_model import RobotModel
+
+from impact_planner.errors import AngleUnreachable, InvalidRequest, SpeedUnreachable
+from impact_planner.hit import momentum
+from impact_planner.hit.door_prediction import DoorPrediction, predict
+from impact_planner.hit.floor_load import FloorLoad, floor_load, require_no_slip
+from impact_planner.hit.hit_response import HitResponse, hit_response
+from impact_planner.hit.placement import Placement, placement_for_step, stand
+from impact_planner.hit.posture import LegDemands, capable, waist_per_com
+from impact_planner.hit.stance import SPARE_WAY, STEP_SHARES, Contact, Stance
+from impact_planner.impact_plan import ImpactPlan
+from impact_planner.motion.hit_design import HitDesign
+from impact_planner.motion.phase_plan import Branches, PhasePlan
+from impact_planner.motion.phases import plan_phases
+from impact_planner.motion.run_up import RunUpWish, plan_run_up
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest, ResolvedRequest, resolve
+from impact_planner.task.settings import PlannerSettings
 
 __all__ = [
     "ImpactPlan",
@@ -67,7 +67,7 @@ def plan_impact(
     settings = settings or PlannerSettings()
     wanted = resolve(request, settings, known)
     door = predict(known, wanted.angle, wanted.initial_angle)
-    failure: PlannerError | None = None
+    failure: DoorImpactError | None = None
     for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
         step = share * robot.config.step.nominal
         try:
@@ -89,7 +89,7 @@ def _plan_hit(
     wanted: ResolvedRequest,
     settings: PlannerSettings,
     step: float,
-) -> Hit:
+) -> HitDesign:
     """Sections II.C.1, II.C.3 and II.C.4: stance, v_rB, posture and run-up."""
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_WAY)
     placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
@@ -115,7 +115,7 @@ def _plan_hit(
         period=settings.period,
         y_start=settings.y_start,
     ))
-    return Hit(placement, stance, contact, door, *masses, speeds, floor, brace, run_up)
+    return HitDesign(placement, stance, contact, door, *masses, speeds, floor, brace, run_up)
 
 
 def _along_y(speed: float, contact: Contact) -> float:
@@ -161,7 +161,7 @@ def _compose(
     robot: RobotModel,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
-    hit: Hit,
+    hit: HitDesign,
     phases: tuple[PhasePlan, ...],
     retreat: PhasePlan,
     branches: Branches,
@@ -250,8 +250,8 @@ def _warnings(robot: RobotModel, stance: Stance, branches: Branches) -> tuple[st
             f"B is {1e3 * offset:+.0f} mm from the CoM along x, more than "
             f"{1e3 * _LARGEST_OFFSET:.0f} mm: the hit turns the robot"
         )
-    unseen = robot.bodies.left_out
-    if unseen or not robot.bodies.links:
+    unseen = bodies_of(robot).left_out
+    if unseen or not bodies_of(robot).links:
         found.append(
             f"no collision shapes of {', '.join(unseen) or 'any link'}: their clearance is not "
             "checked")

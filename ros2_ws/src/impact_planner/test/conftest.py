@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from door_model.config import load_door
+from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.stance import stance_for_step
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import KnownDoor, PlanRequest
-from impact_planner.robot_model import RobotModel
-from impact_planner.stance import stance_for_step
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
 
 
 @pytest.fixture(scope="session")

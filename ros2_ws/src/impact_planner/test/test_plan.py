@@ -5,25 +5,27 @@ import math
 
 import numpy as np
 import pytest
-from door_model.config import load_door
-from door_model.dynamics import peak
-from door_model.parameters import PARAMETERS
+from door_model.door.config import load_door
+from door_model.identification.parameters import PARAMETERS
+from door_model.motion.dynamics import peak
+from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.robot_model import SIDES
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from impact_planner import momentum
-from impact_planner.door_prediction import predict
 from impact_planner.errors import (
+    PLANNING_ERRORS,
     AngleUnreachable,
     InvalidRequest,
-    PlannerError,
-    PostureUnreachable,
     SpeedUnreachable,
 )
-from impact_planner.knots import TOLERANCE
-from impact_planner.leaf import LeafFrame
+from impact_planner.hit import momentum
+from impact_planner.hit.door_prediction import predict
+from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import placement_for_step, plan_impact
-from impact_planner.plan_types import ENDINGS, RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
-from impact_planner.robot_model import SIDES
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 ORDER = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
 TARGET = math.radians(25.0)
@@ -296,7 +298,7 @@ def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name
     refused = None
     try:
         plan = plan_impact(PlanRequest(angle, run_up=run_up), known, robot)
-    except PlannerError as error:
+    except PLANNING_ERRORS as error:
         refused = error
     if refused is not None:
         assert str(refused)

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from impact_planner import momentum
 from impact_planner.errors import InvalidRequest
-from impact_planner.experience import Experience
+from impact_planner.hit import momentum
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import PlannerSettings, PlanRequest
-from impact_planner.request import resolve
+from impact_planner.task.experience import Experience
+from impact_planner.task.request import PlanRequest, resolve
+from impact_planner.task.settings import PlannerSettings
 
 TARGET = math.radians(25.0)
 TAUGHT = Experience(3, 0.9, 0.42, np.diag([1e-3, 1e-3]))

@@ -9,18 +9,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from door_model.config import door_names, load_door
-from door_model.door import Zone
-from door_model.dynamics import peak
-from door_model.parameters import PARAMETERS
-from impact_planner.errors import PlannerError
-from impact_planner.knots import TOLERANCE
-from impact_planner.leaf import LeafFrame
+from door_model.door.config import door_names, load_door
+from door_model.door.door import Zone
+from door_model.identification.parameters import PARAMETERS
+from door_model.motion.dynamics import peak
+from humanoid_motion.clearance import bodies_of
+from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.motion import Motion
+from humanoid_motion.robot_model import SIDES
+from humanoid_motion.zmp import inverse_dynamics, margins
+from impact_planner.errors import PLANNING_ERRORS
+from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import ENDINGS, RUN_UPS, KnownDoor, PlannerSettings, PlanRequest
-from impact_planner.robot_model import SIDES
-from impact_planner.trajectories import Motion
-from impact_planner.zmp import inverse_dynamics, margins
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 SEED = 2015
 COUNT = int(os.environ.get("RANDOM_REQUESTS", "150"))
@@ -74,14 +77,14 @@ def answer(request, robot):
     known, wanted = some_door(rng), some_request(rng)
     try:
         return known, wanted, plan_impact(wanted, known, robot)
-    except PlannerError as error:
+    except PLANNING_ERRORS as error:
         return known, wanted, error
 
 
 def test_every_answer_is_a_sound_plan_or_a_refusal_that_names_its_limit(robot, answer):
     """No plan breaks a limit; every refusal has a sentence, a quantity, a value and a limit."""
     known, wanted, found = answer
-    if isinstance(found, PlannerError):
+    if isinstance(found, PLANNING_ERRORS):
         require_named(found)
         return
     require_request(wanted, found)
@@ -166,7 +169,7 @@ def require_limits(robot, phase):
     own, leaf = phase.clearances
     assert own.distance >= own.limit, phase.name
     assert leaf.distance >= leaf.limit == robot.config.clearance, phase.name
-    resting = robot.bodies.resting(robot.config.clearance)
+    resting = bodies_of(robot).resting(robot.config.clearance)
     assert own.limit >= resting.get(own.bodies, robot.config.clearance) - 1e-12, phase.name
     position, velocity, _ = phase.knots.at(np.arange(0.0, phase.knots.time[-1], PERIOD))
     assert (position >= robot.lower - TOLERANCE).all(), phase.name

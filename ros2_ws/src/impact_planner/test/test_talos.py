@@ -9,16 +9,17 @@ import pinocchio as pin
 import pytest
 from hrp2_description.data import share_folders
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.leg_ik import leg_ik
+from humanoid_motion.robot_model import SIDES, RobotModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from impact_planner import plan_cli
-from impact_planner.knots import TOLERANCE
-from impact_planner.leaf import LeafFrame
-from impact_planner.leg_ik import leg_ik
+from impact_planner.hit.leaf import LeafFrame
+from impact_planner.hit.stance import initial_feet
 from impact_planner.plan import plan_impact
-from impact_planner.plan_types import PlannerSettings, PlanRequest
-from impact_planner.robot_model import SIDES, RobotModel
-from impact_planner.stance import initial_feet
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import PlannerSettings
+from impact_planner.tools import plan_cli
 
 YAML = Path(__file__).with_name("talos.yaml")
 TARGET = math.radians(25.0)

@@ -1,0 +1,1 @@
+"""From raw counts to checked angles and velocities."""

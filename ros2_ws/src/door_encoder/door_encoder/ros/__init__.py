@@ -1,0 +1,1 @@
+"""The nodes door_encoder, counter_board and play."""

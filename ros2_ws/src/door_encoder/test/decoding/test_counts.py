@@ -1,0 +1,63 @@
+"""Counter values to counts."""
+
+import numpy as np
+import pytest
+from door_encoder.decoding.counts import stationary_zero, unwrap, wrap
+from door_encoder.errors import EncoderSettingError
+from hypothesis import given
+from hypothesis import strategies as st
+
+
+@given(
+    modulus=st.sampled_from([7, 256, 14400, 2**16, 2**32, 2**62]),
+    start=st.integers(-(2**40), 2**40),
+    shares=st.lists(st.floats(-0.49, 0.49), max_size=60),
+)
+def test_unwrap_inverts_wrap(modulus: int, start: int, shares: list[float]) -> None:
+    """Steps under half the range come back, up to a constant, whatever the counter's width."""
+    steps = [int(share * min(modulus, 2**40)) for share in shares]
+    counts = start + np.cumsum(np.array([0, *steps], dtype=np.int64))
+    found = unwrap(wrap(counts, modulus), modulus)
+    np.testing.assert_array_equal(found - found[0], counts - counts[0])
+
+
+@given(
+    modulus=st.sampled_from([256, 2**16]),
+    steps=st.lists(st.integers(-100, 100), min_size=2, max_size=60),
+    cut=st.integers(1, 59),
+)
+def test_unwrap_goes_on_across_batches(modulus: int, steps: list[int], cut: int) -> None:
+    """Cut in two, the counts are the same."""
+    values = wrap(np.cumsum(np.array(steps, dtype=np.int64)), modulus)
+    whole = unwrap(values, modulus)
+    head = unwrap(values[:cut], modulus)
+    tail = unwrap(values[cut:], modulus, (int(values[:cut][-1]), int(head[-1])))
+    np.testing.assert_array_equal(np.concatenate([head, tail]), whole)
+
+
+def test_signed_counters_need_no_other_treatment() -> None:
+    """A 16-bit counter read as signed goes from 32767 to -32768."""
+    values = np.array([32766, 32767, -32768, -32767])
+    np.testing.assert_array_equal(np.diff(unwrap(values, 2**16)), [1, 1, 1])
+
+
+def test_no_modulus_no_unwrapping() -> None:
+    """A counter that never wraps is passed on."""
+    values = np.array([0, 10**12, -(10**12)])
+    np.testing.assert_array_equal(unwrap(values, 0), values)
+    assert unwrap(np.array([], dtype=np.int64), 0).size == 0
+
+
+@pytest.mark.parametrize("modulus", [1, -5, 2**64])
+def test_moduli_that_no_counter_has(modulus: int) -> None:
+    """Refused with the value."""
+    with pytest.raises(EncoderSettingError) as caught:
+        unwrap(np.array([1]), modulus)
+    assert caught.value.value == modulus
+
+
+def test_zero_needs_a_door_that_stands_still() -> None:
+    """A moving door gives no zero, a flickering one its mean."""
+    assert stationary_zero(np.arange(40), 20) is None
+    assert stationary_zero(np.array([5] * 10), 20) is None
+    assert stationary_zero(np.array([5, 6] * 10), 20) == 5.5

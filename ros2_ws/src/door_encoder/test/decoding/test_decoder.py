@@ -1,0 +1,303 @@
+"""Batches: gaps, late and bad ones, zero, restarts; angles at a lower rate; health."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_encoder.decoding.angle import AngleSampler
+from door_encoder.decoding.batch import Batch, Decoded
+from door_encoder.decoding.counts import wrap
+from door_encoder.decoding.decoder import EncoderDecoder
+from door_encoder.decoding.report import Level, assess
+from door_encoder.decoding.settings import Settings
+from door_encoder.errors import BadBatchError, EncoderSettingError
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+PERIOD = 1e-3
+
+
+def batch(first: int, values: Sequence[int], **changes: object) -> Batch:
+    """A batch at 1 kHz whose stamp follows from its number."""
+    made = Batch(
+        stamp_ns=10**9 + first * 10**6,
+        period=PERIOD,
+        first_index=first,
+        counts_per_turn=14400,
+        values=values,
+    )
+    return replace(made, **changes)  # type: ignore[arg-type]
+
+
+def decode(decoder: EncoderDecoder, batch: Batch) -> Decoded | None:
+    """The one piece, or nothing, that comes of a batch without jumps."""
+    pieces = decoder.decode(batch)
+    assert len(pieces) <= 1
+    return pieces[0] if pieces else None
+
+
+def started(**changes: object) -> EncoderDecoder:
+    """A decoder whose zero is known: the door stood at 1000."""
+    decoder = EncoderDecoder(replace(Settings(), **changes))  # type: ignore[arg-type]
+    assert decode(decoder, batch(0, [1000] * 20)) is not None
+    return decoder
+
+
+@given(
+    sizes=st.lists(st.integers(1, 50), min_size=2, max_size=20),
+    modulus=st.sampled_from([256, 2**16, 2**32]),
+    offset=st.integers(0, 2**16),
+    direction=st.sampled_from([1, -1]),
+)
+def test_any_cut_of_the_stream_decodes_alike(
+    sizes: list[int], modulus: int, offset: int, direction: int
+) -> None:
+    """Batches of any size, any zero, width and direction: the counts are the door's."""
+    total = sum(sizes) + 20
+    truth = np.concatenate([np.zeros(20, int), np.cumsum(np.arange(total - 20) % 5)])
+    raw = wrap(direction * truth + offset, modulus)
+    decoder = EncoderDecoder(Settings(modulus=modulus, direction=direction))
+    found = [decode(decoder, batch(0, raw[:20]))]
+    first = 20
+    for size in sizes:
+        found.append(decode(decoder, batch(first, raw[first : first + size])))
+        first += size
+    counts = np.concatenate([part.counts for part in found if part is not None])
+    np.testing.assert_array_equal(counts, truth)
+    assert not any(part.gap_before for part in found if part is not None)
+    assert decoder.health.lost == decoder.health.gaps == decoder.health.late == 0
+
+
+def test_gap_by_number_counts_the_lost_samples() -> None:
+    """40 samples missing: one gap, 40 lost, and the counts go on."""
+    decoder = started()
+    decoded = decode(decoder, batch(60, [1030] * 20))
+    assert decoded is not None
+    assert decoded.gap_before
+    assert (decoded.counts == 30).all()
+    assert (decoder.health.gaps, decoder.health.lost) == (1, 40)
+
+
+def test_gap_by_stamp_and_by_the_senders_word() -> None:
+    """Numbers in order but 50 ms missing in the stamps, or gap_before set: a gap."""
+    decoder = started()
+    late = batch(20, [1000] * 20)
+    decoded = decode(decoder, replace(late, stamp_ns=late.stamp_ns + 50_000_000))
+    assert decoded is not None
+    assert decoded.gap_before
+    told = decode(started(), batch(20, [1000] * 20, gap_before=True))
+    assert told is not None
+    assert told.gap_before
+
+
+def test_jitter_of_the_stamps_is_no_gap() -> None:
+    """A millisecond either way passes."""
+    decoder = started()
+    for jitter in (-1_000_000, 1_000_000):
+        first = decoder.health.samples
+        made = batch(first, [1000] * 20)
+        decoded = decode(decoder, replace(made, stamp_ns=made.stamp_ns + jitter))
+        assert decoded is not None
+        assert not decoded.gap_before
+
+
+def test_late_and_duplicate_batches_are_dropped() -> None:
+    """They come out as nothing and do no harm to what follows."""
+    decoder = started()
+    assert decode(decoder, batch(20, [1001] * 20)) is not None
+    assert decode(decoder, batch(20, [1001] * 20)) is None
+    assert decode(decoder, batch(0, [1000] * 20)) is None
+    assert decoder.health.late == 2
+    after = decode(decoder, batch(40, [1002] * 20))
+    assert after is not None
+    assert not after.gap_before
+    assert (after.counts == 2).all()
+
+
+def test_overlap_is_cut_off() -> None:
+    """A batch that repeats half of the one before gives its new half, stamped rightly."""
+    decoded = decode(started(), batch(10, [1000] * 10 + [1005] * 10))
+    assert decoded is not None
+    assert decoded.first_index == 20
+    assert decoded.stamp_ns == 10**9 + 20 * 10**6
+    assert decoded.counts.tolist() == [5] * 10
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"period": 0.0},
+        {"period": -1e-3},
+        {"period": math.nan},
+        {"period": 1e300},
+        {"period": 1e-300},
+        {"first_index": 2**64 - 1},
+        {"counts_per_turn": 3600},
+        {"values": []},
+    ],
+)
+def test_bad_batches_are_refused_and_nothing_is_lost(changes: dict[str, object]) -> None:
+    """A bad batch among good ones leaves no trace but its count."""
+    decoder = started()
+    with pytest.raises(BadBatchError) as caught:
+        decode(decoder, replace(batch(20, [5] * 20), **changes))  # type: ignore[arg-type]
+    assert caught.value.limit is not None
+    decoded = decode(decoder, batch(20, [1003] * 20))
+    assert decoded is not None
+    assert not decoded.gap_before
+    assert (decoded.counts == 3).all()
+    assert decoder.health.refused == 1
+
+
+def test_zero_waits_for_a_still_door() -> None:
+    """A door that moves at the start is zeroed once it has come to rest, not before."""
+    decoder = EncoderDecoder()
+    assert decode(decoder, batch(0, list(range(0, 100, 5)))) is None
+    decoded = decode(decoder, batch(20, [100] * 30))
+    assert decoded is not None
+    assert (decoded.counts == 0).all()
+
+
+def test_zero_from_a_parameter() -> None:
+    """A known zero works at once, also across the counter's wrap."""
+    decoder = EncoderDecoder(Settings(modulus=2**16, zero=65530))
+    decoded = decode(decoder, batch(0, [2, 4]))
+    assert decoded is not None
+    assert decoded.counts.tolist() == [8, 10]
+
+
+@pytest.mark.parametrize("stamp_ns", [10**10, 0])
+def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
+    """Numbers from 0 again, with time going on or back: a gap, a new zero, no jump."""
+    decoder = started()
+    for first in range(20, 2000, 20):
+        decode(decoder, batch(first, [1000] * 20))
+    decoded = decode(decoder, batch(0, [7] * 20, stamp_ns=stamp_ns))
+    assert decoded is not None
+    assert decoded.gap_before
+    assert (decoded.counts == 0).all()
+    assert (decoder.health.restarts, decoder.health.jumps) == (1, 0)
+
+
+INT64 = st.integers(-(2**63), 2**63 - 1)
+
+
+@settings(deadline=None)
+@given(
+    batches=st.lists(
+        st.builds(
+            Batch,
+            stamp_ns=st.integers(0, 3 * 10**9) | st.integers(-(2**61), 2**61),
+            period=st.sampled_from([1e-3, 1e-4, 1.0]) | st.floats(),
+            first_index=st.integers(0, 100) | st.integers(0, 2**64 - 1),
+            counts_per_turn=st.sampled_from([14400, 14400, 0]),
+            values=st.lists(INT64 | st.integers(-5, 5), max_size=30),
+            gap_before=st.booleans(),
+            index_values=st.lists(INT64 | st.integers(-5, 5), max_size=2),
+        ),
+        max_size=12,
+    ),
+    modulus=st.sampled_from([0, 2, 2**16, 2**32, 2**62]),
+    zero=st.none() | st.integers(-(2**61), 2**61),
+)
+def test_no_message_can_end_the_decoder(
+    batches: list[Batch], modulus: int, zero: int | None
+) -> None:
+    """Whatever its fields: refused, dropped, or decoded to what fits into a message."""
+    decoder = EncoderDecoder(Settings(modulus=modulus, zero=zero))
+    sampler = AngleSampler(radians_per_count=1e-3)
+    for made in batches:
+        try:
+            pieces = decoder.decode(made)
+        except BadBatchError:
+            continue
+        for piece in pieces:
+            assert len(piece.counts)
+            assert piece.counts.dtype == np.int64
+            assert 0 <= piece.first_index < 2**64 - len(piece.counts)
+            for point in sampler.take(piece):
+                assert math.isfinite(point.theta)
+                assert math.isfinite(point.omega)
+        assess(decoder, 0.0, {})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"direction": 0},
+        {"counts_per_turn": 0},
+        {"zero_samples": 0},
+        {"max_speed": math.nan},
+        {"modulus": 1},
+        {"zero": 2**62},
+    ],
+)
+def test_settings_that_make_no_sense(changes: dict[str, object]) -> None:
+    """Refused when they are made."""
+    with pytest.raises(EncoderSettingError):
+        Settings(**changes)  # type: ignore[arg-type]
+
+
+@given(sizes=st.lists(st.integers(1, 70), min_size=1, max_size=15))
+def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
+    """Every tenth sample, with its own stamp, angle and the slope up to it."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    points, first = [], 0
+    for size in sizes:
+        counts = np.arange(first, first + size)
+        made = Decoded(10**9 + first * 10**6, PERIOD, first, counts, False)
+        points += list(sampler.take(made))
+        first += size
+    assert [point.stamp_ns for point in points] == [
+        10**9 + index * 10**6 for index in range(0, sum(sizes), 10)
+    ]
+    for point in points:
+        index = (point.stamp_ns - 10**9) // 10**6
+        assert point.theta == pytest.approx(index * 1e-3)
+        assert point.omega == pytest.approx(1.0 if index else 0.0)
+
+
+def test_velocity_does_not_reach_across_a_gap() -> None:
+    """A door that moved during the gap does not look fast after it."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    list(sampler.take(Decoded(0, PERIOD, 0, np.zeros(50, int), False)))
+    after = list(sampler.take(Decoded(10**9, PERIOD, 1000, np.full(50, 300), True)))
+    assert [point.omega for point in after] == pytest.approx([0.0] * 5)
+
+
+@given(missing=st.integers(1, 10), speed=st.sampled_from([0, 1, 5]))
+def test_velocity_goes_on_across_a_few_lost_samples(missing: int, speed: int) -> None:
+    """A missed poll, or a single garbage sample, leaves a steady door's velocity as it was."""
+    sampler = AngleSampler(radians_per_count=1e-3)
+    counts = speed * np.arange(300)
+    first = 100 + missing
+    points = list(sampler.take(Decoded(0, PERIOD, 0, counts[:100], False)))
+    points += sampler.take(Decoded(first * 10**6, PERIOD, first, counts[first:], True))
+    assert all(point.omega == pytest.approx(speed) for point in points[1:])
+
+
+@pytest.mark.parametrize("changes", [{"rate": 0.0}, {"window": -1.0}, {"rate": math.nan}])
+def test_rates_that_make_no_sense(changes: dict[str, float]) -> None:
+    """Refused when they are set."""
+    with pytest.raises(EncoderSettingError):
+        AngleSampler(radians_per_count=1e-3, **changes)
+
+
+def test_health_in_words() -> None:
+    """Nothing heard, waiting for the zero, fine, trouble once, fine again, silence."""
+    decoder = EncoderDecoder()
+    assert assess(decoder, math.inf, {}).level is Level.STALE
+    decode(decoder, batch(0, list(range(0, 100, 5))))
+    assert "stand still" in assess(decoder, 0.0, {}).message
+    decode(decoder, batch(20, [100] * 20))
+    fine = assess(decoder, 0.0, {})
+    assert fine.level is Level.OK
+    decode(decoder, batch(60, [100] * 20))
+    trouble = assess(decoder, 0.0, fine.totals)
+    assert trouble.level is Level.WARN
+    assert "samples lost: 20" in trouble.message
+    assert trouble.values["lost"] == "20"
+    assert assess(decoder, 0.0, trouble.totals).level is Level.OK
+    assert "no samples for 3.0 s" in assess(decoder, 3.0, trouble.totals).message

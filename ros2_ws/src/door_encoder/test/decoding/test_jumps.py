@@ -1,0 +1,353 @@
+"""Counts that jump: noise, lost counts, a counter set to zero, the index that tells."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from door_encoder.decoding.batch import Batch, Decoded
+from door_encoder.decoding.counts import wrap
+from door_encoder.decoding.decoder import EncoderDecoder
+from door_encoder.decoding.index import TOLERANCE
+from door_encoder.decoding.report import Level, assess
+from door_encoder.decoding.settings import Settings
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+SETTLE = 100  # samples
+CONFIRM = 5
+
+
+def swing(samples: int) -> np.ndarray:
+    """A door at rest for 200 ms, then swinging by up to 1000 counts, 1.4 rad/s at most."""
+    t = np.maximum(0.0, np.arange(samples) * 1e-3 - 0.2)
+    return np.rint(500.0 * (1.0 - np.cos(2.0 * np.pi * t / 1.0))).astype(np.int64)
+
+
+def stream(
+    decoder: EncoderDecoder,
+    values: Sequence[int] | np.ndarray,
+    size: int = 20,
+    first: int = 0,
+    index: dict[int, list[int]] | None = None,
+) -> list[Decoded]:
+    """What comes of a stream; `index` has values latched in the batch with a sample."""
+    found = []
+    for start in range(0, len(values), size):
+        number = first + start
+        latched = [value for at, row in (index or {}).items() if number <= at < number + size
+                   for value in row]  # fmt: skip
+        part = np.asarray(values[start : start + size])
+        found += decoder.decode(
+            Batch(10**9 + number * 10**6, 1e-3, number, 14400, part, index_values=latched)
+        )
+    return found
+
+
+def by_number(pieces: list[Decoded]) -> dict[int, int]:
+    """Counts by the samples' running numbers."""
+    return {
+        piece.first_index + at: int(count)
+        for piece in pieces
+        for at, count in enumerate(piece.counts)
+    }
+
+
+def stamps_fit(pieces: list[Decoded]) -> bool:
+    """Every piece is stamped with the time of its first sample."""
+    return all(piece.stamp_ns == 10**9 + piece.first_index * 10**6 for piece in pieces)
+
+
+def gaps_fit(pieces: list[Decoded]) -> bool:
+    """Where numbers are missing there is a gap."""
+    ends = [piece.first_index + len(piece.counts) for piece in pieces]
+    return all(
+        after.gap_before or after.first_index == end
+        for end, after in zip(ends, pieces[1:], strict=False)
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    at=st.integers(300, 900),
+    noise=st.lists(st.integers(-(2**63), 2**63 - 1), min_size=1, max_size=80),
+    size=st.sampled_from([1, 7, 20, 60]),
+    modulus=st.sampled_from([0, 2**16, 2**32]),
+)
+def test_noise_never_comes_out_as_motion(
+    at: int, noise: list[int], size: int, modulus: int
+) -> None:
+    """Garbage of any kind: what comes out is the door, within what it can move, gaps marked."""
+    truth = swing(1200)
+    values = wrap(truth + 77, modulus)
+    values[at : at + len(noise)] = noise
+    decoder = EncoderDecoder(Settings(modulus=modulus))
+    pieces = stream(decoder, values, size)
+    found = by_number(pieces)
+    assert gaps_fit(pieces)
+    assert stamps_fit(pieces)
+    reach = 47 * (len(noise) + 1)
+    off = {number: abs(count - int(truth[number])) for number, count in found.items()}
+    assert max(off.values()) <= reach
+    assert all(off[number] == 0 for number in range(20, at))
+
+
+@given(at=st.integers(300, 900), length=st.integers(1, 99), by=st.integers(5000, 30000))
+def test_where_the_count_comes_back_all_goes_on(at: int, length: int, by: int) -> None:
+    """A burst that leaves no counts behind is dropped with 4 ms after it, the rest is exact."""
+    truth = swing(1200)
+    values = truth.copy()
+    values[at : at + length] += by
+    decoder = EncoderDecoder(Settings())
+    pieces = stream(decoder, values)
+    back = at + length + CONFIRM - 1
+    expected = {n: int(c) for n, c in enumerate(truth) if not at <= n < back}
+    assert by_number(pieces) == expected
+    assert [piece.first_index for piece in pieces if piece.gap_before] == [back]
+    assert decoder.health.jumps == 2
+    assert decoder.health.dropped == back - at
+    assert not decoder.zero_in_doubt
+    assert decoder.offset == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    at=st.integers(300, 900),
+    by=st.integers(60, 7000) | st.integers(-7000, -60),
+    size=st.sampled_from([1, 7, 20, 60]),
+    modulus=st.sampled_from([0, 2**16, 2**32]),
+)
+def test_an_offset_that_stays_is_taken_out(at: int, by: int, size: int, modulus: int) -> None:
+    """Counts gained for good: a gap of 100 samples, then the door to 3 counts, zero in doubt."""
+    truth = swing(1200)
+    values = truth.copy()
+    values[at:] += by
+    decoder = EncoderDecoder(Settings(modulus=modulus))
+    pieces = stream(decoder, wrap(values, modulus), size)
+    found = by_number(pieces)
+    assert set(range(20, 1200)) - set(found) == set(range(at, at + SETTLE - 1))
+    assert max(abs(count - truth[number]) for number, count in found.items()) <= 3
+    assert gaps_fit(pieces)
+    assert stamps_fit(pieces)
+    assert decoder.zero_in_doubt
+    assert decoder.offset == pytest.approx(by, abs=3)
+    verdict = assess(decoder, 0.0, {})
+    assert verdict.level is Level.WARN
+    assert "zero in doubt" in verdict.message
+    assert verdict.values["offset"] == str(decoder.offset)
+    assert "zero in doubt" in assess(decoder, 0.0, verdict.totals).message
+
+
+@settings(max_examples=30, deadline=None)
+@given(at=st.integers(300, 900), length=st.integers(10, 60), by=st.integers(600, 7000))
+def test_noise_that_costs_counts_leaves_the_zero_in_doubt(at: int, length: int, by: int) -> None:
+    """A burst that leaves an offset behind: no door gets so far meanwhile and then moves slowly."""
+    truth = swing(1400)
+    values = truth.copy()
+    values[at:] -= by
+    values[at : at + length] = np.random.default_rng(at).integers(-(2**31), 2**31, length)
+    decoder = EncoderDecoder()
+    found = by_number(stream(decoder, values))
+    assert decoder.zero_in_doubt
+    late = {number: count for number, count in found.items() if number >= at}
+    assert all(abs(count - truth[number]) <= 3 + length for number, count in late.items())
+
+
+def test_missed_polls_do_not_make_an_offset_motion() -> None:
+    """Gaps while a new level settles: it is still an offset."""
+    values = swing(1000)
+    values[300:] += 500
+    decoder = EncoderDecoder()
+    for first in range(0, 1000, 10):
+        if first % 40:
+            stream(decoder, values[first : first + 10], first=first)
+    assert decoder.offset == pytest.approx(500, abs=20)
+    assert decoder.zero_in_doubt
+
+
+def test_an_offset_that_goes_again_leaves_no_doubt() -> None:
+    """300 ms of a wrong level, then the right one: the counter's own value is believed again."""
+    values = swing(1500)
+    values[400:700] += 6000
+    decoder = EncoderDecoder()
+    found = by_number(stream(decoder, values))
+    assert decoder.offset == 0
+    assert not decoder.zero_in_doubt
+    assert all(found[number] == swing(1500)[number] for number in range(704, 1500))
+
+
+def test_a_count_that_never_settles_gives_nothing() -> None:
+    """A board that talks nonsense falls silent, and its samples are counted."""
+    rng = np.random.default_rng(3)
+    values = np.concatenate([swing(300), rng.integers(0, 2**32, 1000)])
+    decoder = EncoderDecoder()
+    found = by_number(stream(decoder, values))
+    assert found == dict(enumerate(swing(300).tolist()))
+    assert decoder.health.dropped == 1000
+
+
+def test_a_first_level_that_did_not_last_is_no_reference() -> None:
+    """Garbage at the very start: the level that lasts is the counter's, and gives the zero."""
+    decoder = EncoderDecoder()
+    pieces = stream(decoder, np.concatenate([np.full(40, 9000), swing(900)]))
+    found = by_number(pieces)
+    assert max(abs(found[40 + n] - swing(900)[n]) for n in range(SETTLE, 900)) == 0
+    assert not decoder.zero_in_doubt
+    known = EncoderDecoder(Settings(zero=0))
+    stream(known, np.concatenate([np.full(40, 9000), swing(900)]))
+    assert known.offset == 0
+    assert known.zero == 0.0
+
+
+def test_a_restart_is_no_jump() -> None:
+    """A sender that begins anew while counts are doubtful: its counter gives a new zero."""
+    decoder = EncoderDecoder()
+    stream(decoder, np.concatenate([swing(400), np.full(50, 12000)]))
+    for stamp_ns in (10**10, 0):
+        batch = Batch(stamp_ns, 1e-3, 0, 14400, [7] * 20)
+        (piece,) = decoder.decode(batch)
+        assert piece.gap_before
+        assert (piece.counts == 0).all()
+        assert decoder.offset == 0
+        assert not decoder.zero_in_doubt
+        stream(decoder, [7] * 400, first=20)
+    assert decoder.health.restarts == 2
+    assert decoder.health.jumps == 1
+
+
+def test_behind_a_gap_of_unknown_length_the_door_may_be_elsewhere() -> None:
+    """A simulation that was reset puts the door back to zero: no jump, nothing dropped."""
+    decoder = EncoderDecoder()
+    stream(decoder, swing(700))
+    batch = Batch(2 * 10**9, 1e-3, 700, 14400, [0] * 20, gap_before=True)
+    (piece,) = decoder.decode(batch)
+    assert piece.gap_before
+    assert piece.counts.tolist() == [0] * 20
+    assert decoder.health.jumps == decoder.health.dropped == 0
+
+
+def test_noise_behind_a_gap_is_not_believed() -> None:
+    """What makes a gap may make noise as well: neither comes out, nor gives an offset."""
+    decoder = EncoderDecoder()
+    stream(decoder, swing(300))
+    values = [4000, -900, 3000, *[5] * 17]
+    batch = Batch(10**10, 1e-3, 300, 14400, values, gap_before=True)
+    (piece,) = decoder.decode(batch)
+    assert (piece.first_index, piece.counts.tolist()) == (307, [5] * 13)
+    assert decoder.offset == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    at=st.integers(300, 900),
+    noise=st.lists(st.integers(-(2**63), 2**63 - 1) | st.integers(0, 200), max_size=150),
+    by=st.integers(-3000, 3000),
+    sizes=st.lists(st.integers(1, 90), min_size=1),
+    modulus=st.sampled_from([0, 2**16, 14400]),
+)
+def test_where_the_stream_is_cut_makes_no_difference(
+    at: int, noise: list[int], by: int, sizes: list[int], modulus: int
+) -> None:
+    """Noise and an offset behind it: the same samples come out of batches of any size."""
+    values = swing(1400)
+    values[at:] += by
+    values = wrap(values, modulus)
+    values[at : at + len(noise)] = noise
+    whole, cut = (EncoderDecoder(Settings(modulus=modulus)) for _ in range(2))
+    expected = by_number(stream(whole, values, 100))
+    found, first = [], 0
+    for size in sizes * 1400:
+        found += stream(cut, values[first : first + size], first=first)
+        first += size
+        if first >= len(values):
+            break
+    later = {number: count for number, count in by_number(found).items() if number >= 100}
+    assert later == {number: count for number, count in expected.items() if number >= 100}
+    assert cut.health.dropped == whole.health.dropped
+
+
+# -- the index -------------------------------------------------------------------------------------
+
+
+def passages(truth: np.ndarray, place: int) -> list[int]:
+    """Samples at which a door passes a count."""
+    beyond = truth >= place
+    return (np.flatnonzero(beyond[1:] != beyond[:-1]) + 1).tolist()
+
+
+def latched(values: np.ndarray, truth: np.ndarray, place: int) -> dict[int, list[int]]:
+    """What the counter shows as the door passes a count, by samples."""
+    return {n: [int(values[n] - truth[n]) + place] for n in passages(truth, place)}
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    lost=st.integers(-40, 40).filter(lambda n: abs(n) > TOLERANCE + 2),
+    place=st.integers(100, 900),
+    flicker=st.lists(st.integers(-1, 1), min_size=10, max_size=10),
+)
+def test_counts_lost_between_two_passages_are_found(
+    lost: int, place: int, flicker: list[int]
+) -> None:
+    """Too few to be a jump: two passages tell, a gap is marked, the rest is right again."""
+    truth = swing(3000)
+    values = truth + 5
+    values[720:] -= lost
+    at = passages(truth, place)
+    index = latched(values, truth, place)
+    index = {n: [index[n][0] + add] for n, add in zip(at, flicker, strict=False)}
+    decoder = EncoderDecoder()
+    pieces = stream(decoder, values, index=index)
+    found = by_number(pieces)
+    assert decoder.health.index_errors == 2
+    assert abs(decoder.offset + lost) <= 2
+    assert all(abs(found[n] - truth[n]) <= 2 for n in range(max(at[:4]) + 20, 3000))
+    assert any(piece.gap_before for piece in pieces)
+    assert not decoder.zero_in_doubt
+
+
+def test_an_index_without_trouble_changes_nothing() -> None:
+    """Passages at the same count, either way, also a turn on: no error, no gap."""
+    truth = swing(3000)
+    at = passages(truth, 300)
+    index = {n: [300 + 14400 * (n % 2)] for n in at}
+    decoder = EncoderDecoder()
+    pieces = stream(decoder, truth, index=index)
+    assert by_number(pieces) == dict(enumerate(truth.tolist()))
+    assert not any(piece.gap_before for piece in pieces)
+    assert decoder.index.reference == pytest.approx(300, abs=4)
+
+
+def test_the_index_takes_the_zero_out_of_doubt() -> None:
+    """After an offset, a passage where it should be confirms that it was taken out rightly."""
+    truth = swing(3000)
+    values = truth.copy()
+    values[750:] += 2000
+    decoder = EncoderDecoder()
+    index = latched(values, truth, 300)
+    pieces = stream(decoder, values, index=index)
+    assert decoder.offset == pytest.approx(2000, abs=3)
+    assert not decoder.zero_in_doubt
+    assert by_number(pieces)[2999] == pytest.approx(truth[2999], abs=3)
+
+
+def test_a_single_stray_index_moves_nothing() -> None:
+    """Noise on the index line, at the door or elsewhere, is counted and passed over."""
+    truth = swing(3000)
+    index = latched(truth, truth, 300)
+    index[690] = [int(truth[690])]
+    index[1400] = [123456]
+    decoder = EncoderDecoder()
+    found = by_number(stream(decoder, truth, index=index))
+    assert found == dict(enumerate(truth.tolist()))
+    assert decoder.health.index_errors == 2
+
+
+def test_an_index_seen_first_while_in_doubt_confirms_nothing() -> None:
+    """Its place was never known before the counts were lost."""
+    truth = swing(3000)
+    values = truth.copy()
+    values[250:] += 2000
+    decoder = EncoderDecoder()
+    stream(decoder, values, index=latched(values, truth, 500))
+    assert decoder.zero_in_doubt
+    assert decoder.index.reference is None

@@ -1,0 +1,208 @@
+"""`make bench`: how fast it is, beside a peer measured in the same run."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from door_impact_evaluation.bench import bridge as bench_bridge
+from door_impact_evaluation.bench import door as bench_door
+from door_impact_evaluation.bench import planner as bench_planner
+from door_impact_evaluation.bench import topics as bench_topics
+from door_impact_evaluation.errors import DemoError
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A figure and its peer's.
+
+    Attributes:
+        value: What was measured.
+        unit: Its unit.
+        higher_is_better: Whether more of it is better.
+        peer: What the peer is; None where there is none.
+        peer_value: The peer's figure in the same run.
+        reference: Published figures or targets, as a sentence.
+    """
+
+    value: float
+    unit: str
+    higher_is_better: bool
+    peer: str | None = None
+    peer_value: float | None = None
+    reference: str = ""
+
+    @property
+    def ratio(self) -> float | None:
+        """Above 1 where it is better than the peer."""
+        if self.peer_value is None:
+            return None
+        better = self.value / self.peer_value
+        return better if self.higher_is_better else 1.0 / better
+
+
+def _identify_five_swings(_: Path) -> Measurement:
+    ours, peer = bench_door.identify_five_swings()
+    return Measurement(
+        ours, "ms for five swings of 1,500 samples", False,
+        "solve_ivp in least_squares, finite differences, from a guess 20 % off", peer,
+        "at least 20 times as fast as its peer, and under 100 ms")
+
+
+def _identify_twenty_swings(_: Path) -> Measurement:
+    ours, peer = bench_door.identify_more(swings=4)
+    return Measurement(
+        ours, "ms for twenty swings of 1,500 samples", False, "five such swings", peer)
+
+
+def _identify_6000_samples(_: Path) -> Measurement:
+    ours, peer = bench_door.identify_more(samples=4)
+    return Measurement(
+        ours, "ms for five swings of 6,000 samples", False, "five of 1,500", peer)
+
+
+def _simulate_1000_doors(_: Path) -> Measurement:
+    ours, peer = bench_door.simulate_1000_doors()
+    return Measurement(
+        ours, "ms for 1,000 doors to their peaks", False,
+        "one solve_ivp a door", peer, "at least 50 times as fast as its peer")
+
+
+def _plan_service(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_service()
+    return Measurement(
+        ours, "ms a request, median over random angles, messages included", False,
+        "inverse kinematics, Newton-Euler and ZMP sample by sample, without hold, checks, search",
+        peer, "under 100 ms; 250 ms are published for whole-body pushing postures")
+
+
+def _plan_longer(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_longer()
+    return Measurement(
+        ours, "ms for a plan with slow phases twice as long", False, "the usual plan", peer)
+
+
+def _plan_retime(_: Path) -> Measurement:
+    ours, peer = bench_planner.plan_retime()
+    return Measurement(
+        ours, "ms to time the run-up anew for another v_rB, median", False,
+        "inverse kinematics, Newton-Euler and ZMP sample by sample", peer, "under 10 ms")
+
+
+def _bridge_overhead(out: Path) -> Measurement:
+    bridge, bare = bench_bridge.overhead(out / "bridge.npz")
+    return Measurement(
+        bridge, "s of wall time for a simulated second", False,
+        "stepSimulation alone, same world and steps", bare,
+        "the bridge may take 15 % more than its peer: a ratio of 0.870")
+
+
+def _real_time_factor(out: Path) -> Measurement:
+    return Measurement(
+        bench_bridge.real_time_factor(out / "demo"), "simulated over wall time, all nodes", True,
+        reference="at least 1 on 2 cores")
+
+
+def _talk(
+    measure: Callable[[bench_topics.Layer], float], unit: str, reference: str,
+    higher_is_better: bool = False,
+) -> Callable[[Path], Measurement]:
+    """A benchmark of two processes that talk, with a peer if there is one."""
+
+    def benchmark(_: Path) -> Measurement:
+        peer = bench_topics.peer()
+        return Measurement(
+            measure(bench_topics.ours()), unit, higher_is_better,
+            peer.title if peer else None, measure(peer) if peer else None, reference)
+
+    return benchmark
+
+
+_JOINTS = "the states of 30 joints from one process to another, 200 a second"
+
+TALKS: dict[str, Callable[[Path], Measurement]] = {
+    "topic_latency_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz()[layer]["median"], f"ms one way, median: {_JOINTS}",
+        "rclpy on rmw_cyclonedds_cpp: 0.74 ms"),
+    "topic_latency_p99_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz()[layer]["p99"], "ms one way, 99th percentile", ""),
+    "topic_cpu_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz()[layer]["listener"], "% of a core, subscriber",
+        "rclpy on rmw_cyclonedds_cpp: 19 %; at most half of it"),
+    "publisher_cpu_200hz": _talk(
+        lambda layer: bench_topics.at_200_hz()[layer]["publisher"], "% of a core, publisher", ""),
+    "topic_rate": _talk(
+        bench_topics.largest_rate, "messages a second that arrive, all and in time", "", True),
+    "service_round_trip": _talk(bench_topics.round_trip, "ms a call, median", ""),
+    "start_to_first_message": _talk(
+        bench_topics.start_to_first_message,
+        "s from the start of a process to its first callback", ""),
+}
+
+BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
+    "identify_five_swings": _identify_five_swings,
+    "identify_twenty_swings": _identify_twenty_swings,
+    "identify_6000_samples": _identify_6000_samples,
+    "simulate_1000_doors": _simulate_1000_doors,
+    "plan_service": _plan_service,
+    "plan_longer": _plan_longer,
+    "plan_retime": _plan_retime,
+    "bridge_overhead": _bridge_overhead,
+    "real_time_factor": _real_time_factor,
+    **TALKS,
+}
+
+
+def table(measured: dict[str, Measurement]) -> str:
+    """The measurements as a table for a terminal."""
+    lines = [f"{'':24}{'value':>10}{'peer':>10}{'ratio':>8}"]
+    for name, row in measured.items():
+        peer = "-" if row.peer_value is None else f"{row.peer_value:.4g}"
+        ratio = "-" if row.ratio is None else f"{row.ratio:.3f}"
+        lines.append(f"{name:24}{row.value:10.4g}{peer:>10}{ratio:>8}  {row.unit}")
+        lines += [f"{'':24}  {text}" for text in (
+            row.peer and f"peer: {row.peer}", row.reference) if text]
+    return "\n".join(lines)
+
+
+def run(names: list[str], out: Path) -> dict[str, Any]:
+    """Measures, prints the table and writes ``summary.json``; returns what was written."""
+    out.mkdir(parents=True, exist_ok=True)
+    measured = {}
+    for name in names:
+        print(f"{name} ...", flush=True)
+        measured[name] = BENCHMARKS[name](out)
+    print(table(measured))
+    summary = {name: asdict(row) | {"ratio": row.ratio} for name, row in measured.items()}
+    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    return summary
+
+
+def main(args: list[str] | None = None) -> int:
+    """Runs the benchmarks.
+
+    Args:
+        args: Command line, without the program's name; the process's own by default.
+    """
+    parser = argparse.ArgumentParser(
+        prog="bench", description="Measures speeds, each beside a peer in the same run.")
+    parser.add_argument("names", nargs="*", metavar="NAME",
+                        help=f"of {', '.join(BENCHMARKS)} (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    options = parser.parse_args(args)
+    unknown = [name for name in options.names if name not in BENCHMARKS]
+    if unknown:
+        parser.error(f"no benchmark {unknown[0]}: there are {', '.join(BENCHMARKS)}")
+    try:
+        run(options.names or list(BENCHMARKS), options.out)
+    except DemoError as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

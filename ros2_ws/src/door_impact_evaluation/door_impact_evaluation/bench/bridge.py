@@ -1,0 +1,108 @@
+"""How much the bridge adds to PyBullet, and how fast the whole graph runs."""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from time import perf_counter
+
+from hrp2_sim_bridge.sensors.sensors import TickSample
+from hrp2_sim_bridge.settings import TICK
+from hrp2_sim_bridge.world import World
+
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.run.rehearsal import rehearse
+
+_BLOCK = 5  # ticks of the bridge, then as many of the bare simulator
+_TARGET_DEG = 25.0
+
+
+class BenchError(DemoError):
+    """A benchmark could not be measured."""
+
+
+class _TurnTaker:
+    """Measures some ticks of the bridge, then as many bare steps of the same world.
+
+    The bare steps are taken back: the motion goes on as if they had not been.
+
+    Attributes:
+        bridge: Wall time of the ticks [s].
+        bare: Wall time of the bare steps [s].
+        ticks: Number of ticks.
+    """
+
+    def __init__(self) -> None:
+        self.bridge, self.bare, self.ticks = 0.0, 0.0, 0
+
+    def __call__(self, world: World, sample: TickSample) -> None:
+        """After the first tick: measure all those to come."""
+        if self.ticks:
+            return
+        step = world.step
+        steps = 0
+
+        def measured() -> TickSample:
+            nonlocal steps
+            begin = perf_counter()
+            sample = step()
+            self.bridge += perf_counter() - begin
+            self.ticks += 1
+            steps += round(TICK / world.time_step)
+            if self.ticks % _BLOCK == 0:
+                self._step_bare(world, steps)
+                steps = 0
+            return sample
+
+        world.step = measured  # type: ignore[method-assign]
+        measured()
+
+    def _step_bare(self, world: World, steps: int) -> None:
+        client = world.client
+        state = client.saveState()
+        begin = perf_counter()
+        for _ in range(steps):
+            client.stepSimulation()
+        self.bare += perf_counter() - begin
+        client.restoreState(state)
+        client.removeState(state)
+
+
+def overhead(log: Path) -> tuple[float, float]:
+    """Wall time of a simulated second over the whole motion and hit.
+
+    Args:
+        log: Where the simulation's log is written.
+
+    Returns:
+        Of the bridge, and of PyBullet's steps alone [s].
+    """
+    taker = _TurnTaker()
+    rehearse(_TARGET_DEG, log, watch=taker)
+    seconds = taker.ticks * TICK
+    return taker.bridge / seconds, taker.bare / seconds
+
+
+def real_time_factor(out: Path) -> float:
+    """Simulated over wall time of a demonstration with every node, not paced.
+
+    Args:
+        out: Where the demonstration writes its results.
+
+    Raises:
+        BenchError: It failed.
+    """
+    command = [sys.executable, "-m", "door_impact_evaluation.demo.demo", "--out", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                          text=True) as demo:
+        try:
+            _, said = demo.communicate()
+        except KeyboardInterrupt:
+            demo.send_signal(signal.SIGINT)  # it has nodes to end
+            demo.wait()
+            raise
+    if demo.returncode:
+        raise BenchError(f"the demonstration ended with {demo.returncode}: {said}")
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    return float(summary["run"]["real_time_factor"])

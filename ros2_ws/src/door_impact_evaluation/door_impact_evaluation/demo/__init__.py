@@ -1,0 +1,1 @@
+"""The demonstration: every node, one door, one result."""

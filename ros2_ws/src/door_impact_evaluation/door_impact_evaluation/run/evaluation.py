@@ -1,0 +1,190 @@
+"""What a run was worth, from the simulation's 1 kHz log: the definitions of `summary.json`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import RobotConfig
+from hrp2_description.support import polygon_margin, sole_corners, support_polygon
+
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.run.record import Motion
+
+CONTACT_FORCE = 5.0   # [N] above which robot and door touch
+CONTACT_GAP = 0.02    # [s] without, after which it counts as another contact
+BEARS_WEIGHT = 0.05   # share of the load above which a sole belongs to the support polygon
+WINDOW = 0.02         # [s] of the centred mean of the wrenches
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact of robot and door, as indices into the log: [start, end)."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Support:
+    """ZMP and support polygon over the log.
+
+    Attributes:
+        zmp: x and y in odom (n, 2) [m]; NaN while no foot bears load.
+        margin: Distance to the nearest edge, negative outside (n,) [m].
+        low: Smallest -y of the polygon (n,) [m].
+        high: Largest -y of the polygon (n,) [m].
+    """
+
+    zmp: Array
+    margin: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The hit as the simulation saw it.
+
+    Attributes:
+        contact: First contact.
+        contacts_before_peak: Contacts up to the door's largest angle.
+        peak: Index of the door's largest angle.
+        v_rb: Speed of B before the contact [m/s].
+        v_rb_post: And after it [m/s].
+        omega_door: Angular velocity of the door after the contact [rad/s].
+        peak_force: [N].
+        duration: Of the first contact [s].
+        restitution: Speed of separation over speed of approach.
+    """
+
+    contact: Contact
+    contacts_before_peak: int
+    peak: int
+    v_rb: float
+    v_rb_post: float
+    omega_door: float
+    peak_force: float
+    duration: float
+    restitution: float
+
+
+def find_contacts(t: Array, force: Array) -> list[Contact]:
+    """Contacts by the definition: above 5 N, after 20 ms without.
+
+    Args:
+        t: Times (n,) [s].
+        force: Normal force of the robot on the door (n,) [N].
+    """
+    touching = np.flatnonzero(force > CONTACT_FORCE)
+    if touching.size == 0:
+        return []
+    breaks = np.flatnonzero(np.diff(t[touching]) > CONTACT_GAP)
+    starts = touching[np.concatenate([[0], breaks + 1])]
+    ends = touching[np.concatenate([breaks, [touching.size - 1]])] + 1
+    return [Contact(int(s), int(e)) for s, e in zip(starts, ends, strict=True)]
+
+
+def impact(motion: Motion, l_b: float) -> Impact:
+    """Evaluates the first contact.
+
+    Args:
+        motion: The log.
+        l_b: Distance of B from the hinge [m].
+
+    Raises:
+        DemoError: The robot never touched the door.
+    """
+    contacts = find_contacts(motion.t, motion.contact_force)
+    if not contacts:
+        raise DemoError("the robot never touched the door")
+    first = contacts[0]
+    # The door's first fall ends its opening; what the hand does to it later does not count.
+    falling = np.flatnonzero(motion.door_velocity[first.end:] <= 0.0)
+    peak = first.end + int(falling[0]) if falling.size else len(motion.t) - 1
+    before, after = max(first.start - 1, 0), min(first.end, len(motion.t) - 1)
+    v_rb, v_post = motion.point_b_velocity[before], motion.point_b_velocity[after]
+    omega = motion.door_velocity[after]
+    return Impact(
+        contact=first,
+        contacts_before_peak=sum(c.start < peak for c in contacts),
+        peak=peak,
+        v_rb=float(v_rb),
+        v_rb_post=float(v_post),
+        omega_door=float(omega),
+        peak_force=float(motion.contact_force[first.start:first.end].max()),
+        duration=float(motion.t[after] - motion.t[first.start]),
+        restitution=float((omega * l_b - v_post) / v_rb),
+    )
+
+
+def centred_mean(values: Array, samples: int) -> Array:
+    """Mean over a centred window along the first axis; shorter at the ends.
+
+    Args:
+        values: (n, k).
+        samples: Length of the window.
+    """
+    half = samples // 2
+    total = np.vstack([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
+    n = len(values)
+    low = np.maximum(np.arange(n) - half, 0)
+    high = np.minimum(np.arange(n) + half + 1, n)
+    mean: Array = (total[high] - total[low]) / (high - low)[:, None]
+    return mean
+
+
+def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
+    """ZMP from the foot wrenches, and its margin.
+
+    Args:
+        motion: The log.
+        robot: For its soles.
+        window: Length of the mean of the wrenches [s]; 0 for none.
+    """
+    samples = max(1, round(window / float(np.median(np.diff(motion.t)))))
+    wrenches = [centred_mean(w, samples) if samples > 1 else w
+                for w in (motion.left_wrench, motion.right_wrench)]
+    soles = (motion.left_sole, motion.right_sole)
+    load = np.stack([np.maximum(w[:, 2], 0.0) for w in wrenches])
+    total = load.sum(axis=0)
+    moment = sum(
+        np.stack([s[:, 0] * w[:, 2] - w[:, 4], s[:, 1] * w[:, 2] + w[:, 3]], axis=1)
+        for s, w in zip(soles, wrenches, strict=True))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        zmp = np.where(total[:, None] > 0.2 * robot.mass * 9.81, moment / total[:, None], np.nan)
+    bears = load > BEARS_WEIGHT * total
+    margin, low, high = (np.full(len(total), np.nan) for _ in range(3))
+    # Feet stand still most of the time: one polygon for each place they stood on, to 0.1 mm.
+    place = np.round(np.hstack([soles[0][:, :2], soles[1][:, :2], bears.T]), 4)
+    places, index = np.unique(place, axis=0, return_inverse=True)
+    index = index.reshape(-1)
+    for number, row in enumerate(places):
+        here = index == number
+        corners = [sole_corners(robot.soles[side], np.append(row[2 * k:2 * k + 2], 0.0))
+                   for k, side in enumerate(("left", "right")) if row[4 + k]]
+        if not corners:
+            continue
+        hull = support_polygon(*corners)
+        margin[here] = polygon_margin(zmp[here], hull)
+        low[here], high[here] = (-hull[:, 1]).min(), (-hull[:, 1]).max()
+    return Support(zmp, margin, low, high)
+
+
+def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, float]],
+                     ) -> dict[str, float]:
+    """Smallest margin of each phase [m], the unit of `margin`."""
+    return {name: float(np.nanmin(margin[(t >= start) & (t < end)]))
+            for name, (start, end) in phases.items() if ((t >= start) & (t < end)).any()}
+
+
+def tilt(orientation: Array) -> Array:
+    """Angle between base_link's z axis and the vertical (n,) [rad], from quaternions (n, 4)."""
+    x, y = orientation[:, 0], orientation[:, 1]
+    return np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0))
+
+
+def slip(motion: Motion, start: float, end: float) -> float:
+    """Largest distance that a sole moved over the floor between two times [m]."""
+    window = (motion.t >= start) & (motion.t < end)
+    return max(float(np.linalg.norm(s[window][:, :2] - s[window][0, :2], axis=1).max())
+               for s in (motion.left_sole, motion.right_sole))

@@ -1,0 +1,173 @@
+"""The whole motion in the simulation without nodes: planner, execution, driver and physics."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_encoder.decoding.angle import AnglePoint, AngleSampler
+from door_encoder.decoding.batch import Batch
+from door_encoder.decoding.decoder import EncoderDecoder
+from door_encoder.decoding.settings import Settings
+from door_model.door.config import DoorConfig, load_door
+from door_model.errors import DoorModelError
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
+from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
+from hrp2_sim_bridge.settings import SAMPLE
+from hrp2_sim_bridge.world import World
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.execution.execution import Command, ExecutablePlan, Execution, Outcome
+from impact_planner.execution.point_b import PointB
+from impact_planner.hit.learning import learn
+from impact_planner.impact_plan import ImpactPlan, observed_hit
+from impact_planner.plan import plan_impact
+from impact_planner.task.experience import Experience
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import configured_placement, make_settings
+
+from door_impact_evaluation.run import evaluation, simulation_log
+
+Watch = Callable[[World, TickSample], None]
+BATCH = 20  # samples of the door's encoder
+LONGEST = 40.0  # [s] of simulated time
+AFTERWARDS = 2.0  # [s] watched after the end of the execution: a fall takes its time
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """A whole motion and what became of it.
+
+    Attributes:
+        plan: What was planned.
+        execution: After its end.
+        log: Of the simulation.
+        impact: The hit; None where the robot never touched the door.
+        known: What was known of the door.
+    """
+
+    plan: ImpactPlan
+    execution: Execution
+    log: simulation_log.SimulationLog
+    impact: evaluation.Impact | None
+    known: KnownDoor
+
+    def learned(self) -> Experience:
+        """What the executor's own measurements teach about the next hit on this door."""
+        before = self.known.experience or Experience.none(self.plan.restitution)
+        measured = self.execution.measured
+        try:
+            hit = observed_hit(self.plan, self.known, measured.peak_angle, measured.v_rb_post)
+        except DoorModelError:  # as where no hit was felt
+            return before
+        return learn(before, hit)
+
+
+def rehearse(
+    target_deg: float, path: Path, *, door: str | DoorConfig = "paper",
+    known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
+    ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
+    **settings: Any,
+) -> Rehearsal:
+    """Plans a hit and executes it; the execution hears what a robot would tell it.
+
+    Args:
+        target_deg: Desired opening angle [deg].
+        path: Where the simulation's log is written.
+        door: The simulated door, its name or its file.
+        known: What the planner knows of it; None: all, as configured.
+        door_offset: How much farther away the simulated door stands than surveyed [m].
+        run_up: mcv50 or zmp_limited.
+        ending: hold or retreat.
+        stop_before: A stop is asked for so long before the planned contact [s]; None: none is.
+        watch: Called after each tick with the world and what its sensors said.
+        settings: Of the simulated world (`WorldSettings`).
+
+    Raises:
+        PlannerError: The angle cannot be reached.
+        SettingError: A setting of the world is out of its range.
+    """
+    config = load_robot_config()
+    simulated = load_door(door) if isinstance(door, str) else door
+    robot = RobotModel(config)
+    known = known or KnownDoor.configured(simulated)
+    placement = configured_placement()
+    plan = plan_impact(
+        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
+        make_settings(placement))
+    world = World(
+        config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
+        **settings)
+    try:
+        execution = _run(world, plan, PointB(robot).speed, watch or _nobody, stop_before)
+        log = simulation_log.load(world.save_log(path), 0.0)
+    finally:
+        world.close()
+    touched = bool((log.motion.contact_force > evaluation.CONTACT_FORCE).any())
+    impact = evaluation.impact(log.motion, plan.l_b) if touched else None
+    return Rehearsal(plan, execution, log, impact, known)
+
+
+def _nobody(world: World, sample: TickSample) -> None:
+    """Watches nothing."""
+
+
+def _run(
+    world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch, stop_before: float | None,
+) -> Execution:
+    def send(command: Command) -> None:
+        knots = command.knots
+        message = TrajectoryArrays((), (), ()) if knots is None else TrajectoryArrays(
+            world.robot_config.joint_names, knots.time.tolist(), knots.position.tolist(),
+            knots.velocity.tolist(), knots.acceleration.tolist())
+        world.follow(message, command.stamp)
+
+    execution = Execution(
+        ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
+        speed_of_b)
+    send(execution.start(world.step().time))
+    end = LONGEST
+    ears = _Encoder(world.settings.encoder_bits)
+    while not world.fell and world.time < end:
+        sample = world.step()
+        watch(world, sample)
+        if execution.outcome is not Outcome.RUNNING:
+            end = min(end, world.time + AFTERWARDS)
+            continue
+        if stop_before is not None and sample.time > execution.planned_contact - stop_before:
+            execution.stop()
+            stop_before = None
+        execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity)
+        towards_door = -float(sample.left_wrench[1] + sample.right_wrench[1])
+        for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
+                        *execution.on_foot_forces(sample.time, towards_door)):
+            send(command)
+        for point in ears.take(sample):
+            for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
+                send(command)
+    return execution
+
+
+class _Encoder:
+    """The door's encoder as the node door_encoder hears it, in batches of 20 ms."""
+
+    def __init__(self, bits: int) -> None:
+        settings = Settings(counts_per_turn=COUNTS_PER_TURN, modulus=1 << bits)
+        self._decoder = EncoderDecoder(settings)
+        self._sampler = AngleSampler(radians_per_count=settings.radians_per_count)
+        self._counts: list[int] = []
+        self._first = 0
+
+    def take(self, sample: TickSample) -> list[AnglePoint]:
+        """Angles that a tick completes."""
+        self._counts += sample.counts
+        if len(self._counts) < BATCH:
+            return []
+        counts, self._counts = self._counts, []
+        start = sample.time - SAMPLE * (len(counts) - 1)
+        batch = Batch(round(1e9 * start), SAMPLE, self._first, COUNTS_PER_TURN, counts)
+        self._first += len(counts)
+        return [point for decoded in self._decoder.decode(batch)
+                for point in self._sampler.take(decoded)]

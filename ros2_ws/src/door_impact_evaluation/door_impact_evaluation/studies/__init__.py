@@ -1,0 +1,1 @@
+"""Studies of the simulated physics, the source of docs/physics.md."""

@@ -1,0 +1,137 @@
+"""Pictures of docs/physics.md."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("Agg")  # no display is assumed
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from door_impact_evaluation.report.figures import BLUE, GREEN, RED
+
+_SIZE = (7.2, 3.6)
+
+
+def draw(summary: Mapping[str, Any], out: Path) -> None:
+    """Draws what the summary of the study holds.
+
+    Args:
+        summary: As `physics_study.study` returns it.
+        out: Folder.
+    """
+    sweeps = summary["sweeps"]
+    _effective_mass(summary["effective_mass"], out / "effective_mass.png")
+    _drop_tests(summary["drop_test"], out / "drop_test.png")
+    if {"fine_step", "both_steps"} <= sweeps.keys():
+        _time_steps(summary, out / "time_step.png")
+    if {"contact_duration", "restitution"} <= sweeps.keys():
+        _contact(summary, out / "contact.png")
+    names = {"rotor_scale", "servo_time_constant", "friction", "door_offset"}
+    if names <= sweeps.keys():
+        _unknowns(summary, out / "unknowns.png")
+
+
+def _pair(path: Path, fill: Any) -> None:
+    figure, axes = plt.subplots(1, 2, figsize=_SIZE, layout="constrained")
+    for part in axes:
+        part.grid(alpha=0.3)
+    fill(*axes)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
+    return [row.get(key, float("nan")) for row in rows]
+
+
+def _effective_mass(masses: Mapping[str, Any], path: Path) -> None:
+    def fill(*axes: Axes) -> None:
+        for part, braced, title in zip(axes, (True, False), ("arm braced", "arm free"),
+                                       strict=True):
+            rows = [row for row in masses["rows"] if row["braced"] is braced]
+            scale = _column(rows, "rotor_scale")
+            part.plot(scale, _column(rows, "spatial"), color=BLUE, label="spatial, 1/(J M⁻¹ Jᵀ)")
+            part.plot(scale, _column(rows, "pull_test"), "o", color=RED,
+                      label="pull test in the simulation")
+            if braced:
+                part.axhline(masses["planar"], color=GREEN, ls="--", label="eq. (3)")
+            part.set(title=title, xlabel="rotor inertia, multiple of the model's",
+                     ylabel="effective mass at B [kg]")
+            part.set_ylim(bottom=35.0 if braced else 0.0)
+            part.legend(fontsize=8)
+
+    _pair(path, fill)
+
+
+def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
+    def fill(left: Axes, right: Axes) -> None:
+        for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
+                                strict=True):
+            same = [row for row in rows if row["speed"] == speed]
+            wanted, shown = _column(same, "wanted"), _column(same, "shown")
+            left.plot(wanted, shown, "o-", color=color, label=f"{speed:g} m/s")
+            off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
+            right.plot(wanted, off, "o-", color=color, label=f"{speed:g} m/s")
+        left.set(title="free ball on the leaf", xlabel="restitution asked for", ylabel="shown")
+        right.axhspan(-15, 15, color=GREEN, alpha=0.1)
+        right.set(title="difference (band: ±0.015)", xlabel="restitution asked for",
+                  ylabel="shown less asked for, 10⁻³")
+        left.legend(fontsize=8)
+
+    _pair(path, fill)
+
+
+def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
+    def fill(left: Axes, right: Axes) -> None:
+        for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
+                                   ("both_steps", "everywhere", RED)):
+            rows = summary["sweeps"][name]
+            step = [1e3 * value for value in _column(rows, "time_step_fine")]
+            left.semilogx(step, _column(rows, "peak_deg"), "o-", color=color, label=label)
+            error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
+            right.semilogx(step, error, "o-", color=color, label=label)
+        left.set(title="largest opening angle", xlabel="step [ms]", ylabel="[deg]")
+        right.set(title="speed of B before the hit", xlabel="step [ms]",
+                  ylabel="off the planned speed, at most [%]")
+        left.legend(fontsize=8)
+
+    _pair(path, fill)
+
+
+def _contact(summary: Mapping[str, Any], path: Path) -> None:
+    def fill(left: Axes, right: Axes) -> None:
+        rows = summary["sweeps"]["contact_duration"]
+        duration = [1e3 * value for value in _column(rows, "contact_duration")]
+        left.plot(duration, _column(rows, "peak_deg"), "o-", color=BLUE)
+        left.set(title="stiffness of the leaf's surface", ylabel="largest opening angle [deg]",
+                 xlabel="duration of contact it is designed for [ms]")
+        rows = summary["sweeps"]["restitution"]
+        right.plot(_column(rows, "restitution"), _column(rows, "peak_deg"), "o-", color=BLUE)
+        right.set(title="restitution (planned: 0.5)", xlabel="of the leaf's surface",
+                  ylabel="largest opening angle [deg]")
+
+    _pair(path, fill)
+
+
+def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
+    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained")
+    for axes, (name, scale, label) in zip(grid.flat, (
+        ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
+        ("servo_time_constant", 1e3, "time constant of the servos [ms]"),
+        ("friction", 1.0, "friction of the soles"),
+        ("door_offset", 1e3, "door farther away than surveyed by [mm]"),
+    ), strict=True):
+        rows = summary["sweeps"][name]
+        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
+                  "o-", color=BLUE)
+        axes.axhline(summary["target_deg"], color=GREEN, ls="--")
+        axes.set(xlabel=label)
+        axes.grid(alpha=0.3)
+    for axes in grid[:, 0]:
+        axes.set(ylabel="largest opening angle [deg]")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

@@ -1,0 +1,189 @@
+"""What the simulated hit depends on: the figures of docs/physics.md, measured anew."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.benches.drop_bench import drop_test
+from hrp2_sim_bridge.benches.pull_bench import pull_test
+from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass
+from hrp2_sim_bridge.settings import WorldSettings
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.impact_plan import ImpactPlan
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from door_impact_evaluation.run import evaluation
+from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
+from door_impact_evaluation.studies.physics_figures import draw
+
+TARGET_DEG = 25.0
+BALL = 47.0  # [kg]
+ROTOR_SCALES = (0.0, 0.5, 1.0, 1.5, 2.0)
+SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
+    "fine_step": (("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),),
+    "both_steps": (("time_step_coarse", (1e-3, 5e-4, 2.5e-4, 1.25e-4)),
+                   ("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4))),
+    "contact_duration": (("contact_duration", (0.005, 0.0075, 0.010, 0.015, 0.020, 0.030)),),
+    "restitution": (("restitution", (0.4, 0.45, 0.5, 0.55, 0.6)),),
+    "rotor_scale": (("rotor_scale", ROTOR_SCALES),),
+    "servo_time_constant": (("servo_time_constant", (0.0125, 0.02, 0.025, 0.03, 0.05)),),
+    "door_offset": (("door_offset", (-0.02, -0.01, -0.001, 0.0, 0.001, 0.01, 0.02)),),
+    "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
+    "iterations": (("iterations", (20, 50, 100, 200)),),
+    "brace": (("brace", (True, False)),),
+    "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
+}
+
+
+@dataclass(frozen=True)
+class Posture:
+    """The plan's posture at the hit.
+
+    Attributes:
+        joints: (30,) [rad].
+        base: Of base_link in odom (3,) [m].
+    """
+
+    joints: NDArray[np.float64]
+    base: NDArray[np.float64]
+
+
+def posture_at_hit(plan: ImpactPlan) -> Posture:
+    """Posture at the planned contact."""
+    joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
+    return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
+
+
+def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any]:
+    """Effective mass at point B: by eq. (3), spatial, and measured in the pull test [kg]."""
+    config = load_robot_config()
+    robot, posture = RobotModel(config), posture_at_hit(plan)
+    q = robot.configuration(posture.base, posture.joints)
+    rows = []
+    for braced in (True, False):
+        locked = config.braced_joints if braced else ()
+        for scale in scales:
+            pulled = pull_test(config, posture.joints, locked=locked, rotor_scale=scale)
+            rows.append({
+                "braced": braced,
+                "rotor_scale": scale,
+                "spatial": robot.effective_mass(q, locked=locked, rotors=scale),
+                "pull_test": pulled.effective_mass,
+            })
+    return {"planar": plan.effective_mass_planar, "planned": plan.effective_mass, "rows": rows}
+
+
+def figures_of(run: Rehearsal) -> dict[str, Any]:
+    """What a run showed."""
+    motion, hit, plan = run.log.motion, run.impact, run.plan
+    support = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW)
+    inside = (motion.t > 0.1) & (motion.t < motion.t[-1] - 0.05)
+    found: dict[str, Any] = {
+        "fell": run.log.fell,
+        "outcome": run.execution.outcome.name,
+        "margin_mm": 1e3 * float(np.nanmin(support.margin[inside])),
+        "max_torque_ratio": run.log.max_torque_ratio,
+        "tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
+    }
+    if hit is None:
+        return found
+    before = motion.t[hit.contact.start]
+    near = (motion.t > before - 0.06) & (motion.t < before - 0.005)
+    # From 60 to 5 ms before the hit the planned speed of B is constant.
+    drift = motion.point_b_velocity[near] / plan.v_rb - 1.0
+    lost = hit.v_rb - hit.v_rb_post
+    return found | {
+        "peak_deg": float(np.degrees(motion.door_angle[hit.peak])),
+        "v_rb": hit.v_rb,
+        "v_rb_post": hit.v_rb_post,
+        "omega_door": hit.omega_door,
+        "restitution_shown": hit.restitution,
+        "duration_ms": 1e3 * hit.duration,
+        "peak_force": hit.peak_force,
+        "effective_mass": run.log.i_a * hit.omega_door / (plan.l_b * lost),
+        "speed_error_before_hit": float(np.abs(drift).max()),
+        "braced_joints": {
+            name: {"carried": row.carried, "motor": row.motor, "brace": row.brace}
+            for name, row in run.log.braced_joints.items()
+        },
+    }
+
+
+def drop_tests() -> list[dict[str, float]]:
+    """Restitution that the leaf's surface shows beside the one asked for."""
+    door, step = load_door("paper"), WorldSettings.time_step_fine
+    lever = 0.42
+    rows = []
+    for wanted in (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8):
+        design = design_contact(
+            wanted, reduced_mass(BALL, door.i_a / lever**2), WorldSettings.contact_duration, step)
+        for speed in (0.2, 0.5, 0.9):
+            shown = drop_test(door, design, mass=BALL, lever=lever, speed=speed, step=step)
+            rows.append({"wanted": wanted, "speed": speed, "shown": shown.restitution,
+                         "momentum_ratio": shown.momentum_ratio})
+    return rows
+
+
+def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
+    """Runs the sweeps and writes ``summary.json`` and the pictures.
+
+    Args:
+        out: Folder.
+        names: Of `SWEEPS`.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    log = out / "run.npz"
+    nominal = rehearse(TARGET_DEG, log)
+    summary: dict[str, Any] = {
+        "target_deg": TARGET_DEG,
+        "nominal": figures_of(nominal),
+        "plan": {"v_rb": nominal.plan.v_rb, "omega_door": nominal.plan.omega_door,
+                 "v_rb_post": nominal.plan.v_rb_post},
+        "effective_mass": effective_masses(nominal.plan, ROTOR_SCALES),
+        "drop_test": drop_tests(),
+        "sweeps": {},
+    }
+    for name in tqdm(list(names), desc="sweeps"):
+        keys, columns = zip(*SWEEPS[name], strict=True)
+        rows = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
+        summary["sweeps"][name] = [
+            row | figures_of(rehearse(TARGET_DEG, log, **row))
+            for row in tqdm(rows, desc=name, leave=False)
+        ]
+        (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    draw(summary, out)
+    return summary
+
+
+def main(args: list[str] | None = None) -> int:
+    """Runs the study.
+
+    Args:
+        args: Command line, without the program's name; the process's own by default.
+    """
+    parser = argparse.ArgumentParser(
+        prog="physics_study",
+        description="Measures what the simulated hit depends on (docs/physics.md); all of it takes "
+                    "some fifteen minutes.")
+    parser.add_argument("sweeps", nargs="*", metavar="SWEEP",
+                        help=f"of {', '.join(SWEEPS)} (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("out/physics"))
+    options = parser.parse_args(args)
+    unknown = [name for name in options.sweeps if name not in SWEEPS]
+    if unknown:
+        parser.error(f"no sweep {unknown[0]}: there are {', '.join(SWEEPS)}")
+    study(options.out, options.sweeps or list(SWEEPS))
+    print(f"written to {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""The evaluation of a run: figures must come from the log, and notice when it is wrong."""
+
+import numpy as np
+import pytest
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.run import evaluation
+from door_impact_evaluation.run.record import Motion
+from hrp2_description.robot import load_robot_config
+
+ROBOT = load_robot_config()
+WEIGHT = ROBOT.mass * 9.81
+
+
+def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> Motion:
+    """A robot that stands still with a share of its weight on the left sole."""
+    t = 0.001 * np.arange(n)
+    left, right = np.zeros((n, 6)), np.zeros((n, 6))
+    left[:, 2], right[:, 2] = share_left * WEIGHT, (1.0 - share_left) * WEIGHT
+    zeros = np.zeros(n)
+    defaults = {
+        "t": t, "left_wrench": left, "right_wrench": right,
+        "left_sole": np.tile([0.0, 0.095, 0.0], (n, 1)),
+        "right_sole": np.tile([0.0, -0.095, 0.0], (n, 1)),
+        "base_orientation": np.tile([0.0, 0.0, 0.0, 1.0], (n, 1)),
+        "door_angle": zeros, "door_velocity": zeros, "contact_force": zeros,
+        "point_b_velocity": zeros, "joints": np.zeros((n, 30)), "base_position": np.zeros((n, 3)),
+    }
+    return Motion(**{**defaults, **columns})
+
+
+def hit(omega: float = 0.6, v: float = 0.45, v_post: float = 0.05) -> Motion:
+    """A contact of 15 ms at 0.2 s, after which the door opens and falls shut."""
+    motion = standing()
+    t = motion.t
+    touching = (t >= 0.2) & (t < 0.215)
+    after = t >= 0.215
+    velocity = np.where(after, omega * (1.0 - (t - 0.215) / 0.5), 0.0)
+    return standing(
+        contact_force=np.where(touching, 1500.0, 0.0),
+        door_velocity=velocity,
+        door_angle=np.cumsum(velocity) * 0.001,
+        point_b_velocity=np.where(after, v_post, v))
+
+
+def test_two_touches_within_20_ms_are_one_contact_and_beyond_are_two() -> None:
+    t = 0.001 * np.arange(200)
+    for gap, contacts in ((15, 1), (30, 2)):
+        force = np.zeros(200)
+        force[50:60] = force[60 + gap:70 + gap] = 100.0
+        assert len(evaluation.find_contacts(t, force)) == contacts
+
+
+def test_a_force_of_4_n_is_no_contact() -> None:
+    t = 0.001 * np.arange(50)
+    assert evaluation.find_contacts(t, np.full(50, 4.0)) == []
+
+
+def test_impact_reads_speeds_before_and_after_the_contact() -> None:
+    found = evaluation.impact(hit(), l_b=0.42)
+    assert found.contacts_before_peak == 1
+    assert found.v_rb == pytest.approx(0.45)
+    assert found.v_rb_post == pytest.approx(0.05)
+    assert found.omega_door == pytest.approx(0.6)
+    assert found.restitution == pytest.approx((0.6 * 0.42 - 0.05) / 0.45)
+    assert found.duration == pytest.approx(0.015)
+
+
+def test_a_second_touch_before_the_peak_is_counted() -> None:
+    motion = hit()
+    motion.contact_force[300:320] = 50.0
+    assert evaluation.impact(motion, l_b=0.42).contacts_before_peak == 2
+
+
+def test_no_contact_is_an_error() -> None:
+    with pytest.raises(DemoError, match="never touched"):
+        evaluation.impact(standing(), l_b=0.42)
+
+
+def test_even_weight_puts_the_zmp_midway_between_the_feet() -> None:
+    found = evaluation.support(standing(), ROBOT, window=0.0)
+    np.testing.assert_allclose(found.zmp, 0.0, atol=1e-12)
+    inner = ROBOT.soles["left"]
+    assert found.high[0] == pytest.approx(0.095 + inner[3])
+
+
+def test_a_sole_with_4_percent_of_the_weight_is_not_in_the_support_polygon() -> None:
+    both = evaluation.support(standing(share_left=0.94), ROBOT, window=0.0)
+    left = evaluation.support(standing(share_left=0.96), ROBOT, window=0.0)
+    assert both.high[0] > 0.0
+    assert left.high[0] < 0.0  # towards the door is -y, where the right sole would be
+    assert left.margin[0] < both.margin[0]
+
+
+def test_margin_is_negative_where_the_zmp_leaves_the_polygon() -> None:
+    motion = standing()
+    motion.left_wrench[:, 3] = 300.0  # a torque about x that no sole could bear
+    assert evaluation.support(motion, ROBOT, window=0.0).margin.max() < 0.0
+
+
+def test_the_window_averages_wrenches_before_the_zmp() -> None:
+    motion = standing()
+    motion.left_wrench[500, 3] = 60.0  # one millisecond
+    raw = evaluation.support(motion, ROBOT, window=0.0).margin.min()
+    mean = evaluation.support(motion, ROBOT, window=evaluation.WINDOW).margin.min()
+    still = evaluation.support(standing(), ROBOT, window=0.0).margin.min()
+    assert raw < mean <= still
+
+
+def test_slip_and_tilt_are_seen() -> None:
+    motion = standing()
+    motion.right_sole[600:, 1] += 0.003
+    assert evaluation.slip(motion, 0.5, 0.9) == pytest.approx(0.003)
+    half = np.radians(5.0) / 2
+    tilted = np.tile([np.sin(half), 0.0, 0.0, np.cos(half)], (4, 1))
+    np.testing.assert_allclose(np.degrees(evaluation.tilt(tilted)), 5.0)

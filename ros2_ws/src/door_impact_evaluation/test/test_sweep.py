@@ -1,0 +1,333 @@
+"""A sweep's statistics, what it keeps, and what it writes; nothing is simulated here."""
+
+import json
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from door_impact_evaluation.run.rehearsal import Rehearsal
+from door_impact_evaluation.sweep import report as sweep_report
+from door_impact_evaluation.sweep import sweep
+from door_impact_evaluation.sweep.cases import cases
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner.errors import AngleUnreachable
+from impact_planner.task.experience import Experience
+
+PHASES = ("prepare", "cam", "post", "hold")
+STATISTICS = {"mean", "sd", "p95", "max"}
+CONTRACT = {"n", "seed", "stood", "error_deg", "after_learning", "min_margin_mm", "contacts_one",
+            "runs"}
+REFUSED, MISSED = "refused", "missed"
+
+
+def record(case, hit, error):
+    """What a hit might leave behind: an error [deg], a refusal or a miss."""
+    found = {"name": case.name, "hit": hit, "case": json.loads(json.dumps(case.as_json()))}
+    if error == REFUSED:
+        return found | {"refused": "no such posture"}
+    planned = {"v_rb": 0.4, "omega_door": 0.63, "effective_mass": 58.0, "restitution": 0.5,
+               "impulse": 19.0, "learned_hits": hit}
+    found |= {"outcome": "NO_CONTACT" if error == MISSED else "SUCCESS", "stood": True,
+              "planned": planned}
+    if error == MISSED:
+        return found
+    return found | {
+        "peak_deg": 25.0 + error, "error_deg": error, "held_deg": 24.0, "contacts": 1,
+        "margin_mm": {name: 20.0 + number + error for number, name in enumerate(PHASES)},
+        "v_rb": 0.41, "omega_door": 0.63, "momentum_ratio": 1.01, "slip_mm": 1.0,
+        "hand_force_n": 30.0, "switch_latency_ms": 12.0}
+
+
+def made_up(case, errors=None):
+    """Records of a case, by default each its own."""
+    errors = errors or [0.1 * (case.index + 1) * (-1) ** hit for hit in range(case.hits)]
+    return [record(case, hit, error) for hit, error in enumerate(errors)]
+
+
+def every(n, **special):
+    """Records of a sweep, some cases of which ended as stated by `group_index`."""
+    return [each for case in cases(n, 1)
+            for each in made_up(case, special.get(case.name.replace("-", "_")))]
+
+
+@given(st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=40))
+def test_statistics_are_those_of_a_textbook(errors):
+    """Mean with its sign, sample standard deviation, 95 % and largest of the sizes."""
+    found = sweep.statistics(iter(errors))
+    n = len(errors)
+    mean = sum(errors) / n
+    sizes = sorted(abs(each) for each in errors)
+    place = 0.95 * (n - 1)
+    low = min(int(place), n - 2)
+    assert set(found) == STATISTICS
+    assert found["mean"] == pytest.approx(mean, abs=1e-9)
+    assert found["sd"] == pytest.approx(
+        math.sqrt(sum((each - mean) ** 2 for each in errors) / (n - 1)), abs=1e-9)
+    assert found["p95"] == pytest.approx(
+        sizes[low] + (place - low) * (sizes[low + 1] - sizes[low]), abs=1e-9)
+    assert found["max"] == sizes[-1]
+
+
+def test_statistics_of_one_and_of_none():
+    """No spread; nothing at all."""
+    assert sweep.statistics([-0.5]) == {"mean": -0.5, "sd": 0.0, "p95": 0.5, "max": 0.5}
+    assert sweep.statistics([]) == dict.fromkeys(STATISTICS)
+
+
+def test_the_summary_has_the_contracts_keys_and_figures():
+    """First hits and hits after one apart; who was refused or missed is in no error."""
+    records = every(4, perturbed_1=[REFUSED], perturbed_2=[MISSED], rough_0=[0.7, REFUSED],
+                    rough_3=[MISSED])
+    for each in records:
+        if each["name"] == "perturbed-3":
+            each |= {"contacts": 2, "stood": False}
+    found = sweep.summary(records, 4, 9)
+    assert set(found) >= CONTRACT
+    assert (found["n"], found["seed"], found["contacts_one"]) == (4, 9, 1)
+    assert found["error_deg"] == pytest.approx(sweep.statistics([0.1, 0.4]))
+    assert found["before_learning"] == pytest.approx(sweep.statistics([0.7, 0.2, 0.3]))
+    assert found["after_learning"] == pytest.approx(sweep.statistics([-0.2, -0.3]))
+    assert set(found["min_margin_mm"]) == set(PHASES)
+    every_margin = [each["margin_mm"]["cam"] for each in records if "margin_mm" in each]
+    assert found["min_margin_mm"]["cam"] == pytest.approx(
+        {"p5": np.percentile(every_margin, 5), "min": min(every_margin)})
+    assert found["refused"] == 2
+    assert found["runs"] == records
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_a_robot_that_fell_does_not_count_as_standing():
+    """Of the first hits on perturbed doors; others are not counted."""
+    records = every(5)
+    assert sweep.summary(records, 5, 1)["stood"] == 5
+    for each in records:
+        each["stood"] = each["name"] != "perturbed-2" and not each["name"].startswith("rough")
+    assert sweep.summary(records, 5, 1)["stood"] == 4
+
+
+def test_a_refused_case_keeps_what_came_before(monkeypatch):
+    """The second hit is refused: its reason, after the first one's figures."""
+    case = cases(1, 1)[0]
+    learned, asked = object(), []
+
+    def rehearse(target, path, *, known, **_):
+        asked.append(known)
+        if len(asked) == 2:
+            raise AngleUnreachable("too far")
+        return type("Run", (), {"impact": True, "learned": lambda self: learned})()
+
+    monkeypatch.setattr(sweep, "rehearse", rehearse)
+    monkeypatch.setattr(sweep, "measured", lambda run: {"error_deg": 0.2})
+    monkeypatch.setattr(sweep, "replace", lambda known, experience: experience)
+    first, second = sweep.run_case(case)
+    assert (first["hit"], first["error_deg"]) == (0, 0.2)
+    assert (second["hit"], second["refused"]) == (1, "too far")
+    assert asked[1] is learned
+
+
+@pytest.mark.parametrize("peak", [math.nan, 0.0, 3.0])
+def test_a_hit_that_was_not_felt_teaches_nothing_and_ends_no_sweep(peak):
+    """Nor one to an angle that the linkage does not allow."""
+    plan = SimpleNamespace(initial_angle=0.0, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
+                           braking=0.07, restitution=0.5)
+    execution = SimpleNamespace(measured=SimpleNamespace(peak_angle=peak, v_rb_post=math.nan))
+    before = Experience(2, 0.9, 0.4, np.diag([1e-3, 1e-3]))
+    known = replace(cases(1, 1)[0].known(), experience=before)
+    assert Rehearsal(plan, execution, None, None, known).learned() is before
+    execution.measured.peak_angle = 0.4
+    assert Rehearsal(plan, execution, None, None, known).learned().hits == 3
+
+
+class Pool:
+    """A pool that runs at once, here."""
+
+    def __init__(self, *_):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def imap_unordered(self, task, arguments):
+        """What the tasks answer, in their order."""
+        return map(task, arguments)
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """Names of the cases that were run, in order."""
+    names = []
+
+    def run_case(case):
+        names.append(case.name)
+        return made_up(case)
+
+    monkeypatch.setattr(sweep, "run_case", run_case)
+    monkeypatch.setattr(sweep, "get_context", lambda _: SimpleNamespace(Pool=Pool))
+    monkeypatch.setattr(sweep, "sources", lambda: "these")
+    return names
+
+
+def test_what_was_run_before_is_not_run_again(ran, tmp_path):
+    """A longer sweep runs what is new; the records are those of one sweep, in its order."""
+    sweep.run(cases(2, 1), tmp_path)
+    assert len(ran) == 10
+    ran.clear()
+    found = sweep.run(cases(3, 1), tmp_path)
+    assert ran == ["perturbed-2", "rough-2"]
+    assert found == every(3)
+    ran.clear()
+    sweep.run(cases(3, 2), tmp_path)
+    assert len(ran) == 6  # of another seed, but the nominal ones
+
+
+def test_results_of_other_code_are_run_again_and_kept(ran, tmp_path, monkeypatch):
+    """Back at the old code, they are there."""
+    sweep.run(cases(1, 1), tmp_path)
+    ran.clear()
+    monkeypatch.setattr(sweep, "sources", lambda: "others")
+    sweep.run(cases(1, 1), tmp_path)
+    assert len(ran) == 8
+    ran.clear()
+    monkeypatch.setattr(sweep, "sources", lambda: "these")
+    assert sweep.run(cases(1, 1), tmp_path) == every(1)
+    assert ran == []
+
+
+@pytest.mark.parametrize("left", [1, 30, -2, -1])
+def test_a_line_half_written_costs_that_case_alone(ran, tmp_path, left):
+    """A run killed in the middle of a line; what is written next is not lost by it either."""
+    sweep.run(cases(1, 1), tmp_path)
+    path = tmp_path / sweep.RECORD
+    *lines, last = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines) + last[:left])
+    lost = left != -1  # else only the end of the line
+    ran.clear()
+    assert sweep.run(cases(1, 1), tmp_path) == every(1)
+    assert len(ran) == lost
+    ran.clear()
+    sweep.run(cases(2, 1), tmp_path)
+    assert ran == ["perturbed-1", "rough-1"]
+    ran.clear()
+    assert sweep.run(cases(2, 1), tmp_path) == every(2)
+    assert ran == []
+
+
+def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
+    """Status 130; the next sweep goes on."""
+    keep = sweep.run_case
+
+    def interrupted(case):
+        if len(ran) == 3:
+            raise KeyboardInterrupt
+        return keep(case)
+
+    monkeypatch.setattr(sweep, "run_case", interrupted)
+    assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 130
+    assert str(tmp_path) in capsys.readouterr().err
+    monkeypatch.setattr(sweep, "run_case", keep)
+    assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 0
+    assert len(ran) == len(set(ran)) == 8
+
+
+def test_the_digest_is_that_of_code_robot_and_doors(tmp_path, monkeypatch):
+    """The same again; another where a file of the robot is another."""
+    before = sweep.sources()
+    assert sweep.sources() == before
+    other = tmp_path / "robot.yaml"
+    other.write_text("mass: 1")
+    monkeypatch.setattr(sweep, "robot_data", lambda name: other)
+    assert sweep.sources() != before
+    monkeypatch.undo()
+    monkeypatch.setattr(sweep, "door_data", lambda name: tmp_path)
+    assert sweep.sources() != before
+    monkeypatch.undo()
+    monkeypatch.setattr(sweep, "PACKAGES", sweep.PACKAGES[:-1])
+    assert sweep.sources() != before
+
+
+def test_the_command_writes_what_the_contract_says(ran, tmp_path, capsys):
+    """summary.json, report.txt and a figure; the table is printed, too."""
+    assert sweep.main(["-n", "2", "--seed", "1", "--out", str(tmp_path / "deep")]) == 0
+    found = json.loads((tmp_path / "deep" / "summary.json").read_text())
+    assert found == sweep.summary(every(2), 2, 1)
+    assert (tmp_path / "deep" / "sweep.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "deep" / "report.txt").read_text() in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("arguments", "word"), [
+    (["-n", "0"], "1 or more"), (["-n", "-3"], "1 or more"), (["--seed", "-1"], "0 or more"),
+    (["-n", "many"], "many"), (["-n", "1.5"], "1.5")])
+def test_a_sweep_of_nothing_is_refused(ran, tmp_path, capsys, arguments, word):
+    """Before anything is run or written."""
+    with pytest.raises(SystemExit) as ended:
+        sweep.main([*arguments, "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert word in capsys.readouterr().err
+    assert ran == []
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_table_names_the_worst_runs_first(tmp_path):
+    """By the size of the error, then those refused or fallen, each once; causes beside them."""
+    records = every(9, perturbed_3=[-7.25], rough_2=[0.1, 6.5], perturbed_5=[REFUSED])
+    for each in records:
+        each["stood"] = each.get("stood", True) and each["name"] != "perturbed-3"
+    worst = sweep_report.table(sweep.summary(records, 9, 1)).split("worst runs\n")[1].splitlines()
+    assert worst[0].startswith("  perturbed-3 hit 1: -7.25 deg, did not stand; door ")
+    assert worst[1].startswith("  rough-2 hit 2: +6.50 deg")
+    assert len(worst) == sweep_report.WORST + 1
+    assert worst[-1].startswith("  perturbed-5 hit 1: refused: no such posture")
+
+
+EVERY = [f"{group}_{index}" for group in ("nominal", "perturbed", "rough") for index in range(6)]
+ENDS = {
+    "all went well": {},
+    "all were refused": {name: [REFUSED] for name in EVERY},
+    "all missed": {name: [MISSED] for name in EVERY},
+    "the second hit on a nominal door was refused": {"nominal_0": [0.1, REFUSED]},
+    "the second hit on a nominal door missed": {"nominal_0": [0.1, MISSED]},
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("ends", ENDS.values(), ids=ENDS)
+def test_a_report_is_written_however_a_sweep_of_one_ended(tmp_path, ends):
+    """Table, figure and summary.json."""
+    records = every(1, **ends)
+    sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
+    text = (tmp_path / "report.txt").read_text()
+    assert "paper, 15 deg, mcv50" in text
+    assert text.count("no such posture") >= sum("refused" in each for each in records)
+    assert (tmp_path / "sweep.png").stat().st_size > 5000
+    assert json.loads((tmp_path / "summary.json").read_text())["n"] == 1
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_contact_that_was_never_felt_does_not_cost_the_report(tmp_path):
+    """Its latency is no number."""
+    records = every(1)
+    for each in records:
+        each["switch_latency_ms"] = math.nan
+    sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
+    assert (tmp_path / "sweep.png").exists()
+
+
+def test_lines_that_are_no_records_are_passed_over(tmp_path):
+    path = tmp_path / sweep.RECORD
+    path.write_text('null\n{"x": 1}\n[1]\n"digest"\n{"digest": "these"}\n')
+    assert sweep.load_records(path, "these") == {}
+
+
+def test_a_folder_that_cannot_be_one_is_told_in_a_line(ran, tmp_path, capsys):
+    out = tmp_path / "file"
+    out.write_text("kept")
+    assert sweep.main(["-n", "1", "--out", str(out)]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert out.read_text() == "kept"
+    assert ran == []

@@ -1,0 +1,301 @@
+"""Doors as YAML files: reading, checking, writing."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from door_model.data import data_path
+from door_model.door.closer import FourBarCloser
+from door_model.door.door import Door, Zone
+from door_model.door.geometry import DoorGeometry, Leaf
+from door_model.errors import ConfigError, DeadCentreError, DoorModelError
+
+WORKING_RANGE = math.pi / 2.0
+"""From the closed door on [rad]: a closer by EN 1154 shuts its door from 90 deg."""
+
+_CLOSER_KEYS = ("c_c", "k_c", "tau_c0_prime")
+_ZONES = ("backcheck", "latch")
+_REQUIRED = ("name", "leaf", "linkage", "closer", "restitution")
+_OPTIONAL = ("i_a", "friction")
+_LINKAGE_KEYS = ("l", "l1", "l2", "l3", "theta_i0")
+
+
+@dataclass(frozen=True)
+class DoorConfig:
+    """A door as configured.
+
+    Attributes:
+        name: Name.
+        leaf: The leaf.
+        linkage: The closer's linkage.
+        c_c: Viscosity at the closer's joint [N m s/rad].
+        k_c: Spring coefficient at the closer's joint [N m/rad].
+        tau_c0_prime: Closer torque of eq. (12) [N m].
+        i_a: Moment of inertia about the hinge [kg m^2].
+        restitution: Coefficient of restitution of a hit on the leaf, 0 to 1.
+        c_c_closing: Viscosity while it closes [N m s/rad]; None: as while it opens.
+        backcheck: Where opening is damped otherwise; None: nowhere.
+        latch: Where closing is damped otherwise; None: nowhere.
+        friction: Coulomb friction at the hinge [N m].
+    """
+
+    name: str
+    leaf: Leaf
+    linkage: FourBarCloser
+    c_c: float
+    k_c: float
+    tau_c0_prime: float
+    i_a: float
+    restitution: float
+    c_c_closing: float | None = None
+    backcheck: Zone | None = None
+    latch: Zone | None = None
+    friction: float = 0.0
+
+    def door(self) -> Door:
+        """The door for eq. (1)."""
+        return Door(
+            self.i_a, self.c_c, self.k_c, self.tau_c0_prime, self.linkage, self.c_c_closing,
+            self.backcheck, self.latch, self.friction)
+
+    def geometry(self) -> DoorGeometry:
+        """Leaf and linkage alone."""
+        return DoorGeometry(self.name, self.leaf, self.linkage)
+
+    def to_yaml(self) -> str:
+        """Text that `load_door` reads back to the same numbers."""
+        closer: dict[str, Any] = {key: getattr(self, key) for key in _CLOSER_KEYS}
+        if self.c_c_closing is not None:
+            closer["c_c_closing"] = self.c_c_closing
+        closer |= {name: asdict(zone) for name in _ZONES if (zone := getattr(self, name))}
+        document = {
+            "name": self.name,
+            "leaf": asdict(self.leaf),
+            "linkage": asdict(self.linkage),
+            "closer": closer,
+            "i_a": self.i_a,
+            "friction": self.friction,
+            "restitution": self.restitution,
+        }
+        return yaml.safe_dump(document, sort_keys=False, allow_unicode=True)
+
+
+def door_names() -> list[str]:
+    """Names of the doors that come with this package, sorted."""
+    return sorted(path.stem for path in data_path("doors").glob("*.yaml"))
+
+
+def load_door(name_or_path: str | Path) -> DoorConfig:
+    """Read a door.
+
+    A file has what `doors/paper.yaml` has. It may leave out ``i_a``, which is then the leaf's, and
+    may say what a real closer does beyond the paper (see `door_model.door.door`)::
+
+        linkage: {..., assembly: -1}           # the mirrored mode
+        closer:
+          c_c_closing: 0.5                     # [N m s/rad] while the door closes
+          backcheck: {angle: 1.22, c_c: 3.0}   # while it opens beyond 1.22 rad
+          latch: {angle: 0.2, c_c: 0.1}        # while it closes below 0.2 rad
+        friction: 0.3                          # [N m] at the hinge
+
+    Args:
+        name_or_path: Name of a door of this package, such as "paper", or a YAML file.
+
+    Raises:
+        ConfigError: No such door, unknown or missing keys, numbers out of range, a closer that
+            does not assemble, does not pull the door shut or has a dead centre within
+            `WORKING_RANGE`.
+    """
+    path = _find(name_or_path)
+    document = _read(path)
+    source = str(path)
+    _check_keys(source, "", document, _REQUIRED, _OPTIONAL)
+    geometry = _geometry(source, document)
+    closer = _closer(source, document["closer"])
+    restitution = _number(source, "restitution", document["restitution"])
+    if not 0.0 <= restitution <= 1.0:
+        raise _out_of_range(source, "restitution", restitution, "0 to 1")
+    if "i_a" in document:
+        i_a = _number(source, "i_a", document["i_a"])
+    else:
+        i_a = geometry.leaf.moment_of_inertia()
+    for key in ("c_c", "k_c"):
+        if not closer[key] > 0.0:
+            raise _out_of_range(source, f"closer.{key}", closer[key], "a positive number")
+    if not i_a > 0.0:
+        raise _out_of_range(source, "i_a", i_a, "a positive number")
+    config = DoorConfig(
+        name=geometry.name,
+        leaf=geometry.leaf,
+        linkage=geometry.linkage,
+        i_a=i_a,
+        restitution=restitution,
+        friction=_number(source, "friction", document.get("friction", 0.0)),
+        **closer,
+    )
+    try:
+        pull = float(config.door().restoring_torque(0.0))
+        dead_centre = config.door().dead_centre()
+    except DoorModelError as error:
+        raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error
+    if not pull > 0.0:
+        raise ConfigError(
+            source,
+            f"the closer does not pull the door shut: restoring torque {pull:.3g} N m at the "
+            f"closed door, with closer.tau_c0_prime {config.tau_c0_prime:g}",
+            value=pull,
+            limit="a positive torque",
+        )
+    if dead_centre is not None and dead_centre < WORKING_RANGE:
+        cause = DeadCentreError(
+            dead_centre,
+            f"a closer must shut its door from {math.degrees(WORKING_RANGE):.0f} deg",
+            value=WORKING_RANGE,
+        )
+        raise ConfigError(source, str(cause), value=dead_centre, limit=WORKING_RANGE) from cause
+    return config
+
+
+def _closer(source: str, section: Any) -> dict[str, Any]:
+    """The closer's parameters, its zones among them."""
+    if not isinstance(section, Mapping):
+        raise ConfigError(source, "section 'closer' is not a mapping of keys", value=section)
+    _check_keys(source, "closer", section, _CLOSER_KEYS, ("c_c_closing", *_ZONES))
+    closer: dict[str, Any] = {
+        key: _number(source, f"closer.{key}", section[key])
+        for key in (*_CLOSER_KEYS, "c_c_closing")
+        if key in section
+    }
+    for name in _ZONES:
+        if name in section:
+            numbers = _numbers(source, section, name, ("angle", "c_c"))
+            try:
+                closer[name] = Zone(**numbers)
+            except DoorModelError as error:
+                raise ConfigError(source, f"{name}: {error}", value=error.value) from error
+    return closer
+
+
+def load_geometry(name_or_path: str | Path) -> DoorGeometry:
+    """Read leaf and linkage of a door; its closer's parameters are not looked at.
+
+    The file may leave out `closer`, `i_a` and `restitution`, as that of a door not yet identified.
+
+    Args:
+        name_or_path: Name of a door of this package or a YAML file.
+
+    Raises:
+        ConfigError: As `load_door`.
+    """
+    path = _find(name_or_path)
+    document = _read(path)
+    optional = ("closer", "restitution", *_OPTIONAL)
+    _check_keys(str(path), "", document, ("name", "leaf", "linkage"), optional)
+    return _geometry(str(path), document)
+
+
+def _find(name_or_path: str | Path) -> Path:
+    """The file of a door."""
+    text = str(name_or_path)
+    if not text:
+        raise ConfigError("door", "no name and no file given", value=text, limit=door_names())
+    if isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml")):
+        path = Path(name_or_path)
+        if not path.is_file():
+            raise ConfigError(text, "no such file", value=text)
+        return path
+    known = door_names()
+    if text not in known:
+        raise ConfigError(
+            text, f"no such door; there are {', '.join(known)}", value=text, limit=known
+        )
+    return data_path("doors") / f"{text}.yaml"
+
+
+def _read(path: Path) -> Mapping[str, Any]:
+    """The YAML document, which must be a mapping."""
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(str(path), f"cannot be read: {error}", value=str(path)) from error
+    if not isinstance(document, Mapping):
+        raise ConfigError(str(path), "is not a mapping of keys", value=document)
+    return document
+
+
+def _check_keys(
+    source: str,
+    section: str,
+    document: Mapping[str, Any],
+    required: tuple[str, ...],
+    optional: tuple[str, ...] = (),
+) -> None:
+    """Raise on a missing or an unknown key."""
+    where = f"section {section!r}: " if section else ""
+    missing = [key for key in required if key not in document]
+    if missing:
+        raise ConfigError(
+            source, f"{where}missing {', '.join(missing)}", value=missing, limit=required
+        )
+    known = (*required, *optional)
+    unknown = [str(key) for key in document if key not in known]
+    if unknown:
+        raise ConfigError(
+            source,
+            f"{where}unknown {', '.join(unknown)}; known are {', '.join(known)}",
+            value=unknown,
+            limit=known,
+        )
+
+
+def _numbers(
+    source: str,
+    document: Mapping[str, Any],
+    section: str,
+    keys: tuple[str, ...],
+    optional: tuple[str, ...] = (),
+) -> dict[str, float]:
+    """A section that consists of numbers."""
+    content = document[section]
+    if not isinstance(content, Mapping):
+        raise ConfigError(source, f"section {section!r} is not a mapping of keys", value=content)
+    _check_keys(source, section, content, keys, optional)
+    return {
+        key: _number(source, f"{section}.{key}", content[key])
+        for key in (*keys, *optional)
+        if key in content
+    }
+
+
+def _number(source: str, key: str, value: Any) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise _out_of_range(source, key, value, "a finite number")
+    return float(value)
+
+
+def _out_of_range(source: str, key: str, value: Any, limit: str) -> ConfigError:
+    """The error for a value that is not what it should be."""
+    return ConfigError(source, f"{key} must be {limit}, not {value!r}", value=value, limit=limit)
+
+
+def _geometry(source: str, document: Mapping[str, Any]) -> DoorGeometry:
+    """Leaf and linkage of a document, checked to assemble at the closed door."""
+    name = document["name"]
+    if not isinstance(name, str) or not name:
+        raise ConfigError(source, f"name must be a text, not {name!r}", value=name)
+    leaf_keys = tuple(field.name for field in fields(Leaf))
+    try:
+        leaf = Leaf(**_numbers(source, document, "leaf", leaf_keys))
+        linkage = FourBarCloser(
+            **_numbers(source, document, "linkage", _LINKAGE_KEYS, ("assembly",)))
+        linkage.f(0.0)
+    except ConfigError:
+        raise
+    except DoorModelError as error:
+        raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error
+    return DoorGeometry(name, leaf, linkage)

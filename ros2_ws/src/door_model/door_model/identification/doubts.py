@@ -1,0 +1,54 @@
+"""What a fit's covariance says that its data cannot tell."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from door_model.identification.parameters import UNITS, is_angle
+
+_DOUBTFUL = 0.1  # of a parameter's value
+_PART = 0.3  # of a direction of the parameters
+_NOTHING = 1e-3  # of its standard deviation: a value at its bound
+
+
+def doubts(
+    names: Sequence[str], values: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> list[str]:
+    """Sentences on the directions in which parameters are uncertain by more than a tenth.
+
+    Args:
+        names: Names of the parameters (P,), see `parameters`.
+        values: Their values (P,).
+        covariance: (P, P), without the scale, whose spread says nothing of the swings.
+    """
+    std = np.sqrt(np.diag(covariance))
+    size = np.maximum(np.maximum(np.abs(values), std), 1e-12)
+    shares, directions = np.linalg.eigh(covariance / np.outer(size, size))
+    said: dict[tuple[str, ...], str] = {}
+    for variance, direction in sorted(
+        zip(shares, directions.T, strict=True), key=lambda pair: -pair[0]
+    ):
+        share = math.sqrt(max(float(variance), 0.0))
+        parts = tuple(
+            name for name, part in zip(names, direction, strict=True) if abs(part) > _PART)
+        if share > _DOUBTFUL and len(parts) > 1:
+            said.setdefault(parts, (
+                f"the swings cannot tell {' and '.join(parts)} apart: changed together by "
+                f"{min(share, 1.0):.0%} they leave the motion nearly as it is"))
+    together = {name for parts in said for name in parts}
+    return [*said.values(), *(
+        _uncertain(name, float(value), float(spread))
+        for name, value, spread in zip(names, values, std, strict=True)
+        if spread > _DOUBTFUL * abs(value) and name not in together)]
+
+
+def _uncertain(name: str, value: float, std: float) -> str:
+    """Sentence on one parameter."""
+    unit = UNITS[name]
+    if is_angle(name):
+        value, std, unit = math.degrees(value), math.degrees(std), "deg"
+    if abs(value) < _NOTHING * std:
+        return f"{name} is at its bound of 0, +- {std:.2g} {unit}"
+    return f"{name} is uncertain: {value:.3g} +- {std:.2g} {unit}"

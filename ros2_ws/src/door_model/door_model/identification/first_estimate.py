@@ -1,0 +1,48 @@
+"""First estimate of a door from its swings, with no integration of eq. (1)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from door_impact_common.arrays import Array
+from scipy.integrate import cumulative_trapezoid
+
+from door_model.door.closer import FourBarCloser
+from door_model.identification.swing_rows import stack
+from door_model.recording.swings import FreeSwing
+
+ESTIMATED = ("opening", "closing", "spring", "preload")
+_SMALLEST = np.array([1e-3, 1e-3, 1e-3, -np.inf])
+
+
+def first_estimate(
+    closer: FourBarCloser, swings: Sequence[FreeSwing]
+) -> tuple[dict[str, float], Array]:
+    """Ratios and starts by a linear least squares on eq. (1) integrated twice over time.
+
+    Nothing is differentiated: the damper's share is the integral of eta^2 over the angle. What is
+    left of the measurement's errors in the integrands makes it good to about a percent.
+
+    Returns:
+        Ratios by their names in `Ratios`, all but the preload positive, and angle [rad] and
+        velocity [rad/s] at the start of each swing (S, 2).
+    """
+    highest = max(float(swing.theta.max()) for swing in swings)
+    angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 2000)
+    eta2 = closer.eta(angles) ** 2
+    damped = cumulative_trapezoid(eta2, angles, initial=0.0)
+    blocks = []
+    for swing in swings:
+        t = swing.t - swing.t[0]
+        f, eta = closer.f_and_eta(swing.theta)
+        passed = np.interp(swing.theta, angles, damped)
+        peak = passed[swing.peak_index]
+        closes = np.arange(len(t)) > swing.peak_index
+        once = [np.where(closes, peak, passed) - passed[0], np.where(closes, passed - peak, 0.0)]
+        twice = [cumulative_trapezoid(value, t, initial=0.0) for value in (eta * f, eta)]
+        columns = [-cumulative_trapezoid(value, t, initial=0.0) for value in (*once, *twice)]
+        blocks.append(np.column_stack([*columns, np.ones(len(t)), t, swing.theta]))
+    rows = stack(blocks, len(ESTIMATED))
+    answer = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
+    ratios = np.maximum(answer[: len(ESTIMATED)], _SMALLEST)
+    named = dict(zip(ESTIMATED, (float(ratio) for ratio in ratios), strict=True))
+    return named, np.asarray(answer[len(ESTIMATED) :].reshape(-1, 2))

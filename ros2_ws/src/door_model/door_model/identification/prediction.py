@@ -1,0 +1,91 @@
+"""How far a free door will open, and how sure that is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from door_model.door.door import Door
+from door_model.identification.parameters import RATIO_OF, is_angle
+from door_model.motion.dynamics import peak
+from door_model.motion.free_motion import UNKNOWNS, follow
+
+NORMAL_95 = 1.959964  # standard deviations to either side
+
+
+@dataclass(frozen=True)
+class PredictedPeak:
+    """Where a free door will turn round, for an exact start.
+
+    Attributes:
+        time: From the start [s].
+        time_std: Its standard deviation by the door's parameters [s].
+        angle: Opening angle [rad].
+        angle_std: Its standard deviation [rad].
+    """
+
+    time: float
+    time_std: float
+    angle: float
+    angle_std: float
+
+    def interval(self) -> tuple[float, float]:
+        """Angles between which it lies with 95 % probability [rad]."""
+        away = NORMAL_95 * self.angle_std
+        return self.angle - away, self.angle + away
+
+
+def predict_peak(
+    door: Door,
+    names: Sequence[str],
+    covariance: NDArray[np.float64],
+    omega0: float,
+    theta0: float = 0.0,
+) -> PredictedPeak:
+    """Peak of a free motion with the spread that the parameters' covariance gives it.
+
+    By exact derivatives of eq. (1). A common factor on all parameters cancels, and so does most of
+    what the scale adds to their spread.
+
+    Args:
+        door: The door.
+        names: Parameters that are uncertain (P,), see `Identification.names`.
+        covariance: (P, P) of the same, SI units.
+        omega0: Angular velocity at the start [rad/s], positive.
+        theta0: Angle at the start [rad].
+
+    Raises:
+        DoorModelError: As `peak`.
+    """
+    top = peak(door, theta0, omega0)
+    motion = follow(
+        door.closer.numbers(), door.ratios(), theta0, omega0, until=2.0 * top.time, to_peak=True,
+        exact=True)
+    slopes = np.array([
+        _by_parameters(door, names, row[:, 0]) for row in (motion.d_end_time, motion.d_end_angle)])
+    variance = np.einsum("ij,jk,ik->i", slopes, np.asarray(covariance, dtype=float), slopes)
+    time_std, angle_std = (float(std) for std in np.sqrt(np.maximum(variance, 0.0)))
+    return PredictedPeak(top.time, time_std, top.angle, angle_std)
+
+
+def _by_parameters(
+    door: Door, names: Sequence[str], by_unknowns: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Slopes (P,) by parameters from those by ratios.
+
+    What follows another parameter, such as the viscosity of closing where it has none of its own,
+    does not act before the peak.
+    """
+    ratios = door.ratios()
+    scaled = [name for name in RATIO_OF.values() if not is_angle(name)]
+    place = {name: UNKNOWNS.index(name) for name in RATIO_OF.values()}
+    by_inertia = -sum(float(getattr(ratios, name)) * by_unknowns[place[name]] for name in scaled)
+    answer = []
+    for name in names:
+        if name == "i_a":
+            answer.append(by_inertia / door.i_a)
+        else:
+            slope = by_unknowns[place[RATIO_OF[name]]]
+            answer.append(slope if is_angle(name) else slope / door.i_a)
+    return np.array(answer)

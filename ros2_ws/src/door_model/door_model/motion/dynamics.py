@@ -1,0 +1,265 @@
+"""Motion of a swing door with a closer: eq. (1) and section II.C.2 of the paper."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from door_model.checks import place, require_each, require_finite, require_positive
+from door_model.door.door import Door
+from door_model.door.ratios import Ratios
+from door_model.errors import (
+    DeadCentreError,
+    DoorModelError,
+    DoorParameterError,
+    UnreachableAngleError,
+)
+from door_model.motion.driven_motion import DrivenMotion, Swing, end_of_linkage
+from door_model.motion.free_motion import End, FreeMotion, follow
+
+_AT_REST = 1e-12  # [rad/s]; says which way a door goes that friction alone brought to rest
+_LONGEST_SWING = 60.0  # [s]; a door that has not turned round by then never will
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Where a free door turns round; numbers for one start, arrays of the starts' shape for many.
+
+    Attributes:
+        time: From the start [s].
+        angle: Opening angle [rad].
+    """
+
+    time: Any
+    angle: Any
+
+
+def simulate(
+    door: Door,
+    theta0: float,
+    omega0: float,
+    duration: float,
+    *,
+    period: float = 1e-3,
+    torque: Callable[[float], float] | None = None,
+    stop: bool = False,
+) -> Swing:
+    """Motion of a door by eq. (1).
+
+    Args:
+        door: The door.
+        theta0: Angle at the start [rad].
+        omega0: Angular velocity at the start [rad/s].
+        duration: How long [s].
+        period: Time between two samples of the answer [s].
+        torque: External torque about the hinge over time [N m]; None for a free door.
+        stop: End the motion where the door falls shut on its frame (theta = 0); the last sample
+            is then the closing one, at its own time.
+
+    Raises:
+        DoorParameterError: A number is not finite, duration or period is not positive.
+        LinkageError: The motion leaves the angles at which the linkage closes.
+    """
+    for name, value in (("theta0", theta0), ("omega0", omega0)):
+        require_finite(name, value)
+    require_positive("duration", duration)
+    require_positive("period", period)
+    door.closer.require_within(theta0)  # or the error that names the start
+    times = np.arange(math.floor(duration / period + 1e-9) + 1) * period
+    times = np.minimum(times, duration)  # the last may pass it by a rounding error
+    motion = DrivenMotion(door, torque, stop, times)
+    return motion.run(theta0, omega0, duration)
+
+
+def follow_free(
+    doors: Door | Sequence[Door],
+    theta0: ArrayLike,
+    omega0: ArrayLike,
+    *,
+    until: float = _LONGEST_SWING,
+    to_peak: bool = False,
+    stop: bool = True,
+) -> FreeMotion:
+    """Free motions of one door from many starts, or of many doors: quick and to rounding errors.
+
+    For very many doors give `free_motion.follow` the arrays themselves.
+
+    Args:
+        doors: A door, or one for each start.
+        theta0: Angles at the start, a number or (K,) [rad].
+        omega0: Angular velocities there, a number or (K,) [rad/s].
+        until: How long to follow them [s].
+        to_peak: Follow each only until it first turns round from opening.
+        stop: End a motion where the door falls shut on its frame.
+
+    Raises:
+        DoorParameterError: A number is not finite, or there are not as many doors as starts.
+        LinkageError: A motion leaves the angles at which its linkage closes.
+    """
+    every = [doors] if isinstance(doors, Door) else list(doors)
+    theta0, omega0 = np.broadcast_arrays(np.atleast_1d(theta0), np.atleast_1d(omega0))
+    for name, values in (("theta0", theta0), ("omega0", omega0)):
+        if not np.isfinite(values).all():
+            raise DoorParameterError(name, values[~np.isfinite(values)][0], "a finite number")
+    if len(every) > 1 and len(theta0) == 1:
+        theta0, omega0 = (np.repeat(values, len(every)) for values in (theta0, omega0))
+    if len(every) not in (1, len(theta0)):
+        raise DoorParameterError("number of doors", len(every), f"1 or {len(theta0)}")
+    starts = theta0 if len(every) == len(theta0) else [theta0]
+    for door, start in zip(every, starts, strict=True):
+        door.closer.require_within(start)  # or the error that names the start
+    link = np.array([door.closer.numbers() for door in every]).T
+    rows = [door.ratios() for door in every]
+    ratios = Ratios(
+        *([getattr(row, field.name) for row in rows] for field in fields(Ratios))
+    ) if len(rows) > 1 else rows[0]
+    motion = follow(
+        link, ratios, theta0, omega0, until=until, shut_at=0.0 if stop else -np.inf,
+        to_peak=to_peak)
+    beyond = np.flatnonzero(motion.end == End.LINKAGE)
+    if beyond.size:
+        first = int(beyond[0])
+        closer = every[first if len(every) > 1 else 0].closer
+        raise end_of_linkage(
+            float(theta0[first]), float(omega0[first]), float(motion.end_angle[first]), closer)
+    return motion
+
+
+def peak(door: Door, theta0: ArrayLike, omega0: ArrayLike) -> Peak:
+    """Time and angle at which a freely opening door turns round.
+
+    Args:
+        door: The door.
+        theta0: Angle(s) at the start [rad].
+        omega0: Angular velocity or velocities there [rad/s], positive; any shape that broadcasts.
+
+    Raises:
+        DoorParameterError: A number is not finite or omega0 is not positive.
+        LinkageError: The door opens further than its linkage allows.
+        DeadCentreError: It passes a dead centre and its spring throws it open.
+        UnreachableAngleError: It never turns round.
+            The errors about an array say which element it is.
+    """
+    theta0, omega0 = _broadcast(theta0, omega0)
+    require_each("theta0", theta0, np.isfinite(theta0), "a finite number")
+    require_each(
+        "omega0", omega0, np.isfinite(omega0) & (omega0 > 0.0), "a positive finite number")
+    door.closer.require_within(theta0)  # or the error that names the start
+    motion = follow(
+        door.closer.numbers(), door.ratios(), theta0.ravel(), omega0.ravel(),
+        until=_LONGEST_SWING, to_peak=True)
+    for first in np.flatnonzero(np.isnan(motion.peak_time)).tolist():
+        raise _no_peak(door, motion, theta0, omega0, first)
+    shape = theta0.shape
+    return Peak(_shaped(motion.peak_time, shape), _shaped(motion.peak_angle, shape))
+
+
+def initial_velocity(door: Door, angle: ArrayLike, theta0: ArrayLike = 0.0) -> Any:
+    """Angular velocity w' that opens a free door to an angle, section II.C.2.
+
+    Eq. (1) is integrated backwards in time from rest at the angle until theta0. Beyond a dead
+    centre, friction may still hold the door at the angle: then there is a w' for it.
+
+    Args:
+        door: The door.
+        angle: Desired opening angle(s) [rad].
+        theta0: Angle(s) of the door just after the hit [rad]; any shape that broadcasts.
+
+    Returns:
+        w' [rad/s], a number for numbers, else an array.
+
+    Raises:
+        DoorParameterError: An angle is not finite, theta0 is negative or not below the angle.
+        LinkageError: The angle is beyond the linkage.
+        DeadCentreError: It is beyond a dead centre, and the door does not come to rest there.
+        UnreachableAngleError: The door does not turn round there, or turns round before.
+            The errors about an array say which element it is.
+    """
+    angle, theta0 = _broadcast(angle, theta0)
+    shape = angle.shape
+    require_each("angle", angle, np.isfinite(angle), "a finite number")
+    require_each("theta0", theta0, np.isfinite(theta0) & (theta0 >= 0.0),
+                 "a finite number of 0 or above")
+    for first in np.flatnonzero(angle <= theta0).tolist():
+        raise DoorParameterError(
+            f"angle{place(shape, first)}", float(angle.flat[first]),
+            f"above the start angle {theta0.flat[first]} rad")
+    door.closer.require_within(angle)
+    pull = np.asarray(door.restoring_torque(angle))
+    for first in np.flatnonzero(pull + door.friction <= 0.0).tolist():
+        raise _no_rest(
+            door, angle, first, float(pull.flat[first]),
+            f"the closer does not pull the door back at {math.degrees(angle.flat[first]):.2f} deg "
+            f"(restoring torque {pull.flat[first]:.3g} N m), so the door does not turn round there")
+    motion = follow(
+        door.closer.numbers(), _backwards(door), angle.ravel(), -_AT_REST, until=_LONGEST_SWING,
+        shut_at=theta0.ravel())
+    for first in np.flatnonzero(motion.end != End.SHUT).tolist():
+        start = float(theta0.flat[first])
+        raise _no_rest(
+            door, angle, first, start,
+            f"no start at {math.degrees(start):.2f} deg leads to rest at "
+            f"{math.degrees(angle.flat[first]):.2f} deg: the door would turn round before")
+    return _shaped(-motion.end_speed, shape)
+
+
+def _broadcast(*numbers: ArrayLike) -> list[NDArray[np.float64]]:
+    """Numbers or arrays as arrays of one shape."""
+    return list(np.broadcast_arrays(*(np.asarray(number, dtype=float) for number in numbers)))
+
+
+def _shaped(values: NDArray[np.float64], shape: tuple[int, ...]) -> Any:
+    """Answers (K,) in the shape of the question: a float for a number."""
+    return values.reshape(shape) if shape else float(values[0])
+
+
+def _no_rest(
+    door: Door, angle: NDArray[np.float64], number: int, limit: float, reason: str
+) -> UnreachableAngleError:
+    """The error for an angle at which a door does not come to rest."""
+    value, reason = float(angle.flat[number]), reason + place(angle.shape, number)
+    dead_centre = door.dead_centre()
+    if dead_centre is not None and value >= dead_centre:
+        return DeadCentreError(dead_centre, reason, value=value)
+    return UnreachableAngleError(reason, value=value, limit=limit)
+
+
+def _no_peak(
+    door: Door, motion: FreeMotion, theta0: NDArray[np.float64], omega0: NDArray[np.float64],
+    number: int,
+) -> DoorModelError:
+    """The error for a door that does not turn round."""
+    start, speed, where = theta0.flat[number], omega0.flat[number], place(theta0.shape, number)
+    end, dead_centre = float(motion.end_angle[number]), door.dead_centre()
+    if dead_centre is not None and end >= dead_centre:
+        return DeadCentreError(
+            dead_centre,
+            f"from {math.degrees(start):.2f} deg at {speed:.3f} rad/s it does not turn round, but "
+            f"opens to {math.degrees(end):.2f} deg{where}",
+            value=end,
+        )
+    if motion.end[number] == End.LINKAGE:
+        return end_of_linkage(start, speed, end, door.closer, where)
+    return UnreachableAngleError(
+        f"the door has not turned round after {_LONGEST_SWING:.0f} s: nothing pulls it "
+        f"back{where}",
+        value=float(speed),
+        limit=_LONGEST_SWING,
+    )
+
+
+def _backwards(door: Door) -> Ratios:
+    """Ratios with which a door closes as it opens when time runs backwards.
+
+    With s = -t eq. (1) keeps its form, while damping and friction change their sign.
+    """
+    ratios = door.ratios()
+    beyond = -np.asarray(ratios.backcheck)
+    below = -np.asarray(ratios.opening)
+    return Ratios(
+        opening=beyond, closing=beyond, backcheck=beyond, latch=below, spring=ratios.spring,
+        preload=ratios.preload, friction=-np.asarray(ratios.friction),
+        latch_angle=ratios.backcheck_angle)

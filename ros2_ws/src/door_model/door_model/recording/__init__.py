@@ -1,0 +1,1 @@
+"""Recordings of a door's encoder: reading, checking, cutting into swings, and simulating them."""

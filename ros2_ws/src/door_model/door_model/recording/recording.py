@@ -1,0 +1,139 @@
+"""Recordings of the door's angle as CSV files.
+
+The header is ``time_s,count`` or ``time_s,angle_deg``; swings need not be separated.
+"""
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from door_impact_common.files import write_whole
+from numpy.typing import NDArray
+
+from door_model.errors import DoorParameterError, RecordingError
+
+COUNTS_PER_TURN = 14400  # the paper's encoder: 3600 lines, quadrature
+_COUNT_HEADER = ["time_s", "count"]
+_ANGLE_HEADER = ["time_s", "angle_deg"]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Opening angle over time.
+
+    Attributes:
+        t: Times (N,) [s], strictly increasing.
+        theta: Opening angles (N,) [rad].
+        resolution: Step between two neighbouring angles [rad]; 0 where it is not known.
+
+    Raises:
+        DoorParameterError: Shapes differ, a value is not finite, times do not increase.
+    """
+
+    t: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    resolution: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check shapes and times."""
+        if self.t.ndim != 1 or self.t.shape != self.theta.shape:
+            raise DoorParameterError(
+                "theta's shape", self.theta.shape, f"(N,) as t's {self.t.shape}"
+            )
+        if not (np.isfinite(self.t).all() and np.isfinite(self.theta).all()):
+            raise DoorParameterError("a recording", "NaN or infinity", "finite numbers")
+        if (np.diff(self.t) <= 0.0).any():
+            raise DoorParameterError("a recording's time", "going back or standing", "increasing")
+
+
+def from_counts(
+    t: NDArray[np.float64], counts: NDArray[np.int64], counts_per_turn: int = COUNTS_PER_TURN
+) -> Recording:
+    """Recording from encoder counts, zero at the closed door.
+
+    Raises:
+        DoorParameterError: As `Recording`, or counts_per_turn is not positive.
+    """
+    if counts_per_turn <= 0:
+        raise DoorParameterError("counts_per_turn", counts_per_turn, "a positive number")
+    resolution = 2.0 * math.pi / counts_per_turn
+    return Recording(np.asarray(t, float), np.asarray(counts, float) * resolution, resolution)
+
+
+def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Recording:
+    """Read a recording.
+
+    Args:
+        path: The file.
+        counts_per_turn: Counts a turn of the hinge; only used with the header time_s,count.
+
+    Raises:
+        RecordingError: The file cannot be read; names the line.
+        DoorParameterError: counts_per_turn is not positive.
+    """
+    source = str(path)
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.reader(stream))
+    except (OSError, ValueError, csv.Error) as error:  # a NUL in the path is a ValueError
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise RecordingError(source, None, f"cannot be read: {reason}") from error
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if header not in (_COUNT_HEADER, _ANGLE_HEADER):
+        wanted = "time_s,count or time_s,angle_deg"
+        raise RecordingError(
+            source, 1, f"the header must be {wanted}, not {','.join(header)!r}", value=header,
+            limit=wanted,
+        )  # fmt: skip
+    t, values = _columns(source, rows, counts=header == _COUNT_HEADER)
+    if header == _COUNT_HEADER:
+        return from_counts(t, values.astype(np.int64), counts_per_turn)
+    return Recording(t, np.radians(values))
+
+
+def _columns(
+    source: str, rows: list[list[str]], *, counts: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both columns of a file, checked line by line."""
+    t: list[float] = []
+    values: list[float] = []
+    for line, row in enumerate(rows[1:], start=2):
+        if not row:
+            continue
+        if len(row) != 2:
+            raise RecordingError(source, line, f"has {len(row)} fields, not 2", value=row, limit=2)
+        try:
+            time, value = float(row[0]), float(row[1])
+        except ValueError:
+            raise RecordingError(
+                source, line, f"{','.join(row)!r} is no number", value=row
+            ) from None
+        if not (math.isfinite(time) and math.isfinite(value)):
+            raise RecordingError(source, line, f"{','.join(row)!r} is not finite", value=row)
+        if counts and value != int(value):
+            raise RecordingError(source, line, f"count {row[1]} is no whole number", value=value)
+        if t and time <= t[-1]:
+            raise RecordingError(
+                source, line, f"time {time} s does not follow {t[-1]} s", value=time, limit=t[-1]
+            )
+        t.append(time)
+        values.append(value)
+    if not t:
+        raise RecordingError(source, None, "has no samples", value=0, limit=1)
+    return np.array(t), np.array(values)
+
+
+def write_counts_csv(path: str | Path, t: NDArray[np.float64], counts: NDArray[np.int64]) -> None:
+    """Write a recording of counts; the file appears whole or not at all.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    lines = ["time_s,count"]
+    lines += [
+        f"{time:.6f}".rstrip("0").rstrip(".") + f",{count}"
+        for time, count in zip(t, counts, strict=True)
+    ]
+    write_whole(path, "\n".join(lines) + "\n")

@@ -1,0 +1,1 @@
+"""The node closer_identifier."""

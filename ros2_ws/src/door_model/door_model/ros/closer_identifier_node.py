@@ -1,0 +1,207 @@
+"""Node closer_identifier: identifies the closer from the encoder's samples or from a recording."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from door_impact_common.node import fixed, run_node
+from door_impact_msgs.msg import CloserParameters, EncoderSamples
+from door_impact_msgs.srv import IdentifyCloser
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
+
+from door_model.checks import require_not_negative
+from door_model.door.config import load_geometry
+from door_model.door.geometry import DoorGeometry
+from door_model.errors import (
+    ConfigError,
+    DoorModelError,
+    DoorParameterError,
+    NoScaleError,
+    NoSwingError,
+    RecordingError,
+)
+from door_model.identification.identify import Identification, Window, identify
+from door_model.identification.parameters import PARAMETERS
+from door_model.identification.scale import (
+    ForceGauge,
+    ForceReading,
+    KnownImpulse,
+    Reference,
+    scale_from_inertia,
+    scale_from_leaf,
+)
+from door_model.recording.mcap import read_mcap
+from door_model.recording.recording import Recording, read_csv
+from door_model.recording.sample_store import SampleStore
+
+_QUEUE = 200  # batches
+_THROTTLE = 5.0  # [s]
+
+
+class CloserIdentifierNode(Node):
+    """Thin shell around `identify`. It knows leaf and linkage of the door, not its closer."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("closer_identifier", **options)
+        try:
+            self._set_up()
+        except DoorModelError:
+            self.destroy_node()
+            raise
+
+    def _set_up(self) -> None:
+        """Read the parameters and connect."""
+        self._geometry = load_geometry(str(self.declare_parameter("door", "paper", fixed()).value))
+        self.declare_parameter("leaf_mass", -1.0)
+        self.declare_parameter("leaf_width", -1.0)
+        window = str(self.declare_parameter("window", Window.AUTO.value, fixed()).value)
+        known = [choice.value for choice in Window]
+        if window not in known:
+            raise ConfigError("window", f"must be one of {', '.join(known)}, not {window!r}")
+        self._window = Window(window)
+        self._store = SampleStore(float(self.declare_parameter("memory", 300.0, fixed()).value))
+        latched = QoSProfile(
+            depth=1,
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        self._closer_topic = self.create_publisher(CloserParameters, "/closer_parameters", latched)
+        self._samples = self.create_subscription(
+            EncoderSamples, "/door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE)
+        )
+        self._service = self.create_service(IdentifyCloser, "/identify_closer", self._on_identify)
+
+    def _on_samples(self, message: EncoderSamples) -> None:
+        """Keep a batch."""
+        stamp_ns = Time.from_msg(message.header.stamp).nanoseconds
+        try:
+            self._store.add(stamp_ns, message.period, message.counts_per_turn, message.counts)
+        except DoorModelError as error:
+            self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
+
+    def _on_identify(
+        self, request: IdentifyCloser.Request, response: IdentifyCloser.Response
+    ) -> IdentifyCloser.Response:
+        """Identify; whatever goes wrong is an answer."""
+        try:
+            mass = self._measured(request.leaf_mass, "leaf_mass", self._geometry.leaf.mass)
+            width = self._measured(request.leaf_width, "leaf_width", self._geometry.leaf.width)
+            scale = _reference(request) or scale_from_leaf(mass, width)
+            leaf = replace(self._geometry.leaf, mass=mass, width=width)
+            result = identify(
+                self._recording(request.csv_path), self._geometry.linkage, scale,
+                window=self._window, extras=request.extras)
+        except DoorModelError as error:
+            response.success = False
+            response.error_code = _error_code(error)
+            response.message = str(error)
+            self.get_logger().warning(f"not identified: {error}")
+            return response
+        response.success = True
+        response.error_code = IdentifyCloser.Response.NONE
+        response.message = (
+            f"{len(result.swings)} swings: " + ", ".join(
+                f"{name} {value:.4f} +- {result.std_of(name):.2g}"
+                for name, value in zip(result.names, result.values, strict=True))
+        )
+        for warning in result.warnings:
+            self.get_logger().warning(warning)
+        response.parameters = self._to_message(result, replace(self._geometry, leaf=leaf))
+        if request.publish:
+            self._closer_topic.publish(response.parameters)
+        self.get_logger().info(response.message)
+        return response
+
+    def _recording(self, path: str) -> Recording:
+        """That of a file, or without one what has been heard so far."""
+        if not path:
+            return self._store.recording()
+        is_mcap = path.endswith(".mcap") or Path(path).is_dir()
+        try:
+            return read_mcap(path) if is_mcap else read_csv(path)
+        except DoorParameterError as error:
+            raise RecordingError(path, None, str(error), value=error.value) from error
+
+    def _measured(self, requested: float, parameter: str, configured: float) -> float:
+        """A measurement: as requested, else the parameter, else the configuration."""
+        if not requested < 0.0:  # NaN is no way to leave it out
+            return float(requested)
+        override = float(self.get_parameter(parameter).value)
+        return configured if override < 0.0 else override
+
+    def _to_message(self, result: Identification, geometry: DoorGeometry) -> CloserParameters:
+        """Message of an identification."""
+        message = CloserParameters()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.door = geometry.name
+        for name in result.names:
+            setattr(message, name, result.value_of(name))
+        for name in PARAMETERS:
+            setattr(message, f"{name}_std", result.std_of(name))
+        message.identified = list(result.names)
+        message.covariance = result.covariance.ravel().tolist()
+        linkage = geometry.linkage
+        message.link_l = linkage.l
+        message.link_l1 = linkage.l1
+        message.link_l2 = linkage.l2
+        message.link_l3 = linkage.l3
+        message.theta_i0 = linkage.theta_i0
+        message.assembly = linkage.assembly
+        message.leaf_mass = geometry.leaf.mass
+        message.leaf_width = geometry.leaf.width
+        message.fit_rmse = result.fit_rmse
+        message.swings = len(result.swings)
+        message.scale_reference = result.scale_reference
+        message.warnings = result.warnings
+        return message
+
+
+def _reference(request: IdentifyCloser.Request) -> Reference | None:
+    """What the request gives in place of the leaf's mass and width.
+
+    Raises:
+        DoorParameterError: It gives more than one, or one that is not whole.
+    """
+    columns = request.force_angles, request.forces, request.force_levers
+    lengths = [len(column) for column in columns]
+    given = [not request.inertia < 0.0, not request.impulse < 0.0, any(lengths)]
+    if sum(given) > 1:
+        raise DoorParameterError(
+            "what fixes the scale", "more than one", "inertia, impulse or forces")
+    if given[0]:
+        require_not_negative("inertia_std", request.inertia_std)
+        return scale_from_inertia(request.inertia, request.inertia_std)
+    if given[1]:
+        require_not_negative("impulse_std", request.impulse_std)
+        return KnownImpulse(request.impulse, request.impulse_std, request.impulse_swing)
+    if len(set(lengths)) > 1:
+        raise DoorParameterError(
+            "numbers of force_angles, forces and force_levers", lengths, "the same")
+    readings = [ForceReading(*row) for row in zip(*columns, strict=True)]
+    return ForceGauge(readings) if readings else None
+
+
+def _error_code(error: DoorModelError) -> int:
+    """Code of the service's answer."""
+    codes = IdentifyCloser.Response
+    if isinstance(error, NoSwingError):
+        return int(codes.NO_SWING)
+    if isinstance(error, NoScaleError):
+        return int(codes.NO_SCALE)
+    if isinstance(error, RecordingError):
+        return int(codes.BAD_RECORDING)
+    if isinstance(error, DoorParameterError):
+        return int(codes.BAD_REQUEST)
+    return int(codes.NO_FIT)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to end."""
+    return run_node(CloserIdentifierNode, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

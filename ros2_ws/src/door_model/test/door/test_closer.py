@@ -1,0 +1,172 @@
+"""Linkage of the closer, eqs. (7) to (9)."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_model.door.closer import FourBarCloser
+from door_model.errors import DoorModelError, DoorParameterError, LinkageError
+from hypothesis import given
+from hypothesis import strategies as st
+
+PAPER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "f", "eta"), [(0, -17.79, 3.199), (25, 26.30, 1.240), (90, 91.69, 0.873)]
+)
+def test_figures_of_the_paper(degrees: float, f: float, eta: float) -> None:
+    """Appendix B's linkage gives the known angles and ratios."""
+    theta = math.radians(degrees)
+    assert math.degrees(PAPER.f(theta)) == pytest.approx(f, abs=0.006)
+    assert PAPER.eta(theta) == pytest.approx(eta, abs=6e-4)
+
+
+def test_eq8_as_printed() -> None:
+    """The arctan2 form equals the arccos form that the paper prints."""
+    c = PAPER
+    theta = np.linspace(-0.1, math.pi - c.theta_i0 - 1e-3, 200)
+    cos_phi = np.cos(theta + c.theta_i0)
+    d2 = c.l**2 + c.l1**2 - 2 * c.l1 * c.l * cos_phi
+    printed = (
+        math.pi
+        - np.arccos((c.l1 - c.l * cos_phi) / np.sqrt(d2))
+        - np.arccos((d2 + c.l2**2 - c.l3**2) / (2 * c.l2 * np.sqrt(d2)))
+    )
+    np.testing.assert_allclose(c.f(theta), printed, atol=1e-9)
+
+
+lengths = st.floats(0.1, 0.4)
+linkages = st.builds(
+    FourBarCloser,
+    lengths,
+    lengths,
+    lengths,
+    lengths,
+    theta_i0=st.floats(0.1, 1.5),
+    assembly=st.sampled_from([1, -1]),
+)
+
+
+@given(closer=linkages, share=st.floats(0, 0.98))
+def test_eta_is_the_slope_of_f(closer: FourBarCloser, share: float) -> None:
+    """Any linkage in either mode: eta equals the central difference of f wherever it closes."""
+    try:
+        theta = share * closer.opening_limit()
+        slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
+        eta = closer.eta(theta)
+    except LinkageError:
+        return
+    assert slope == pytest.approx(eta, rel=1e-3, abs=1e-3)
+
+
+@given(closer=linkages, share=st.floats(0.02, 0.98))
+def test_slope_of_eta(closer: FourBarCloser, share: float) -> None:
+    """Any linkage in either mode: the second derivative of f too, away from its ends."""
+    try:
+        theta = share * closer.opening_limit()
+        difference = (closer.eta(theta + 1e-6) - closer.eta(theta - 1e-6)) / 2e-6
+        slope = closer.slope_of_eta(theta)
+    except LinkageError:
+        return
+    assert difference == pytest.approx(slope, rel=1e-3, abs=1e-3)
+
+
+@given(closer=linkages, share=st.floats(0, 0.98))
+def test_both_modes_put_the_same_links_together(closer: FourBarCloser, share: float) -> None:
+    """In either mode links 2 and 3 have their lengths: f is the angle of a link that fits."""
+    try:
+        theta = share * closer.opening_limit()
+        f = closer.f(theta)
+    except LinkageError:
+        return
+    # Link 1 turns about the origin, link 2 from its end by the closer's angle, link 3 comes back.
+    phi = theta + closer.theta_i0
+    end1 = closer.l1 * np.array([math.cos(phi), math.sin(phi)])
+    end2 = end1 + closer.l2 * np.array([math.cos(phi - f), math.sin(phi - f)])
+    back = math.hypot(*(end2 - np.array([closer.l, 0.0])))
+    assert back == pytest.approx(closer.l3, abs=1e-9)
+
+
+def test_dead_centre_is_where_the_closer_turns_round() -> None:
+    """The mirrored mode of the paper's links has one, at which f is extreme; eq. (8)'s has none."""
+    assert PAPER.dead_centre() is None
+    mirrored = replace(PAPER, assembly=-1)
+    angle = mirrored.dead_centre()
+    assert angle is not None
+    around = mirrored.f(angle + np.array([-0.01, 0.0, 0.01]))
+    assert around[1] < min(around[0], around[2])
+    assert abs(mirrored.eta(angle)) < 1e-9
+
+
+@given(l2=st.floats(0.05, 0.3), l3=st.floats(0.05, 0.3))
+def test_closes_up_to_the_limit_and_not_beyond(l2: float, l3: float) -> None:
+    """opening_limit separates the angles that close from those that do not."""
+    closer = FourBarCloser(0.195, 0.204, l2, l3, 0.34)
+    try:
+        limit = closer.opening_limit()
+    except LinkageError:
+        with pytest.raises(LinkageError):
+            closer.f(0.0)
+        return
+    assert np.isfinite(closer.f(np.linspace(0.0, limit - 1e-6, 50))).all()
+    if limit < math.pi - 0.34 - 1e-9:
+        with pytest.raises(LinkageError):
+            closer.f(limit + 1e-6)
+
+
+def test_names_the_stretched_links_and_the_angle() -> None:
+    """An error beyond the end of a short linkage says which links and where."""
+    closer = FourBarCloser(0.195, 0.204, 0.12, 0.15, 0.34)
+    with pytest.raises(LinkageError, match="l2 \\+ l3") as caught:
+        closer.f(np.radians([0.0, 60.0, 120.0]))
+    assert caught.value.link == "l2 + l3"
+    assert math.degrees(caught.value.theta) == pytest.approx(120.0)
+    assert caught.value.value > caught.value.limit == pytest.approx(0.27)
+
+
+def test_names_the_link_that_cannot_fold() -> None:
+    """An error below the folded linkage names the longer link."""
+    with pytest.raises(LinkageError, match="l3 is too long") as caught:
+        PAPER.f(PAPER.closing_limit() - 1e-3)
+    assert caught.value.link == "l3"
+
+
+@pytest.mark.parametrize(
+    ("closer", "upper", "lower"),
+    [(PAPER, "l1", "l3"), (replace(PAPER, l2=0.12, l3=0.15), "l2 + l3", "l3"),
+     (replace(PAPER, l2=0.3), "l1", "l2"), (replace(PAPER, l3=0.22), "l1", "l1")],
+)  # fmt: skip
+def test_names_the_link_that_ends_the_range(
+    closer: FourBarCloser, upper: str, lower: str
+) -> None:
+    """An angle just beyond either end is an error with link, angle and element; within is none."""
+    low, high = closer.closing_limit(), closer.opening_limit()
+    closer.require_within(np.linspace(low + 1e-5, high - 1e-5, 50))
+    for angle, link in ((high + 1e-3, upper), (low - 1e-3, lower)):
+        with pytest.raises(LinkageError, match=r"element \[1, 0\]") as caught:
+            closer.require_within([[0.0], [angle]])
+        assert caught.value.theta == angle
+        assert caught.value.link == link
+
+
+@pytest.mark.parametrize("bad", [0.0, -0.1, math.nan, math.inf])
+def test_refuses_lengths_that_are_none(bad: float) -> None:
+    """Lengths must be positive and finite."""
+    with pytest.raises(DoorParameterError, match="l2"):
+        FourBarCloser(0.195, 0.204, bad, 0.265, 0.34)
+
+
+@pytest.mark.parametrize("bad", [0, 2, math.nan])
+def test_refuses_modes_that_are_none(bad: float) -> None:
+    """There are two ways to put a linkage together."""
+    with pytest.raises(DoorParameterError, match="assembly must be 1 or -1"):
+        replace(PAPER, assembly=bad)
+
+
+def test_refuses_nan_angles() -> None:
+    """NaN is an error of its own, not an angle at which the linkage opens."""
+    with pytest.raises(DoorParameterError, match="theta"):
+        PAPER.f(math.nan)
+    assert issubclass(DoorParameterError, DoorModelError)

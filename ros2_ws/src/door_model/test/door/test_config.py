@@ -1,0 +1,168 @@
+"""Doors as YAML files."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+from door_model.door.config import door_names, load_door, load_geometry
+from door_model.door.door import Zone
+from door_model.door.geometry import plate_moment_of_inertia
+from door_model.errors import ConfigError
+
+
+def edited(tmp_path: Path, section: str | None, key: str, value: object) -> Path:
+    """The paper's door with one value changed (None: taken out)."""
+    document = yaml.safe_load(load_door("paper").to_yaml())
+    target = document if section is None else document[section]
+    if value is None:
+        del target[key]
+    else:
+        target[key] = value
+    path = tmp_path / "door.yaml"
+    path.write_text(yaml.safe_dump(document))
+    return path
+
+
+def test_doors_that_come_with_the_package() -> None:
+    """All of them load, and assemble to 90 deg."""
+    assert door_names() == [
+        "paper", "size2", "size2_leaf", "size3", "size3_leaf", "size4", "size4_leaf"
+    ]
+    for name in door_names():
+        door = load_door(name).door()
+        assert door.restoring_torque(1.57) > 0.0
+
+
+@pytest.mark.parametrize(("name", "torque"), [("size2", 13.0), ("size3", 18.0), ("size4", 26.0)])
+def test_sizes_have_their_closing_moment(name: str, torque: float) -> None:
+    """EN 1154's least moment at the closed door."""
+    for door in (load_door(name), load_door(f"{name}_leaf")):
+        assert door.door().restoring_torque(0.0) == pytest.approx(torque, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "mass", "width"),
+    [("size2_leaf", 40.0, 0.85), ("size3_leaf", 60.0, 0.95), ("size4_leaf", 80.0, 1.1)],
+)
+def test_leaves_of_the_standard(name: str, mass: float, width: float) -> None:
+    """EN 1154's leaf of each power size, and its moment of inertia."""
+    config = load_door(name)
+    assert (config.leaf.mass, config.leaf.width) == (mass, width)
+    assert config.i_a == plate_moment_of_inertia(mass, width)
+
+
+def test_leaf_agrees_with_the_moment_of_inertia() -> None:
+    """47.62 kg and 0.896 m make the paper's 12.75 kg m^2."""
+    config = load_door("paper")
+    assert config.leaf.moment_of_inertia() == pytest.approx(config.i_a, rel=1e-3)
+    assert config.leaf.moment_of_inertia() == plate_moment_of_inertia(47.62, 0.896)
+
+
+def test_i_a_may_be_left_out(tmp_path: Path) -> None:
+    """It then comes from the leaf."""
+    config = load_door(edited(tmp_path, None, "i_a", None))
+    assert config.i_a == config.leaf.moment_of_inertia()
+
+
+def test_yaml_round_trip(tmp_path: Path) -> None:
+    """What to_yaml writes, load_door reads."""
+    path = tmp_path / "copy.yaml"
+    path.write_text(load_door("size3").to_yaml())
+    assert load_door(path) == load_door("size3")
+
+
+def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
+    """What goes beyond the paper is written and read as well."""
+    path = tmp_path / "real.yaml"
+    real = replace(
+        load_door("paper"), c_c_closing=0.5, backcheck=Zone(1.2, 3.0), latch=Zone(0.2, 0.1),
+        friction=0.3, linkage=replace(load_door("paper").linkage, l3=0.26),
+    )
+    path.write_text(real.to_yaml())
+    assert load_door(path) == real
+    assert load_door(path).door().friction == 0.3
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "match"),
+    [
+        ("backcheck", 1.2, "section 'backcheck' is not a mapping"),
+        ("backcheck", {"angle": 1.2}, "'backcheck': missing c_c"),
+        ("latch", {"angle": 0.1, "c_c": -1.0}, "latch: c_c of a zone must be"),
+        ("latch", {"angle": 0.1, "c_c": 1.0, "c": 1}, "'latch': unknown c"),
+        ("c_c_closing", -0.5, "c_c_closing must be a finite number of 0 or above"),
+        ("c_c_closing", "much", "closer.c_c_closing must be a finite number"),
+        ("back_check", 1.0, "unknown back_check"),
+    ],
+)
+def test_wrong_zones_are_named(tmp_path: Path, key: str, value: object, match: str) -> None:
+    """Zones and the closing's viscosity are checked like everything else."""
+    with pytest.raises(ConfigError, match=match):
+        load_door(edited(tmp_path, "closer", key, value))
+
+
+def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
+    """Its closer turns the other way, so the paper's spring would push the door open: refused."""
+    with pytest.raises(ConfigError, match="does not pull the door shut"):
+        load_door(edited(tmp_path, "linkage", "assembly", -1))
+    with pytest.raises(ConfigError, match="assembly must be 1 or -1"):
+        load_door(edited(tmp_path, "linkage", "assembly", 3))
+
+
+def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
+    """Whatever the closer's section says, even nonsense, geometry holds none of it."""
+    path = edited(tmp_path, "closer", "k_c", "wrong")
+    assert load_geometry(path) == load_geometry("paper") == load_door("paper").geometry()
+    assert load_geometry(edited(tmp_path, None, "closer", None)) == load_geometry("paper")
+    assert set(vars(load_geometry("paper"))) == {"name", "leaf", "linkage"}
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "match"),
+    [
+        (None, "linkage", None, "missing linkage"),
+        (None, "colour", "red", "unknown colour"),
+        ("leaf", "mass", None, "'leaf': missing mass"),
+        ("leaf", "depth", 1.0, "'leaf': unknown depth"),
+        ("leaf", "mass", -1.0, "leaf mass must be a positive"),
+        ("leaf", "width", "wide", "leaf.width must be a finite number"),
+        ("leaf", "width", True, "leaf.width must be a finite number"),
+        ("leaf", "width", float("nan"), "leaf.width must be a finite number"),
+        ("linkage", "l2", 0.0, "l2 must be a positive"),
+        ("linkage", "l3", 0.6, "does not close at 0.00 deg: l3 is too long"),
+        ("closer", "k_c", 0, "closer.k_c must be a positive"),
+        ("closer", "tau_c0_prime", -3.0, "does not pull the door shut.*closer.tau_c0_prime -3"),
+        (None, "i_a", 0.0, "i_a must be a positive"),
+        (None, "restitution", 1.5, "restitution must be 0 to 1"),
+        (None, "leaf", 3, "section 'leaf' is not a mapping"),
+        (None, "name", 3, "name must be a text"),
+    ],
+)
+def test_what_is_wrong_is_said(
+    tmp_path: Path, section: str | None, key: str, value: object, match: str
+) -> None:
+    """Unknown or missing keys and numbers out of range are named, with the file."""
+    path = edited(tmp_path, section, key, value)
+    with pytest.raises(ConfigError, match=match) as caught:
+        load_door(path)
+    assert caught.value.source == str(path)
+
+
+def test_no_such_door() -> None:
+    """An unknown name lists those that there are; an unknown file is named."""
+    with pytest.raises(ConfigError, match="paper, size2"):
+        load_door("garage")
+    with pytest.raises(ConfigError, match="no such file"):
+        load_door("nowhere/door.yaml")
+    with pytest.raises(ConfigError, match="no name"):
+        load_door("")
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "a: [", "\x00"])
+def test_files_that_are_no_door(tmp_path: Path, text: str) -> None:
+    """Text that is no mapping is an error of the configuration."""
+    path = tmp_path / "door.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError):
+        load_door(path)

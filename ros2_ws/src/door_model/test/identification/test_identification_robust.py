@@ -1,0 +1,165 @@
+"""Recordings as they come: touched doors, stops, lost samples, garbage."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from door_model.errors import NoSwingError
+from door_model.identification.identify import Identification, Window, identify
+from door_model.identification.scale import Scale
+from door_model.motion.dynamics import simulate
+from door_model.recording.checks import garbage
+from door_model.recording.recording import Recording, from_counts
+from door_model.recording.synthetic import Push, five_swings, simulate_pushes, through_play
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+PAPER = load_door("paper").door()
+EXACT = Scale(PAPER.i_a, 0.0, "known")
+PEAKS = np.radians([9.0, 13.0, 17.0, 21.0, 25.0])
+RESOLUTION = 2.0 * math.pi / 14400
+PUSHES, LENGTH = five_swings(PAPER, PEAKS.tolist())
+PERIOD = 1e-3
+
+Change = Callable[[float, float, float], np.ndarray]
+
+
+def shown(theta: np.ndarray) -> Recording:
+    """Angles through 0.2 deg of play and an encoder of 14,400 counts."""
+    counts = np.floor(through_play(theta, math.radians(0.2)) / RESOLUTION + 0.3).astype(np.int64)
+    return from_counts(np.arange(len(theta)) * PERIOD, counts)
+
+
+def swing_of(push: Push, length: float, change: tuple[float, Change] | None = None) -> np.ndarray:
+    """Angles of one swing; from a time on, a change goes on from its angle and velocity."""
+    motion = simulate_pushes(PAPER, [replace(push, start=0.3)], length)
+    theta = motion.theta[:-1].copy()
+    if change is not None:
+        at = round(change[0] / PERIOD)
+        rest = change[1](float(motion.theta[at]), float(motion.omega[at]), length)
+        theta[at:] = 0.0
+        end = min(len(theta), at + len(rest))
+        theta[at:end] = np.maximum(rest[: end - at], 0.0)
+    return theta
+
+
+def recording_with(number: int, change: tuple[float, Change] | None) -> Recording:
+    """Five swings, one of them changed."""
+    starts = [push.start - 0.3 for push in PUSHES] + [LENGTH]
+    return shown(np.concatenate([
+        swing_of(push, end - start, change if i == number else None)
+        for i, (push, start, end) in enumerate(zip(PUSHES, starts[:-1], starts[1:], strict=True))]))
+
+
+def pushed_again(impulse: float) -> Change:
+    """A hand that gives the door an angular impulse [N m s]."""
+    push = Push(0.0, impulse, 0.15)
+
+    def change(theta: float, omega: float, length: float) -> np.ndarray:
+        return simulate(PAPER, theta, omega, length, torque=push.torque, stop=True).theta
+
+    return change
+
+
+def thrown_back(theta: float, omega: float, length: float) -> np.ndarray:
+    """A stop that gives the door 0.3 of its speed back."""
+    return simulate(PAPER, theta, -0.3 * omega, length, stop=True).theta
+
+
+def torque_error(result: Identification) -> float:
+    """Largest relative error of the restoring torque over the range swung."""
+    angles = np.linspace(0.0, PEAKS.max(), 60)
+    true = PAPER.restoring_torque(angles)
+    return float(np.abs(result.door.restoring_torque(angles) / true - 1.0).max())
+
+
+@pytest.fixture(scope="module")
+def good() -> Recording:
+    """Five good swings."""
+    return recording_with(-1, None)
+
+
+@pytest.mark.parametrize("number", [0, 2, 4])
+@pytest.mark.parametrize("impulse", [0.3, -0.3, 3.0, -3.0])
+@pytest.mark.parametrize("share", [0.5, 1.3], ids=["opening", "closing"])
+def test_a_touched_swing_is_named_and_left_out(number: int, impulse: float, share: float) -> None:
+    """A hand that touches one swing of five again, lightly or hard, on its way out or back."""
+    top = int(np.argmax(swing_of(PUSHES[number], 4.0))) * PERIOD - 0.45
+    recording = recording_with(number, (0.45 + share * top, pushed_again(impulse)))
+    result = identify(recording, PAPER.closer, EXACT)
+    assert torque_error(result) < 0.01
+    assert len(result.swings) == 4
+    assert any("was left out: it does not move" in warning for warning in result.warnings)
+    assert result.window is Window.SWING
+
+
+@pytest.mark.parametrize(("number", "stop_deg"), [(1, 8.0), (2, 10.0), (4, 15.0), (4, 24.5)])
+def test_a_swing_into_a_stop_is_named_and_left_out(number: int, stop_deg: float) -> None:
+    """The leaf hits something, hard or at its last degree, and comes back."""
+    theta = swing_of(PUSHES[number], 4.0)
+    at = int(np.argmax(theta >= math.radians(stop_deg))) * PERIOD
+    result = identify(recording_with(number, (at, thrown_back)), PAPER.closer, EXACT)
+    assert torque_error(result) < 0.01
+    assert len(result.swings) == 4
+    assert any("was left out" in warning for warning in result.warnings)
+
+
+def test_when_every_swing_hits_the_stop_there_is_no_answer() -> None:
+    """Refused, and said why."""
+    theta = swing_of(PUSHES[4], 4.0)
+    at = int(np.argmax(theta >= math.radians(15.0))) * PERIOD
+    stopped = shown(np.concatenate([swing_of(PUSHES[4], 4.0, (at, thrown_back))] * 3))
+    with pytest.raises(NoSwingError, match=r"hit something at 14\.8 deg"):
+        identify(stopped, PAPER.closer, EXACT)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("together", [1, 20], ids=["samples", "batches"])
+def test_five_percent_lost(good: Recording, seed: int, together: int) -> None:
+    """Lost one by one or twenty at a time: every swing is used all the same."""
+    piece = np.arange(len(good.t)) // together
+    keep = (np.random.default_rng(seed).uniform(size=piece[-1] + 1) > 0.05)[piece]
+    lossy = Recording(good.t[keep], good.theta[keep], good.resolution)
+    result = identify(lossy, PAPER.closer, EXACT)
+    assert torque_error(result) < 0.01
+    assert len(result.swings) == 5
+    assert result.warnings == []
+
+
+@pytest.mark.parametrize("at", [0.0, 0.7, 1.4, 3.5, 10.3])
+@pytest.mark.parametrize("size_deg", [180.0, 5.0, 0.7])
+def test_a_batch_of_garbage_is_named_and_left_out(
+    good: Recording, at: float, size_deg: float
+) -> None:
+    """Twenty samples of noise, at the start, amid an opening, near a peak."""
+    rng = np.random.default_rng(1)
+    theta = good.theta.copy()
+    batch = slice(round(at / PERIOD), round(at / PERIOD) + 20)
+    noise = np.radians(size_deg) * rng.uniform(-1.0, 1.0, 20)
+    theta[batch] = np.rint((theta[batch] + noise) / RESOLUTION) * RESOLUTION
+    result = identify(replace(good, theta=theta), PAPER.closer, EXACT)
+    assert torque_error(result) < 0.01
+    assert any("no door moves as they do" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize("value", [0.0, 5.0])
+def test_a_batch_of_one_value_is_garbage(good: Recording, value: float) -> None:
+    """A counter that stands still or jumps amid a swing."""
+    theta = good.theta.copy()
+    theta[700:720] = value
+    bad = garbage(replace(good, theta=theta))
+    assert bad[700:720].all()
+    assert bad.sum() == 20
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(-9.0, 9.0), st.floats(0.1, 30.0), st.floats(0.0, 1.0))
+def test_no_door_is_garbage(speed: float, rate: float, phase: float) -> None:
+    """Doors that fly, swing and bounce lose no sample."""
+    t = np.arange(0.0, 2.0, PERIOD)
+    for theta in (speed * t, 0.5 * np.abs(np.sin(rate * t)) * min(1.0, 9.0 / rate)):
+        counts = np.floor(theta / RESOLUTION + phase)
+        assert not garbage(Recording(t, counts * RESOLUTION, RESOLUTION)).any()

@@ -1,0 +1,341 @@
+"""Identification from free swings, eq. (6)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_model.door.closer import FourBarCloser
+from door_model.door.config import load_door
+from door_model.door.door import Door
+from door_model.errors import NoFitError, NoScaleError, NoSwingError, RecordingError
+from door_model.identification.first_estimate import first_estimate
+from door_model.identification.identify import PAPER_START_ANGLE, Window, identify
+from door_model.identification.scale import Scale, scale_from_leaf
+from door_model.identification.trajectory_fit import fit_ratios
+from door_model.motion.dynamics import follow_free
+from door_model.recording.checks import with_lattice
+from door_model.recording.recording import Recording, from_counts
+from door_model.recording.swings import find_swings, smooth
+from door_model.recording.synthetic import (
+    Push,
+    five_swings,
+    push_to,
+    quantise,
+    simulate_pushes,
+    synthetic_recording,
+)
+
+PAPER = load_door("paper").door()
+PEAKS = np.radians([11.0, 16.0, 20.0, 25.0, 29.0])
+EXACT = Scale(PAPER.i_a, 0.0, "known")
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Five swings of the paper's door, as the encoder sees them."""
+    return synthetic_recording(PAPER, PEAKS, phase=0.3)
+
+
+def errors(door: Door, found: Door) -> np.ndarray:
+    """Relative errors of c_c, k_c and tau'_c0."""
+    names = ("c_c", "k_c", "tau_c0_prime")
+    return np.array([getattr(found, name) / getattr(door, name) - 1.0 for name in names])
+
+
+def test_paper_door_within_five_percent(recording: Recording) -> None:
+    """c_c, k_c and tau'_c0 of the paper's door; residuals smaller than the quantisation."""
+    result = identify(recording, PAPER.closer, EXACT)
+    assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
+    assert 0.0 < result.fit_rmse < 0.8 * 2 * math.pi / 14400 / math.sqrt(12)
+    assert result.window is Window.SWING
+    assert [s.peak for s in result.swings] == pytest.approx(PEAKS, abs=2e-4)
+    assert result.warnings == []
+
+
+def test_scale_is_that_of_the_leaf(recording: Recording) -> None:
+    """Twice the mass, twice every parameter: the swings fix ratios only."""
+    light = identify(recording, PAPER.closer, scale_from_leaf(47.62, 0.896))
+    heavy = identify(recording, PAPER.closer, scale_from_leaf(2 * 47.62, 0.896))
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        assert heavy.value_of(name) == pytest.approx(2.0 * light.value_of(name))
+
+
+def test_opening_alone_as_in_the_paper(recording: Recording) -> None:
+    """From 10 deg to the peak k_c and tau'_c0 are found to 2 %, and c_c's std owns up."""
+    result = identify(
+        recording, PAPER.closer, EXACT, window=Window.OPENING, start_angle=PAPER_START_ANGLE
+    )
+    assert (np.abs(errors(PAPER, result.door)[1:]) < 0.02).all()
+    assert 0.02 < result.std_of("c_c") / PAPER.c_c < 0.1
+    assert abs(result.door.c_c - PAPER.c_c) < 3.0 * result.std_of("c_c")
+    assert result.door.c_c_closing is None
+    starts = [s.theta_measured[0] for s in result.swings if s.peak > math.radians(15.0)]
+    assert starts == pytest.approx([PAPER_START_ANGLE] * 4, abs=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_doors_and_linkages(seed: int) -> None:
+    """Not only the nominal door: errors stay within 4.5 standard deviations and 6 %."""
+    rng = np.random.default_rng(seed)
+    closer = FourBarCloser(*(np.array([0.195, 0.204, 0.22, 0.265]) * rng.uniform(0.9, 1.1, 4)), 0.6)
+    door = Door(
+        PAPER.i_a * rng.uniform(0.5, 2.0),
+        PAPER.c_c * rng.uniform(0.5, 4.0),
+        PAPER.k_c * rng.uniform(0.5, 2.0),
+        PAPER.tau_c0_prime * rng.uniform(0.8, 2.5),
+        closer,
+    )
+    data = synthetic_recording(
+        door,
+        np.radians(rng.uniform(14.0, 30.0, 4)),
+        phase=rng.uniform(),
+        push_duration=rng.uniform(0.08, 0.25),
+    )
+    result = identify(data, closer, Scale(door.i_a, 0.0, "known"))
+    error = errors(door, result.door)
+    spread = np.array([result.std_of(name) / result.value_of(name) for name in result.names[1:4]])
+    assert (np.abs(error) < 4.5 * spread).all()
+    assert (np.abs(error) < 0.06).all()
+
+
+def test_differentiating_is_biased_and_the_fit_is_not(recording: Recording) -> None:
+    """Linear least squares on differentiated angles misses c_c by more than 10 times the fit."""
+    rows, values = [], []
+    for swing in find_swings(recording, PAPER_START_ANGLE):
+        opening = slice(0, swing.peak_index + 1)
+        theta, omega, rate = (smooth(swing.theta, 1e-3, order)[opening] for order in range(3))
+        f, eta = PAPER.closer.f_and_eta(np.clip(theta, 0.0, None))
+        rows.append(np.column_stack([eta**2 * omega, eta * f, eta]))
+        values.append(-rate)
+    linear = np.linalg.lstsq(np.vstack(rows), np.concatenate(values), rcond=None)[0]
+    off = linear[0] * PAPER.i_a / PAPER.c_c - 1.0
+    fit = errors(PAPER, identify(recording, PAPER.closer, EXACT).door)[0]
+    assert abs(off) > 0.1
+    assert abs(fit) < 0.1 * abs(off)
+
+
+def test_integrating_needs_no_fit_to_be_near(recording: Recording) -> None:
+    """Integrated twice, the linear least squares has the spring to 1 % and c_c to 5 %."""
+    ratios, starts = first_estimate(PAPER.closer, find_swings(recording))
+    for name, within in (("opening", 0.05), ("closing", 0.05), ("spring", 0.01), ("preload", 0.01)):
+        assert ratios[name] == pytest.approx(getattr(PAPER.ratios(), name), rel=within)
+    assert starts.shape == (5, 2)
+
+
+@pytest.mark.parametrize("play_deg", [0.0, 0.05, 0.2, 0.6])
+def test_play_of_the_encoder_is_found(play_deg: float) -> None:
+    """A loose coupling is found to 0.01 deg, and neither spring nor peaks suffer from it."""
+    recording = synthetic_recording(PAPER, PEAKS.tolist(), play=math.radians(play_deg))
+    result = identify(recording, PAPER.closer, EXACT)
+    assert result.play is not None
+    assert math.degrees(result.play) == pytest.approx(play_deg, abs=0.01)
+    assert (np.abs(errors(PAPER, result.door))[1:] < 0.005).all()
+    found = np.array([swing.peak for swing in result.swings])
+    np.testing.assert_allclose(np.degrees(found), np.degrees(PEAKS), atol=0.02)
+
+
+@pytest.mark.parametrize("play_deg", [0.0, 0.02, 0.1, 0.3])
+def test_play_does_not_spoil_opening_alone(play_deg: float) -> None:
+    """As little as a count of it did: each parameter within 4 standard deviations and 10 %."""
+    recording = synthetic_recording(PAPER, PEAKS.tolist(), phase=0.3, play=math.radians(play_deg))
+    result = identify(recording, PAPER.closer, EXACT, window="opening")
+    spread = np.array([result.std_of(name) for name in result.names[1:]])
+    off = np.abs(errors(PAPER, result.door))
+    assert (off * result.values[1:] < 4.0 * spread).all()
+    assert (off < [0.1, 0.01, 0.005]).all()
+
+
+def test_degrees_that_were_counts_are_taken_as_counts() -> None:
+    """A logger that rounds degrees to four digits costs nothing."""
+    counts = synthetic_recording(PAPER, PEAKS.tolist(), phase=0.2, play=math.radians(0.1))
+    degrees = np.round(np.degrees(counts.theta), 4)
+    written = identify(Recording(counts.t, np.radians(degrees)), PAPER.closer, EXACT)
+    known = identify(counts, PAPER.closer, EXACT)
+    np.testing.assert_allclose(written.values, known.values, rtol=0.01)
+    np.testing.assert_allclose(written.covariance, known.covariance, rtol=0.1, atol=1e-9)
+
+
+@pytest.mark.parametrize("noise_deg", [0.005, 0.05])
+def test_noise_is_no_lattice(noise_deg: float) -> None:
+    """Angles of an analogue sensor: no steps are made up, and the answer is sure as it says."""
+    exact = synthetic_recording(PAPER, PEAKS.tolist(), counts_per_turn=2**22)
+    rng = np.random.default_rng(4)
+    noise = math.radians(noise_deg) * rng.normal(size=len(exact.t))
+    noisy = Recording(exact.t, exact.theta + noise)
+    assert with_lattice(noisy).resolution == 0.0
+    result = identify(noisy, PAPER.closer, EXACT)
+    spread = np.array([result.std_of(name) for name in result.names[1:4]])
+    assert (np.abs(errors(PAPER, result.door)) * result.values[1:4] < 4.0 * spread).all()
+    assert math.degrees(result.fit_rmse) == pytest.approx(noise_deg, rel=0.15)
+
+
+def test_a_mirrored_linkage_whose_preload_is_negative() -> None:
+    """tau'_c0 extrapolates to theta_c = 0, which such a closer never comes to."""
+    closer = replace(PAPER.closer, assembly=-1.0)
+    door = Door(PAPER.i_a, 0.06, 2.0, -1.2 * 2.0 * float(closer.f(0.0)), closer)
+    assert door.tau_c0_prime < 0.0
+    assert float(door.restoring_torque(0.0)) > 0.0
+    data = synthetic_recording(door, np.radians([8.0, 12.0, 16.0, 20.0]))
+    result = identify(data, closer, EXACT)
+    assert (np.abs(errors(door, result.door))[1:] < 0.02).all()
+    assert result.window is Window.SWING
+
+
+@pytest.mark.parametrize(
+    ("times", "match"),
+    [
+        (lambda t: 1e3 * t, "seconds"),
+        (lambda t: 1e6 * t, "seconds"),
+        (lambda t: 0.02 * (np.arange(len(t)) // 20) + 2e-5 * (np.arange(len(t)) % 20), "bunches"),
+    ],
+)
+def test_times_that_are_none(
+    recording: Recording, times: Callable[[np.ndarray], np.ndarray], match: str
+) -> None:
+    """Milliseconds, microseconds, the times at which batches were written."""
+    with pytest.raises(RecordingError, match=match):
+        identify(replace(recording, t=times(recording.t)), PAPER.closer, EXACT)
+
+
+def test_pushes_before_the_door_has_shut_are_said(recording: Recording) -> None:
+    """A recording that begins amid a swing: that one is not used, and named."""
+    cut = recording.t > 0.7
+    late = replace(recording, t=recording.t[cut], theta=recording.theta[cut])
+    result = identify(late, PAPER.closer, EXACT)
+    assert len(result.swings) == 4
+    assert any("does not begin at the shut door" in warning for warning in result.warnings)
+
+
+def test_changes_of_the_count_tell_more_than_its_samples() -> None:
+    """Over recordings whose counts lie differently, c_c scatters less than half as much."""
+    found = []
+    for phase in (0.1, 0.3, 0.5, 0.7, 0.9):
+        recording = synthetic_recording(PAPER, PEAKS.tolist(), phase=phase, play=math.radians(0.2))
+        swings = find_swings(recording)
+        edges = [swing.at_edges(recording.resolution) for swing in swings]
+        fits = [fit_ratios(PAPER.closer, kind) for kind in (swings, edges)]
+        found.append([fit.values[0] * PAPER.i_a - PAPER.c_c for fit in fits])
+    samples, edges_alone = np.sqrt(np.mean(np.square(found), axis=0))
+    assert edges_alone < 0.5 * samples
+    assert edges_alone < 0.05 * PAPER.c_c
+
+
+def test_one_sided_damper_is_told_apart() -> None:
+    """Closing that is damped five times as much does not spoil the opening's viscosity."""
+    door = replace(PAPER, c_c_closing=0.3)
+    motion = follow_free(door, 0.0, np.array([0.35, 0.45, 0.55, 0.65, 0.7]))
+    theta, _ = motion.at(np.arange(0.0, 5.0, 1e-3))
+    pieces = [np.zeros(300)]
+    for column in theta.T:
+        pieces += [column, np.zeros(300)]
+    counts = np.rint(np.concatenate(pieces) / (2 * math.pi / 14400)).astype(int)
+    result = identify(from_counts(np.arange(len(counts)) * 1e-3, counts), PAPER.closer, EXACT)
+    assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
+    assert result.door.c_c_closing == pytest.approx(0.3, rel=0.03)
+
+
+def test_closing_that_follows_no_model_is_left_out(recording: Recording) -> None:
+    """A latch zone (closing slowed below 12 deg) makes the fit go back to opening alone."""
+    t, theta = recording.t, recording.theta.copy()
+    stretched_t, stretched = [], []
+    for swing in find_swings(recording):
+        top = swing.t[swing.peak_index]
+        begin = np.searchsorted(t, swing.t[0] - 0.4)
+        latch = int(np.argmax((t > top) & (theta < math.radians(12.0))))
+        slow = np.interp(np.arange(0.0, 0.6, 5e-4), t[latch:] - t[latch], theta[latch:])
+        stretched += [theta[begin:latch], slow, np.zeros(400)]
+    theta = np.concatenate(stretched)
+    stretched_t = np.arange(len(theta)) * 1e-3
+    result = identify(Recording(stretched_t, theta, recording.resolution), PAPER.closer, EXACT)
+    assert result.window is Window.OPENING
+    assert any("closing does not follow" in warning for warning in result.warnings)
+    assert (np.abs(errors(PAPER, result.door)[1:]) < 0.02).all()
+
+
+def test_touched_swing_is_left_out(recording: Recording) -> None:
+    """A swing that is held back by hand is dropped with a warning, the rest are right."""
+    swing = find_swings(recording)[2]
+    theta = recording.theta.copy()
+    at = np.searchsorted(recording.t, swing.t)
+    theta[at] += math.radians(0.5) * np.sin(np.linspace(0.0, 9.0, len(at)))
+    result = identify(replace(recording, theta=theta), PAPER.closer, EXACT)
+    assert len(result.swings) == 4
+    assert any("was left out" in warning for warning in result.warnings)
+    assert (np.abs(errors(PAPER, result.door)) < 0.08).all()
+
+
+def test_gaps_in_the_recording_do_no_harm(recording: Recording) -> None:
+    """Seventy lost samples at the start of a swing cost nothing."""
+    second = find_swings(recording)[1]
+    keep = (recording.t < second.t[50]) | (recording.t > second.t[120])
+    holed = Recording(recording.t[keep], recording.theta[keep], recording.resolution)
+    result = identify(holed, PAPER.closer, EXACT)
+    assert len(result.swings) == 5
+    assert (np.abs(errors(PAPER, result.door)) < 0.06).all()
+
+
+def test_no_scale_no_answer(recording: Recording) -> None:
+    """Without mass and width the refusal says why and what to measure."""
+    with pytest.raises(NoScaleError, match=r"ratios.*weigh the leaf"):
+        identify(recording, PAPER.closer, None)
+    for mass, width in ((None, 0.9), (47.0, None), (-1.0, 0.9), (47.0, math.nan)):
+        with pytest.raises(NoScaleError, match="ratios"):
+            scale_from_leaf(mass, width)
+
+
+def test_scale_spread_goes_into_every_parameter() -> None:
+    """0.5 % of mass and 1 mm of width are 0.55 % of I_A."""
+    scale = scale_from_leaf(47.62, 0.896)
+    assert scale.std / scale.i_a == pytest.approx(math.hypot(0.005, 2e-3 / 0.896))
+
+
+@pytest.mark.parametrize(
+    "theta",
+    [
+        np.zeros(2000),
+        np.full(2000, 0.5),
+        np.linspace(0.0, 0.5, 2000),
+        np.random.default_rng(0).normal(0.0, 1e-3, 2000),
+        np.zeros(3),
+        np.zeros(0),
+    ],
+    ids=["shut", "open", "ramp", "noise", "short", "empty"],
+)
+def test_recordings_without_a_swing(theta: np.ndarray) -> None:
+    """A shut, an open, a slowly opened door: no swing, said so."""
+    with pytest.raises(NoSwingError):
+        identify(Recording(np.arange(len(theta)) * 1e-3, theta), PAPER.closer, EXACT)
+
+
+def test_the_hand_is_not_in_the_window() -> None:
+    """The free motion starts after a push has ended, short or long."""
+    for duration in (0.08, 0.15, 0.3):
+        push = push_to(PAPER, math.radians(22.0), 0.5, duration)
+        swing = simulate_pushes(PAPER, [push], 4.0)
+        (found,) = find_swings(from_counts(swing.t, quantise(swing)))
+        assert push.start + duration <= found.t[0] < push.start + 2.0 * duration
+
+
+def test_wrong_sign_is_no_door() -> None:
+    """A door that speeds up as it opens is not fitted."""
+    t = np.arange(0.0, 2.0, 1e-3)
+    theta = np.where(t < 1.0, 0.3 * t**3, 0.3 - 3.0 * np.clip(t - 1.0, 0.0, 0.1))
+    with pytest.raises((NoFitError, NoSwingError)):
+        identify(Recording(t, theta), PAPER.closer, EXACT, window="opening")
+
+
+def test_simulated_pushes_fall_shut_and_stay_above_the_frame() -> None:
+    """The stop holds: no angle below zero, shut in the end, each peak as ordered."""
+    pushes, duration = five_swings(PAPER, PEAKS[:2].tolist())
+    swing = simulate_pushes(PAPER, pushes, duration)
+    assert swing.theta.min() >= 0.0
+    assert swing.theta[-1] == 0.0
+    assert swing.theta.max() == pytest.approx(PEAKS[1], abs=1e-4)
+
+
+def test_a_weak_push_opens_nothing() -> None:
+    """A torque below the closer's does not move the shut door."""
+    swing = simulate_pushes(PAPER, [Push(0.1, 0.5, 0.2)], 0.5)
+    assert (swing.theta == 0.0).all()

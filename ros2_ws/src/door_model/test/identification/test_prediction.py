@@ -1,0 +1,59 @@
+"""The predicted peak and its spread."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from door_model.door.door import Door, Zone
+from door_model.identification.parameters import PARAMETERS
+from door_model.identification.prediction import predict_peak
+from door_model.motion.dynamics import peak
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+PAPER = load_door("paper").door()
+
+
+def changed(door: Door, name: str, step: float) -> Door:
+    """A door with one parameter a little larger."""
+    if name.startswith("backcheck_"):
+        assert door.backcheck is not None
+        part = name.removeprefix("backcheck_")
+        zone = dataclasses.replace(
+            door.backcheck, **{part: getattr(door.backcheck, part) + step})
+        return dataclasses.replace(door, backcheck=zone)
+    return dataclasses.replace(door, **{name: getattr(door, name) + step})  # type: ignore[arg-type]
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.floats(0.02, 0.5), st.floats(0.3, 3.0), st.floats(3.0, 8.0), st.floats(0.01, 0.5),
+    st.floats(0.4, 0.9), st.floats(0.0, 0.1))
+def test_spread_by_each_parameter_is_the_peaks_own_slope(
+    c_c: float, k_c: float, preload: float, friction: float, omega0: float, theta0: float
+) -> None:
+    """Against central differences of the peak, with a backcheck on the way."""
+    start = dataclasses.replace(
+        PAPER, c_c=c_c, k_c=k_c, tau_c0_prime=preload, friction=friction)
+    middle = 0.5 * (theta0 + peak(start, theta0, omega0).angle)
+    door = dataclasses.replace(start, backcheck=Zone(middle, 2.0 * c_c))
+    for name in (*PARAMETERS, "friction", "backcheck_c_c", "backcheck_angle"):
+        step = 1e-5
+        high, low = (peak(changed(door, name, s), theta0, omega0) for s in (step, -step))
+        found = predict_peak(door, (name,), np.eye(1), omega0, theta0)
+        assert found.angle_std == pytest.approx(
+            abs(high.angle - low.angle) / (2.0 * step), rel=1e-3, abs=1e-6)
+        assert found.time_std == pytest.approx(
+            abs(high.time - low.time) / (2.0 * step), rel=2e-3, abs=1e-5)
+
+
+def test_a_common_factor_leaves_the_peak_alone() -> None:
+    """The scale's error, common to all four parameters, is none of the peak's."""
+    values = np.array([getattr(PAPER, name) for name in PARAMETERS])
+    found = predict_peak(PAPER, PARAMETERS, np.outer(values, values) * 0.05**2, 0.6)
+    assert found.angle_std < 1e-9
+    assert found.angle == peak(PAPER, 0.0, 0.6).angle
+    assert found.interval() == pytest.approx((found.angle, found.angle))
+    assert math.degrees(found.angle) > 20.0

@@ -1,0 +1,144 @@
+"""What fixes the scale, which free swings leave open."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from door_model.errors import DoorParameterError, LinkageError, NoScaleError
+from door_model.identification.identify import Identification, identify
+from door_model.identification.scale import (
+    ForceGauge,
+    ForceReading,
+    KnownImpulse,
+    Reference,
+    scale_from_inertia,
+)
+from door_model.recording.recording import Recording
+from door_model.recording.synthetic import five_swings, synthetic_recording
+from scipy.integrate import trapezoid
+
+PAPER = load_door("paper").door()
+PEAKS = np.radians([9.0, 13.0, 17.0, 21.0, 25.0]).tolist()
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Five pushes on the paper's door."""
+    return synthetic_recording(PAPER, PEAKS)
+
+
+def reading(angle: float, *, error: float = 0.0) -> ForceReading:
+    """What a gauge 0.8 m from the hinge shows on the paper's door."""
+    return ForceReading(angle, (float(PAPER.restoring_torque(angle)) + error) / 0.8, 0.8)
+
+
+def run(recording: Recording, reference: Reference) -> Identification:
+    """Identification with a reference."""
+    return identify(recording, PAPER.closer, reference)
+
+
+@pytest.mark.parametrize("angles", [(0.15,), (0.05, 0.2, 0.4)])
+def test_a_force_gauge_fixes_the_scale(recording: Recording, angles: tuple[float, ...]) -> None:
+    """Exact readings give I_A to 0.2 %, with the spread that a gauge of 0.5 N and 2 mm leaves."""
+    result = run(recording, ForceGauge([reading(angle) for angle in angles]))
+    assert result.door.i_a == pytest.approx(PAPER.i_a, rel=2e-3)
+    one = reading(angles[0])
+    assert result.std_of("i_a") / result.door.i_a == pytest.approx(
+        one.torque_std / one.torque / math.sqrt(len(angles)), rel=0.3)
+
+
+def test_torque_at_a_reading_is_known_as_well_as_the_reading(recording: Recording) -> None:
+    """Whatever the swings leave open, it cancels there: the covariance holds the correlations."""
+    one = reading(0.3)
+    result = run(recording, ForceGauge([one]))
+    f, eta = PAPER.closer.f_and_eta(0.3)
+    slope = np.array([0.0, 0.0, eta * f, eta, 0.0])
+    std = math.sqrt(slope @ result.covariance @ slope)
+    assert float(result.door.restoring_torque(0.3)) == pytest.approx(one.torque, rel=1e-9)
+    assert std == pytest.approx(one.torque_std, rel=1e-6)
+
+
+def test_readings_that_disagree_widen_the_answer(recording: Recording) -> None:
+    """Readings 2 N m apart make I_A less certain than readings that agree."""
+    agree = run(recording, ForceGauge([reading(0.1), reading(0.3)]))
+    apart = run(recording, ForceGauge([reading(0.1, error=1.0), reading(0.3, error=-1.0)]))
+    assert apart.std_of("i_a") > 2.0 * agree.std_of("i_a")
+
+
+@pytest.mark.parametrize("swing", range(1, 6))
+def test_a_known_impulse_fixes_the_scale(recording: Recording, swing: int) -> None:
+    """The torque of a push integrated while the leaf moves: I_A within two standard deviations."""
+    push = five_swings(PAPER, PEAKS)[0][swing - 1]
+    t = push.start + np.linspace(0.0, push.duration, 20001)
+    torque = np.array([push.torque(time) for time in t])
+    moves = int(np.argmax(torque > float(PAPER.restoring_torque(0.0))))
+    impulse = float(trapezoid(torque[moves:], t[moves:]))
+    result = run(recording, KnownImpulse(impulse, 0.005 * impulse, swing))
+    assert abs(result.door.i_a - PAPER.i_a) < 2.0 * result.std_of("i_a")
+    assert result.std_of("i_a") < 0.04 * PAPER.i_a
+
+
+@pytest.mark.parametrize("play_deg", [0.1, 0.2])
+def test_play_does_not_bias_the_impulse(play_deg: float) -> None:
+    """The leaf moves before its encoder does: I_A within two standard deviations all the same."""
+    pushes, _ = five_swings(PAPER, PEAKS)
+    recording = synthetic_recording(PAPER, PEAKS, play=math.radians(play_deg))
+    for swing, push in enumerate(pushes, start=1):
+        t = push.start + np.linspace(0.0, push.duration, 20001)
+        torque = np.array([push.torque(time) for time in t])
+        moves = int(np.argmax(torque > float(PAPER.restoring_torque(0.0))))
+        impulse = float(trapezoid(torque[moves:], t[moves:]))
+        result = run(recording, KnownImpulse(impulse, 0.005 * impulse, swing))
+        assert abs(result.door.i_a - PAPER.i_a) < 2.0 * result.std_of("i_a")
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        lambda: ForceReading(0.1, 1e200, 1.0),
+        lambda: KnownImpulse(1e200, 1.0),
+        lambda: KnownImpulse(8.0, 0.1, 1.4),  # type: ignore[arg-type]
+        lambda: KnownImpulse(8.0, 0.1, math.nan),  # type: ignore[arg-type]
+        lambda: scale_from_inertia(1e160, 1e158),
+    ],
+)
+def test_numbers_that_no_door_has(reference: Callable[[], Reference]) -> None:
+    """Huge ones, and a swing that is no whole number."""
+    with pytest.raises((DoorParameterError, NoScaleError)):
+        reference()
+
+
+def test_inertia_as_given(recording: Recording) -> None:
+    """It is taken as it is, and its spread is that of all parameters."""
+    result = run(recording, scale_from_inertia(12.75, 0.6375))
+    assert result.door.i_a == 12.75
+    for name in ("i_a", "k_c", "tau_c0_prime"):
+        assert result.std_of(name) / result.value_of(name) == pytest.approx(0.05, rel=0.03)
+
+
+def test_readings_that_cannot_be_or_contradict(recording: Recording) -> None:
+    """Degrees typed for radians, a lever in centimetres: refused; contradictions: said."""
+    with pytest.raises(LinkageError, match="572"):
+        run(recording, ForceGauge([ForceReading(10.0, 7.0, 0.8)]))
+    with pytest.raises(DoorParameterError, match="in metres"):
+        ForceReading(0.1, 7.0, 85.0)
+    apart = run(recording, ForceGauge([reading(0.4, error=20.0), reading(0.2)]))
+    assert any("contradict each other" in warning for warning in apart.warnings)
+    assert any("scale is uncertain" in warning for warning in apart.warnings)
+
+
+def test_references_that_fix_nothing(recording: Recording) -> None:
+    """No reading, a swing that is not there, nonsense: an error that says so."""
+    with pytest.raises(NoScaleError, match="no reading"):
+        run(recording, ForceGauge([]))
+    with pytest.raises(NoScaleError, match="swing 7, there are 5"):
+        run(recording, KnownImpulse(10.0, 0.1, 7))
+    with pytest.raises(NoScaleError, match="fixes no scale"):
+        scale_from_inertia(-1.0, 0.1)
+    with pytest.raises(DoorParameterError, match="force"):
+        ForceReading(0.1, 0.0, 0.8)
+    cut = Recording(recording.t[450:], recording.theta[450:], recording.resolution)
+    with pytest.raises(NoScaleError, match="shut before"):
+        run(cut, KnownImpulse(10.0, 0.1))

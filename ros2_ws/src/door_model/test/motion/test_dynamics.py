@@ -1,0 +1,146 @@
+"""Dynamics of the door, eqs. (1), (12), (13) and section II.C.2."""
+
+import math
+
+import numpy as np
+import pytest
+from door_model.door.closer import FourBarCloser
+from door_model.door.config import load_door
+from door_model.door.door import Door
+from door_model.errors import DoorParameterError, LinkageError, UnreachableAngleError
+from door_model.motion.dynamics import initial_velocity, peak, simulate
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import trapezoid
+
+CLOSER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
+doors = st.builds(
+    Door,
+    i_a=st.floats(2.0, 60.0),
+    c_c=st.floats(0.0, 0.5),
+    k_c=st.floats(0.1, 5.0),
+    tau_c0_prime=st.floats(2.0, 15.0),
+    closer=st.just(CLOSER),
+)
+
+
+@pytest.mark.parametrize(("tau", "omega"), [(4.0, 0.707), (6.0, 0.862), (3.2, 0.635)])
+def test_initial_velocity_for_25_degrees(tau: float, omega: float) -> None:
+    """The paper's door needs the known velocities."""
+    door = Door(12.75, 0.06, 1.13, tau, CLOSER)
+    assert initial_velocity(door, math.radians(25.0)) == pytest.approx(omega, abs=6e-4)
+
+
+@settings(max_examples=30, deadline=None)
+@given(door=doors, omega0=st.floats(0.05, 1.0))
+def test_energy_never_grows(door: Door, omega0: float) -> None:
+    """A free door only loses energy."""
+    swing = simulate(door, 0.3, omega0, 1.0, period=0.01, stop=True)
+    energy = door.energy(swing.theta, swing.omega)
+    assert (np.diff(energy) <= 1e-7 * abs(energy[0])).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(door=doors)
+def test_energy_lost_is_the_work_of_the_damper(door: Door) -> None:
+    """Energy at the start less that at the end is the integral of eq. (13) times omega."""
+    swing = simulate(door, 0.0, 0.6, 0.5, period=1e-3, stop=True)
+    power = door.damping_torque(swing.theta, swing.omega) * swing.omega
+    energy = door.energy(swing.theta, swing.omega)
+    assert energy[0] - energy[-1] == pytest.approx(trapezoid(power, swing.t), rel=1e-3, abs=1e-6)
+
+
+@settings(max_examples=20, deadline=None)
+@given(door=doors, factor=st.floats(0.1, 10.0))
+def test_one_factor_on_all_parameters_changes_nothing(door: Door, factor: float) -> None:
+    """Free motion cannot tell the scale of I_A, c_c, k_c and tau'_c0."""
+    scaled = Door(
+        factor * door.i_a, factor * door.c_c, factor * door.k_c, factor * door.tau_c0_prime, CLOSER
+    )
+    a, b = (simulate(d, 0.1, 0.5, 0.4, period=0.01, stop=True) for d in (door, scaled))
+    np.testing.assert_allclose(a.theta, b.theta, atol=1e-8)
+
+
+def test_restoring_torque_falls_as_the_door_opens() -> None:
+    """Fig. 16: largest at the closed door."""
+    door = Door(12.75, 0.06, 1.13, 6.0, CLOSER)
+    torque = door.restoring_torque(np.radians([0.0, 10.0, 25.0]))
+    assert torque[0] == pytest.approx(18.07, abs=0.02)
+    assert (np.diff(torque) < 0.0).all()
+
+
+def test_acceleration_balances_eq1() -> None:
+    """Inertial, damping and restoring torque add up to the external one."""
+    door = load_door("paper").door()
+    theta, omega, tau = 0.3, 0.4, 7.0
+    total = (
+        door.i_a * door.acceleration(theta, omega, tau)
+        + door.damping_torque(theta, omega)
+        + door.restoring_torque(theta)
+    )
+    assert total == pytest.approx(tau)
+
+
+def test_stop_ends_on_the_frame() -> None:
+    """With a stop the last sample is the shut door, moving inwards."""
+    door = load_door("paper").door()
+    swing = simulate(door, 0.2, 0.0, 10.0, stop=True)
+    assert swing.theta[-1] == pytest.approx(0.0, abs=1e-9)
+    assert swing.omega[-1] < 0.0
+    assert swing.t[-1] < 10.0
+    assert (swing.theta[:-1] > 0.0).all()
+
+
+def test_external_torque_does_work() -> None:
+    """A short strong push gives its impulse to the door."""
+    door = load_door("paper").door()
+    swing = simulate(door, 0.3, 0.0, 1e-3, period=1e-4, torque=lambda _t: 5000.0)
+    assert swing.omega[-1] == pytest.approx(5.0 / door.i_a, rel=0.01)
+
+
+def test_angles_that_make_no_sense() -> None:
+    """Angle not above the start, negative, NaN, beyond the linkage: each its own error."""
+    door = load_door("paper").door()
+    for angle in (0.0, -0.1, math.nan, math.inf):
+        with pytest.raises(DoorParameterError, match="angle"):
+            initial_velocity(door, angle)
+    with pytest.raises(DoorParameterError, match="above the start"):
+        initial_velocity(door, 0.2, 0.2)
+    with pytest.raises(DoorParameterError, match="theta0"):
+        initial_velocity(door, 0.2, -0.01)
+    short = Door(12.75, 0.06, 1.13, 4.0, FourBarCloser(0.195, 0.204, 0.12, 0.15, 0.34))
+    with pytest.raises(LinkageError, match="l2"):
+        initial_velocity(short, math.radians(120.0))
+
+
+def test_door_that_pulls_nowhere() -> None:
+    """A closer that does not pull the door back is an error, not an endless search."""
+    slack = Door(12.75, 0.0, 1.0, -2.0, CLOSER)
+    with pytest.raises(UnreachableAngleError, match="does not pull"):
+        initial_velocity(slack, 0.4)
+    # Pushed out near the closed door, pulled in further out: rest at 1.6 rad is above the start's
+    # potential, rest just behind the equilibrium is below it.
+    humped = Door(12.75, 0.0, 4.0, -2.0, CLOSER)
+    with pytest.raises(UnreachableAngleError, match="no start"):
+        initial_velocity(humped, 0.55)
+
+
+def test_a_push_that_is_too_strong_ends_at_the_linkage() -> None:
+    """A door flung open beyond the linkage is an error that says so."""
+    with pytest.raises(LinkageError, match="end of its range"):
+        peak(load_door("paper").door(), 0.0, 50.0)
+
+
+def test_peak_needs_an_opening_door() -> None:
+    """No velocity, no peak."""
+    for omega in (0.0, -1.0, math.nan):
+        with pytest.raises(DoorParameterError, match="omega0"):
+            peak(load_door("paper").door(), 0.1, omega)
+
+
+@pytest.mark.parametrize("field", ["i_a", "c_c", "k_c", "tau_c0_prime"])
+def test_door_refuses_nan(field: str) -> None:
+    """Every parameter must be a number."""
+    values = {"i_a": 12.75, "c_c": 0.06, "k_c": 1.13, "tau_c0_prime": 3.2, field: math.nan}
+    with pytest.raises(DoorParameterError, match=field):
+        Door(**values, closer=CLOSER)

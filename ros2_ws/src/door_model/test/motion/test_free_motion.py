@@ -1,0 +1,175 @@
+"""Free motion of many doors at once, and its derivatives."""
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from door_model.door.closer import FourBarCloser, angle_limits, four_bar
+from door_model.door.door import Door, Zone
+from door_model.door.ratios import Ratios
+from door_model.errors import DoorModelError, DoorParameterError, LinkageError
+from door_model.motion.dynamics import follow_free, simulate
+from door_model.motion.free_motion import UNKNOWNS, End, follow
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp, trapezoid
+
+CLOSER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
+PAPER = Door(12.75, 0.06, 1.13, 3.2, CLOSER)
+REAL = replace(  # a closer as one finds them
+    PAPER, c_c_closing=0.5, backcheck=Zone(math.radians(18.0), 0.15),
+    latch=Zone(math.radians(8.0), 0.2), friction=0.4)
+
+
+def random_doors(count: int) -> tuple[NDArray[np.float64], Ratios, NDArray[np.float64]]:
+    """Linkages (6, K), ratios and speeds of doors that open and are pulled back."""
+    rng = np.random.default_rng(5)
+    links, rows, speeds = [], [], []
+    while len(links) < count:
+        link = (*rng.uniform(0.1, 0.4, 4), rng.uniform(0.15, 1.0), 1)
+        low, high = angle_limits(*link[:5])
+        if not (low < -0.01 and high > 0.6):
+            continue
+        damping, closing = rng.uniform(0.0, 0.5), rng.uniform(0.1, 10.0)
+        spring, preload = rng.uniform(0.1, 5.0), rng.uniform(2.0, 12.0)
+        f, eta, _ = four_bar(np.linspace(0.0, min(high - 0.02, 1.5), 50), *link)
+        if not (eta * (spring * f + preload) > 0.3).all():
+            continue
+        ratios = np.array([damping, closing, damping, closing, spring, preload])
+        ratios /= rng.uniform(3.0, 60.0)
+        speed = rng.uniform(0.2, 1.2)
+        if follow(link, Ratios(*ratios), 0.0, speed, until=60.0, to_peak=True).end == End.LINKAGE:
+            continue
+        links.append(link)
+        rows.append(ratios)
+        speeds.append(speed)
+    return np.array(links).T, Ratios(*np.array(rows).T), np.array(speeds)
+
+
+def test_peaks_of_200_random_closers() -> None:
+    """Peak within 1e-4 deg and its time within 1e-3 s of scipy at rtol 1e-10."""
+    link, ratios, speeds = random_doors(200)
+    table = ratios.table(200)
+    motion = follow(link, ratios, 0.0, speeds, until=60.0, to_peak=True)
+    for k, speed in enumerate(speeds):
+        damping, spring, preload = table[[0, 4, 5], k]
+
+        def slope(_t: float, x: NDArray[np.float64], k: int = k,
+                  law: tuple[float, ...] = (damping, spring, preload)) -> tuple[float, float]:
+            f, eta, _ = four_bar(x[0], *link[:, k])
+            return x[1], -eta * (law[0] * eta * x[1] + law[1] * f + law[2])
+
+        def top(_t: float, x: NDArray[np.float64]) -> float:
+            return float(x[1])
+
+        top.terminal = True  # type: ignore[attr-defined]
+        exact = solve_ivp(slope, (0.0, 60.0), (0.0, speed), rtol=1e-10, atol=1e-12, events=top)
+        assert math.degrees(abs(motion.peak_angle[k] - exact.y[0, -1])) < 1e-4
+        assert abs(motion.peak_time[k] - exact.t[-1]) < 1e-3
+
+
+@pytest.mark.parametrize("door", [PAPER, REAL, replace(PAPER, closer=replace(CLOSER, l3=0.24))])
+@pytest.mark.parametrize("omega", [0.3, 0.9])
+def test_agrees_with_the_tight_integration(door: Door, omega: float) -> None:
+    """Every sample of a swing, and when it falls shut, as the integration in pieces has them."""
+    swing = simulate(door, 0.01, omega, 20.0, stop=True)
+    motion = follow_free(door, 0.01, omega)
+    theta, speed = motion.at(swing.t[:-1])
+    assert np.abs(theta[:, 0] - swing.theta[:-1]).max() < 1e-6
+    assert np.abs(speed[:, 0] - swing.omega[:-1]).max() < 1e-5
+    assert motion.end[0] == End.SHUT
+    assert motion.end_time[0] == pytest.approx(swing.t[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize("unknown", UNKNOWNS)
+def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
+    """Opening into the backcheck, turning, closing into the latch zone: as differences have it."""
+    ratios = REAL.ratios()
+    start = {field.name: float(getattr(ratios, field.name)) for field in fields(Ratios)}
+    start |= {"theta0": 0.02, "omega0": 0.7}
+    times = np.linspace(0.0, 4.5, 150)
+
+    def motion(change: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        values = start | {unknown: start[unknown] + change}
+        theta0, omega0 = values.pop("theta0"), values.pop("omega0")
+        return follow(
+            CLOSER.numbers(), Ratios(**values), theta0, omega0, until=5.0, exact=True
+        ).derivatives(0, times)
+
+    step = 1e-5
+    slopes = motion(0.0)[1][:, UNKNOWNS.index(unknown)]
+    differences = (motion(step)[0] - motion(-step)[0]) / (2.0 * step)
+    assert np.abs(differences).max() > 1e-3
+    np.testing.assert_allclose(slopes, differences, atol=1e-5 * np.abs(differences).max())
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    omega=st.floats(0.2, 1.0),
+    closing=st.floats(0.0, 3.0),
+    friction=st.floats(0.0, 1.5),
+    backcheck=st.floats(0.0, 2.0),
+    latch=st.floats(0.0, 2.0),
+)
+def test_energy_lost_is_the_work_of_damper_and_friction(
+    omega: float, closing: float, friction: float, backcheck: float, latch: float
+) -> None:
+    """Over a whole swing, whatever the closer does on the way."""
+    door = replace(
+        PAPER, c_c_closing=closing, friction=friction, backcheck=Zone(0.15, backcheck),
+        latch=Zone(0.1, latch))
+    motion = follow_free(door, 0.0, omega)
+    end = float(motion.end_time[0]) if motion.end[0] == End.SHUT else float(motion.peak_time[0])
+    t = np.linspace(0.0, end * (1.0 - 1e-12), 20001)
+    theta, speed = (values[:, 0] for values in motion.at(t))
+    energy = door.energy(theta, speed)
+    lost = trapezoid(door.power_lost(theta, speed), t)
+    assert energy[0] - energy[-1] == pytest.approx(lost, rel=2e-3, abs=2e-3)
+
+
+def test_one_door_from_many_starts_is_many_doors() -> None:
+    """A list of the same door gives the same motions as the door itself."""
+    speeds = np.array([0.3, 0.6, 0.9])
+    alone, many = follow_free(REAL, 0.0, speeds), follow_free([REAL] * 3, 0.0, speeds)
+    np.testing.assert_array_equal(alone.peak_angle, many.peak_angle)
+    np.testing.assert_array_equal(alone.end_time, many.end_time)
+
+
+def test_friction_holds_a_door_that_is_pulled_less() -> None:
+    """It stays where it turned round, for good."""
+    door = replace(PAPER, friction=1.01 * float(PAPER.restoring_torque(0.3)))
+    motion = follow_free(door, 0.29, 0.2)
+    assert motion.end[0] == End.STUCK
+    assert motion.at(np.array([50.0]))[0][0, 0] == motion.peak_angle[0]
+    swing = simulate(door, 0.29, 0.2, 2.0)
+    assert swing.theta[-1] == pytest.approx(motion.peak_angle[0], abs=1e-9)
+
+
+def test_a_push_frees_a_held_door() -> None:
+    """Held by friction, pushed from 0.5 s on: it stands until then and moves after."""
+    door = replace(PAPER, friction=6.0)
+    swing = simulate(door, 0.5, 0.0, 1.0, torque=lambda t: 0.0 if t < 0.5 else 30.0)
+    assert (swing.theta[swing.t < 0.5] == 0.5).all()
+    assert swing.theta[-1] > 0.6
+
+
+@pytest.mark.parametrize("field", ["opening", "spring", "preload"])
+def test_parameters_that_are_no_numbers_end(field: str) -> None:
+    """NaN among the ratios is an error, never an endless motion."""
+    with pytest.raises(DoorModelError, match="no number or huge"):
+        follow(CLOSER.numbers(), replace(PAPER.ratios(), **{field: math.nan}), 0.0, 0.5, until=5.0)
+
+
+def test_motions_that_make_no_sense() -> None:
+    """NaN, too few doors, a start and a motion beyond the linkage: each its own error."""
+    with pytest.raises(DoorParameterError, match="omega0"):
+        follow_free(PAPER, 0.0, [0.3, math.nan])
+    with pytest.raises(DoorParameterError, match="number of doors"):
+        follow_free([PAPER, PAPER], 0.0, [0.3, 0.4, 0.5])
+    with pytest.raises(LinkageError, match="too long to fold"):
+        follow_free(PAPER, -0.5, 0.3)
+    with pytest.raises(LinkageError, match="end of its range"):
+        follow_free([PAPER, REAL], 0.0, [0.3, 50.0])
+    assert issubclass(LinkageError, DoorModelError)

@@ -1,0 +1,244 @@
+"""w' for an angle and the angle for a w', section II.C.2: numbers and arrays, and dead centres."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from door_model.door.closer import FourBarCloser
+from door_model.door.config import WORKING_RANGE, load_door
+from door_model.door.door import Door, Zone
+from door_model.errors import (
+    ConfigError,
+    DeadCentreError,
+    DoorModelError,
+    DoorParameterError,
+    LinkageError,
+    UnreachableAngleError,
+)
+from door_model.motion.dynamics import follow_free, initial_velocity, peak, simulate
+from door_model.motion.free_motion import End
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+CLOSER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
+PAPER = Door(12.75, 0.06, 1.13, 3.2, CLOSER)
+MIRRORED = replace(CLOSER, assembly=-1)
+DEAD_CENTRE = math.radians(66.7370928524)  # of MIRRORED
+# Shut by a spring that pulls the other way: 9 N m at the closed door, none at the dead centre.
+TURNING = Door(12.75, 0.06, 0.5, 9.0 / MIRRORED.eta(0.0) - 0.5 * MIRRORED.f(0.0), MIRRORED)
+
+FILTERING = [HealthCheck.filter_too_much]  # most random links are no door
+
+lengths = st.floats(0.12, 0.4)
+viscosities = st.floats(0.0, 0.6)
+zones = st.none() | st.builds(Zone, st.floats(0.05, 1.2), viscosities)
+
+
+@st.composite
+def doors(draw: Callable[..., Any]) -> Door:
+    """Doors of any linkage in either mode that are pulled shut when they are closed."""
+    closer = FourBarCloser(
+        *(draw(lengths) for _ in range(4)), draw(st.floats(0.1, 1.2)),
+        draw(st.sampled_from([1, -1])))
+    try:
+        eta, f = closer.eta(0.0), closer.f(0.0)
+        assume(closer.closing_limit() < -0.02 and closer.opening_limit() > 0.2)
+    except LinkageError:
+        assume(False)
+    assume(abs(eta) > 0.05)
+    k_c = draw(st.floats(0.1, 4.0))
+    tau = draw(st.floats(2.0, 25.0)) / eta - k_c * f
+    return Door(
+        draw(st.floats(3.0, 60.0)), draw(viscosities), k_c, tau, closer,
+        draw(st.none() | viscosities), draw(zones), draw(zones), draw(st.floats(0.0, 2.0)))
+
+
+def reachable(door: Door, share: float) -> float:
+    """An angle up to the linkage's end, at which the door is held or pulled back noticeably."""
+    angle = share * min(door.closer.opening_limit() - 0.02, 2.0)
+    assume(angle > 0.02)
+    assume(door.restoring_torque(angle) + door.friction > 0.2)
+    return angle
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=FILTERING)
+@given(door=doors(), share=st.floats(0.02, 1.0), start=st.floats(0.0, 0.97))
+def test_peak_undoes_initial_velocity(door: Door, share: float, start: float) -> None:
+    """Any door, any angle, any start: with w' the door turns round at the angle."""
+    angle = reachable(door, share)
+    theta0 = start * angle
+    try:
+        omega = initial_velocity(door, angle, theta0)
+    except UnreachableAngleError:  # only where something on the way throws the door open
+        way = door.restoring_torque(np.linspace(theta0, angle, 200)) + door.friction
+        assert way.min() < 0.05
+        assume(False)
+    assert isinstance(omega, float)
+    summit = peak(door, theta0, omega)
+    assert summit.angle == pytest.approx(angle, abs=1e-6)
+    assert summit.time > 0.0
+
+
+@settings(deadline=None)
+@given(before=st.floats(-9.0, -1.5), start=st.floats(0.0, 0.29), c_c=st.floats(0.0, 5.0))
+def test_a_zone_that_begins_just_before_the_turn(before: float, start: float, c_c: float) -> None:
+    """However little of the way lies in the backcheck: it is neither missed nor met going back."""
+    angle = 0.3 + 10.0**before
+    door = replace(PAPER, backcheck=Zone(0.3, c_c))
+    omega = initial_velocity(door, angle, start)
+    assert peak(door, start, omega).angle == pytest.approx(angle, abs=1e-8)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=FILTERING)
+@given(door=doors(), shares=st.lists(st.floats(0.02, 1.0), min_size=1, max_size=4))
+def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> None:
+    """Angles (K, 1) with starts (3,) give (K, 3), each what the numbers alone give."""
+    angles = np.array([[reachable(door, share)] for share in shares])
+    starts = np.array([0.0, 0.3, 0.9]) * angles.min()
+    try:
+        omegas = initial_velocity(door, angles, starts)
+    except UnreachableAngleError:
+        assume(False)
+    summits = peak(door, starts, omegas)
+    assert omegas.shape == summits.angle.shape == summits.time.shape == (len(shares), 3)
+    for row, column in np.ndindex(omegas.shape):
+        alone = initial_velocity(door, float(angles[row, 0]), float(starts[column]))
+        assert omegas[row, column] == pytest.approx(alone, rel=1e-9)
+        summit = peak(door, float(starts[column]), alone)
+        assert summits.time[row, column] == pytest.approx(summit.time, abs=1e-6)
+        assert summits.angle[row, column] == pytest.approx(summit.angle, abs=1e-6)
+
+
+def test_no_elements_are_no_answers() -> None:
+    """Empty arrays come back empty."""
+    assert initial_velocity(PAPER, []).shape == (0,)
+    assert peak(PAPER, 0.0, np.zeros((2, 0))).angle.shape == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("ask", "error", "match"),
+    [
+        (lambda: initial_velocity(PAPER, [0.3, math.nan]), DoorParameterError,
+         r"angle \(element \[1\]\) must be a finite number, not nan"),
+        (lambda: initial_velocity(PAPER, [[0.3], [0.4]], [0.0, -0.1]), DoorParameterError,
+         r"theta0 \(element \[0, 1\]\) must be .*, not -0.1"),
+        (lambda: initial_velocity(PAPER, 0.3, [0.1, 0.2, 0.3]), DoorParameterError,
+         r"angle \(element \[2\]\) must be above the start angle 0.3"),
+        (lambda: initial_velocity(PAPER, [0.3, 2.9]), LinkageError,
+         r"at 166.16 deg: l1 ends its range at 160.52 deg \(element \[1\]\)"),
+        (lambda: initial_velocity(replace(PAPER, tau_c0_prime=-1.0), [1.5, 0.4]),
+         UnreachableAngleError, r"does not pull the door back at 22.92 deg.*element \[1\]"),
+        (lambda: peak(PAPER, [0.1, math.inf], 0.4), DoorParameterError, r"theta0 \(element \[1\]"),
+        (lambda: peak(PAPER, 0.1, [0.4, 0.0]), DoorParameterError, r"omega0 \(element \[1\]"),
+        (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), LinkageError,
+         r"from 5.73 deg at 40.0.* reaches the end of its range, set by l1 \(element \[1, 0\]\)"),
+        (lambda: peak(PAPER, [0.1, 2.9], 0.4), LinkageError,
+         r"at 166.16 deg: l1 ends its range at 160.52 deg \(element \[1\]\)"),
+        (lambda: peak(replace(PAPER, tau_c0_prime=0.3, i_a=1e6), 0.0, [1e-3, 0.5]),
+         UnreachableAngleError, r"not turned round after 60 s.*element \[0\]"),
+    ],
+)  # fmt: skip
+def test_the_element_that_failed_is_named(
+    ask: Callable[[], Any], error: type[DoorModelError], match: str
+) -> None:
+    """An error about an array says which element, and its value."""
+    with pytest.raises(error, match=match):
+        ask()
+
+
+@given(closer=st.builds(
+    FourBarCloser, lengths, lengths, lengths, lengths, st.floats(0.1, 1.2),
+    st.sampled_from([1, -1])))
+def test_link_3_lies_in_line_with_the_fixed_part_at_the_dead_centre(closer: FourBarCloser) -> None:
+    """Of any linkage that has one: the joint of links 2 and 3 lies on the line of the pivots."""
+    try:
+        angle = closer.dead_centre()
+    except LinkageError:
+        return
+    if angle is None:
+        return
+    phi, f = angle + closer.theta_i0, closer.f(angle)
+    assert closer.l1 * math.sin(phi) + closer.l2 * math.sin(phi - f) == pytest.approx(0.0, abs=1e-7)
+
+
+def test_a_spring_that_opens_before_makes_no_dead_centre() -> None:
+    """The door knows which side of the linkage's dead centre its spring shuts."""
+    assert TURNING.dead_centre() == pytest.approx(DEAD_CENTRE, abs=1e-9)
+    assert TURNING.restoring_torque(0.0) == pytest.approx(9.0)
+    assert TURNING.restoring_torque(DEAD_CENTRE - 0.01) > 0.0
+    assert TURNING.restoring_torque(DEAD_CENTRE + 0.01) < 0.0
+    assert replace(TURNING, tau_c0_prime=20.0).dead_centre() is None
+    assert PAPER.dead_centre() is None
+
+
+def assert_names_the_dead_centre(error: DeadCentreError, value: float) -> None:
+    assert error.link == "l3"
+    assert error.theta == error.limit == pytest.approx(DEAD_CENTRE, abs=1e-9)
+    assert error.value == pytest.approx(value)
+    assert "dead centre at 66.74 deg: link l3" in str(error)
+
+
+@given(angle=st.floats(DEAD_CENTRE + 1e-6, 2.7), share=st.floats(0.0, 0.99))
+def test_no_velocity_leads_to_rest_beyond_a_dead_centre(angle: float, share: float) -> None:
+    """Whatever the start, on this side or beyond: an error that names link and angle."""
+    with pytest.raises(DeadCentreError, match="does not pull the door back") as caught:
+        initial_velocity(TURNING, [0.5, angle], [0.0, share * angle])
+    assert_names_the_dead_centre(caught.value, angle)
+    assert "(element [1])" in str(caught.value)
+
+
+def test_every_velocity_ends_before_the_dead_centre_or_in_its_error() -> None:
+    """The fastest door that turns round does so just before it; a faster one is thrown open."""
+    omega = initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
+    assert (peak(TURNING, 0.0, omega * np.linspace(0.01, 1.0, 200)).angle < DEAD_CENTRE).all()
+    for start, speed in ((0.0, 1.01 * omega), (0.0, 3.0 * omega), (DEAD_CENTRE + 0.2, 0.01)):
+        with pytest.raises(DeadCentreError, match="it does not turn round") as caught:
+            peak(TURNING, start, speed)
+        assert_names_the_dead_centre(caught.value, TURNING.closer.opening_limit())
+        assert "(element" not in str(caught.value)
+    assert issubclass(DeadCentreError, LinkageError)
+
+
+def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
+    """There the question has an answer, and gets it."""
+    door = replace(TURNING, friction=4.0)
+    angle = DEAD_CENTRE + 0.05
+    assert door.restoring_torque(angle) < 0.0
+    omega = initial_velocity(door, angle)
+    assert peak(door, 0.0, omega).angle == pytest.approx(angle, abs=1e-6)
+
+
+def test_motion_may_pass_a_dead_centre() -> None:
+    """Simulated and followed it is motion like any other: slowest there, then faster."""
+    omega = 1.05 * initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
+    swing = simulate(TURNING, 0.0, omega, 6.0)
+    motion = follow_free(TURNING, 0.0, omega, until=6.0)
+    assert swing.theta[-1] > DEAD_CENTRE + 0.2
+    assert motion.end[0] == End.TIME
+    assert np.abs(motion.at(swing.t)[0][:, 0] - swing.theta).max() < 1e-6
+    slowest = swing.theta[np.argmin(swing.omega)]
+    assert slowest == pytest.approx(DEAD_CENTRE, abs=0.02)
+
+
+def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Path) -> None:
+    """Within the working range: file, link and angle are named. A dead centre beyond it may be."""
+
+    def file(linkage: FourBarCloser) -> Path:
+        tau = float(9.0 / linkage.eta(0.0) - 0.5 * linkage.f(0.0))
+        path = tmp_path / "door.yaml"
+        config = replace(load_door("paper"), linkage=linkage, k_c=0.5, tau_c0_prime=tau)
+        path.write_text(config.to_yaml())
+        return path
+
+    with pytest.raises(ConfigError, match=r"dead centre at 66.74 deg: link l3") as caught:
+        load_door(file(MIRRORED))
+    assert caught.value.source.endswith("door.yaml")
+    assert caught.value.value == pytest.approx(DEAD_CENTRE)
+    assert caught.value.limit == WORKING_RANGE
+    assert isinstance(caught.value.__cause__, DeadCentreError)
+    beyond = load_door(file(replace(MIRRORED, l1=0.25))).door().dead_centre()
+    assert beyond == pytest.approx(math.radians(103.40), abs=1e-3)

@@ -1,0 +1,152 @@
+"""Recordings in MCAP files: samples, raw counts, what is missing, what is damaged."""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_share_directory
+from door_model.data import data_path
+from door_model.door.config import load_door
+from door_model.errors import DoorModelError, RecordingError
+from door_model.recording.mcap import COUNTS, SAMPLES, read_batches, read_mcap
+from door_model.recording.recording import COUNTS_PER_TURN, read_csv
+from door_model.tools.identify_cli import main
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+KIND = "door_impact_msgs/msg/EncoderSamples"
+STORE = get_typestore(Stores.ROS2_JAZZY)
+_FILE = Path(get_package_share_directory("door_impact_msgs")) / "msg" / "EncoderSamples.msg"
+STORE.register(get_types_from_msg(_FILE.read_text(), KIND))
+SWINGS = read_csv(data_path("recordings") / "paper_five_swings.csv")
+SWING_COUNTS = np.rint(SWINGS.theta / SWINGS.resolution).astype(np.int64)
+
+
+def batch(first: int, counts: Any, **changes: Any) -> Any:
+    """A message at 1 kHz whose stamp follows from its number."""
+    header, time = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
+    nanoseconds = 5 * 10**9 + first * 10**6
+    stamp = time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    fields = {
+        "header": header(stamp=stamp, frame_id="door_hinge"), "period": 1e-3, "first_index": first,
+        "counts_per_turn": COUNTS_PER_TURN, "counts": np.asarray(counts, dtype=np.int64),
+        "gap_before": False, "index_counts": np.array([], dtype=np.int64), **changes,
+    }  # fmt: skip
+    return STORE.types[KIND](**fields)
+
+
+def batches(counts: Any, size: int = 20) -> list[Any]:
+    """A stream cut into messages."""
+    return [batch(first, counts[first : first + size]) for first in range(0, len(counts), size)]
+
+
+def bag(folder: Path, topics: dict[str, list[Any]]) -> Path:
+    """What `ros2 bag record -s mcap` leaves: a folder with metadata.yaml and FOLDER.mcap."""
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for topic, messages in topics.items():
+            kind = messages[0].__msgtype__ if messages else KIND
+            connection = writer.add_connection(topic, kind, typestore=STORE)
+            for number, message in enumerate(messages):
+                data = STORE.serialize_cdr(message, kind)
+                writer.write(connection, 10**9 + number * 20_000_000, data)
+    return folder
+
+
+def test_samples_are_the_csv_again(tmp_path: Path) -> None:
+    """The same door, from the folder and from the file in it; samples are preferred to counts."""
+    folder = bag(tmp_path / "bag", {COUNTS: batches([5] * 40), SAMPLES: batches(SWING_COUNTS)})
+    for path in (folder, folder / "bag.mcap"):
+        found = read_mcap(path)
+        np.testing.assert_allclose(found.t, SWINGS.t, atol=1e-9)
+        np.testing.assert_allclose(found.theta, SWINGS.theta)
+        assert found.resolution == SWINGS.resolution
+
+
+@pytest.mark.parametrize(("sign", "offset", "bits"), [(1, 65530, 16), (-1, 3, 16), (-1, 40, 32)])
+def test_raw_counts_are_unwrapped_zeroed_and_turned(
+    tmp_path: Path, sign: int, offset: int, bits: int
+) -> None:
+    """Whatever zero, direction and width the counter has: the door opens from 0."""
+    raw = (sign * SWING_COUNTS + offset) % 2**bits
+    found = read_mcap(bag(tmp_path / "bag", {COUNTS: batches(raw)}))
+    np.testing.assert_allclose(found.theta, SWINGS.theta, atol=1e-9)
+
+
+def test_gaps_show_in_the_times_and_late_batches_go(tmp_path: Path) -> None:
+    """A lost batch is a hole of 20 ms; a batch that comes twice is there once."""
+    parts = batches(np.arange(100))
+    found = read_mcap(bag(tmp_path / "bag", {SAMPLES: [*parts[:2], parts[1], *parts[3:]]}))
+    assert len(found.t) == 80
+    assert np.diff(found.t).max() == pytest.approx(0.021)
+
+
+def test_a_missing_topic_is_said_with_those_that_are_there(tmp_path: Path) -> None:
+    """Topics without messages do not count."""
+    time = STORE.types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
+    clock = STORE.types["rosgraph_msgs/msg/Clock"](clock=time)
+    path = bag(tmp_path / "bag", {"/clock": [clock], SAMPLES: []})
+    with pytest.raises(RecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
+        read_mcap(path)
+    other = bag(tmp_path / "other", {SAMPLES: [clock]})
+    with pytest.raises(RecordingError, match="has rosgraph_msgs/msg/Clock, not"):
+        read_mcap(other)
+
+
+def test_batches_keep_what_the_messages_say(tmp_path: Path) -> None:
+    """Numbers, gaps and index pulses, for who plays them again."""
+    sent = [batch(7, [1, 2], index_counts=np.array([300])), batch(60, [3], gap_before=True)]
+    topic, found = read_batches(bag(tmp_path / "bag", {COUNTS: sent}), (COUNTS, SAMPLES))
+    assert topic == COUNTS
+    assert [b.first_index for b in found] == [7, 60]
+    assert [b.gap_before for b in found] == [False, True]
+    assert found[0].index_counts.tolist() == [300]
+    assert found[1].stamp_ns == 5_060_000_000
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A small complete file."""
+    folder = bag(tmp_path_factory.mktemp("whole") / "bag", {SAMPLES: batches(np.arange(200))})
+    return (folder / "bag.mcap").read_bytes()
+
+
+@settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(share=st.floats(0.0, 0.999), data=st.data())
+def test_damaged_files_are_errors(
+    whole: bytes, tmp_path: Path, share: float, data: st.DataObject
+) -> None:
+    """A file that is cut off is refused; one with other bytes in it is read or refused."""
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(RecordingError, match="no complete MCAP"):
+        read_mcap(path)
+    damaged = bytearray(whole)
+    for _ in range(3):
+        damaged[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(damaged)
+    with suppress(DoorModelError):
+        read_mcap(path)
+
+
+def test_the_command_identifies_the_paper_door(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """identify --mcap finds what --csv finds, and says where the YAML came from."""
+    path = bag(tmp_path / "bag", {COUNTS: batches(SWING_COUNTS % 2**16)}) / "bag.mcap"
+    out = tmp_path / "door.yaml"
+    leaf = ["--mass", "47.62", "--width", "0.896"]
+    assert main(["--mcap", str(path), *leaf, "--json", "--yaml", str(out)]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    truth = load_door("paper")
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        assert answer[name]["value"] == pytest.approx(getattr(truth, name), rel=0.05)
+    assert "bag.mcap" in out.read_text()

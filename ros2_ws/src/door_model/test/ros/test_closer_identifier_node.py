@@ -1,0 +1,184 @@
+"""Node closer_identifier, talking over the middleware."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+import rclpy
+from door_impact_msgs.msg import CloserParameters, EncoderSamples
+from door_impact_msgs.srv import IdentifyCloser
+from door_model.data import data_path
+from door_model.door.config import load_door
+from door_model.recording.recording import COUNTS_PER_TURN, read_csv
+from door_model.ros.closer_identifier_node import CloserIdentifierNode, main
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
+
+SAMPLE = data_path("recordings") / "paper_five_swings.csv"
+
+
+class Rig:
+    """The node beside a node that plays the encoder and asks."""
+
+    def __init__(self) -> None:
+        self.node = CloserIdentifierNode()
+        self.other = rclpy.create_node("other")
+        self.samples = self.other.create_publisher(
+            EncoderSamples, "/door_encoder/samples", QoSProfile(depth=200)
+        )
+        self.client = self.other.create_client(IdentifyCloser, "/identify_closer")
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.other)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        limit = time.monotonic() + 30.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def ask(self, **fields: Any) -> Any:
+        """Call /identify_closer."""
+        future = self.client.call_async(IdentifyCloser.Request(**fields))
+        self.until(future.done)
+        return future.result()
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """A rig on a domain of its own."""
+    rclpy.init(domain_id=100 + os.getpid() % 50)
+    made = Rig()
+    made.until(made.client.service_is_ready)
+    made.until(lambda: made.samples.get_subscription_count() > 0)
+    yield made
+    made.executor.shutdown()
+    made.node.destroy_node()
+    made.other.destroy_node()
+    rclpy.shutdown()
+
+
+def test_identifies_what_it_hears_and_latches_it(rig: Rig) -> None:
+    """Samples over the topic give the paper's door; who comes later still gets it."""
+    recording = read_csv(SAMPLE)
+    counts = np.rint(recording.theta / recording.resolution).astype(int)
+    for first in range(0, len(counts), 100):
+        message = EncoderSamples()
+        message.header.stamp = Time(nanoseconds=10**9 + first * 10**6).to_msg()
+        message.period = 1e-3
+        message.first_index = first
+        message.counts_per_turn = COUNTS_PER_TURN
+        message.counts = counts[first : first + 100].tolist()
+        rig.samples.publish(message)
+        rig.executor.spin_once(timeout_sec=0.0)
+    kept = rig.node._store
+    rig.until(lambda: len(kept.recording().t) == len(counts))
+    answer = rig.ask()
+    assert answer.success, answer.message
+    truth = load_door("paper")
+    found = answer.parameters
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        assert getattr(found, name) == pytest.approx(getattr(truth, name), rel=0.05)
+        assert getattr(found, f"{name}_std") > 0.0
+    assert (found.swings, found.link_l3, found.leaf_mass) == (5, 0.265, 47.62)
+    heard: list[Any] = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    rig.other.create_subscription(CloserParameters, "/closer_parameters", heard.append, latched)
+    rig.until(lambda: bool(heard))
+    assert heard[0].k_c == found.k_c
+
+
+def test_failures_are_answers(rig: Rig) -> None:
+    """No samples, no file, no scale: a code and a sentence each; then a file works."""
+    codes = IdentifyCloser.Response
+    for fields, code in (
+        ({}, codes.NO_SWING),
+        ({"csv_path": "nowhere.csv"}, codes.BAD_RECORDING),
+        ({"csv_path": str(SAMPLE), "leaf_mass": 0.0}, codes.NO_SCALE),
+        ({"csv_path": str(SAMPLE), "leaf_width": float("nan")}, codes.NO_SCALE),
+    ):
+        answer = rig.ask(**fields)
+        assert not answer.success
+        assert answer.error_code == code
+        assert answer.message
+    heavy = rig.ask(csv_path=str(SAMPLE), leaf_mass=95.24)
+    assert heavy.success
+    assert heavy.parameters.k_c == pytest.approx(2 * 1.13, rel=0.02)
+    assert heavy.parameters.leaf_mass == 95.24
+
+
+def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
+    """Inertia, a gauge's reading or an impulse in the request; extras arrive in the message."""
+    truth = load_door("paper").door()
+    pull = float(truth.restoring_torque(0.2))
+    for fields in (
+        {"inertia": truth.i_a, "inertia_std": 0.1},
+        {"force_angles": [0.2], "forces": [pull / 0.8], "force_levers": [0.8]},
+    ):
+        answer = rig.ask(csv_path=str(SAMPLE), extras=["friction"], **fields)
+        assert answer.success, answer.message
+        found = answer.parameters
+        assert found.i_a == pytest.approx(truth.i_a, rel=0.01)
+        assert found.i_a_std > 0.0
+        assert 0.0 <= found.friction < 0.02
+        assert found.latch_angle < 0.0
+        assert found.identified[:4] == ["i_a", "c_c", "k_c", "tau_c0_prime"]
+        assert len(found.covariance) == len(found.identified) ** 2
+    codes = IdentifyCloser.Response
+    for fields, code in (
+        ({"inertia": 0.0, "inertia_std": 0.1}, codes.NO_SCALE),
+        ({"impulse": 5.0, "impulse_std": 0.1, "impulse_swing": 9}, codes.NO_SCALE),
+        ({"force_angles": [0.2], "forces": [1.0, 2.0]}, codes.BAD_REQUEST),
+        ({"inertia": 12.5}, codes.BAD_REQUEST),
+        ({"inertia": 12.5, "inertia_std": 0.1, "impulse": 8.0, "impulse_std": 0.1},
+         codes.BAD_REQUEST),
+        ({"extras": ["rust"]}, codes.BAD_REQUEST),
+    ):
+        answer = rig.ask(csv_path=str(SAMPLE), **fields)
+        assert (answer.success, answer.error_code) == (False, code), answer.message
+
+
+def test_a_trial_is_not_published(rig: Rig) -> None:
+    """publish: false answers alone; the planner goes on with what it had."""
+    heard: list[Any] = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    rig.other.create_subscription(CloserParameters, "/closer_parameters", heard.append, latched)
+    assert rig.ask(csv_path=str(SAMPLE), leaf_mass=95.24, publish=False).success
+    real = rig.ask(csv_path=str(SAMPLE))
+    rig.until(lambda: bool(heard))
+    assert [message.i_a for message in heard] == [real.parameters.i_a]
+
+
+@pytest.mark.parametrize(
+    ("parameter", "sentence"),
+    [
+        ("door:=garage", "no such door"),
+        ("window:=half", "must be one of"),
+        ("memory:=-1.0", "memory"),
+    ],
+)
+def test_bad_parameters_end_with_a_sentence(
+    parameter: str, sentence: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 1, no traceback."""
+    assert main(["--ros-args", "-p", parameter]) == 1
+    text = capfd.readouterr().err
+    assert sentence in text
+    assert "Traceback" not in text
+
+
+def test_parameters_are_described_each_by_its_own_name(rig: Rig) -> None:
+    """Those that are read once refuse to be set later."""
+    described = {name: rig.node.describe_parameter(name)
+                 for name in ("door", "window", "memory", "leaf_mass", "leaf_width")}
+    assert [d.name for d in described.values()] == list(described)
+    read_once = {name for name, descriptor in described.items() if descriptor.read_only}
+    assert read_once == {"door", "window", "memory"}
+    for name in described:
+        answer = rig.node.set_parameters([rig.node.get_parameter(name)])[0]
+        assert answer.successful == (name not in read_once)

@@ -1,0 +1,99 @@
+"""Pull test: the mass that point B of the simulated robot shows to a blow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.errors import SettingError
+from hrp2_description.robot import RobotConfig
+from numpy.typing import ArrayLike
+
+from hrp2_sim_bridge.physics.engine import connect, prepare
+from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.settings import WorldSettings
+
+_HOLD = 1e6  # what a locked joint may carry [N m]
+_GRIP = 1e7  # what holds a sole on the floor [N]
+_ITERATIONS = 2000  # of the solver: nothing here is in a hurry, and it must converge
+
+
+@dataclass(frozen=True)
+class PullTest:
+    """A blow and its effect.
+
+    Attributes:
+        impulse: given to point B [N s].
+        speed_change: of point B along the blow [m/s].
+    """
+
+    impulse: float
+    speed_change: float
+
+    @property
+    def effective_mass(self) -> float:
+        """Mass that point B shows [kg]."""
+        return self.impulse / self.speed_change
+
+
+def pull_test(
+    robot: RobotConfig,
+    posture: Array,
+    *,
+    locked: tuple[str, ...],
+    rotor_scale: float,
+    direction: ArrayLike = (0.0, -1.0, 0.0),
+    impulse: float = 0.1,
+    duration: float = 2e-4,
+    step: float = 2e-5,
+) -> PullTest:
+    """Strike point B of the simulated robot and see how fast it moves.
+
+    Both soles are fixed to the world and weightless, as the constraints of the effective mass
+    `1 / (J M^-1 J^T)` are; joints that are not locked have no motor.
+
+    Args:
+        robot: configuration.
+        posture: (30,) [rad].
+        locked: joints that are held, as by the brace.
+        rotor_scale: multiple of the rotors' inertia.
+        direction: of the blow in the world, (3,).
+        impulse: of the blow, small enough to move nothing far [N s].
+        duration: over which a constant force gives it [s].
+        step: physics step [s].
+
+    Raises:
+        SettingError: the blow is shorter than a step.
+    """
+    if not duration >= step:
+        raise SettingError("duration", duration, f"at least a step of {step} s")
+    along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    force = (along * impulse / duration).tolist()
+    client = connect(False)
+    try:
+        prepare(client, step, _ITERATIONS, WorldSettings.friction)
+        client.setGravity(0.0, 0.0, 0.0)
+        body = RobotBody(client, robot, posture, rotor_scale=rotor_scale)
+        for name in locked:
+            joint = body.joint_index[name]
+            client.setJointMotorControl2(
+                body.body, joint, client.VELOCITY_CONTROL, targetVelocity=0.0, force=_HOLD
+            )
+        for sole in body.soles.values():
+            state = body.frame(sole)
+            grip = client.createConstraint(
+                body.body, sole, -1, -1, client.JOINT_FIXED, [0, 0, 0], [0, 0, 0],
+                state.position.tolist(), [0, 0, 0, 1], state.quaternion.tolist(),
+            )
+            client.changeConstraint(grip, maxForce=_GRIP)
+        for _ in range(round(duration / step)):
+            place = body.contact_sphere().position.tolist()
+            client.applyExternalForce(
+                body.body, body.contact_link, force, place, client.WORLD_FRAME
+            )
+            client.stepSimulation()
+        moved = float(body.contact_sphere().linear @ along)
+    finally:
+        client.disconnect()
+    return PullTest(impulse, moved)

@@ -1,0 +1,1 @@
+"""The driver that takes trajectories, and the stabilizer that keeps the robot up."""

@@ -1,0 +1,1 @@
+"""The log of a run: every command, every state, and how to run it again."""

@@ -1,0 +1,93 @@
+"""The truth of a run, kept for evaluation: arrays that grow, up to a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_impact_common.errors import SettingError
+from numpy.typing import ArrayLike, NDArray
+
+_FIRST_CAPACITY = 4096
+_LEAST_ROWS = 16
+
+
+class Recorder:
+    """Named columns that grow row by row; beyond the bound the older half is forgotten.
+
+    Args:
+        columns: shape and dtype of one row of each column.
+        most_rows: bound on the number of rows.
+    """
+
+    def __init__(self, columns: Mapping[str, tuple[tuple[int, ...], str]], most_rows: int) -> None:
+        self._most = max(_LEAST_ROWS, most_rows)
+        capacity = min(_FIRST_CAPACITY, self._most)
+        self._data: dict[str, NDArray] = {
+            name: np.zeros((capacity, *shape), dtype=kind)
+            for name, (shape, kind) in columns.items()
+        }
+        self._rows = 0
+        self._capacity = capacity
+
+    def __len__(self) -> int:
+        return self._rows
+
+    def add(self, count: int, **rows: ArrayLike) -> None:
+        """Append so many rows, fewer than fit; every column must be given."""
+        while self._rows + count > self._capacity:
+            self._make_room()
+        for name, data in self._data.items():
+            data[self._rows : self._rows + count] = rows[name]
+        self._rows += count
+
+    def arrays(self) -> dict[str, NDArray]:
+        """Copies of the columns so far."""
+        return {name: data[: self._rows].copy() for name, data in self._data.items()}
+
+    def clear(self) -> None:
+        """Forget every row."""
+        self._rows = 0
+
+    def _make_room(self) -> None:
+        if self._capacity >= self._most:
+            keep = self._most - self._most // 2
+            for data in self._data.values():
+                data[:keep] = data[self._rows - keep : self._rows].copy()
+            self._rows = keep
+            return
+        self._capacity = min(2 * self._capacity, self._most)
+        for name, data in self._data.items():
+            grown = np.zeros((self._capacity, *data.shape[1:]), dtype=data.dtype)
+            grown[: self._rows] = data[: self._rows]
+            self._data[name] = grown
+
+
+def check_writable(path: str | Path) -> None:
+    """Make sure that `save_npz` will be able to write, before a run whose log would be lost.
+
+    Raises:
+        SettingError: There is no file of that name, or it cannot be written.
+    """
+    target = Path(path)
+    try:
+        partial = target.with_name(target.name + ".part")
+        partial.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_bytes(b"")
+        partial.unlink()
+    except (OSError, ValueError) as error:
+        raise SettingError("log_file", path, f"a file that can be written ({error})") from error
+
+
+def save_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> Path:
+    """Write an npz, whole or not at all; not compressed: a node at its end has no time."""
+    target = Path(path).with_suffix(".npz")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(target.name + ".part")
+    with partial.open("wb") as stream:
+        columns: dict[str, Any] = {name: np.asarray(data) for name, data in arrays.items()}
+        np.savez(stream, **columns)
+    partial.replace(target)
+    return target

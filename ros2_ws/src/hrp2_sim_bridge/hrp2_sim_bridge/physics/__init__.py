@@ -1,0 +1,1 @@
+"""Robot and door in the physics engine."""

@@ -1,0 +1,1 @@
+"""The node hrp2_sim_bridge, its parameters and messages."""

@@ -1,0 +1,216 @@
+"""Node ``hrp2_sim_bridge``: the simulated HRP-2 with the topics of its driver."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from door_impact_common.errors import SettingError
+from door_impact_common.node import run_node
+from door_impact_msgs.msg import EncoderSamples
+from door_impact_msgs.srv import PushDoor
+from door_model.door.config import load_door
+from geometry_msgs.msg import WrenchStamped
+from hrp2_description.robot import load_robot_config, needed
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from hrp2_sim_bridge.errors import SecondDriverError, SimBridgeError, TrajectoryRefusedError
+from hrp2_sim_bridge.log.recorder import check_writable
+from hrp2_sim_bridge.ros import messages as convert
+from hrp2_sim_bridge.ros.pacer import Pacer
+from hrp2_sim_bridge.ros.parameters import BridgeParameters
+from hrp2_sim_bridge.sensors.imu import imu_variances
+from hrp2_sim_bridge.sensors.sensors import TickSample
+from hrp2_sim_bridge.settings import SAMPLE, TICK
+from hrp2_sim_bridge.world import World
+
+NAME = "hrp2_sim_bridge"
+QUEUE = 50
+ENCODER_BATCH = 20  # samples: 50 Hz
+DIAGNOSTICS_TICKS = 40  # 5 Hz
+TICK_NS = round(TICK * 1e9)
+
+
+class SimBridge(Node):
+    """Steps the world and talks about it; everything else is in the library."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        self._options = BridgeParameters(self)
+        self._log_file = self._options.text("log_file")
+        if self._log_file:
+            check_writable(self._log_file)
+        self._push_duration = self._options.number("push_duration")
+        if not self._push_duration > 0.0:
+            raise SettingError("push_duration", self._push_duration, "positive")
+        self.world = World(
+            load_robot_config(self._options.text("robot_config") or None),
+            load_door(self._options.text("door")),
+            self._options.number("door_distance"),
+            self._options.number("hinge_x"),
+            **self._options.world_settings(),
+        )
+        self._imu_variances = imu_variances(self.world.settings.sensors)
+        self._pacer = Pacer(self._options.speed())
+        self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
+        self._accepted, self._refused = 0, 0
+        self._refusal = ""
+        self._fall_told = False
+        self._ticks = 0
+        self._make_publishers()
+        self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
+        self.create_service(Trigger, "/sim/reset", self._on_reset)
+        self.create_service(PushDoor, "/sim/push_door", self._on_push)
+        self.create_service(Trigger, "~/stop", self._on_stop)
+        self.create_service(Trigger, "~/save_log", self._on_save_log)
+
+    def _make_publishers(self) -> None:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
+        self._joints = self.create_publisher(JointState, "/joint_states", QUEUE)
+        self._imu = self.create_publisher(Imu, "/imu", QUEUE)
+        self._wrenches = {
+            side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
+            for side in ("left", "right")
+        }
+        self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
+        self._description = self.create_publisher(String, "/robot_description", latched)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
+        self._description.publish(String(data=urdf))
+
+    def run(self) -> None:
+        """Step the world until the end; then write the log, if one is wanted.
+
+        Raises:
+            SecondDriverError: A robot is in the graph already.
+        """
+        if self.count_publishers("/joint_states") > 1:
+            raise SecondDriverError("/joint_states")
+        executor = SingleThreadedExecutor()
+        executor.add_node(self)
+        try:
+            while rclpy.ok():
+                self._publish(self.world.step())
+                self._pacer.advance(TICK)
+                executor.spin_once(timeout_sec=0.0)
+                while (left := self._pacer.wait()) > 0.0 and rclpy.ok():
+                    executor.spin_once(timeout_sec=left)
+        finally:
+            self._finish()
+
+    def _now_ns(self) -> int:
+        return round(self.world.time / TICK) * TICK_NS
+
+    def _publish(self, sample: TickSample) -> None:
+        now = self._now_ns()
+        stamp = convert.stamp_of(now)
+        self._clock_topic.publish(Clock(clock=stamp))
+        robot = self.world.robot_config
+        self._joints.publish(convert.joint_state(stamp, robot.joint_names, sample))
+        left, right = robot.feet["left"].sole, robot.feet["right"].sole
+        self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
+        self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
+        imu_frame = needed(robot.imu_frame, "imu_frame")
+        self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
+        batch = self._encoder.add(sample.counts, now)
+        if batch is not None:
+            self._counts.publish(batch)
+        self._ticks += 1
+        if self._ticks % DIAGNOSTICS_TICKS == 0:
+            self._publish_diagnostics()
+
+    def _publish_diagnostics(self) -> None:
+        world = self.world
+        moving = world.driver.is_moving(world.time)
+        level, text = DiagnosticStatus.OK, "following a trajectory" if moving else "holding"
+        if self._refusal:
+            level, text = DiagnosticStatus.WARN, f"trajectory refused: {self._refusal}"
+        if world.fell:
+            level, text = DiagnosticStatus.ERROR, f"fell: {world.fall.reason}"
+            if not self._fall_told:
+                self.get_logger().error(text)
+            self._fall_told = True
+        values = {
+            "accepted": self._accepted,
+            "refused": self._refused,
+            "last_refusal": self._refusal,
+            "max_tilt_deg": f"{np.degrees(world.fall.max_tilt):.2f}",
+        }
+        self._diagnostics.publish(
+            convert.diagnostics(
+                convert.stamp_of(self._now_ns()), world.robot_config.name, level, text, values
+            )
+        )
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        stamp = convert.seconds(message.header.stamp)
+        try:
+            self.world.follow(convert.trajectory_arrays(message), stamp)
+        except TrajectoryRefusedError as error:
+            self._refused += 1
+            self._refusal = str(error)
+            self.get_logger().error(f"trajectory refused: {error}")
+            self._publish_diagnostics()
+        else:
+            self._accepted += 1
+            self._refusal = ""
+
+    def _on_stop(self, _: Any, response: Any) -> Any:
+        self.world.stop()
+        response.success, response.message = True, "braking, then holding still"
+        return response
+
+    def _on_reset(self, _: Any, response: Any) -> Any:
+        self.world.reset()
+        self._encoder.restart()
+        self._refusal, self._fall_told = "", False
+        response.success, response.message = True, "back in half-sitting at time 0"
+        return response
+
+    def _on_push(self, request: Any, response: Any) -> Any:
+        duration = self._push_duration if request.duration < 0.0 else request.duration
+        try:
+            self.world.push_door(request.impulse, duration)
+        except SimBridgeError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = f"{request.impulse:g} N m s over {duration:g} s"
+        return response
+
+    def _on_save_log(self, _: Any, response: Any) -> Any:
+        if not self._log_file:
+            response.success, response.message = False, "the parameter log_file is empty"
+            return response
+        try:
+            response.message = str(self.world.save_log(self._log_file))
+            response.success = True
+        except (OSError, ValueError) as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _finish(self) -> None:
+        """Write the log, if one is wanted, and leave the simulator."""
+        if self._log_file:
+            self.world.save_log(self._log_file)
+        self.world.close()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to end."""
+    return run_node(SimBridge, errors=(OSError,), args=args, spin=SimBridge.run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""What the robot's sensors would report of the simulated state."""

@@ -1,0 +1,276 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hrp2_sim_bridge.control.driver import TrajectoryDriver
+from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hypothesis import given
+from hypothesis import strategies as st
+
+NAMES = ("a", "b", "c")
+LIMITS = JointLimits(NAMES, np.full(3, -1.0), np.full(3, 1.0), np.array([2.0, 4.0, 3.0]))
+
+
+def driver() -> TrajectoryDriver:
+    """A driver of three joints at rest."""
+    return TrajectoryDriver(LIMITS, np.zeros(3))
+
+
+def message(times, positions, velocities=(), accelerations=(), names=NAMES) -> TrajectoryArrays:
+    """A trajectory for the three joints."""
+    return TrajectoryArrays(names, times, positions, velocities, accelerations)
+
+
+GOOD = message(
+    [0.5, 1.0], [[0.1, 0.2, -0.1], [0.2, 0.1, -0.3]], [[0.1] * 3, [0.0] * 3], [[0.0] * 3] * 2
+)
+NAN, INF = float("nan"), float("inf")
+
+
+def test_silence_means_hold() -> None:
+    """Silence means hold."""
+    for time in (0.0, 1.0, 1e6):
+        state = driver().sample(time)
+        assert not state.position.any()
+        assert not state.velocity.any()
+
+
+def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> None:
+    """Trajectory without a stamp starts now from the reference and holds its last point."""
+    d = driver()
+    d.accept(GOOD, 0.0, 3.0)
+    assert not d.sample(3.0).position.any()
+    np.testing.assert_allclose(d.sample(3.5).position, [0.1, 0.2, -0.1], atol=1e-12)
+    np.testing.assert_allclose(d.sample(99.0).position, [0.2, 0.1, -0.3], atol=1e-12)
+    assert not d.sample(99.0).velocity.any()
+
+
+def test_names_may_come_in_any_order() -> None:
+    """Names may come in any order."""
+    order = [2, 0, 1]
+    shuffled = message(
+        GOOD.times,
+        *([[row[i] for i in order] for row in rows]
+          for rows in (GOOD.positions, GOOD.velocities, GOOD.accelerations)),
+        names=[NAMES[i] for i in order],
+    )
+    one, two = driver(), driver()
+    one.accept(GOOD, 0.0, 0.0)
+    two.accept(shuffled, 0.0, 0.0)
+    for time in np.linspace(0.0, 1.2, 40):
+        np.testing.assert_array_equal(one.sample(time).position, two.sample(time).position)
+
+
+@pytest.mark.parametrize(
+    ("bad", "joint", "words"),
+    [
+        (replace(GOOD, joint_names=("a", "b", "x")), "x", "unknown"),
+        (replace(GOOD, joint_names=("a", "b", "b")), "b", "twice"),
+        (replace(GOOD, joint_names=("a", "b")), "c", "missing"),
+        (replace(GOOD, times=[0.5, NAN]), "", "finite"),
+        (replace(GOOD, times=[0.5, INF]), "", "finite"),
+        (replace(GOOD, times=[0.5, 0.5]), "", "increase"),
+        (replace(GOOD, times=[0.5, 0.4]), "", "increase"),
+        (replace(GOOD, times=[-0.1, 1.0]), "", "first point"),
+        (replace(GOOD, positions=GOOD.positions[:1]), "", "points"),
+        (replace(GOOD, positions=[[0.0, 0.0], [0.0, 0.0, 0.0]]), "", "values"),
+        (replace(GOOD, velocities=[[0.1] * 3, []]), "", "values"),
+        (replace(GOOD, velocities=()), "", "without velocities"),
+        (replace(GOOD, positions=[[0.1, NAN, 0.0], [0.0] * 3]), "b", "finite"),
+        (replace(GOOD, velocities=[[0.0] * 3, [0.0, 0.0, INF]]), "c", "finite"),
+        (replace(GOOD, accelerations=[[NAN, 0.0, 0.0], [0.0] * 3]), "a", "finite"),
+        (replace(GOOD, positions=[[0.1, 0.2, -0.1], [0.2, 1.01, -0.3]]), "b", "above"),
+        (replace(GOOD, positions=[[0.1, 0.2, -0.1], [0.2, 0.1, -1.2]]), "c", "below"),
+        (replace(GOOD, velocities=[[2.1, 0.0, 0.0], [0.0] * 3]), "a", "speed"),
+        (message([0.1], [[0.3, 0.0, 0.0]]), "a", "jump"),
+        (message([0.0, 1.0], [[0.1, 0.4, 0.0], [0.0] * 3]), "b", "jump"),
+        (message([0.5, 0.6], [[0.0] * 3, [0.3, 0.0, 0.0]]), "a", "between points"),
+        (replace(GOOD, accelerations=[[1e308, 0.0, 0.0], [0.0] * 3]), "a", "between points"),
+        (message([1e-300, 2e-300], [[0.0] * 3] * 2, [[0.0] * 3] * 2, [[0.0] * 3] * 2), "b", ""),
+        # What comes to rest from a last point that moves, or bends, is part of the whole.
+        (message([3.0], [[1.0, 0.0, 0.0]], [[1.9, 0.0, 0.0]]), "a", "above"),
+        (message([1.0, 1.001], [[0.0] * 3] * 2, [[0.0] * 3, [0.01, 0.0, 0.0]],
+                 [[0.0] * 3, [1e4, 0.0, 0.0]]), "a", ""),
+        (message(np.arange(1.0, 6002.0).tolist(), [[0.0] * 3] * 6001), "", "points"),
+        # Outside only for a short while of a long segment.
+        (message([0.6, 5.58], [[0.0, 0.0, 0.0], [-0.67, 0.0, 0.0]], [[0.0] * 3, [1.9, 0.0, 0.0]],
+                 [[0.0] * 3, [13.0, 0.0, 0.0]]), "a", ""),
+        # Inside the limits at both points, outside between them.
+        (message([1.0, 2.0], [[0.9, 0.0, 0.0]] * 2, [[1.9, 0, 0], [-1.9, 0, 0]]), "a", "above"),
+    ],
+)
+def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> None:
+    """Bad trajectory is refused and changes nothing."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    before = [d.sample(t).position.copy() for t in np.linspace(0.3, 1.2, 20)]
+    with pytest.raises(TrajectoryRefusedError) as refused:
+        d.accept(bad, 0.0, 0.3)
+    assert refused.value.joint == joint
+    assert words in str(refused.value)
+    after = [d.sample(t).position for t in np.linspace(0.3, 1.2, 20)]
+    np.testing.assert_array_equal(before, after)
+
+
+@pytest.mark.parametrize("stamp", [NAN, INF, -1.0])
+def test_impossible_stamp_is_refused(stamp) -> None:
+    """Impossible stamp is refused."""
+    with pytest.raises(TrajectoryRefusedError):
+        driver().accept(GOOD, stamp, 0.0)
+
+
+def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
+    """Wall time where the simulation's is meant would wait for decades."""
+    d = driver()
+    with pytest.raises(TrajectoryRefusedError, match="use_sim_time") as refused:
+        d.accept(GOOD, 1.8e9, 12.0)
+    assert refused.value.limit == pytest.approx(72.0)
+    assert not d.is_moving(12.0)
+    d.accept(GOOD, 70.0, 12.0)
+    assert d.is_moving(12.0)
+
+
+@given(st.lists(st.floats(-1.0, 3.0), min_size=1, max_size=30))
+def test_many_positions_at_once_are_those_one_by_one(times) -> None:
+    """Vectorised sampling is sampling, across replaced and waiting trajectories."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    d.accept(message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.7, 0.2)
+    rising = np.sort(times)
+    np.testing.assert_allclose(
+        d.positions(rising), [d.sample(time).position for time in rising], atol=1e-12
+    )
+
+
+def test_trajectory_that_is_over_before_it_comes_is_refused() -> None:
+    """Trajectory that is over before it comes is refused."""
+    with pytest.raises(TrajectoryRefusedError, match="ended"):
+        driver().accept(GOOD, 1.0, 2.5)
+
+
+def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
+    """Stamp in the future lets the trajectory under way go on."""
+    d, alone = driver(), driver()
+    for each in (d, alone):
+        each.accept(GOOD, 0.0, 0.0)
+    later = message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3])
+    d.accept(later, 0.7, 0.2)
+    for time in np.linspace(0.2, 0.69, 30):
+        np.testing.assert_array_equal(d.sample(time).position, alone.sample(time).position)
+    np.testing.assert_allclose(d.sample(1.3).position, [-0.2, 0.0, 0.0])
+
+
+def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
+    """Later stamp waits behind an earlier one that also waits."""
+    d = driver()
+    d.accept(message([0.5], [[0.1, 0.0, 0.0]]), 1.0, 0.0)
+    d.accept(message([0.5], [[0.2, 0.0, 0.0]]), 2.0, 0.0)
+    assert d.sample(1.9).position[0] == pytest.approx(0.1)
+    assert d.sample(2.5).position[0] == pytest.approx(0.2)
+    d.accept(message([0.5], [[-0.1, 0.0, 0.0]]), 0.0, 1.2)
+    assert d.sample(3.0).position[0] == pytest.approx(-0.1)
+
+
+def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
+    """Late trajectory is joined where it should be by now."""
+    d = driver()
+    times = np.arange(0.0, 1.01, 0.1)
+    ramp = np.outer(0.25 * times**2, [1.0, 1.0, 1.0])
+    d.accept(message(times.tolist(), ramp.tolist(), np.outer(0.5 * times, [1] * 3).tolist()),
+             1.0, 1.008)
+    assert d.sample(1.008).position[0] == pytest.approx(0.25 * 0.008**2, abs=1e-12)
+    assert d.sample(1.6).position[0] == pytest.approx(0.25 * 0.6**2)
+
+
+@given(st.floats(0.01, 1.2), st.floats(0.5, 1.5))
+def test_replacement_is_continuous_up_to_acceleration(when, duration) -> None:
+    """Replacement is continuous up to acceleration."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    before = d.sample(when)
+    target = np.array([-0.05, 0.0, 0.1])
+    new = message([duration], [target.tolist()], [[0.0] * 3], [[0.0] * 3])
+    d.accept(new, 0.0, when)
+    after = d.sample(when)
+    np.testing.assert_allclose(after.position, before.position, atol=1e-12)
+    np.testing.assert_allclose(after.velocity, before.velocity, atol=1e-9)
+    np.testing.assert_allclose(after.acceleration, before.acceleration, atol=1e-6)
+    np.testing.assert_allclose(d.sample(when + duration + 1.0).position, target, atol=1e-9)
+
+
+@given(st.floats(0.0, 1.5))
+def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
+    """Stop brakes smoothly and holds within limits."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    before = d.sample(when)
+    d.accept(message([], []), 0.0, when)
+    after = d.sample(when)
+    np.testing.assert_allclose(after.position, before.position, atol=1e-12)
+    np.testing.assert_allclose(after.velocity, before.velocity, atol=1e-9)
+    rest = d.sample(when + 0.2)
+    assert not rest.velocity.any()
+    np.testing.assert_array_equal(rest.position, d.sample(when + 50.0).position)
+    path = np.array([d.sample(when + t).velocity for t in np.linspace(0.0, 0.2, 60)])
+    assert (np.abs(path) <= LIMITS.velocity * 1.1).all()
+
+
+@given(st.floats(0.0, 0.1))
+def test_stop_on_the_way_to_a_limit_stays_within_it(when) -> None:
+    """A quick move that ends on the limit may be stopped anywhere."""
+    d = driver()
+    d.reset(np.array([0.9, 0.0, 0.0]))
+    d.accept(message([0.1], [[1.0, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.0, 0.0)
+    d.stop(when)
+    path = d.positions(np.linspace(when, when + 0.3, 400))
+    assert path[:, 0].max() < 1.0 + 0.006
+
+
+@pytest.mark.parametrize("tick", [1, 3, 6, 12, 84, 1000, 1663])
+def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(tick) -> None:
+    """Its stamp, in seconds and nanoseconds, may be a rounding error later than the tick."""
+    d = driver()
+    stamp = round(tick * 5_000_000 // 10**9) + (tick * 5_000_000 % 10**9) * 1e-9
+    d.accept(message([stamp + 1.0], [[0.2, 0.0, 0.0]], [[0.4, 0.0, 0.0]]), 0.0, 0.0)
+    before = d.sample(tick * 0.005).velocity[0]
+    d.accept(message([1.5], [[0.1, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), stamp, 0.0)
+    assert d.sample(tick * 0.005).velocity[0] == pytest.approx(before, abs=1e-6)
+    times = np.array([tick * 0.005])
+    np.testing.assert_allclose(d.positions(times)[0], d.sample(times[0]).position, atol=1e-12)
+
+
+def test_stop_drops_what_waits() -> None:
+    """Stop drops what waits."""
+    d = driver()
+    d.accept(message([0.5], [[0.3, 0.0, 0.0]]), 1.0, 0.0)
+    d.stop(0.5)
+    assert not d.sample(5.0).position.any()
+
+
+def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None:
+    """Last point that still moves is followed by a brake not a jolt."""
+    d = driver()
+    d.accept(message([1.0], [[0.5, 0.0, 0.0]], [[1.0, 0.0, 0.0]]), 0.0, 0.0)
+    speed = np.array([d.sample(t).velocity[0] for t in np.arange(0.9, 1.3, 0.001)])
+    assert np.abs(np.diff(speed)).max() < 0.03
+    assert speed[-1] == 0.0
+    assert d.sample(9.0).position[0] > 0.5
+
+
+def test_reset_forgets_everything() -> None:
+    """Reset forgets everything."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    d.reset(np.full(3, 0.4), 0.0)
+    np.testing.assert_array_equal(d.sample(0.7).position, np.full(3, 0.4))
+    assert not d.is_moving(0.0)
+
+
+@given(st.floats(0.0, 1.4), st.sampled_from([0.001, 0.00025]))
+def test_reference_never_moves_faster_than_the_limit_between_substeps(start, step) -> None:
+    """Reference never moves faster than the limit between substeps."""
+    d = driver()
+    d.accept(GOOD, 0.0, 0.0)
+    moved = np.abs(d.sample(start + step).position - d.sample(start).position)
+    assert (moved <= 1.1 * LIMITS.velocity * step + 1e-12).all()

@@ -1,0 +1,79 @@
+import json
+
+import numpy as np
+import pytest
+from door_impact_common.errors import SettingError
+from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
+from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.log.command_log import CommandLog
+from hrp2_sim_bridge.replay import replay
+
+
+def stop() -> TrajectoryArrays:
+    """A trajectory that means stop."""
+    return TrajectoryArrays((), (), ())
+
+
+def test_the_same_orders_give_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
+    """A run with a sway, a refused order, a push and two stops is had again from its log."""
+    first = make_world(door_distance=0.5)
+    for tick in range(200):
+        if tick == 10:
+            path = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
+            first.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), path), 0.0)
+        if tick == 60:
+            with pytest.raises(TrajectoryRefusedError):
+                first.follow(TrajectoryArrays(("no_joint",), [1.0], [[0.0]]), 0.0)
+        if tick == 70:
+            first.push_door(6.0, 0.2)
+        if tick == 120:
+            first.stop()
+        if tick == 150:
+            first.follow(stop(), 0.0)
+        first.step()
+    log = first.log()
+    again = make_world(door_distance=0.5)
+    replay(again, log["commands"], 200)
+    other = again.log()
+    assert len(json.loads(log["commands"])["orders"]) == 4
+    assert np.ptp(log["q"], axis=0).max() > 0.05
+    for name, column in log.items():
+        np.testing.assert_array_equal(column, other[name], err_msg=name)
+
+
+def test_orders_of_numpys_numbers_can_be_kept(make_world) -> None:
+    """JSON knows none of them."""
+    world = make_world()
+    world.push_door(np.float32(5.0), np.float64(0.2))
+    assert json.loads(world.log(with_com=False)["commands"])["orders"][0]["impulse"] == 5.0
+
+
+def test_reset_begins_a_new_log(make_world) -> None:
+    """Orders from before a reset belong to another run."""
+    world = make_world()
+    world.push_door(5.0, 0.2)
+    world.step()
+    world.reset()
+    assert json.loads(world.log(with_com=False)["commands"])["orders"] == []
+
+
+def test_a_log_with_lost_orders_is_refused(make_world, monkeypatch) -> None:
+    """What cannot be the same run is not replayed."""
+    monkeypatch.setattr("hrp2_sim_bridge.log.command_log._MOST", 1)
+    log = CommandLog()
+    for tick in range(3):
+        log.add(tick, "stop")
+    log.add(3, "push", numbers=10, impulse=1.0, duration=0.2)
+    world = make_world()
+    with pytest.raises(SettingError, match="lost") as error:
+        replay(world, log.text(), 5)
+    assert error.value.value == 3
+    assert world.tick == 0
+
+
+def test_replay_wants_a_world_at_its_start(make_world) -> None:
+    """A world that has run is refused."""
+    world = make_world()
+    world.step()
+    with pytest.raises(SettingError, match="tick"):
+        replay(world, CommandLog().text(), 1)

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from door_impact_common.errors import SettingError
+from door_model.door.config import load_door
+from hrp2_sim_bridge.benches.drop_bench import drop_test
+from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass, simulate_impact
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+BALL, L_B, STEP = 47.0, 0.42, 0.00025
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7])
+def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, speed) -> None:
+    """Free ball leaves the leaf with the restitution asked for."""
+    door = load_door("paper")
+    design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
+    shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP)
+    assert shown.restitution == pytest.approx(restitution, abs=0.015)
+    assert shown.momentum_ratio == pytest.approx(1.0, abs=0.005)
+    if restitution:
+        assert 0.010 < shown.duration < 0.020
+
+
+@given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))
+@settings(max_examples=15, deadline=None)
+def test_design_meets_restitution_and_duration(restitution, mass, duration) -> None:
+    """Design meets restitution and duration."""
+    design = design_contact(restitution, mass, duration, STEP)
+    assert design.restitution == pytest.approx(restitution, abs=1e-3)
+    assert design.duration == pytest.approx(duration, rel=0.05)
+    assert design.stiffness > 0.0
+    assert design.damping >= 0.0
+
+
+@given(st.floats(100.0, 300.0), st.floats(0.0, 1.0))
+@settings(max_examples=20, deadline=None)
+def test_scheme_converges_to_the_exact_spring_damper_that_cannot_pull(frequency, ratio) -> None:
+    """The exact restitution of v' = -2 z w v - w^2 x while the force pushes."""
+    shown, _ = simulate_impact(frequency, ratio, 2e-6)
+    if ratio < 1.0:
+        root = np.sqrt(1.0 - ratio**2)
+        angle = np.arctan2(2 * ratio * root, 2 * ratio**2 - 1)
+        exact = np.exp(-ratio / root * angle)
+    else:
+        exact = np.exp(-2.0)
+    assert shown == pytest.approx(exact, abs=0.01)
+
+
+@pytest.mark.parametrize("bad", [-0.1, 0.99, float("nan")])
+def test_restitution_out_of_reach_is_an_error_that_names_it(bad) -> None:
+    """Restitution out of reach is an error that names it."""
+    with pytest.raises(SettingError) as error:
+        design_contact(bad, 28.0, 0.015, STEP)
+    assert error.value.setting == "restitution"

@@ -1,0 +1,70 @@
+"""What PyBullet does by itself and must not do here (docs/physics.md)."""
+
+import numpy as np
+import pytest
+from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.physics.engine import connect, prepare
+from hrp2_sim_bridge.physics.robot_body import RobotBody
+
+
+@pytest.fixture
+def lifted(robot):
+    """The robot in half-sitting 5 m above the floor, motors off; the client."""
+    client = connect(False)
+    prepare(client, 0.0005, 50, 0.8)
+    body = RobotBody(client, robot, robot.half_sitting, rotor_scale=1.0)
+    position, turn = client.getBasePositionAndOrientation(body.body)
+    client.resetBasePositionAndOrientation(body.body, np.add(position, [0, 0, 5.0]), turn)
+    for index in range(client.getNumJoints(body.body)):
+        client.setJointMotorControl2(body.body, index, client.VELOCITY_CONTROL, force=0.0)
+    yield client, body
+    client.disconnect()
+
+
+def test_nothing_slows_a_fall(lifted) -> None:
+    """PyBullet damps links by 4 % a second unless told not to."""
+    client, body = lifted
+    for _ in range(600):
+        client.stepSimulation()
+    fallen = client.getBaseVelocity(body.body)[0][2]
+    assert fallen == pytest.approx(-GRAVITY * 0.3, rel=1e-6)
+
+
+def test_nothing_slows_a_joint(lifted) -> None:
+    """A wrist that spins in free fall keeps its speed."""
+    client, body = lifted
+    client.setGravity(0.0, 0.0, 0.0)
+    joint = body.joint_index["LARM_JOINT6"]
+    client.resetJointState(body.body, joint, 0.0, 1.0)
+    before = client.getJointState(body.body, joint)[1]
+    for _ in range(200):
+        client.stepSimulation()
+    assert client.getJointState(body.body, joint)[1] == pytest.approx(before, rel=0.02)
+
+
+def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
+    """Joints held on the URDF's limit need no more torque than gravity asks for."""
+    world = make_world(sole="rigid")  # on rubber the whole body sways a little
+    ends = {"LARM_JOINT2": "upper", "LARM_JOINT4": "lower", "HEAD_JOINT0": "upper"}
+    posture = robot.posture(
+        {name: getattr(robot, end)[robot.index(name)] for name, end in ends.items()}
+    )
+    world.follow(moving(np.array([0.05, 1.5]), np.array([robot.half_sitting, posture])), 0.0)
+    for _ in range(400):
+        sample = world.step()
+    torque = world.log(with_com=False)["tick_peak_torque"][-50:]
+    for name in ends:
+        index = robot.index(name)
+        assert sample.position[index] == pytest.approx(posture[index], abs=1e-3)
+        assert torque[:, index].max() < 0.1 * robot.effort_limit[index]
+        assert np.ptp(torque[:, index]) < 0.1
+
+
+def test_world_without_a_door_nearby_takes_coarse_steps_and_beside_it_fine_ones(make_world) -> None:
+    """The solver fails robot and door together at coarse steps."""
+    for distance, fine in ((0.9, False), (0.4, True)):
+        world = make_world(door_distance=distance)
+        for _ in range(5):
+            world.step()
+        assert set(world.log(with_com=False)["tick_fine"]) == {fine}
+        assert world.settings.time_step_fine <= 0.00025

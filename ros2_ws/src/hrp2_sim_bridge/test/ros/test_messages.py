@@ -1,0 +1,78 @@
+"""Conversions; they need the message packages, but no graph."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("door_impact_msgs.msg")
+pytest.importorskip("trajectory_msgs.msg")
+
+from hrp2_sim_bridge.ros import messages as convert
+from hrp2_sim_bridge.sensors.imu import ImuSample, imu_variances
+from hrp2_sim_bridge.settings import SensorSettings
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+
+def test_encoder_batches_follow_each_other_without_a_gap() -> None:
+    """Indices, stamps and counts of batches join; the stamp is the first sample's."""
+    batcher = convert.EncoderBatcher(0.001, 20)
+    batches = []
+    for tick in range(1, 13):
+        counts = range(5 * (tick - 1), 5 * tick)
+        batch = batcher.add(counts, tick * 5_000_000)
+        if batch is not None:
+            batches.append(batch)
+    assert [b.first_index for b in batches] == [0, 20, 40]
+    assert not any(b.gap_before for b in batches)
+    assert [c for b in batches for c in b.counts] == list(range(60))
+    stamps = [convert.seconds(b.header.stamp) for b in batches]
+    np.testing.assert_allclose(stamps, [0.001, 0.021, 0.041], atol=1e-9)
+
+
+def test_restart_drops_what_was_collected_and_marks_the_gap() -> None:
+    """The batch after a restart tells that samples are missing, the next one not."""
+    batcher = convert.EncoderBatcher(0.001, 5)
+    batcher.add([1, 2, 3], 3_000_000)
+    batcher.restart()
+    first = batcher.add([7] * 5, 5_000_000)
+    second = batcher.add([8] * 5, 10_000_000)
+    assert first is not None
+    assert second is not None
+    assert (first.first_index, first.gap_before, list(first.counts)) == (3, True, [7] * 5)
+    assert (second.first_index, second.gap_before) == (8, False)
+
+
+def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
+    """Missing velocities stay missing; a message without points means stop."""
+    point = JointTrajectoryPoint(positions=[0.1, 0.2])
+    point.time_from_start.sec, point.time_from_start.nanosec = 1, 500_000_000
+    arrays = convert.trajectory_arrays(JointTrajectory(joint_names=["a", "b"], points=[point]))
+    assert arrays.times == [1.5]
+    assert arrays.positions == [[0.1, 0.2]]
+    assert arrays.velocities == [[]]
+    assert not arrays.is_stop
+    assert convert.trajectory_arrays(JointTrajectory()).is_stop
+
+
+@pytest.mark.parametrize("nanoseconds", [0, 5_000_000, 3_999_999_999, 600_000_000_000])
+def test_stamp_keeps_every_nanosecond(nanoseconds: int) -> None:
+    """Seconds and nanoseconds add up again."""
+    stamp = convert.stamp_of(nanoseconds)
+    assert stamp.sec * 1_000_000_000 + stamp.nanosec == nanoseconds
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+def test_imu_message_carries_the_variances_on_its_diagonals(noisy: bool) -> None:
+    """Row-major 3 x 3 matrices, zero beside the diagonals, zero throughout where exact."""
+    settings = SensorSettings(sensor_noise=noisy)
+    sample = ImuSample(np.array([0.0, 0.0, 0.6, 0.8]), np.arange(3.0), np.arange(3.0, 6.0))
+    message = convert.imu(convert.stamp_of(0), "imu_link", sample, imu_variances(settings))
+    rate = settings.gyro_noise**2 if noisy else 0.0
+    force = settings.accelerometer_noise**2 + settings.accelerometer_bias**2 if noisy else 0.0
+    covariance = np.reshape(message.angular_velocity_covariance, (3, 3))
+    np.testing.assert_allclose(covariance, rate * np.eye(3), rtol=1e-3)
+    covariance = np.reshape(message.linear_acceleration_covariance, (3, 3))
+    np.testing.assert_allclose(covariance, force * np.eye(3))
+    covariance = np.reshape(message.orientation_covariance, (3, 3))
+    assert np.count_nonzero(covariance) == (3 if noisy else 0)
+    assert covariance[0, 0] == covariance[1, 1] <= covariance[2, 2]
+    assert message.linear_acceleration.z == 5.0

@@ -1,0 +1,248 @@
+"""The IMU, and the attitude that is made of it."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.physics.frames import BodyState, rotation
+from hrp2_sim_bridge.sensors.imu import (
+    AttitudeFilter,
+    Imu,
+    imu_variances,
+    level_attitude,
+    mean_rate,
+)
+from hrp2_sim_bridge.settings import TICK, SensorSettings
+from hypothesis import given
+from hypothesis import strategies as st
+
+LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
+UP = np.array([0.0, 0.0, GRAVITY])
+ANGLES = st.floats(-1.4, 1.4)
+RATES = st.tuples(*[st.floats(-20.0, 20.0)] * 3).map(np.array)
+
+
+def axis_turn(axis, angle):
+    """Quaternion of a rotation about an axis (0, 1, 2)."""
+    quaternion = np.zeros(4)
+    quaternion[axis], quaternion[3] = math.sin(angle / 2.0), math.cos(angle / 2.0)
+    return quaternion
+
+
+def tilt_error(estimate, truth=LEVEL):
+    """Angle between the vertical of two attitudes [deg]."""
+    cosine = rotation(estimate)[2] @ rotation(truth)[2]
+    return math.degrees(math.acos(min(1.0, cosine)))
+
+
+def state(velocity=0.0, quaternion=LEVEL):
+    """Of an IMU that moves sideways [m/s]."""
+    return BodyState(np.zeros(3), quaternion, np.array([0.0, velocity, 0.0]), np.zeros(3))
+
+
+def errors_in(velocities, seed):
+    """Tilt errors [deg] (N) and the IMU of a level robot with these sideways speeds (N + 1)."""
+    random = np.random.default_rng(seed)
+    states = [state(velocity) for velocity in velocities]
+    imu = Imu(SensorSettings(), random, states[0])
+    readings = [
+        imu.read(before, after, random.standard_normal(6))
+        for before, after in pairwise(states)
+    ]
+    return np.array([tilt_error(reading.orientation) for reading in readings]), imu
+
+
+@given(ANGLES, ANGLES)
+def test_first_attitude_is_that_of_the_vertical(roll, pitch):
+    """It has the tilt of a robot at rest, and no heading."""
+    turn = rotation(axis_turn(1, pitch)) @ rotation(axis_turn(0, roll))
+    found = rotation(level_attitude(turn.T @ UP))
+    np.testing.assert_allclose(found, turn, atol=1e-9)
+
+
+@given(RATES)
+def test_mean_rate_is_that_of_the_rotation_between(rate):
+    """The filter without corrections turns by a rate; the rate is found in its attitudes."""
+    start = axis_turn(0, 0.7)
+    after = AttitudeFilter(start, np.zeros(3)).update(rate, np.zeros(3), TICK)
+    np.testing.assert_allclose(mean_rate(start, after, TICK), rate, atol=1e-7)
+    np.testing.assert_allclose(mean_rate(start, -after, TICK), rate, atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_standing_attitude_is_right_to_0_3_deg(seed):
+    """For ten seconds after power-on."""
+    errors, _ = errors_in(np.zeros(2000), seed)
+    assert errors.max() < 0.3
+
+
+@given(ANGLES, st.sampled_from([0, 1]))
+def test_a_tilted_robot_starts_from_its_own_attitude(angle, axis):
+    """Power-on in any tilt is right to 0.3 deg, from the accelerometer alone."""
+    hanging = state(quaternion=axis_turn(axis, angle))
+    imu = Imu(SensorSettings(), np.random.default_rng(0), hanging)
+    reading = imu.read(hanging, hanging, np.zeros(6))
+    assert tilt_error(reading.orientation, hanging.quaternion) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_swaying_attitude_is_right_to_1_deg(seed):
+    """With sideways accelerations of 2 m/s^2, at 0.5 Hz for six seconds."""
+    time = np.arange(0.0, 6.0, TICK)
+    errors, _ = errors_in(2.0 / math.pi * np.sin(math.pi * time), seed)
+    assert errors.max() < 1.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_attitude_through_a_hit_is_right_to_1_deg(seed):
+    """A run-up of half a second to 0.5 m/s that ends within 15 ms, at 3.4 g."""
+    run_up = np.linspace(0.0, -0.5, 101)
+    speed = np.concatenate([run_up, -0.5 * np.array([2.0, 1.0]) / 3.0, np.zeros(200)])
+    errors, _ = errors_in(speed, seed)
+    assert errors.max() < 1.0
+
+
+def test_the_accelerometer_does_not_count_in_a_hit():
+    """15 ms at 4 g sideways move the attitude of an exact IMU by nothing."""
+    estimator = AttitudeFilter(LEVEL, np.zeros(3))
+    for _ in range(3):
+        found = estimator.update(np.zeros(3), UP + (0.0, 4.0 * GRAVITY, 0.0), TICK)
+    np.testing.assert_array_equal(found, LEVEL)
+
+
+def test_the_accelerometer_counts_half_where_its_length_is_half_way_to_the_limit():
+    """0.5 m/s^2 more than g correct a wrong tilt half as fast."""
+    corrected = []
+    for excess in (0.0, 0.5):
+        estimator = AttitudeFilter(axis_turn(0, 0.009), np.zeros(3))
+        found = estimator.update(np.zeros(3), UP * (1.0 + excess / GRAVITY), TICK)
+        corrected.append(0.009 - 2.0 * math.asin(found[0]))
+    assert corrected[0] == pytest.approx(0.15 * math.sin(0.009) * TICK, rel=1e-6)
+    assert corrected[1] == pytest.approx(corrected[0] / 2.0, rel=1e-6)
+
+
+def test_attitude_in_a_simulated_sway_is_right_to_1_deg(make_world, robot, sway, moving):
+    """Of the swaying robot itself, with more than 2 m/s^2."""
+    world = make_world()
+    postures = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
+    world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), postures), 0.0)
+    most, force = 0.0, 0.0
+    for _ in range(300):
+        imu = world.step().imu
+        most = max(most, tilt_error(imu.orientation, world.robot.imu().quaternion))
+        force = max(force, abs(imu.specific_force[1]))
+    assert force > 2.0
+    assert most < 1.0
+
+
+def test_filter_follows_a_turn_about_every_axis():
+    """An exact gyro's turn of 0.5 rad is followed to 0.01 deg, whatever the accelerometer does."""
+    for axis in range(3):
+        estimator = AttitudeFilter(LEVEL, np.zeros(3))
+        for tick in range(100):
+            truth = axis_turn(axis, 0.005 * (tick + 1))
+            # The vertical at the tick's begin: the filter corrects before it turns.
+            force = rotation(axis_turn(axis, 0.005 * tick)).T @ UP
+            found = estimator.update(np.eye(3)[axis], force, TICK)
+        np.testing.assert_allclose(found, truth, atol=1e-6)
+
+
+def test_tilting_robot_is_followed_by_the_noisy_imu():
+    """Half a radian in a second: the gyro says the rate, the attitude is right to 0.3 deg."""
+    random = np.random.default_rng(0)
+    turns = [state(quaternion=axis_turn(0, 0.5 * k * TICK)) for k in range(201)]
+    imu = Imu(SensorSettings(), random, turns[0])
+    for before, after in pairwise(turns):
+        reading = imu.read(before, after, random.standard_normal(6))
+    np.testing.assert_allclose(reading.angular_velocity, [0.5, 0.0, 0.0], atol=0.025)
+    assert tilt_error(reading.orientation, turns[-1].quaternion) < 0.3
+
+
+def test_wrong_tilt_is_corrected_slowly():
+    """An error of 0.5 deg falls as k_P = 0.15 / s says, a little faster for k_I."""
+    estimator = AttitudeFilter(axis_turn(0, math.radians(0.5)), np.zeros(3))
+    found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(1333)]
+    assert found[1332] == pytest.approx(0.5 / math.e, rel=0.15)  # 1 / k_P = 6.67 s
+    assert np.all(np.diff(found) < 0.0)
+
+
+def test_large_tilt_is_corrected_no_faster_than_one_of_10_mrad():
+    """An error of 5 deg falls by 1.5 mrad in a second: k_P times the largest correction."""
+    estimator = AttitudeFilter(axis_turn(0, math.radians(5.0)), np.zeros(3))
+    found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(200)]
+    assert math.radians(5.0 - found[-1]) == pytest.approx(1.5e-3, rel=0.02)
+
+
+def test_a_run_ups_acceleration_moves_the_attitude_by_less_than_1_mrad():
+    """2.5 m/s^2 sideways for 0.2 s: the force points 250 mrad off the vertical."""
+    estimator = AttitudeFilter(LEVEL, np.zeros(3))
+    for _ in range(40):
+        found = estimator.update(np.zeros(3), UP + (0.0, 2.5, 0.0), TICK)
+    assert math.radians(tilt_error(found)) < 1e-3
+
+
+def test_gyro_bias_is_estimated():
+    """Ten times the bias that a calibration leaves is found in minutes, and the tilt right again.
+
+    One beyond k_P times the largest correction, 1.5 mrad/s, would carry the attitude away.
+    """
+    bias = np.array([0.001, -0.0006, 0.0])
+    estimator = AttitudeFilter(LEVEL, np.zeros(3))
+    for _ in range(100_000):
+        found = estimator.update(bias, UP, TICK)
+    np.testing.assert_allclose(estimator.bias, bias, atol=2e-5)
+    assert tilt_error(found) < 0.015
+
+
+def test_calibration_at_rest_finds_the_gyros_bias():
+    """To the noise of the mean of 2000 samples, about all axes."""
+    left = []
+    for seed in range(100):
+        imu = Imu(SensorSettings(), np.random.default_rng(seed), state())
+        left.append(imu.filter.bias - imu.bias[:3])
+    assert np.std(left) == pytest.approx(0.005 / math.sqrt(2000), rel=0.15)
+
+
+def test_heading_is_not_corrected():
+    """A wrong heading stays, and a bias about the vertical turns it and is not found."""
+    estimator = AttitudeFilter(axis_turn(2, 0.3), np.zeros(3))
+    for _ in range(2000):
+        found = estimator.update(np.array([0.0, 0.0, 0.01]), UP, TICK)
+    np.testing.assert_allclose(found, axis_turn(2, 0.3 + 0.01 * 10.0), atol=1e-9)
+    np.testing.assert_array_equal(estimator.bias, 0.0)
+
+
+def test_variances_are_those_of_the_readings():
+    """Over power-ons, standing: tilt, rate and specific force after ten seconds."""
+    settings = SensorSettings()
+    variances = imu_variances(settings)
+    tilts, rates, forces = [], [], []
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        imu = Imu(settings, random, state())
+        for normal in random.standard_normal((2000, 6)):
+            reading = imu.read(state(), state(), normal)
+        tilts.append(2.0 * reading.orientation[:2])
+        rates.append(reading.angular_velocity)
+        forces.append(reading.specific_force - UP)
+    assert np.std(tilts) == pytest.approx(math.sqrt(variances.orientation[0]), rel=0.25)
+    assert np.std(rates) == pytest.approx(math.sqrt(variances.angular_velocity[0]), rel=0.2)
+    assert np.std(forces) == pytest.approx(math.sqrt(variances.specific_force[0]), rel=0.2)
+    assert variances.orientation[2] > 1.0
+
+
+def test_variance_of_the_tilt_knows_what_the_calibration_leaves_of_the_gyros_bias():
+    """A calibration by half a second is bad; at its worst, after 18 s, the tilt shows it."""
+    settings = SensorSettings(imu_calibration_samples=100)
+    tilts = []
+    for seed in range(25):
+        random = np.random.default_rng(seed)
+        imu = Imu(settings, random, state())
+        for normal in random.standard_normal((3600, 6)):
+            reading = imu.read(state(), state(), normal)
+        tilts.append(2.0 * reading.orientation[:2])
+    stated = math.sqrt(imu_variances(settings).orientation[0])
+    # The filter has found some of it by then: 0.84 by its gains.
+    assert np.std(tilts) == pytest.approx(0.84 * stated, rel=0.25)

@@ -1,0 +1,1 @@
+"""Kinematics and dynamics of a humanoid, without ROS: what planner, driver and walking share."""

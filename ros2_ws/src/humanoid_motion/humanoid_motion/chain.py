@@ -1,0 +1,96 @@
+"""Kinematics of a chain of joints for many samples at once.
+
+Pinocchio answers for one posture a call; a plan has thousands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from door_impact_common.arrays import Array
+
+
+@dataclass(frozen=True)
+class ChainPose:
+    """Where the chain is, in odom.
+
+    Attributes:
+        axes: Of the C joints, (N, C, 3).
+        origins: Points on the axes, (N, C, 3) [m].
+        end: Origin of the frame at the end, (N, 3) [m].
+    """
+
+    axes: Array
+    origins: Array
+    end: Array
+
+    def jacobian(self) -> Array:
+        """Of the end's position to the joints, (N, 3, C) [m]."""
+        return np.swapaxes(np.cross(self.axes, self.end[:, None] - self.origins), 1, 2)
+
+    def torques(self, force: Array, moment: Array) -> Array:
+        """What a force and a moment at the end (N, 3) do at the joints, (N, C) [N m]."""
+        arm = np.cross(self.end[:, None] - self.origins, force[:, None])
+        return np.einsum("ncj,ncj->nc", self.axes, arm + moment[:, None])
+
+
+class Chain:
+    """The joints from base_link to a frame.
+
+    Args:
+        model: Pinocchio's model, with a free joint first.
+        joint_names: The robot's joints in its own order.
+        frame: Name of the frame at the end.
+
+    Attributes:
+        columns: Of its joints in the robot's order, from the base outwards, (C,).
+    """
+
+    def __init__(self, model: Any, joint_names: Sequence[str], frame: str) -> None:
+        end = model.frames[model.getFrameId(frame)]
+        joints: list[int] = []
+        joint = int(end.parentJoint)
+        while joint > 1:  # 0 is the universe, 1 the free joint of the base
+            joints.insert(0, joint)
+            joint = int(model.parents[joint])
+        self.columns = np.array([joint_names.index(model.names[j]) for j in joints])
+        self._offsets = [np.array(model.jointPlacements[j].translation) for j in joints]
+        turned = [np.array(model.jointPlacements[j].rotation) for j in joints]
+        self._turned = [None if np.array_equal(turn, np.eye(3)) else turn for turn in turned]
+        self._axes = [_axis(model.joints[j]) for j in joints]
+        self._skews = [np.array(pin.skew(axis)) for axis in self._axes]
+        self._end = np.array(end.placement.translation)
+
+    def place(self, joints: Array, base: Array) -> ChainPose:
+        """Pose for joints (N, J) [rad] and an upright base_link at places (N, 3) [m]."""
+        n, count = len(joints), len(self.columns)
+        axes, origins = np.empty((n, count, 3)), np.empty((n, count, 3))
+        angle = joints[:, self.columns]
+        sine, versed = np.sin(angle)[:, :, None, None], (1.0 - np.cos(angle))[:, :, None, None]
+        rotation, place = np.tile(np.eye(3), (n, 1, 1)), np.asarray(base, dtype=float)
+        for i, (turned, axis, skew) in enumerate(
+            zip(self._turned, self._axes, self._skews, strict=True)
+        ):
+            place = place + _times(rotation, self._offsets[i])
+            if turned is not None:
+                rotation = _times(rotation, turned)
+            axes[:, i], origins[:, i] = _times(rotation, axis), place
+            across = _times(rotation, skew)  # Rodrigues' formula
+            rotation = rotation + sine[:, i] * across + versed[:, i] * _times(across, skew)
+        return ChainPose(axes, origins, place + _times(rotation, self._end))
+
+
+def _axis(joint: Any) -> Array:
+    """Axis of a revolute joint in its own frame, (3,)."""
+    data = joint.createData()
+    joint.calc(data, np.zeros(1))
+    return np.array(data.S).reshape(6)[3:]
+
+
+def _times(matrices: Array, constant: Array) -> Array:
+    """Matrices (N, 3, 3) times one matrix or vector; as one product, N small ones are slow."""
+    return (matrices.reshape(-1, 3) @ constant).reshape(len(matrices), *constant.shape)

@@ -1,0 +1,38 @@
+"""Errors of this package."""
+
+from __future__ import annotations
+
+from door_impact_common.errors import DoorImpactError
+
+
+class HumanoidMotionError(DoorImpactError):
+    """Base of this package's errors."""
+
+
+class PostureUnreachable(HumanoidMotionError):
+    """The feet, the height of the waist or a point of contact are out of reach."""
+
+    reason = "posture_unreachable"
+
+
+class JointLimit(HumanoidMotionError):
+    """A joint would exceed its range, speed or torque.
+
+    Attributes:
+        joint: Name of the joint.
+    """
+
+    reason = "joint_limit"
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        joint: str = "",
+        phase: str = "",
+        quantity: str = "",
+        value: object = None,
+        limit: object = None,
+    ) -> None:
+        super().__init__(message, quantity=quantity, value=value, limit=limit, phase=phase)
+        self.joint = joint

@@ -1,0 +1,200 @@
+"""Whole-body inverse kinematics: the waist goes where it puts the CoM, the legs follow.
+
+Section II.C.4 keeps the upper body and the height of the hip fixed during the run-up; the same
+solver serves every phase, with upper body, height and feet given sample by sample.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from door_impact_common.arrays import Array
+from numpy.typing import ArrayLike, NDArray
+
+from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.leg_ik import leg_ik
+from humanoid_motion.motion import Motion
+from humanoid_motion.robot_model import SIDES, RobotModel
+
+# The waist moves about this much faster than the CoM, as the legs lag: slope of the first step.
+_WAIST_PER_COM = 1.17
+_SLOPES = (0.5, 3.0)  # that a secant may have
+_TOLERANCE = 1e-8  # [m]; far below what splines would make visible as acceleration
+_MAX_ITERATIONS = 25
+
+
+def solve(
+    robot: RobotModel,
+    *,
+    upper: ArrayLike,
+    com_xy: ArrayLike,
+    waist_z: ArrayLike,
+    feet: dict[str, Array],
+    strict: bool = True,
+    near: Array | None = None,
+) -> tuple[Array, Array]:
+    """Joints and base for a course of the CoM over the floor.
+
+    Args:
+        robot: The robot.
+        upper: Joints of the upper body in the robot's order; the legs' columns are ignored.
+            (N, 30) or (30,) [rad].
+        com_xy: CoM over the floor, (N, 2) [m].
+        waist_z: Height of base_link, (N,) or a number [m].
+        feet: Position of the sole for each side, (N, 3) or (3,) [m]; soles stay level and
+            parallel to odom.
+        strict: Raise where a leg does not reach; else that sample is NaN.
+        near: base_link where the search begins, (N, 3) [m]; None: over the CoM.
+
+    Returns:
+        joints (N, 30) [rad] and base (N, 3) [m].
+
+    Raises:
+        PostureUnreachable: A leg does not reach, or the waist finds no place for the CoM.
+    """
+    target = np.atleast_2d(np.asarray(com_xy, dtype=float))
+    n = len(target)
+    joints = np.array(np.broadcast_to(np.asarray(upper, dtype=float), (n, len(robot.joint_names))))
+    base = np.empty((n, 3))
+    base[:, :2] = target if near is None else near[:, :2]
+    base[:, 2] = waist_z
+    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
+    slope = np.full((n, 2), _WAIST_PER_COM)
+    before, step = None, np.zeros((n, 2))
+    for _ in range(_MAX_ITERATIONS):
+        _place_legs(robot, joints, base, feet, strict)
+        q[:, :3] = base
+        q[:, robot.q_index] = joints
+        error = target - _com_xy(robot, q)
+        if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
+            return joints, base
+        if before is not None:  # the secant's slope, where the step was long enough to tell
+            gained = before - error
+            told = np.abs(gained) > 1e-7
+            slope[told] = (step[told] / gained[told]).clip(*_SLOPES)
+        before, step = error, slope * error
+        base[:, :2] += step
+    worst = float(np.nanmax(np.abs(error)))
+    raise PostureUnreachable(
+        f"no place of the waist puts the CoM where it should be: {worst:.2e} m are left",
+        quantity="CoM error [m]",
+        value=worst,
+        limit=_TOLERANCE,
+    )
+
+
+def _place_legs(
+    robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array], strict: bool
+) -> None:
+    for side in SIDES:
+        ankle = np.asarray(feet[side], dtype=float) - robot.feet[side].sole
+        joints[:, robot.leg_columns[side]] = leg_ik(
+            robot.legs[side], ankle - base, strict=strict)
+
+
+def _com_xy(robot: RobotModel, q: Array) -> Array:
+    com = np.empty((len(q), 2))
+    for i, row in enumerate(q):
+        com[i] = pin.centerOfMass(robot.model, robot.data, row, False)[:2]
+    return com
+
+
+def com_course(robot: RobotModel, motion: Motion) -> Array:
+    """CoM of a motion in odom, (N, 3) [m]."""
+    com = np.empty((len(motion), 3))
+    for i, (base, joints) in enumerate(zip(motion.base, motion.joints, strict=True)):
+        com[i] = pin.centerOfMass(robot.model, robot.data, robot.configuration(base, joints), False)
+    return com
+
+
+def within_ranges(
+    robot: RobotModel, joints: Array, reserve: float | Array = 0.0
+) -> NDArray[np.bool_]:
+    """Whether joints (..., J) [rad] keep a reserve [rad] from the ends of their ranges, (..., J).
+
+    NaN, a leg that does not reach, is outside.
+    """
+    return np.asarray((joints >= robot.lower + reserve) & (joints <= robot.upper - reserve))
+
+
+def require_joint_limits(
+    robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0, share: float = 1.0
+) -> None:
+    """Check positions, with a reserve [rad], and speeds of a motion against the URDF.
+
+    Args:
+        robot: The robot.
+        motion: The motion.
+        phase: Its name, for the message.
+        reserve: That positions keep from the end of their range [rad].
+        share: Of the speed limits that may be used.
+
+    Raises:
+        JointLimit: Naming the joint, the value and the limit.
+    """
+    out = np.maximum(robot.lower - motion.joints, motion.joints - robot.upper)
+    i, j = np.unravel_index(int(np.argmax(out)), out.shape)
+    if out[i, j] > 1e-9 - reserve:
+        value = float(motion.joints[i, j])
+        low, high = float(robot.lower[j]), float(robot.upper[j])
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would go to {np.rad2deg(value):.1f} deg, its range is "
+            f"{np.rad2deg(low):.1f} to {np.rad2deg(high):.1f} deg",
+            joint=name,
+            phase=phase,
+            quantity="position [rad]",
+            value=value,
+            limit=(low, high),
+        )
+    ratio = shares(motion.joint_speed, robot.speed_limit)
+    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    if ratio[i, j] > share + 1e-9:
+        value, limit = float(abs(motion.joint_speed[i, j])), share * float(robot.speed_limit[j])
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would turn at {value:.2f} rad/s, {_allowed(limit, 'rad/s', share)}",
+            joint=name,
+            phase=phase,
+            quantity="speed [rad/s]",
+            value=value,
+            limit=limit,
+        )
+
+
+def require_torque_limits(
+    robot: RobotModel, torque: Array, phase: str, held: ArrayLike = (), share: float = 1.0
+) -> None:
+    """Check joint torques (N, 30) [N m] against a share of the URDF's limits.
+
+    Columns in `held` are left out.
+
+    Raises:
+        JointLimit: Naming the joint, the value and the limit.
+    """
+    ratio = shares(torque, robot.effort_limit)
+    ratio[:, np.asarray(held, dtype=int)] = 0.0
+    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+    if ratio[i, j] > share + 1e-9:
+        value, limit = float(abs(torque[i, j])), share * float(robot.effort_limit[j])
+        name = robot.joint_names[j]
+        raise JointLimit(
+            f"{phase}: {name} would need {value:.0f} N m, {_allowed(limit, 'N m', share)}",
+            joint=name,
+            phase=phase,
+            quantity="torque [N m]",
+            value=value,
+            limit=limit,
+        )
+
+
+def shares(values: Array, limits: Array) -> Array:
+    """Sizes of values (N, J) over their limits (J,); infinite beyond a limit of 0, and for NaN."""
+    size = np.abs(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(size == 0.0, 0.0, size / limits)
+    return np.where(np.isnan(ratio), np.inf, ratio)
+
+
+def _allowed(limit: float, unit: str, share: float) -> str:
+    return f"{limit:.2f} {unit} are allowed ({100.0 * share:.0f} % of its limit)"

@@ -1,0 +1,49 @@
+"""The robot, loaded once, and the posture in which it stands in most tests."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
+from humanoid_motion.whole_body import solve
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A posture and what follows from it; units as in the robot model."""
+
+    waist_height: float
+    joints: np.ndarray
+    base: np.ndarray
+    com: np.ndarray
+    a_r: float
+    i_rob: float
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Soles by side and the posture over them."""
+
+    feet: dict
+    posture: Posture
+
+
+@pytest.fixture(scope="session")
+def robot():
+    """HRP-2."""
+    return RobotModel(load_robot_config())
+
+
+@pytest.fixture(scope="session")
+def stance(robot):
+    """Arm braced, right foot 0.2 m aside, CoM over that foot's inner edge: about as at a hit."""
+    feet = {"left": np.array([0.0, 0.095, 0.0]), "right": np.array([0.0, -0.295, 0.0])}
+    height = 0.5614
+    joints, base = solve(robot, upper=braced_upper_body(robot), com_xy=np.array([0.015, -0.25]),
+                         waist_z=height, feet=feet)
+    q = robot.configuration(base[0], joints[0])
+    com = robot.com(q)
+    lever = float(robot.contact_position(q)[2] - com[2])
+    inertia = float(robot.inertia_about_com(q)[0, 0])
+    return Stance(feet, Posture(height, joints[0], base[0], com, lever, inertia))

@@ -1,0 +1,395 @@
+"""Clearance of the robot's bodies from each other and from the leaf."""
+
+import dataclasses
+import itertools
+import math
+import re
+import struct
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from humanoid_motion.clearance import (
+    LEAF,
+    BodyGeometry,
+    LeafCourse,
+    _nearest,
+    _Pairs,
+    _shapes,
+    require_clearance,
+)
+from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.motion import from_derivatives, min_jerk
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+
+LIMIT = 0.01
+HIP_HEIGHT = 0.65
+# Of the right side and the middle.
+EXCLUDED = {
+    ("base_link", "RLEG_LINK2"), ("RLEG_LINK2", "RLEG_LINK3"), ("RLEG_LINK3", "r_sole"),
+    ("base_link", "torso"), ("torso", "HEAD_LINK1"), ("torso", "RARM_LINK1"),
+    ("RARM_LINK1", "RARM_LINK2"), ("RARM_LINK2", "RARM_LINK3"), ("RARM_LINK3", "RARM_LINK4"),
+    ("RARM_LINK4", "RARM_LINK5"), ("RARM_LINK4", "r_gripper"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def geometry(robot):
+    """Bodies of HRP-2."""
+    return BodyGeometry(robot)
+
+
+def moving(joints, base=(0.0, 0.0, HIP_HEIGHT), period=0.005):
+    """Motion through postures (N, 30) or (30,) and places; its speeds are of no interest here."""
+    joints = np.atleast_2d(joints)
+    place = np.hstack([joints, np.broadcast_to(base, (len(joints), 3))])
+    zero = np.zeros_like(place)
+    return from_derivatives(period * np.arange(len(joints)), place, zero, zero)
+
+
+def between(first, last, count=100):
+    """Minimum-jerk postures from one to another, (count, 30)."""
+    part = min_jerk(np.linspace(0.0, 1.0, count), 1.0)[:, None]
+    return first + part * (np.asarray(last) - first)
+
+
+def wall(motion, hinge, angle=0.0, **size):
+    """A leaf that stands still, or follows angles (N,)."""
+    angles = np.broadcast_to(np.asarray(angle, dtype=float), len(motion))
+    return LeafCourse(np.asarray(hinge, dtype=float), angles, size.pop("width", 0.9), **size)
+
+
+def unordered(pairs):
+    """Pairs without their order."""
+    return {frozenset(pair) for pair in pairs}
+
+
+def mirrored_name(name):
+    """The link of the other side."""
+    other = {"R": "L", "L": "R", "r": "l", "l": "r"}
+    side = re.match(r"[RL](LEG|ARM)_|[rl]_", name)
+    return other[name[0]] + name[1:] if side else name
+
+
+def with_changed_urdf(robot, folder, change):
+    """The robot with a URDF of its own, whose root is given to a function."""
+    tree = ElementTree.parse(robot.config.urdf_path)
+    change(tree.getroot())
+    urdf = folder / "robot.urdf"
+    tree.write(urdf)
+    return RobotModel(dataclasses.replace(robot.config, urdf_path=urdf))
+
+
+def with_head_of_mesh(robot, folder, name):
+    """The robot with a mesh in place of the head's sphere."""
+
+    def change(root):
+        geometry = root.find("link[@name='HEAD_LINK1']/collision/geometry")
+        geometry.remove(geometry.find("sphere"))
+        ElementTree.SubElement(geometry, "mesh", filename=name)
+
+    return with_changed_urdf(robot, folder, change)
+
+
+def brute_force(robot, motion, leaf=None, may_touch=()):
+    """Smallest distance of all pairs at all samples, by Pinocchio alone."""
+    urdf = str(robot.config.urdf_path)
+    shapes = pin.buildGeomFromUrdf(robot.model, urdf, pin.GeometryType.COLLISION)
+    links = [robot.model.frames[item.parentFrame].name for item in shapes.geometryObjects]
+    out = unordered(EXCLUDED | {tuple(map(mirrored_name, pair)) for pair in EXCLUDED})
+    if leaf is None:
+        for i, j in itertools.combinations(range(len(links)), 2):
+            same = shapes.geometryObjects[i].parentJoint == shapes.geometryObjects[j].parentJoint
+            if not same and frozenset((links[i], links[j])) not in out:
+                shapes.addCollisionPair(pin.CollisionPair(i, j))
+    else:
+        box = _shapes.Box(leaf.width, leaf.thickness, leaf.height)
+        last = shapes.addGeometryObject(pin.GeometryObject(LEAF, 0, 0, pin.SE3.Identity(), box))
+        for i in range(len(links)):
+            if links[i] not in may_touch:
+                shapes.addCollisionPair(pin.CollisionPair(i, last))
+    data, work = robot.model.createData(), shapes.createData()
+    found = np.inf
+    for i in range(len(motion)):
+        if leaf is not None:
+            sine, cosine = math.sin(leaf.angle[i]), math.cos(leaf.angle[i])
+            along, out = np.array([cosine, -sine, 0.0]), np.array([sine, cosine, 0.0])
+            turn = np.column_stack([along, out, [0.0, 0.0, 1.0]])
+            middle = np.append(leaf.hinge, leaf.height / 2)
+            middle += along * leaf.width / 2 - out * leaf.thickness / 2
+            shapes.geometryObjects[last].placement = pin.SE3(turn, middle)
+        q = robot.configuration(motion.base[i], motion.joints[i])
+        pin.updateGeometryPlacements(robot.model, data, shapes, work, q)
+        pin.computeDistances(shapes, work)
+        found = min(found, *(result.min_distance for result in work.distanceResults))
+    return found
+
+
+@st.composite
+def wandering(draw, robot):
+    """Short motions: a few joints wander smoothly, a single sample jumps, the base drifts."""
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count = draw(st.integers(1, 40))
+    knots = random.uniform(robot.lower, robot.upper, (3, len(robot.lower)))
+    share = draw(st.floats(0.0, 1.0))
+    relaxed = robot.config.half_sitting
+    u = np.linspace(0.0, 1.0, count)[:, None]
+    turn = (1 - u) ** 2 * knots[0] + 2 * u * (1 - u) * knots[1] + u**2 * knots[2]
+    moves = random.random(len(relaxed)) < draw(st.floats(0.0, 1.0))
+    joints = np.where(moves, relaxed + share * (turn - relaxed), relaxed)
+    jump = draw(st.integers(0, count - 1))
+    joints[jump] += draw(st.sampled_from([0.0, 0.3])) * random.uniform(-1.0, 1.0, len(relaxed))
+    drift = u * random.uniform(-0.3, 0.3, 3)
+    return moving(joints, np.array([0.0, 0.0, HIP_HEIGHT]) + drift)
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
+    """Whatever the motion."""
+    motion = data.draw(wandering(robot))
+    found = geometry.self_clearance(motion, LIMIT)
+    assert found.distance == pytest.approx(brute_force(robot, motion), abs=1e-5)
+    assert found.time in motion.time
+
+
+@given(data=st.data(), start=st.floats(-0.3, 1.5), end=st.floats(-0.3, 1.5))
+@settings(max_examples=60, deadline=None)
+def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, data, start, end):
+    """Whatever the motion and the leaf's; links that may touch do not count."""
+    motion = data.draw(wandering(robot))
+    leaf = wall(motion, (-0.4, -0.6), np.linspace(start, end, len(motion)))
+    touch = data.draw(st.sets(st.sampled_from(geometry.links), max_size=10))
+    found = geometry.leaf_clearance(motion, leaf, LIMIT, may_touch=touch)
+    assert found.distance == pytest.approx(brute_force(robot, motion, leaf, touch), abs=1e-5)
+    assert found.bodies[1] == LEAF
+    assert found.bodies[0] not in touch
+
+
+@given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-0.3, 1.5), turn=st.floats(-0.05, 0.05))
+@settings(max_examples=60, deadline=None)
+def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle, turn):
+    """What lets samples be skipped: bodies move by at most their levers times the joints' ways."""
+    random = np.random.default_rng(seed)
+    step = random.uniform(-0.05, 0.05, 34) * (random.random(34) < random.random())
+    step[33] = turn
+    start = np.append(random.uniform(robot.lower, robot.upper), np.zeros(3))
+    course = np.array([start, start + step[:33]])
+    motion = moving(course[:, :30], course[:, 30:])
+    leaf = wall(motion, random.uniform(-0.8, 0.8, 2), [angle, angle + turn])
+    against_leaf, box = geometry._leaf_pairs(leaf, ())
+    for pairs, way in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
+        at = geometry._distances(pairs, geometry._configurations(motion.base, motion.joints))
+        distance = []
+        for sample in (0, 1):
+            box.placement = leaf.pose(sample)
+            distance.append(at(sample, np.arange(len(pairs.names))))
+        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ way + 1e-5)
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), calm=st.floats(0.0, 1.0))
+def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
+    """Distances that change exactly as fast as their bound, with single samples that jump."""
+    random = np.random.default_rng(seed)
+    rates = random.normal(size=(5, 3)) * (random.random((5, 3)) < 0.5)
+    course = random.normal(size=(count, 3)) * (random.random((count, 1)) > calm)
+    table = random.uniform(1.0, 4.0, 5) + course @ rates.T
+    required = random.uniform(0.0, 2.0, 5)
+    pairs = _Pairs(None, None, [(str(i), "other") for i in range(5)], np.abs(rates))
+    time = np.arange(count, dtype=float)
+    found = _nearest(pairs, course, lambda i, which: table[i, which], required, time)
+    left = table - required
+    assert found.distance - found.limit == pytest.approx(left.min(), abs=2e-6)
+    sample, pair = int(found.time), int(found.bodies[0])
+    assert left[sample, pair] == pytest.approx(left.min(), abs=2e-6)
+
+
+@pytest.mark.parametrize("sample", [0, 1, 777, 1998, 1999])
+def test_a_single_bad_sample_of_two_thousand_is_found(robot, geometry, sample):
+    """Five milliseconds with the hand in the thigh."""
+    joints = np.tile(robot.config.half_sitting, (2000, 1))
+    joints[sample] = robot.config.posture({"RARM_JOINT1": math.radians(10.0)}, np.zeros(30))
+    found = geometry.self_clearance(moving(joints), LIMIT)
+    assert found.distance < 0.0
+    assert found.time == pytest.approx(0.005 * sample)
+
+
+def test_a_hand_into_the_thigh_is_found_and_named(robot, geometry):
+    """Arm straight down and inwards; the sentence says what, when and how far."""
+    last = robot.config.posture({"RARM_JOINT1": math.radians(10.0)}, np.zeros(30))
+    found = geometry.self_clearance(moving(between(robot.config.half_sitting, last)), LIMIT)
+    assert set(found.bodies) == {"r_gripper", "RLEG_LINK2"}
+    assert found.distance < 0.0
+    with pytest.raises(PostureUnreachable, match=r"^prepare: .* mm inside .* 10.0 mm") as raised:
+        require_clearance(found, "prepare")
+    assert all(name in str(raised.value) for name in found.bodies)
+    assert raised.value.value == found.distance
+    assert raised.value.limit == LIMIT
+
+
+def test_a_knee_into_the_leaf_is_found_and_named(robot, geometry):
+    """A leaf across the robot's way, a right knee that bends towards it."""
+    bent = {"RLEG_JOINT2": -60.0, "RLEG_JOINT3": 120.0, "RLEG_JOINT4": -60.0}
+    last = robot.config.posture({name: math.radians(deg) for name, deg in bent.items()})
+    motion = moving(between(robot.config.half_sitting, last))
+    clear = geometry.leaf_clearance(motion, wall(motion, (0.5, -0.5), -math.pi / 2), LIMIT)
+    require_clearance(clear, "cam")
+    found = geometry.leaf_clearance(motion, wall(motion, (0.32, -0.5), -math.pi / 2), LIMIT)
+    assert found.bodies == ("RLEG_LINK3", LEAF)
+    assert found.distance == pytest.approx(clear.distance - 0.18, abs=1e-5)
+    assert found.time == pytest.approx(motion.time[-1])
+    with pytest.raises(PostureUnreachable, match=r"cam: RLEG_LINK3 would .* the leaf at 0\.\d\d s"):
+        require_clearance(found, "cam")
+
+
+@given(
+    angle=st.floats(-0.5, 1.2),
+    gap=st.floats(0.0, 0.5),
+    radius=st.floats(0.1, 0.8),
+    height=st.floats(0.1, 1.9),
+)
+def test_a_sphere_is_as_far_as_its_centre_less_its_radius(
+    robot, geometry, angle, gap, radius, height
+):
+    """The right hand against the face."""
+    hand = robot.config.hand_link
+    hinge, sine, cosine = np.array([-0.4, -0.7]), math.sin(angle), math.cos(angle)
+    along, out = np.array([cosine, -sine, 0.0]), np.array([sine, cosine, 0.0])
+    centre = np.append(hinge, height) + radius * along + (gap + robot.hand_radius()) * out
+    joints = robot.config.half_sitting
+    place = robot.frame_position(robot.configuration(np.zeros(3), joints), hand)
+    motion = moving(joints, centre - place)
+    found = geometry.leaf_clearance(
+        motion, wall(motion, hinge, angle), LIMIT, may_touch=set(geometry.links) - {hand}
+    )
+    assert found.distance == pytest.approx(gap, abs=1e-6)
+    assert found.bodies == (hand, LEAF)
+
+
+def test_only_links_that_a_joint_joins_are_excluded(geometry):
+    """Twenty pairs; every other pair of links counts, unless both are one rigid body."""
+    expected = unordered(EXCLUDED | {tuple(map(mirrored_name, pair)) for pair in EXCLUDED})
+    assert unordered(geometry.excluded) == expected
+    assert geometry.left_out == ()
+    rigid = unordered([("RARM_LINK5", "r_gripper"), ("LARM_LINK5", "l_gripper")])
+    every = unordered(itertools.combinations(set(geometry.links), 2))
+    assert unordered(geometry.pairs) == every - expected - rigid
+
+
+def test_shapeless_links_join_only_what_is_in_one_place(robot, geometry, tmp_path):
+    """With no shapes from shoulder to wrist, the hand still counts against the trunk."""
+    bare = [f"RARM_LINK{number}" for number in range(5)]
+
+    def strip(root):
+        for link in root.findall("link"):
+            for shape in link.findall("collision") if link.attrib["name"] in bare else ():
+                link.remove(shape)
+
+    stripped = BodyGeometry(with_changed_urdf(robot, tmp_path, strip))
+    assert not set(bare) & set(stripped.links)
+    assert {"torso", "r_gripper"} in unordered(stripped.pairs)
+    assert not any("r_gripper" in pair for pair in stripped.excluded)
+
+
+# Yaws and rolls turn the other way.
+MIRROR_SIGNS = {
+    "LEG": (-1.0, -1.0, 1.0, 1.0, 1.0, -1.0),
+    "ARM": (1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0),
+    "HEST": (-1.0, 1.0),
+    "EAD": (-1.0, 1.0),
+}
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_a_mirrored_motion_is_as_clear(robot, geometry, data):
+    """HRP-2's sides are alike."""
+    motion = data.draw(wandering(robot))
+    mirrored = np.empty_like(motion.joints)
+    for column, name in enumerate(robot.joint_names):
+        chain, number = name.split("_JOINT")
+        twin = {"R": "L", "L": "R"}.get(chain[0], chain[0]) + chain[1:]
+        signs = MIRROR_SIGNS[chain[1:]]
+        other = robot.joint_names.index(f"{twin}_JOINT{number}")
+        mirrored[:, other] = signs[int(number)] * motion.joints[:, column]
+    found = geometry.self_clearance(motion, LIMIT)
+    twin = geometry.self_clearance(moving(mirrored, motion.base), LIMIT)
+    assert twin.distance == pytest.approx(found.distance, abs=1e-5)
+
+
+def test_bodies_that_rest_against_each_other_come_no_nearer(robot):
+    """A brace with the hand in the waist is taken as meant, but not a hand deeper in it."""
+    braced = dict(robot.config.braced_posture)
+    braced["RARM_JOINT1"] += math.radians(6.0)
+    config = dataclasses.replace(robot.config, braced_posture=braced)
+    geometry = BodyGeometry(RobotModel(config))
+    (pair, kept), = geometry.resting(LIMIT).items()
+    assert set(pair) == {"base_link", "r_gripper"}
+    assert kept < LIMIT
+    posture = config.posture(braced)
+    at_rest = geometry.self_clearance(moving(posture), LIMIT)
+    require_clearance(at_rest, "cam")
+    assert at_rest.distance == pytest.approx(kept + 1e-3, abs=1e-6)
+    deeper = config.posture({"RARM_JOINT1": braced["RARM_JOINT1"] + math.radians(2.0)}, posture)
+    with pytest.raises(PostureUnreachable, match="base_link"):
+        require_clearance(geometry.self_clearance(moving(deeper), LIMIT), "cam")
+
+
+def test_nothing_rests_against_the_robot_itself(geometry):
+    """HRP-2's own brace leaves 19 mm between hand and waist."""
+    assert geometry.resting(LIMIT) == {}
+
+
+def test_what_follows_the_hit_does_not_count(robot, geometry):
+    """Samples after `until` may be anywhere."""
+    base = np.zeros((50, 3)) + [0.0, 0.0, HIP_HEIGHT]
+    base[:, 1] = np.linspace(0.0, -0.3, 50)
+    motion = moving(np.tile(braced_upper_body(robot), (50, 1)), base)
+    leaf = wall(motion, (-0.4, -0.65))
+    early = geometry.leaf_clearance(motion, leaf, LIMIT, until=0.1)
+    whole = geometry.leaf_clearance(motion, leaf, LIMIT)
+    assert early.time == pytest.approx(0.1)
+    assert whole.distance < early.distance - 0.1
+
+
+def test_nothing_counts_where_everything_may_touch(robot, geometry):
+    """No pair: infinitely far, and that is allowed."""
+    motion = moving(robot.config.half_sitting)
+    found = geometry.leaf_clearance(
+        motion, wall(motion, (0.0, 0.0)), LIMIT, may_touch=geometry.links
+    )
+    assert found.distance == np.inf
+    require_clearance(found, "hold")
+
+
+def test_a_mesh_counts_by_its_convex_hull(robot, geometry, tmp_path):
+    """An open cube around the head's sphere is as far from a leaf in front of it."""
+    half = 0.09
+    cube = np.array(list(itertools.product((-half, half), repeat=3)))
+    triangles = [cube[face] for face in ConvexHull(cube).simplices[1:]]  # one is missing: open
+    with open(tmp_path / "head.stl", "wb") as file:
+        file.write(bytes(80) + struct.pack("<I", len(triangles)))
+        for triangle in triangles:
+            file.write(struct.pack("<12fH", 0, 0, 0, *triangle.ravel(), 0))
+    meshed = BodyGeometry(with_head_of_mesh(robot, tmp_path, "head.stl"))
+    assert meshed.left_out == ()
+    assert meshed.pairs == geometry.pairs
+    motion = moving(robot.config.half_sitting)
+    leaf = wall(motion, (0.2, -0.5), -math.pi / 2)
+    touch = set(geometry.links) - {"HEAD_LINK1"}
+    sphere, hull = (
+        bodies.leaf_clearance(motion, leaf, LIMIT, may_touch=touch) for bodies in (geometry, meshed)
+    )
+    assert hull.distance == pytest.approx(sphere.distance, abs=1e-6)
+
+
+def test_links_whose_mesh_is_missing_are_left_out_by_name(robot, geometry, tmp_path):
+    """The rest counts as before."""
+    meshed = BodyGeometry(with_head_of_mesh(robot, tmp_path, "package://nowhere/head.stl"))
+    assert meshed.left_out == ("HEAD_LINK1",)
+    assert set(geometry.links) - set(meshed.links) == {"HEAD_LINK1"}
+    assert set(meshed.pairs) == {pair for pair in geometry.pairs if "HEAD_LINK1" not in pair}

@@ -1,0 +1,166 @@
+"""Pinocchio wrapper: masses, inertia, effective mass, kinds of legs."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hrp2_description.errors import RobotConfigError
+from humanoid_motion.robot_model import SIDES, RobotModel
+
+
+@pytest.fixture(scope="module")
+def at_hit(robot, stance):
+    """Configuration at the hit."""
+    return robot.configuration(stance.posture.base, stance.posture.joints)
+
+
+def test_contact_jacobian_is_the_slope_of_the_contact_position(robot, at_hit):
+    """Central differences along joints agree, in the axes of odom."""
+    jacobian = robot.contact_jacobian(at_hit)
+    for joint in ("RARM_JOINT1", "CHEST_JOINT0", "RARM_JOINT0"):
+        column = robot.q_index[robot.indices([joint])[0]]
+        step = np.zeros_like(at_hit)
+        step[column] = 1e-6
+        slope = robot.contact_position(at_hit + step) - robot.contact_position(at_hit - step)
+        np.testing.assert_allclose(
+            slope / 2e-6, jacobian[:, robot.v_index[robot.indices([joint])[0]]], atol=1e-8
+        )
+
+
+def test_a_stiff_robot_in_the_air_shows_eq_3_s_mass_at_most(robot, at_hit, stance):
+    """All joints locked and no feet: eq. (3), less what yaw and pitch take off."""
+    posture = stance.posture
+    planar = robot.mass * posture.i_rob / (posture.i_rob + robot.mass * posture.a_r**2)
+    stiff = robot.effective_mass(at_hit, locked=robot.joint_names, feet=())
+    assert stiff <= planar
+    assert stiff == pytest.approx(planar, rel=0.02)
+
+
+def test_each_freedom_taken_away_adds_mass(robot, at_hit):
+    """Rayleigh: constraints never lower the effective mass, nor do rotors."""
+    braced = robot.config.braced_joints
+    upper = [name for name in robot.joint_names if "LEG" not in name]
+    free = robot.effective_mass(at_hit, locked=())
+    held = robot.effective_mass(at_hit, locked=braced)
+    whole = robot.effective_mass(at_hit, locked=upper)
+    assert free < held < whole
+    assert robot.effective_mass(at_hit, locked=braced, feet=()) <= held
+    assert robot.effective_mass(at_hit, locked=braced, rotors=True) > held
+    rotors = robot.effective_mass(at_hit, locked=(), rotors=True)
+    assert free < rotors < held
+
+
+def test_a_free_arm_yields(robot, at_hit):
+    """Without the brace the elbow shows a few kilograms, with rotors below 20, braced above 40."""
+    assert robot.effective_mass(at_hit, locked=()) < 6.0
+    assert robot.effective_mass(at_hit, locked=(), rotors=True) < 20.0
+    assert robot.effective_mass(at_hit, locked=robot.config.braced_joints) > 40.0
+
+
+def test_direction_is_normalised(robot, at_hit):
+    """A longer normal changes nothing."""
+    braced = robot.config.braced_joints
+    assert robot.effective_mass(at_hit, locked=braced, direction=(0.0, -7.0, 0.0)) == pytest.approx(
+        robot.effective_mass(at_hit, locked=braced)
+    )
+
+
+def test_inertia_about_the_com_is_a_plausible_robot_s(robot, at_hit):
+    """Symmetric, positive, triangle inequality; I_rob between 6 and 9 kg m^2."""
+    inertia = robot.inertia_about_com(at_hit)
+    np.testing.assert_allclose(inertia, inertia.T, atol=1e-9)
+    eigenvalues = np.linalg.eigvalsh(inertia)
+    assert eigenvalues[0] > 0.0
+    assert eigenvalues[2] < eigenvalues[0] + eigenvalues[1]
+    assert 6.0 < inertia[0, 0] < 9.0
+
+
+def test_soles_lie_on_the_floor_under_the_ankles(robot):
+    """The support area is the safe sole of robot.yaml, mirrored."""
+    right, left = (robot.feet[side].corners(np.zeros(3)) for side in SIDES)
+    np.testing.assert_allclose(np.sort(right[:, 1]), np.sort(-left[:, 1]))
+    np.testing.assert_allclose(np.sort(right[:, 0]), np.sort(left[:, 0]))
+    assert right[:, 1].max() < -right[:, 1].min()  # the inner edge is the nearer one
+
+
+def test_unknown_frames_are_named(robot, at_hit):
+    """A typing error does not reach Pinocchio."""
+    with pytest.raises(ValueError, match="no_such_frame"):
+        robot.frame_position(at_hit, "no_such_frame")
+
+
+def test_hand_radius_is_read_from_the_urdf_unless_it_is_configured(robot):
+    """The hand is a sphere of a few centimetres."""
+    assert 0.02 < robot.hand_radius() < 0.1
+    assert RobotModel(replace(robot.config, hand_radius=0.07)).hand_radius() == 0.07
+    with pytest.raises(RobotConfigError, match="imu_link"):
+        RobotModel(replace(robot.config, hand_link="imu_link")).hand_radius()
+
+
+def test_waist_heights_go_from_a_squat_to_stretched_legs(robot):
+    """HRP-2's ankles are 0.105 m above the floor, its legs 0.6 m long."""
+    low, high = robot.waist_heights()
+    assert high == pytest.approx(0.705)
+    assert low == pytest.approx(0.42)
+
+
+@pytest.mark.parametrize(
+    ("joint", "tag", "changes", "message"),
+    [
+        ("RLEG_JOINT1", "axis", {"xyz": "0 1 0"}, "RLEG_JOINT1 .*hip roll.*axis.*RY.*RX"),
+        ("LLEG_JOINT3", "axis", {"xyz": "0 -1 0"}, "LLEG_JOINT3 .*knee.*axis"),
+        ("RLEG_JOINT2", "origin", {"xyz": "0 0 -0.02"}, "RLEG_JOINT2 .*offset.*-0.02.*no axis"),
+        ("RLEG_JOINT3", "origin", {"xyz": "0.01 0 -0.3"}, "RLEG_JOINT3 .*offset.*0.01.*yz"),
+        ("LLEG_JOINT4", "origin", {"xyz": "0 0 0.3"}, "LLEG_JOINT4 .*offset.*not upwards"),
+        ("LLEG_JOINT0", "origin", {"rpy": "0 0 0.1"}, "LLEG_JOINT0 .*frame.*parallel"),
+        ("r_sole_joint", "origin", {"rpy": "0 0 0.1"}, "r_sole is not parallel"),
+    ],
+)
+def test_a_leg_of_another_kind_is_refused_by_the_joint_and_what_differs(
+    robot, tmp_path, joint, tag, changes, message
+):
+    """The closed form would place the foot wrongly."""
+    tree = ElementTree.parse(robot.config.urdf_path)
+    element = tree.find(f"./joint[@name='{joint}']/{tag}")
+    element.attrib.update(changes)
+    tree.write(tmp_path / "other.urdf")
+    with pytest.raises(RobotConfigError, match=message):
+        RobotModel(replace(robot.config, urdf_path=tmp_path / "other.urdf"))
+
+
+def test_a_leg_given_in_another_order_is_refused(robot):
+    """From the hip to the ankle; and each sole hangs on its own."""
+    legs = dict(robot.config.legs)
+    swapped = {"left": legs["right"], "right": legs["left"]}
+    with pytest.raises(RobotConfigError, match="_sole hangs on another joint"):
+        RobotModel(replace(robot.config, legs=swapped))
+    with pytest.raises(RobotConfigError, match=r"RLEG_JOINT5 .*joint before it"):
+        RobotModel(replace(robot.config, legs=legs | {"right": legs["right"][::-1]}))
+
+
+@pytest.mark.parametrize("joint", ["RLEG_JOINT5", "LLEG_JOINT0", "LLEG_JOINT3"])
+def test_half_sitting_on_a_tilted_or_turned_sole_is_refused(robot, joint):
+    """Motions that begin there would begin with a jump."""
+    angle = robot.config.half_sitting[robot.config.index(joint)]
+    tilted = robot.config.posture({joint: angle + 0.01})
+    with pytest.raises(RobotConfigError, match=r"half_sitting: the (left|right) sole"):
+        RobotModel(replace(robot.config, half_sitting=tilted))
+
+
+def test_joints_that_are_not_listed_stay_at_zero_and_weigh_as_before(robot):
+    """A head that is left out is part of the trunk."""
+    config = robot.config
+    kept = [i for i, name in enumerate(config.joint_names) if "HEAD" not in name]
+    arrays = {
+        name: getattr(config, name)[kept]
+        for name in ("half_sitting", "lower", "upper", "velocity_limit", "effort_limit")
+    }
+    names = tuple(config.joint_names[i] for i in kept)
+    headless = RobotModel(replace(config, joint_names=names, **arrays))
+    assert headless.mass == pytest.approx(robot.mass)
+    np.testing.assert_allclose(
+        headless.com(headless.configuration(np.zeros(3), arrays["half_sitting"])),
+        robot.com(robot.configuration(np.zeros(3), config.half_sitting)),
+        atol=1e-12,
+    )

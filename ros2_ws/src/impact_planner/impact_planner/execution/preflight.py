@@ -1,0 +1,156 @@
+"""What is checked before a plan moves a robot; a dry run checks the same."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from door_impact_common.arrays import Array
+from humanoid_motion.knots import Knots
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.splice import cut
+
+from impact_planner.errors import GoalRefused
+from impact_planner.execution.types import PLANNED, ExecutablePlan
+from impact_planner.task.settings import ENDINGS
+
+START_TOLERANCE = 0.05  # [rad] between the robot and the posture that the plan starts from
+DOOR_TOLERANCE = 0.02  # [rad] between the door and where it is hit
+SLOWEST = 0.05  # speed_scale
+_JOIN = 0.01  # [rad] between the end of a phase and the start of the next
+# A spline may stray a little between points that keep the limits; drivers allow as much.
+_OVERSHOOT = 0.005  # [rad]
+_SPEED_FACTOR = 1.1
+_ROUNDING = 1e-6
+_SAMPLES = 9  # of each segment between two knots
+
+
+def require_speed_scale(scale: float) -> None:
+    """Check a goal's speed_scale.
+
+    Raises:
+        GoalRefused: It is out of range.
+    """
+    if not SLOWEST <= scale <= 1.0:
+        raise GoalRefused("invalid_goal", f"speed_scale {scale:g} is not between {SLOWEST} and 1",
+                          quantity="speed_scale", value=scale, limit=(SLOWEST, 1.0))
+
+
+def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position: Array,
+                  door_off: float) -> None:
+    """Check the plan against the robot, and both against where robot and door are.
+
+    Args:
+        robot: The robot.
+        plan: The plan.
+        sent: Its phases up to the end of the run-up as they would go to the driver.
+        position: Of the joints now, (30,) [rad].
+        door_off: Angle of the door now, from where it is to be hit [rad].
+
+    Raises:
+        GoalRefused: The goal cannot be executed.
+    """
+    require_start(robot.joint_names, position, plan.phases["prepare"].position[0])
+    require_door(door_off)
+    require_limits(robot, plan, sent)
+
+
+def require_start(names: Sequence[str], position: Array, start: Array) -> None:
+    """Check that the robot is where the plan starts.
+
+    Args:
+        names: Of the joints.
+        position: Of the joints now, (30,) [rad].
+        start: And where the plan starts, (30,) [rad].
+
+    Raises:
+        GoalRefused: It is not.
+    """
+    off = np.abs(position - start)
+    worst = int(np.argmax(off))
+    if off[worst] > START_TOLERANCE:
+        raise GoalRefused(
+            "not_ready",
+            f"the robot is not where the plan starts: {names[worst]} is off by {off[worst]:.3f} "
+            f"rad, more than {START_TOLERANCE} rad; bring it back to its initial posture (in "
+            "simulation: /sim/reset)",
+            quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START_TOLERANCE)
+
+
+def require_door(off: float) -> None:
+    """Check that the door is where it is to be hit, off by an angle [rad].
+
+    Raises:
+        GoalRefused: It is not.
+    """
+    if not abs(off) <= DOOR_TOLERANCE:  # NaN is refused
+        raise GoalRefused(
+            "not_ready",
+            f"the door stands {np.degrees(off):.1f} deg from where the plan hits it, "
+            f"{np.degrees(DOOR_TOLERANCE):.1f} deg are allowed",
+            quantity="door_angle [rad]", value=off, limit=DOOR_TOLERANCE)
+
+
+def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None:
+    """Check a plan's joints against the URDF, whoever made the plan.
+
+    Args:
+        robot: The robot.
+        plan: The plan; its phases must follow each other.
+        sent: Its phases up to the end of the run-up as they would go to the driver.
+
+    Raises:
+        GoalRefused: A phase begins elsewhere than the one before ended, or a joint would leave its
+            range or be too fast.
+    """
+    _require_joined(robot, plan)
+    _require_inside(robot, sent, "up to the end of the run-up")
+    for name in (PLANNED[-1], *sorted(set(ENDINGS) & set(plan.phases))):
+        _require_inside(robot, plan.phases[name], f"in the phase {name}")
+
+
+def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
+    ends = {**plan.phases, "cam": cut(plan.phases["cam"], plan.switch_time)}
+    joints = list(itertools.pairwise(PLANNED))
+    joints += [(PLANNED[-1], name) for name in ENDINGS if name in plan.phases]
+    for before, after in joints:
+        off = np.abs(plan.phases[after].position[0] - ends[before].position[-1])
+        worst = int(np.argmax(off))
+        if off[worst] > _JOIN:
+            raise GoalRefused(
+                "no_plan",
+                f"the plan jumps: {robot.joint_names[worst]} is {off[worst]:.3f} rad apart between "
+                f"the phases {before} and {after}, more than {_JOIN} rad",
+                quantity="jump [rad]", value=float(off[worst]), limit=_JOIN)
+
+
+def _require_inside(robot: RobotModel, knots: Knots, where: str) -> None:
+    _require_range(robot, knots.position, knots.velocity, where, _ROUNDING, 1.0 + _ROUNDING)
+    share = np.linspace(0.0, 1.0, _SAMPLES)[1:-1]
+    between = (knots.time[:-1, None] + np.diff(knots.time)[:, None] * share).ravel()
+    position, velocity, _ = knots.at(between)
+    _require_range(robot, position, velocity, where, _OVERSHOOT, _SPEED_FACTOR)
+
+
+def _require_range(robot: RobotModel, position: Array, velocity: Array, where: str,
+                   slack: float, factor: float) -> None:
+    """Check (N, 30) positions and speeds; NaN counts as outside."""
+    inside = (position >= robot.lower - slack) & (position <= robot.upper + slack)
+    if not inside.all():
+        i, j = np.argwhere(~inside)[0]
+        raise GoalRefused(
+            "no_plan",
+            f"{where} {robot.joint_names[j]} would go to {position[i, j]:.3f} rad, its range is "
+            f"{robot.lower[j]:.3f} to {robot.upper[j]:.3f} rad",
+            quantity=f"{robot.joint_names[j]} [rad]", value=float(position[i, j]),
+            limit=(float(robot.lower[j]), float(robot.upper[j])))
+    slow = np.abs(velocity) <= factor * robot.speed_limit
+    if not slow.all():
+        i, j = np.argwhere(~slow)[0]
+        raise GoalRefused(
+            "no_plan",
+            f"{where} {robot.joint_names[j]} would turn at {abs(velocity[i, j]):.2f} rad/s, its "
+            f"limit is {robot.speed_limit[j]:.2f} rad/s",
+            quantity=f"{robot.joint_names[j]} [rad/s]", value=float(velocity[i, j]),
+            limit=float(robot.speed_limit[j]))

@@ -1,0 +1,1 @@
+"""The hit itself: momentum, effective mass, stance and posture, eqs. (2) to (5)."""

@@ -1,0 +1,93 @@
+"""What the door does after the hit, sections II.B and II.C.2, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_model.door.door import Door
+from door_model.errors import DoorModelError, DoorParameterError
+from door_model.identification.prediction import predict_peak
+from door_model.motion.dynamics import follow_free, initial_velocity
+from door_model.motion.free_motion import FreeMotion
+
+from impact_planner.errors import AngleUnreachable, InvalidRequest
+from impact_planner.task.known_door import KnownDoor
+
+_FOLLOWED = 12.0  # the swing, if it does not fall shut before that [s]
+
+
+@dataclass(frozen=True)
+class DoorPrediction:
+    """Motion of the door after the hit.
+
+    Attributes:
+        omega: Angular velocity after the hit, w' [rad/s].
+        peak_time: From the hit to the largest angle [s].
+        peak_time_std: Standard deviation for an exact w' [s].
+        peak_angle: [rad].
+        peak_angle_std: Standard deviation for an exact w' [rad].
+        swing: Free motion from the hit on, until some time after the peak.
+    """
+
+    omega: float
+    peak_time: float
+    peak_time_std: float
+    peak_angle: float
+    peak_angle_std: float
+    swing: FreeMotion
+
+    def angle_at(self, time: Array) -> Array:
+        """Angle at times after the hit, (N,) [rad]; before and after the swing as at its ends."""
+        return self.swing.at(np.maximum(time, 0.0))[0][:, 0]
+
+
+def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPrediction:
+    """The angular velocity that opens the door to an angle, and how sure the angle is.
+
+    The standard deviations carry the covariance of the identified parameters through eq. (1), with
+    w' as planned.
+
+    Args:
+        known: The door.
+        angle: Desired opening angle [rad].
+        initial_angle: At the hit [rad].
+
+    Raises:
+        AngleUnreachable: The closer's linkage does not assemble there, or the door does not
+            come to rest there; value and limit are angles [rad].
+        InvalidRequest: The angles are no numbers or in the wrong order.
+    """
+    door = known.door
+    try:
+        omega = initial_velocity(door, angle, initial_angle)
+        swing = follow_free(door, initial_angle, omega, until=_FOLLOWED)
+        time_std, angle_std = 0.0, 0.0
+        if known.covariance is not None:
+            summit = predict_peak(door, known.parameters, known.covariance, omega, initial_angle)
+            time_std, angle_std = summit.time_std, summit.angle_std
+    except DoorParameterError as error:
+        raise InvalidRequest(
+            str(error), quantity="desired_opening_angle [rad]", value=angle, limit=str(error.limit)
+        ) from error
+    except DoorModelError as error:
+        limit = opening_limit(door)
+        raise AngleUnreachable(
+            f"{math.degrees(angle):.1f} deg: {error}; the linkage opens to "
+            f"{math.degrees(limit):.1f} deg",
+            quantity="desired_opening_angle [rad]",
+            value=angle,
+            limit=limit,
+        ) from error
+    return DoorPrediction(
+        omega, float(swing.peak_time[0]), time_std, float(swing.peak_angle[0]), angle_std, swing)
+
+
+def opening_limit(door: Door) -> float:
+    """Largest angle that the linkage allows; 0 where it allows none [rad]."""
+    try:
+        return float(door.closer.opening_limit())
+    except DoorModelError:
+        return 0.0

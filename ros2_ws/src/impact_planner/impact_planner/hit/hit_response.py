@@ -1,0 +1,144 @@
+"""What a hit on point B meets: the robot in one piece, on soles that give way.
+
+The drives keep the speed of the run-up while the contact lasts and the brace holds the arm, so the
+robot turns as a rigid body. Its soles do not slip; their rubber gives way along the vertical and
+in tilt. The elbow slides on the leaf as the robot turns, and friction presses it down. Where the
+robot is hit at its center of percussion and the leaf is smooth this is eq. (3), for the floor then
+has no part in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from door_impact_common.arrays import Array
+from humanoid_motion.robot_model import SIDES, RobotModel
+from numpy.typing import ArrayLike
+from scipy.linalg import null_space
+
+_STEPS = 60  # of a contact
+_BASE = slice(0, 6)  # of Pinocchio's v
+
+
+@dataclass(frozen=True)
+class HitResponse:
+    """What 1 N s against point B does, along the leaf's normal.
+
+    Attributes:
+        mass: Effective mass at B [kg].
+        floor: Impulse of the floor's force on the robot, axes of odom, (3,) [-].
+        floor_yaw: Impulse of its moment about the vertical through the CoM [m].
+        brace: Impulse of the torque at each braced joint [m].
+        slide: Speed that the soles would take up if the floor did not hold them [1/kg].
+    """
+
+    mass: float
+    floor: Array
+    floor_yaw: float
+    brace: dict[str, float]
+    slide: float
+
+
+def hit_response(
+    robot: RobotModel, q: Array, *, normal: ArrayLike, leaf_friction: float, duration: float
+) -> HitResponse:
+    """Follow the robot through a half sine of force.
+
+    Without friction and rubber the effective mass is that of a rigid body, Khatib's
+    ``1 / (J M^-1 J^T)`` (1987) with its soles' horizontal places as constraints.
+
+    Args:
+        robot: The robot.
+        q: Configuration at the hit, soles level.
+        normal: Of the leaf in odom, into the door, (3,).
+        leaf_friction: Coefficient of friction between elbow and leaf.
+        duration: Of the contact [s].
+    """
+    n = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+    inertia = robot.mass_matrix(q)
+    whole = inertia[_BASE, _BASE]
+    touched = _contact_point_jacobian(robot, q, n)
+    point = touched[:, _BASE]
+    grip, stiffness, damping = _soles(robot, q)
+    free = null_space(grip)  # what the soles let the body do
+    reduced = free.T @ whole @ free
+    outer = _force(reduced, point @ free, n, leaf_friction)  # of the leaf, for 1 N
+    pushed = free.T @ point.T @ outer
+    soft, dull = free.T @ stiffness @ free, free.T @ damping @ free
+    step = duration / _STEPS
+    ahead = np.linalg.inv(reduced + step * dull + step**2 * soft)
+    way, speed = np.zeros(len(pushed)), np.zeros(len(pushed))
+    rubber = np.zeros(6)
+    force = 0.5 * np.pi / duration * np.sin(np.pi * (np.arange(_STEPS) + 0.5) / _STEPS)
+    for now in force / (step * force.sum()):  # 1 N s in all
+        speed = ahead @ (reduced @ speed + step * (pushed * now - soft @ way))
+        way = way + step * speed
+        rubber -= step * (stiffness @ free @ way + damping @ free @ speed)
+    change = free @ speed
+    rest = whole @ change - point.T @ outer - rubber
+    held = np.linalg.lstsq(grip.T, rest, rcond=None)[0]
+    floor = rubber[:3] + grip.T[:3] @ held
+    braced = robot.config.braced_joints
+    rows = robot.v_index[robot.indices(braced)]
+    torque = inertia[rows, _BASE] @ change - touched[:, rows].T @ outer
+    arm = robot.com(q) - q[:3]  # forces act on the base's origin
+    loose = grip @ np.linalg.solve(whole, point.T @ outer)
+    yaw = float((grip.T[3:] @ held + rubber[3:] - np.cross(arm, floor))[2])
+    return HitResponse(
+        mass=-1.0 / float(n @ point @ change), floor=floor, floor_yaw=yaw,
+        brace=dict(zip(braced, torque.tolist(), strict=True)),
+        slide=float(np.hypot(*loose[:2])))
+
+
+def _contact_point_jacobian(robot: RobotModel, q: Array, normal: Array) -> Array:
+    """Jacobian of the elbow's outermost point along a normal (3,), axes of odom, (3, nv)."""
+    center, turn = robot.contact_jacobian(q), robot.contact_turn_jacobian(q)
+    return np.asarray(center - pin.skew(robot.config.contact_radius * normal) @ turn)
+
+
+def _soles(robot: RobotModel, q: Array) -> tuple[Array, Array, Array]:
+    """What the soles do to the base.
+
+    Returns:
+        Rows of its motion that they prevent (3, 6); their rubber's stiffness and damping (6, 6).
+
+    A rigid sole on rubber resists tilt by the square of half its length or width.
+    """
+    known = robot.config.sole_rubber
+    held, give, share = np.zeros((3, 6)), np.zeros((6, 6)), 1.0 / len(SIDES)
+    for side in SIDES:
+        foot = robot.feet[side]
+        x_min, x_max, y_min, y_max = foot.rectangle
+        middle = np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.0])
+        jacobian = robot.frame_jacobian(q, foot.frame)[:, _BASE]
+        move = jacobian[:3] - pin.skew(middle) @ jacobian[3:]
+        held += share * np.vstack([move[:2], jacobian[5]])
+        tilt = 0.5 * np.array([[y_max - y_min], [x_max - x_min]]) * jacobian[3:5]
+        sinking = np.vstack([move[2], tilt])
+        give += sinking.T @ sinking
+    if known is None:
+        return held, 0.0 * give, 0.0 * give
+    return held, known.stiffness * give, known.damping * give
+
+
+def _force(reduced: Array, point: Array, normal: Array, friction: float) -> Array:
+    """Force of the leaf on the elbow for a normal force of 1 N, (3,).
+
+    Friction is along the way that the elbow slides, and no more than would stop it.
+
+    Args:
+        reduced: Mass matrix of what the soles let the body do, (F, F).
+        point: Jacobian of the point that is touched, (3, F).
+        normal: Into the door, (3,).
+        friction: Coefficient.
+    """
+    mobility = point @ np.linalg.solve(reduced, point.T)
+    slide = (np.eye(3) - np.outer(normal, normal)) @ mobility @ -normal
+    speed = float(np.linalg.norm(slide))
+    if speed == 0.0:
+        return -normal
+    along = slide / speed
+    stops = speed / float(along @ mobility @ along)
+    return np.asarray(-normal - min(friction, stops) * along)

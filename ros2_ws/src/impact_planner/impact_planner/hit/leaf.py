@@ -1,0 +1,55 @@
+"""Where the leaf is: points on its face at an opening angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from door_impact_common.arrays import Array
+
+
+@dataclass(frozen=True)
+class LeafFrame:
+    """The leaf at an opening angle, or at several.
+
+    Attributes:
+        hinge: x and y of the hinge in odom, (2,) [m]; it lies in the plane of the face.
+        angle: Opening angle, a number or (N,) [rad].
+    """
+
+    hinge: Array
+    angle: float | Array
+
+    @cached_property
+    def along(self) -> Array:
+        """From the hinge to the free edge, (3,) or (N, 3)."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([cosine, -sine, np.zeros_like(sine)], axis=-1)
+
+    @cached_property
+    def normal(self) -> Array:
+        """Of the face, into the door, (3,) or (N, 3)."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([-sine, -cosine, np.zeros_like(sine)], axis=-1)
+
+    def gap(self, point: Array) -> Array:
+        """Distance of points (3,) or (N, 3) from the face, positive on the robot's side [m]."""
+        return self._across(self.normal, self.hinge - point[..., :2])
+
+    def radius(self, point: Array) -> Array:
+        """Distance of points (3,) or (N, 3) from the hinge, along the leaf [m]."""
+        return self._across(self.along, point[..., :2] - self.hinge)
+
+    def point(self, radius: float, height: float, gap: float) -> Array:
+        """Points at a distance from the hinge, a height and a distance from the face [m].
+
+        Returns:
+            (3,) or (N, 3) [m].
+        """
+        return np.append(self.hinge, height) + radius * self.along - gap * self.normal
+
+    @staticmethod
+    def _across(direction: Array, way: Array) -> Array:
+        product: Array = direction[..., 0] * way[..., 0] + direction[..., 1] * way[..., 1]
+        return product

@@ -1,0 +1,255 @@
+"""Posture at the hit, section II.C.4: the waist height that puts the center of percussion in C."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.errors import DoorImpactError
+from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
+from humanoid_motion.whole_body import solve, within_ranges
+from scipy.optimize import brentq
+
+from impact_planner.hit import momentum
+
+_STEP = 0.02  # between heights of the waist that are tried [m]
+# A lifted foot needs a little more hip roll than one on the floor, and servos room to err [rad].
+RESERVE = 0.015
+_REFINEMENTS, _FINER = 2, 20  # of the step, where the legs' reach ends
+_DIFFERENCE = 1e-3  # between places of the CoM, for the joints' speeds [m]
+
+
+@dataclass(frozen=True)
+class LegDemands:
+    """What the legs must do beyond standing at the hit.
+
+    Attributes:
+        beyond: Way of the CoM past the hit that they must reach [m].
+        speed: Of the CoM at the end of that way [m/s].
+        joint_speed: Largest speeds of the joints there, (J,) [rad/s]; None: any. A leg that is
+            nearly stretched has a fast knee.
+    """
+
+    beyond: float = 0.02
+    speed: float = 0.0
+    joint_speed: Array | None = None
+
+
+PLAIN = LegDemands()
+
+
+@dataclass(frozen=True)
+class HitPosture:
+    """The robot at the hit.
+
+    Attributes:
+        waist_height: Of base_link above the floor [m].
+        joints: (30,) [rad].
+        base: base_link in odom, (3,) [m].
+        com: (3,) [m].
+        elbow: Centre of the contact body in odom, (3,) [m].
+        a_r: Height of B above the CoM [m].
+        b_r: Height of the CoM above the floor [m].
+        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
+        b_r_percussion: Height of the CoM that eq. (5) asks for [m]; infinite for a_r <= 0.
+    """
+
+    waist_height: float
+    joints: Array
+    base: Array
+    com: Array
+    elbow: Array
+    a_r: float
+    b_r: float
+    i_rob: float
+    b_r_percussion: float
+
+    @property
+    def percussion_error(self) -> float:
+        """How far the CoM is above the height that eq. (5) asks for [m]."""
+        return self.b_r - self.b_r_percussion
+
+
+def posture_at(
+    robot: RobotModel, waist_height: float, com_xy: Array, feet: dict[str, Array]
+) -> HitPosture:
+    """The braced robot with a given height of the waist and the CoM over a given point.
+
+    Raises:
+        PostureUnreachable: A leg does not reach.
+    """
+    joints, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=com_xy,
+        waist_z=waist_height,
+        feet=feet,
+    )
+    return _figures(robot, waist_height, joints[0], base[0])
+
+
+def _figures(robot: RobotModel, waist_height: float, joints: Array, base: Array) -> HitPosture:
+    """What a posture means for the hit."""
+    q = robot.configuration(base, joints)
+    com, elbow = robot.com(q), robot.contact_position(q)
+    i_rob = float(robot.inertia_about_com(q)[0, 0])
+    a_r = float(elbow[2] - com[2])
+    percussion = momentum.percussion_height(robot.mass, i_rob, a_r) if a_r > 0.0 else np.inf
+    return HitPosture(
+        waist_height=waist_height,
+        joints=joints,
+        base=base,
+        com=com,
+        elbow=elbow,
+        a_r=a_r,
+        b_r=float(com[2]),
+        i_rob=i_rob,
+        b_r_percussion=float(percussion),
+    )
+
+
+def percussion_posture(
+    robot: RobotModel,
+    com_xy: Array,
+    feet: dict[str, Array],
+    demands: LegDemands = PLAIN,
+    also: Sequence[Array] = (),
+) -> tuple[HitPosture, float]:
+    """The posture whose center of percussion lies on the floor, eq. (5).
+
+    Args:
+        robot: The robot.
+        com_xy: CoM over the floor at the hit, (2,) [m].
+        feet: Soles at the hit, (3,) each [m].
+        demands: What the legs must do past the hit.
+        also: Other places of the CoM that the legs must reach at the same height of the waist,
+            with `RESERVE`, as the motion goes through them, (2,) each [m].
+
+    Returns:
+        The posture, and by how much eq. (5) is missed [m]: 0, unless no height of which the legs
+        are capable meets it; then the height that comes nearest.
+
+    Raises:
+        PostureUnreachable: No height of the waist is within reach.
+        JointLimit: The legs reach, but not at the speed that is demanded.
+    """
+    lowest, highest = robot.waist_heights()
+    for step in (_STEP, _STEP / _FINER):  # the finer one where what is possible is little
+        heights: Array = np.arange(lowest, highest + 1e-9, step)
+        excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
+        within = np.flatnonzero(excess.max(axis=1) <= 0.0)
+        if within.size:
+            break
+    else:
+        raise _incapable(robot, excess, feet, demands)
+    ends = _bracket([_figures(robot, float(heights[i]), joints[i], base[i]) for i in within])
+    if ends[0].percussion_error * ends[1].percussion_error > 0.0:
+        near = int(abs(ends[1].percussion_error) < abs(ends[0].percussion_error))
+        step = (-step, step)[near]
+        last = ends[near].waist_height
+        for _ in range(_REFINEMENTS):  # as far towards eq. (5) as the legs allow
+            step /= _FINER
+            finer: Array = last + step * np.arange(1.0, _FINER)
+            excess, _, _ = _at_heights(robot, finer, com_xy, feet, demands, also)
+            last += step * float(np.argmin(np.append(excess.max(axis=1) <= 0.0, False)))
+        ends[near] = posture_at(robot, last, com_xy, feet)
+    if ends[0].percussion_error * ends[1].percussion_error > 0.0:
+        nearest = min(ends, key=lambda posture: abs(posture.percussion_error))
+        return nearest, nearest.percussion_error
+    height = brentq(
+        lambda z: posture_at(robot, z, com_xy, feet).percussion_error,
+        ends[0].waist_height, ends[1].waist_height, xtol=1e-6)
+    return posture_at(robot, float(height), com_xy, feet), 0.0
+
+
+def _bracket(postures: list[HitPosture]) -> list[HitPosture]:
+    """Neighbours between which eq. (5) is met; the first and the last where it is nowhere."""
+    for lower, upper in itertools.pairwise(postures):
+        if lower.percussion_error * upper.percussion_error <= 0.0:
+            return [lower, upper]
+    return [postures[0], postures[-1]]
+
+
+def waist_per_com(robot: RobotModel, posture: HitPosture, feet: dict[str, Array]) -> float:
+    """Speed of the waist, so of point B, towards the door for a unit speed of the CoM."""
+    half = np.array([0.0, 0.5 * _DIFFERENCE])
+    _, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.array([posture.com[:2] - half, posture.com[:2] + half]),
+        waist_z=posture.waist_height,
+        feet=feet,
+    )
+    return float(base[1, 1] - base[0, 1]) / _DIFFERENCE
+
+
+def capable(
+    robot: RobotModel, posture: HitPosture, feet: dict[str, Array], demands: LegDemands
+) -> bool:
+    """Whether the legs can do what is demanded from a posture on."""
+    height = np.array([posture.waist_height])
+    excess, _, _ = _at_heights(robot, height, posture.com[:2], feet, demands, ())
+    return bool((excess <= 0.0).all())
+
+
+def _at_heights(
+    robot: RobotModel,
+    heights: Array,
+    com_xy: Array,
+    feet: dict[str, Array],
+    demands: LegDemands,
+    also: Sequence[Array],
+) -> tuple[Array, Array, Array]:
+    """What the legs can do at heights of the waist, (H,) [m].
+
+    Returns:
+        By what share of its limit each joint is too fast, (H, J), infinite where a leg does not
+        reach; joints (H, J) [rad] and base (H, 3) [m] with the CoM at `com_xy`.
+    """
+    end = com_xy - np.array([0.0, demands.beyond])
+    half = np.array([0.0, 0.5 * _DIFFERENCE])
+    places = np.array([end - half, end + half, com_xy, *also], dtype=float)
+    joints, base = solve(
+        robot,
+        upper=braced_upper_body(robot),
+        com_xy=np.tile(places, (len(heights), 1)),
+        waist_z=np.repeat(heights, len(places)),
+        feet=feet,
+        strict=False,
+    )
+    joints, base = (rows.reshape(len(heights), len(places), -1) for rows in (joints, base))
+    excess = np.full((len(heights), joints.shape[2]), -1.0)
+    if demands.joint_speed is not None:
+        slope = np.abs(joints[:, 1] - joints[:, 0]) / _DIFFERENCE
+        excess = slope * demands.speed / demands.joint_speed - 1.0
+    reserve = np.where(np.arange(len(places)) < 3, 0.0, RESERVE)[:, None]
+    inside = np.all(within_ranges(robot, joints, reserve), axis=(1, 2))
+    return np.where(inside[:, None], excess, np.inf), joints[:, 2], base[:, 2]
+
+
+def _incapable(
+    robot: RobotModel, excess: Array, feet: dict[str, Array], demands: LegDemands
+) -> DoorImpactError:
+    """Why no height of the waist will do: out of reach, or a joint too slow."""
+    if demands.joint_speed is None or not np.isfinite(excess).any():
+        right, (lowest, highest) = float(feet["right"][1]), robot.waist_heights()
+        return PostureUnreachable(
+            f"no waist height from {lowest:.2f} to {highest:.2f} m keeps the legs within their "
+            f"ranges with the right foot at y = {right:.3f} m",
+            quantity="y of the right foot [m]",
+            value=right,
+            limit=(lowest, highest),
+        )
+    best = int(np.argmin(excess.max(axis=1)))
+    joint = int(np.argmax(excess[best]))
+    name, limit = robot.joint_names[joint], float(demands.joint_speed[joint])
+    value = (1.0 + float(excess[best, joint])) * limit
+    return JointLimit(
+        f"cam: {name} would turn at {value:.2f} rad/s {1e3 * demands.beyond:.0f} mm past the "
+        f"nominal contact, at any height of the waist that the legs reach; {limit:.2f} rad/s are "
+        "allowed",
+        joint=name, phase="cam", quantity="speed [rad/s]", value=value, limit=limit)

@@ -1,0 +1,1 @@
+"""Motions before and after the hit, phase by phase, checked against every limit."""

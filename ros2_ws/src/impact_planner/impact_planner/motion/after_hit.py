@@ -1,0 +1,272 @@
+"""What follows the hit, section II.B: to rest from v'_rB, and what if the door stands elsewhere.
+
+The robot goes on along the run-up's postures from the reduced speed. The door must leave it
+(constraint 4 of section II.B), or w' would not be that of eqs. (2) to (4). Planned for besides:
+doors that are nearer or farther than stated, a contact that is missed, and the retreat of the
+paper's experiment.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.knots import Knots
+from humanoid_motion.motion import Motion, min_jerk_course
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.zmp import edge_margin
+
+from impact_planner.errors import SpeedUnreachable
+from impact_planner.hit.leaf import LeafFrame
+from impact_planner.hit.stance import sole_edges
+from impact_planner.motion.approach import sample_times
+from impact_planner.motion.hit_design import HitDesign
+from impact_planner.motion.phase_plan import Branches
+from impact_planner.motion.post import knots_to_rest, path_time
+from impact_planner.motion.post import sample_times as slowing_times
+from impact_planner.motion.run_up import RunUpPlan, capture_reserve
+from impact_planner.task.settings import PlannerSettings
+
+_REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
+_BRANCH_SHARES = (1.0, 0.75, 0.5)  # of that of the nominal door, where the door is elsewhere
+_TRIALS = 60  # samples of a motion to rest that is tried
+_STOP_TIMES = (0.4, 0.5, 0.6)  # of a stop of the run-up, tried [s]
+_STOPS, _STOP_SAMPLES = 50, 30  # begins of a stop that are tried, and samples of each
+_PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
+
+
+@dataclass(frozen=True)
+class AfterHit:
+    """The phase `post`.
+
+    Attributes:
+        motion: From when the legs have slowed down on, while the door pushes back no longer.
+        knots: Of the whole phase, from the switch on.
+        rest: From there to rest [s].
+    """
+
+    motion: Motion
+    knots: Knots
+    rest: float
+
+
+def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: HitDesign) -> AfterHit:
+    """From the switch to the door's peak: on along the run-up's postures from v'_rB, to rest.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+
+    Raises:
+        PostureUnreachable: The legs do not reach as far as it takes to come to rest, or the ZMP
+            would come too near to the soles' edge.
+    """
+    run_up, slow = hit.run_up, settings.slow_down
+    edges = sole_edges(robot, hit.stance.feet)
+    start = run_up.contact_time + settings.switch_delay
+    best: tuple[float, float] | None = None
+    for share in _REST_SHARES:
+        rest = share * settings.post_duration
+        margin = _margin(settings, hit, edges, start, rest)
+        if best is None or margin > best[0]:
+            best = margin, rest
+        if margin >= settings.required_margin:
+            break
+    assert best is not None
+    margin, rest = best
+    if margin < settings.required_margin:
+        shortest = min(_REST_SHARES) * settings.post_duration
+        raise _no_rest(settings, hit, start, shortest, margin)
+    total = max(hit.door.peak_time - settings.switch_delay, slow + rest)
+    after = sample_times(total - slow, settings.period)
+    time = slowing_times(rest, slow)
+    whole = _along(run_up, hit, time, start, rest, slow)
+    knots = knots_to_rest(
+        time, whole.joints, whole.joint_speed, whole.joint_acceleration, slow)
+    if total > float(time[-1]) + 1e-9:
+        knots = knots.held_until(total)
+    return AfterHit(_along(run_up, hit, slow + after, start, rest, slow), knots, rest)
+
+
+def _no_rest(
+    settings: PlannerSettings, hit: HitDesign, start: float, rest: float, margin: float,
+    where: str = "",
+) -> PostureUnreachable:
+    """Why the robot does not come to rest after a switch at a path time [s].
+
+    Args:
+        settings: Configuration.
+        hit: The hit.
+        start: Path time at the switch [s].
+        rest: Shortest time in which it may come to rest [s].
+        margin: What its ZMP keeps [m]; -inf where the legs do not reach so far.
+        where: Which door, where it is not the nominal one.
+    """
+    reach = hit.run_up.y_hit - hit.run_up.table.low
+    speed = hit.speeds.v_rb_post
+    begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
+    if not math.isfinite(margin):
+        y, _, _ = _to_rest(settings, hit, start, rest)
+        way = hit.run_up.y_hit - float(y.min())
+        return PostureUnreachable(
+            f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
+            f"{1e3 * reach:.0f} mm",
+            quantity="way to rest [m]", value=way, limit=reach)
+    return PostureUnreachable(
+        f"{begin}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
+        f"{1e3 * settings.required_margin:.1f} mm are required",
+        quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
+
+
+def _along(
+    run_up: RunUpPlan, hit: HitDesign, time: Array, start: float, rest: float, slow: float
+) -> Motion:
+    """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
+    return run_up.table.motion(time, *_course(run_up, hit.speeds.ratio, time, start, rest, slow))
+
+
+def _course(
+    run_up: RunUpPlan,
+    ratio: float,
+    time: Array,
+    start: float | Array,
+    rest: float,
+    slow: float,
+) -> tuple[Array, Array, Array]:
+    """Place, speed and acceleration of the CoM along y; arguments and shapes as `path_time`."""
+    scaled, rate, slope = path_time(time, start, ratio, rest, slow)
+    course = run_up.law.at(scaled)
+    return (run_up.y_start - course.s, -course.v * rate,
+            -course.a * rate**2 - course.v * slope)
+
+
+def _to_rest(
+    settings: PlannerSettings, hit: HitDesign, start: float, rest: float
+) -> tuple[Array, Array, Array]:
+    """`_course` from when the legs have slowed down to rest, at `_TRIALS` samples."""
+    slow = settings.slow_down
+    time = slow + np.linspace(0.0, rest, _TRIALS)
+    return _course(hit.run_up, hit.speeds.ratio, time, start, rest, slow)
+
+
+def _margin(
+    settings: PlannerSettings, hit: HitDesign, edges: tuple[float, float], start: float, rest: float
+) -> float:
+    """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
+    y, v, a = _to_rest(settings, hit, start, rest)
+    if y.min() < hit.run_up.table.low - 1e-9:
+        return -math.inf
+    return float(edge_margin(hit.run_up.table.zmp(y, v, a), edges))
+
+
+def plan_branches(
+    robot: RobotModel,
+    settings: PlannerSettings,
+    hit: HitDesign,
+    rest: float,
+) -> Branches:
+    """Doors nearer and farther, and a missed contact.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+        rest: From when the legs have slowed down to rest [s].
+
+    Raises:
+        PostureUnreachable: A door that is nearer or farther by the stated uncertainty would take
+            the ZMP too near to the soles' edge.
+    """
+    run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
+    nominal = run_up.contact_time + settings.switch_delay
+    offset = settings.door_uncertainty / run_up.law.speed
+    found = {}
+    for name, way in (("nearer", -offset), ("farther", offset)):
+        margin = max(_margin(settings, hit, edges, nominal + way, share * rest)
+                     for share in _BRANCH_SHARES)
+        if margin < settings.required_margin:
+            where = f" at a door {1e3 * settings.door_uncertainty:.0f} mm {name}"
+            raise _no_rest(
+                settings, hit, nominal + way, min(_BRANCH_SHARES) * rest, margin, where)
+        found[name] = margin
+    # Where nothing stops it, the robot comes to the end of its legs nearly unslowed.
+    end = np.array([run_up.y_start - run_up.table.low])
+    speed = np.array([run_up.law.speed])
+    missed = capture_reserve(robot, hit.stance, run_up, end, speed)
+    stop_duration, no_return = plan_stop(robot, settings, hit)
+    return Branches(
+        found["nearer"], found["farther"], no_return, stop_duration, float(missed[0]), rest)
+
+
+def plan_stop(
+    robot: RobotModel, settings: PlannerSettings, hit: HitDesign
+) -> tuple[float, float]:
+    """How a run-up is stopped: on along its postures, the rate of its time falling to zero.
+
+    Args:
+        robot: The robot.
+        settings: Configuration.
+        hit: The hit.
+
+    Returns:
+        Time from the stop's begin to rest, and the point of no return: begun later than so long
+        before the nominal contact, a stop would take the ZMP nearer to the soles' edge than
+        allowed, or B nearer to the leaf than bodies may be [s].
+    """
+    run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
+    clear = run_up.law.distance - robot.config.clearance / run_up.table.waist_per_com(run_up.y_hit)
+    begins = np.linspace(0.0, run_up.contact_time, _STOPS)
+    best = (_STOP_TIMES[0], 0.0)
+    for duration in _STOP_TIMES:
+        time = np.linspace(0.0, duration, _STOP_SAMPLES)
+        y, v, a = _course(run_up, 1.0, time, begins[:, None], duration, 0.0)
+        margin = edge_margin(run_up.table.zmp(y, v, a), edges)
+        good = (margin >= settings.required_margin) & (run_up.y_start - y[:, -1] <= clear)
+        last = int(np.argmin(np.append(good, False))) - 1
+        if last >= 0 and begins[last] >= best[1]:
+            best = duration, float(begins[last])
+    return best[0], run_up.contact_time - best[1]
+
+
+def require_leaving(settings: PlannerSettings, hit: HitDesign, post: Motion) -> None:
+    """Check that the door leaves the robot after the hit (constraint 4 of section II.B).
+
+    Args:
+        settings: Configuration.
+        hit: The hit.
+        post: The motion from when the legs have slowed down on.
+
+    Raises:
+        SpeedUnreachable: The robot would follow the door and push on, so that w' would not be that
+            of eqs. (2) to (4).
+    """
+    angle = hit.door.angle_at(post.time + settings.switch_delay)
+    elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
+    gap = LeafFrame(hit.placement.hinge, angle).gap(elbow)
+    pushed = float(gap[0] - gap.min())
+    if pushed > _PUSHED:
+        raise SpeedUnreachable(
+            f"the door would not leave the robot: after the hit at v'_rB = "
+            f"{hit.speeds.v_rb_post:.3f} m/s it would be pushed on by {1e3 * pushed:.1f} mm",
+            quantity="pushed on [m]", value=pushed, limit=_PUSHED)
+
+
+def retreat_motion(
+    hit: HitDesign, y_end: float, duration: float, period: float
+) -> Motion:
+    """Back along the run-up, from the end of `post` to its start, minimum jerk (Fig. 12 (f)).
+
+    Args:
+        hit: The hit.
+        y_end: y of the CoM where `post` ends [m].
+        duration: [s].
+        period: Of the samples [s].
+    """
+    time = sample_times(duration, period)
+    way = hit.run_up.y_start - y_end
+    part, speed, acceleration = min_jerk_course(time, duration)
+    return hit.run_up.table.motion(time, y_end + way * part, way * speed, way * acceleration)

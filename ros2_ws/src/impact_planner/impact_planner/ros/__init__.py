@@ -1,0 +1,1 @@
+"""The nodes impact_planner and impact_executor, and their messages."""

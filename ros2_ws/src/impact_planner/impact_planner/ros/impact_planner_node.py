@@ -1,0 +1,213 @@
+"""Node impact_planner: plans an impact from what is known of the door."""
+
+from __future__ import annotations
+
+import math
+import sys
+import traceback
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from door_impact_common.errors import DoorImpactError
+from door_impact_common.node import run_node
+from door_impact_msgs.msg import CloserParameters, HitReport
+from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
+from door_impact_msgs.srv import PlanDoorImpact
+from door_model.door.config import load_door
+from door_model.errors import DoorModelError
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
+
+from impact_planner.errors import PLANNING_ERRORS, InvalidRequest, NoDoor
+from impact_planner.hit.learning import learn
+from impact_planner.impact_plan import ImpactPlan, observed_hit
+from impact_planner.plan import plan_impact
+from impact_planner.ros.messages import (
+    door_from_message,
+    failure_response,
+    plan_message,
+    request_from_message,
+)
+from impact_planner.task.experience import Experience, load, save
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
+
+NAME = "impact_planner"
+
+
+class ImpactPlanner(Node):
+    """Answers /plan_door_impact; all it knows of the door comes by topic or by parameter."""
+
+    def __init__(self) -> None:
+        """Read the parameters, load the robot and connect."""
+        super().__init__(NAME)
+        for name, (default, _, _, text) in NUMBERS.items():
+            self._declare(name, default, text)
+        for word, (default_word, _, text) in WORDS.items():
+            self._declare(word, default_word, text)
+        self._declare("door", "", "name or YAML file of a door, to plan without identification")
+        self._declare("robot_config", "", "robot.yaml to use instead of hrp2_description's")
+        self._settings: PlannerSettings = make_settings(self._values())
+        self._configured = _configured_door(str(self.get_parameter("door").value))
+        self._robot = RobotModel(
+            load_robot_config(str(self.get_parameter("robot_config").value) or None)
+        )
+        self._declare("experience_file", "", "YAML file that keeps what hits have taught, by door; "
+                      "empty: it is forgotten with the node")
+        name = str(self.get_parameter("experience_file").value)
+        self._experience_file = Path(name).expanduser() if name else None
+        self._experience = load(self._experience_file) if self._experience_file else {}
+        self._last: tuple[ImpactPlan, KnownDoor] | None = None
+        self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last hit
+        self._identified: KnownDoor | None = None
+        self._refusal = ""
+        self.add_on_set_parameters_callback(self._on_parameters)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
+        self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
+        self.create_subscription(HitReport, "/hit_report", self._on_hit, 10)
+        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
+        self.create_service(Trigger, "/forget_hits", self._on_forget)
+
+    def _declare(self, name: str, default: Any, text: str) -> None:
+        # Numbers may come as integers; `make_settings` checks them.
+        self.declare_parameter(
+            name, default, ParameterDescriptor(description=text, dynamic_typing=True)
+        )
+
+    def _values(self) -> dict[str, Any]:
+        return {name: self.get_parameter(name).value for name in (*NUMBERS, *WORDS)}
+
+    def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        changed = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            settings = make_settings({**self._values(), **changed})
+            if "door" in changed:
+                self._configured = _configured_door(str(changed["door"]))
+        except DoorImpactError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self._settings = settings
+        return SetParametersResult(successful=True)
+
+    def _on_closer(self, message: CloserParameters) -> None:
+        try:
+            self._identified = door_from_message(message)
+            self._refusal = ""
+        except NoDoor as error:
+            self._refusal = str(error)
+            self.get_logger().error(self._refusal)
+
+    def _door(self) -> KnownDoor:
+        known = self._identified or self._configured
+        if known is not None:
+            return replace(known, experience=self._experience.get(known.name))
+        raise NoDoor(
+            self._refusal
+            or "nothing is known of the door: no /closer_parameters yet, and the parameter "
+            "'door' is empty; call /identify_closer first",
+            quantity="door",
+            value="",
+        )
+
+    def _on_plan(
+        self, request: PlanDoorImpact.Request, response: PlanDoorImpact.Response
+    ) -> PlanDoorImpact.Response:
+        """Plan; whatever goes wrong is an answer, and leaves the last plan as it is."""
+        try:
+            wanted, known = request_from_message(request), self._door()
+            plan = plan_impact(wanted, known, self._robot, self._settings)
+        except PLANNING_ERRORS as error:
+            self.get_logger().warning(f"no plan: {error}")
+            return failure_response(response, error)
+        except Exception as error:  # a service must answer, and the node must live
+            self.get_logger().error(traceback.format_exc())
+            return failure_response(
+                response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
+            )
+        self._last = (plan, known)
+        names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
+        whole = plan_message(plan, names, stamp, trajectories=True)
+        self._plans.publish(whole)
+        response.success = True
+        response.error_code = PlanDoorImpact.Response.NONE
+        response.message = (
+            f"{math.degrees(plan.peak_angle):.1f} deg by w' = {plan.omega_door:.3f} rad/s, "
+            f"v_rB = {plan.v_rb:.3f} m/s; planned in {1e3 * plan.planning_time:.0f} ms"
+        )
+        response.plan = (
+            whole
+            if request.include_trajectories
+            else plan_message(plan, names, stamp, trajectories=False)
+        )
+        self.get_logger().info(f"plan {plan.plan_id}: {response.message}")
+        for warning in plan.warnings:
+            self.get_logger().warning(warning)
+        return response
+
+    def _on_hit(self, message: HitReport) -> None:
+        """Learns from a hit that was planned here."""
+        if self._last is None or self._last[0].plan_id != message.plan_id:
+            self.get_logger().warning(f"nothing learned from plan {message.plan_id!r}, which is "
+                                      "not the last one that was made here")
+            return
+        stamp = message.header.stamp
+        report = (message.plan_id, stamp.sec, stamp.nanosec, message.peak_angle)
+        if report == self._reported:
+            return  # once more
+        self._reported = report
+        plan, known = self._last
+        before = self._experience.get(known.name, Experience.none(self._settings.restitution))
+        try:
+            after = learn(before, observed_hit(plan, known, message.peak_angle, message.v_rb_post))
+        except DoorModelError as error:
+            self.get_logger().warning(f"nothing learned from plan {message.plan_id}: {error}")
+            return
+        if after is before:
+            self.get_logger().warning(
+                f"nothing learned from plan {message.plan_id}: no effective mass explains "
+                f"{math.degrees(message.peak_angle):.1f} deg")
+            return
+        self._experience[known.name] = after
+        self._stored()
+        self.get_logger().info(
+            f"hit {after.hits} on {known.name}: {math.degrees(message.peak_angle):.1f} deg for "
+            f"{math.degrees(plan.desired_opening_angle):.1f}; restitution {before.restitution:.3f} "
+            f"-> {after.restitution:.3f}, effective mass {before.mass_factor:.3f} -> "
+            f"{after.mass_factor:.3f} times the model's")
+
+    def _on_forget(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Forgets what hits on any door have taught."""
+        doors = ", ".join(sorted(self._experience)) or "no door"
+        self._experience = {}
+        response.success = self._stored()
+        response.message = f"forgot the hits on {doors}"
+        return response
+
+    def _stored(self) -> bool:
+        """Whether what is known is in its file, where there is one."""
+        if self._experience_file is None:
+            return True
+        try:
+            save(self._experience_file, self._experience)
+        except (OSError, ValueError) as error:
+            self.get_logger().error(f"{self._experience_file} cannot be written: {error}")
+            return False
+        return True
+
+
+def _configured_door(name: str) -> KnownDoor | None:
+    return KnownDoor.configured(load_door(name)) if name else None
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is told to end."""
+    return run_node(ImpactPlanner, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

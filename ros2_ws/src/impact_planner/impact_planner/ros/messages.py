@@ -1,0 +1,232 @@
+"""Plans, knots, requests and doors as messages, and back. Only nodes need this module."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from door_impact_common.arrays import Array
+from door_impact_common.errors import DoorImpactError
+from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
+from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
+from door_impact_msgs.srv import PlanDoorImpact
+from door_model.door.closer import FourBarCloser
+from door_model.door.door import Door, Zone
+from door_model.errors import DoorModelError
+from door_model.identification.parameters import UNITS
+from geometry_msgs.msg import Point, Pose, Quaternion
+from humanoid_motion.knots import Knots
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from impact_planner.errors import NoDoor
+from impact_planner.impact_plan import ImpactPlan
+from impact_planner.motion.phase_plan import PhasePlan
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+
+WORLD_FRAME = "odom"
+_NANOSECONDS = 1_000_000_000
+# Fields that the plan and its message share by name.
+_NUMBERS = (
+    "desired_opening_angle", "initial_angle", "omega_door", "restitution", "v_rb", "v_rb_post",
+    "v_com", "v_com_post", "effective_mass", "effective_mass_planar",
+    "effective_mass_model", "required_impulse",
+    "required_friction", "a_r", "b_r", "b_r_percussion", "l_b", "i_rob", "waist_height",
+    "contact_time", "switch_time", "slow_down", "rest_duration", "peak_time", "peak_time_std",
+    "peak_angle", "peak_angle_std", "point_of_no_return", "stop_duration", "steady_way",
+)  # fmt: skip
+_TEXTS = ("plan_id", "door", "run_up", "ending")
+
+
+def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
+    """Knots as a JointTrajectory without a stamp; times count from the first knot's zero."""
+    message = JointTrajectory(joint_names=list(names))
+    for i, seconds in enumerate(knots.time):
+        nanoseconds = round(float(seconds) * _NANOSECONDS)
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=knots.position[i].tolist(),
+                velocities=knots.velocity[i].tolist(),
+                accelerations=knots.acceleration[i].tolist(),
+                time_from_start=Duration(
+                    sec=nanoseconds // _NANOSECONDS, nanosec=nanoseconds % _NANOSECONDS
+                ),
+            )
+        )
+    return message
+
+
+def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) -> Knots:
+    """Knots of a JointTrajectory, with columns in the order of `names`; None: in the message's.
+
+    Raises:
+        ValueError: A joint is missing, or a point lacks velocities or accelerations.
+    """
+    order = None
+    if names is not None and list(names) != list(message.joint_names):
+        order = [list(message.joint_names).index(name) for name in names]
+    points = message.points
+    width = len(message.joint_names)
+    columns = []
+    for field in ("positions", "velocities", "accelerations"):
+        rows = [np.asarray(getattr(point, field), dtype=float) for point in points]
+        if any(row.shape != (width,) for row in rows):
+            raise ValueError(f"every point of a plan's trajectory needs {width} {field}")
+        table = np.array(rows)
+        columns.append(table if order is None else table[:, order])
+    time = [p.time_from_start.sec + p.time_from_start.nanosec / _NANOSECONDS for p in points]
+    return Knots(np.array(time), *columns)
+
+
+def plan_message(
+    plan: ImpactPlan, names: Sequence[str], stamp: Any, *, trajectories: bool
+) -> ImpactPlanMessage:
+    """A plan as a message.
+
+    Args:
+        plan: The plan.
+        names: Joints in the order of the knots' columns.
+        stamp: builtin_interfaces/Time of the planning.
+        trajectories: Whether to add the phases.
+    """
+    message = ImpactPlanMessage()
+    message.header.stamp = stamp
+    message.header.frame_id = WORLD_FRAME
+    for field in _NUMBERS:
+        setattr(message, field, float(getattr(plan, field)))
+    for field in _TEXTS:
+        setattr(message, field, getattr(plan, field))
+    message.learned_hits = plan.learned_hits
+    message.foot_impulse = plan.floor.impulse
+    message.foot_impulse_planar = plan.floor.impulse_planar
+    message.foot_yaw_impulse = plan.floor.yaw_impulse
+    message.brace_joint, message.brace_impulse = plan.hardest_braced
+    message.early_margin = plan.branches.early_margin
+    message.late_margin = plan.branches.late_margin
+    message.missed_margin = plan.branches.missed_margin
+    message.left_foot = _pose(plan.left_foot)
+    message.right_foot = _pose(plan.right_foot)
+    message.contact_point = _point(plan.contact_point)
+    message.zmp_margins = [
+        PhaseMargin(
+            phase=phase.name,
+            margin=phase.margin,
+            speed_ratio=phase.speed_ratio,
+            torque_ratio=phase.torque_ratio,
+            body_clearance=phase.clearances[0].distance,
+            leaf_clearance=phase.clearances[1].distance,
+        )
+        for phase in plan.phases
+    ]
+    message.warnings = list(plan.warnings)
+    if trajectories:
+        message.phases = [_phase(phase, names) for phase in plan.phases]
+        branches = plan.all_phases[len(plan.phases):]
+        message.branches = [_phase(phase, names) for phase in branches]
+    return message
+
+
+def request_from_message(request: PlanDoorImpact.Request) -> PlanRequest:
+    """A service request; negative numbers and empty texts become None."""
+    return PlanRequest(
+        desired_opening_angle=float(request.desired_opening_angle),
+        initial_angle=_given(request.initial_angle),
+        restitution=_given(request.restitution),
+        effective_mass=_given(request.effective_mass),
+        door_distance=_given(request.door_distance),
+        l_b=_given(request.l_b),
+        run_up=request.run_up or None,
+        ending=request.ending or None,
+    )
+
+
+def door_from_message(message: CloserParameters) -> KnownDoor:
+    """What an identification tells of a door.
+
+    Raises:
+        NoDoor: The parameters describe no door.
+    """
+    try:
+        linkage = FourBarCloser(
+            message.link_l, message.link_l1, message.link_l2, message.link_l3, message.theta_i0,
+            message.assembly,
+        )
+        door = Door(
+            message.i_a, message.c_c, message.k_c, message.tau_c0_prime, linkage,
+            c_c_closing=_given(message.c_c_closing),
+            backcheck=_zone(message.backcheck_angle, message.backcheck_c_c),
+            latch=_zone(message.latch_angle, message.latch_c_c),
+            friction=_given(message.friction) or 0.0,
+        )
+        linkage.f(0.0)
+    except DoorModelError as error:
+        raise NoDoor(
+            f"/closer_parameters describes no door: {error}",
+            quantity="closer parameters",
+            value=str(error.value),
+            limit=str(error.limit),
+        ) from error
+    if not message.leaf_width > 0.0:
+        raise NoDoor(
+            f"/closer_parameters describes no door: leaf_width is {message.leaf_width}",
+            quantity="leaf_width [m]",
+            value=float(message.leaf_width),
+            limit=0.0,
+        )
+    names = tuple(message.identified)
+    if len(message.covariance) not in (0, len(names) ** 2) or not set(names) <= set(UNITS):
+        raise NoDoor(
+            "/closer_parameters describes no door: its covariance has "
+            f"{len(message.covariance)} numbers for {', '.join(names) or 'no parameter'}",
+            quantity="covariance",
+            value=len(message.covariance),
+            limit=len(names) ** 2,
+        )
+    covariance = np.array(message.covariance, dtype=float)
+    sure = not covariance.any()
+    return KnownDoor(
+        name=message.door,
+        door=door,
+        width=float(message.leaf_width),
+        parameters=() if sure else names,
+        covariance=None if sure else covariance.reshape(len(names), -1),
+        warnings=tuple(message.warnings),
+    )
+
+
+def failure_response(
+    response: PlanDoorImpact.Response, error: DoorImpactError
+) -> PlanDoorImpact.Response:
+    """Fill in an answer that tells why there is no plan."""
+    response.success = False
+    response.error_code = getattr(PlanDoorImpact.Response, error.reason.upper())
+    response.message = str(error)
+    return response
+
+
+def _zone(angle: float, c_c: float) -> Zone | None:
+    return None if angle < 0.0 else Zone(angle, c_c)
+
+
+def _given(value: float) -> float | None:
+    return None if value < 0.0 else float(value)
+
+
+def _phase(phase: PhasePlan, names: Sequence[str]) -> PlanPhase:
+    return PlanPhase(
+        name=phase.name,
+        trajectory=trajectory_message(phase.knots, names),
+        com=[_point(row) for row in phase.com],
+        zmp=[_point((*row, 0.0)) for row in phase.zmp],
+    )
+
+
+def _point(position: Sequence[float] | Array) -> Point:
+    x, y, z = (float(value) for value in position)
+    return Point(x=x, y=y, z=z)
+
+
+def _pose(position: Array) -> Pose:
+    return Pose(position=_point(position), orientation=Quaternion(w=1.0))

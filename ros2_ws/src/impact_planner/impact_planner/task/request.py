@@ -1,0 +1,139 @@
+"""The request for a plan, checked and filled in from the configuration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from impact_planner.errors import InvalidRequest
+from impact_planner.task.experience import Experience
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """A request; None means "as configured or as last identified".
+
+    Attributes:
+        desired_opening_angle: [rad].
+        initial_angle: Of the door at the hit [rad].
+        restitution: Coefficient of restitution.
+        effective_mass: Of the robot at B, in place of the model's [kg].
+        door_distance: From the origin of odom to the closed leaf's face [m].
+        l_b: From the hinge to B along the leaf [m].
+        run_up: One of `RUN_UPS`.
+        ending: One of `ENDINGS`.
+    """
+
+    desired_opening_angle: float
+    initial_angle: float | None = None
+    restitution: float | None = None
+    effective_mass: float | None = None
+    door_distance: float | None = None
+    l_b: float | None = None
+    run_up: str | None = None
+    ending: str | None = None
+
+
+@dataclass(frozen=True)
+class ResolvedRequest:
+    """A checked request; None where only the stance can tell. Fields as in `PlanRequest`.
+
+    Attributes:
+        mass_factor: Of the effective mass that the model says.
+    """
+
+    angle: float
+    initial_angle: float
+    restitution: float
+    effective_mass: float | None
+    mass_factor: float
+    door_distance: float | None
+    l_b: float | None
+    run_up: str
+    ending: str
+
+
+def resolve(
+    request: PlanRequest, settings: PlannerSettings, known: KnownDoor
+) -> ResolvedRequest:
+    """Fill in a request from what hits have taught and from the settings, and check it.
+
+    Raises:
+        InvalidRequest: A number is not finite or outside its range, a word is unknown.
+    """
+    angle = _number("desired_opening_angle [rad]", request.desired_opening_angle, 0.0, math.inf)
+    initial = _number(
+        "initial_angle [rad]",
+        _first(request.initial_angle, settings.initial_angle),
+        0.0,
+        angle,
+        low_included=True,
+    )
+    learned = known.experience or Experience.none(settings.restitution)
+    return ResolvedRequest(
+        angle=angle,
+        initial_angle=initial,
+        restitution=_number(
+            "restitution",
+            _first(request.restitution, learned.restitution),
+            0.0,
+            1.0,
+            low_included=True,
+            high_included=True,
+        ),
+        effective_mass=_optional(
+            "effective_mass [kg]", request.effective_mass, settings.effective_mass
+        ),
+        mass_factor=learned.mass_factor,
+        door_distance=_optional("door_distance [m]", request.door_distance, settings.door_distance),
+        l_b=_optional("l_b [m]", request.l_b, None),
+        run_up=_word("run_up", request.run_up or settings.run_up, RUN_UPS),
+        ending=_word("ending", request.ending or settings.ending, ENDINGS),
+    )
+
+
+def _first(value: float | None, default: float) -> float:
+    return default if value is None else value
+
+
+def _optional(name: str, value: float | None, default: float | None) -> float | None:
+    chosen = default if value is None else value
+    return None if chosen is None else _number(name, chosen, 0.0, math.inf)
+
+
+def _number(
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    *,
+    low_included: bool = False,
+    high_included: bool = False,
+) -> float:
+    number = float(value)
+    above = number >= low if low_included else number > low
+    below = number <= high if high_included else number < high
+    if not (math.isfinite(number) and above and below):
+        left = f"{'at least' if low_included else 'above'} {low:g}"
+        upper = f" and {'at most' if high_included else 'below'} {high:g}"
+        right = "" if math.isinf(high) else upper
+        raise InvalidRequest(
+            f"{name} must be a number {left}{right}, not {number:g}",
+            quantity=name,
+            value=number,
+            limit=(low, high),
+        )
+    return number
+
+
+def _word(name: str, value: str, known: tuple[str, ...]) -> str:
+    if value not in known:
+        raise InvalidRequest(
+            f"{name} must be {' or '.join(known)}, not {value!r}",
+            quantity=name,
+            value=value,
+            limit=" ".join(known),
+        )
+    return value

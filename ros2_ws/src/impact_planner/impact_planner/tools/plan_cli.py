@@ -1,0 +1,175 @@
+"""Command ``plan``: plans an impact without a graph."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from door_impact_common.errors import DoorImpactError
+from door_model.door.config import door_names, load_door
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
+
+from impact_planner.errors import AngleUnreachable
+from impact_planner.hit.placement import Placement
+from impact_planner.hit.stance import stance_for_step
+from impact_planner.impact_plan import ImpactPlan
+from impact_planner.motion.reach import furthest_contact, largest_angle
+from impact_planner.plan import plan_impact
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import (
+    ENDINGS,
+    RUN_UPS,
+    PlannerSettings,
+    configured_placement,
+    make_settings,
+)
+from impact_planner.tools.plan_text import finite, plan_object, plan_text, reach_lines
+
+_EXAMPLE = """\
+example, the paper's door, then one that identify has written:
+  ros2 run impact_planner plan --angle-deg 25 --plot plan.png
+  ros2 run impact_planner plan --angle-deg 25 --door my_door.yaml --run-up zmp_limited
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Arguments of the command."""
+    parser = argparse.ArgumentParser(
+        prog="plan",
+        description="Plan an impact that opens a swing door to an angle, and print it with the "
+        "paper's equations.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--angle-deg", type=float, required=True, help="opening angle [deg]")
+    parser.add_argument(
+        "--door",
+        default="paper",
+        metavar="NAME_OR_YAML",
+        help=f"of {', '.join(door_names())}, or a YAML file (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--robot",
+        metavar="YAML",
+        help="robot.yaml of another robot, whose nominal step says where the door stands "
+        "(default: HRP-2)",
+    )
+    parser.add_argument(
+        "--run-up",
+        choices=RUN_UPS,
+        help="the paper's cam curve, or the course with the largest ZMP margin, for faster hits "
+        "(default: mcv50)",
+    )
+    parser.add_argument(
+        "--ending", choices=ENDINGS, help="what follows the door's peak (default: hold)")
+    parser.add_argument(
+        "--restitution", type=float, help="coefficient, 0 (plastic) to 1 (default: the door's)")
+    parser.add_argument(
+        "--effective-mass", type=float, help="of the robot at B [kg] (default: of its model)")
+    parser.add_argument(
+        "--door-distance",
+        type=float,
+        help="from the origin of odom to the leaf's face [m] (default: as configured)",
+    )
+    parser.add_argument(
+        "--hinge-x", type=float, help="x of the hinge in odom [m] (default: as configured)")
+    parser.add_argument(
+        "--anywhere", action="store_true",
+        help="choose where to stand, whatever is configured: the nominal step, or a shorter one")
+    parser.add_argument(
+        "--reach", action="store_true",
+        help="say too at what largest angle the arm could hold this door from there, and from what "
+        "furthest l_B at this angle (some seconds)")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the plan (PNG, PDF, SVG)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def main(args: list[str] | None = None) -> int:
+    """Plan and print; 1 where there is no plan, with the reason on stderr."""
+    options = build_parser().parse_args(args)
+    try:
+        robot = RobotModel(load_robot_config(options.robot))
+        settings = _settings(options)
+        known, request = _asked(options)
+        plan = plan_impact(request, known, robot, settings)
+        reach = _reach(plan, known, robot, settings) if options.reach else {}
+    except DoorImpactError as error:
+        print(f"plan: {error}", file=sys.stderr)
+        return 1
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
+        if options.robot is None:
+            raise
+        print(f"plan: {options.robot} describes no robot to plan for: {error}", file=sys.stderr)
+        return 1
+    if options.plot is not None and not _drawn(plan, robot, settings, options.plot):
+        return 1
+    if options.json:
+        print(json.dumps(finite(plan_object(plan) | reach), allow_nan=False))
+    else:
+        print(plan_text(plan), *reach_lines(reach), sep="\n")
+    return 0
+
+
+def _drawn(
+    plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, path: Path
+) -> bool:
+    """Whether the figure was written; if not, says why."""
+    try:
+        from impact_planner.tools.plotting import draw_plan
+
+        if path.is_dir() or not path.name:
+            raise IsADirectoryError("it is a folder")
+        draw_plan(plan, robot, settings, path)
+    except (OSError, ValueError, ImportError) as error:
+        print(f"plan: cannot draw {path}: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def _settings(options: argparse.Namespace) -> PlannerSettings:
+    # The configured door was surveyed for HRP-2's stance.
+    own = options.robot or options.anywhere
+    settings = make_settings({} if own else configured_placement())
+    return settings if options.hinge_x is None else replace(settings, hinge_x=options.hinge_x)
+
+
+def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
+    config = load_door(options.door)
+    request = PlanRequest(
+        desired_opening_angle=math.radians(options.angle_deg),
+        restitution=config.restitution if options.restitution is None else options.restitution,
+        effective_mass=options.effective_mass,
+        door_distance=options.door_distance,
+        run_up=options.run_up,
+        ending=options.ending,
+    )
+    return KnownDoor.configured(config), request
+
+
+def _reach(
+    plan: ImpactPlan, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
+) -> dict[str, float | None]:
+    """How far the door could be opened and held from the plan's stance."""
+    placement = Placement(plan.door_distance, plan.hinge_x)
+    stance = stance_for_step(robot, plan.step, settings.com_inside_edge)
+    found: dict[str, float | None] = {"largest_held_angle_deg": None, "furthest_l_b": None}
+    with suppress(AngleUnreachable):  # a retreat may be planned where nothing can be held
+        found["largest_held_angle_deg"] = math.degrees(
+            largest_angle(robot, known, settings, placement, stance))
+    with suppress(AngleUnreachable):
+        found["furthest_l_b"] = furthest_contact(
+            robot, known, settings, placement, stance, plan.desired_opening_angle)
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,140 @@
+"""A plan for people and for scripts to read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from impact_planner.impact_plan import ImpactPlan
+
+# The contract's keys of `plan` in summary.json.
+_JSON_KEYS = (
+    "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
+    "i_rob", "l_b",
+)  # fmt: skip
+_MORE_KEYS = (
+    "restitution", "v_com", "required_impulse", "required_friction", "b_r_percussion",
+    "waist_height", "step", "door_distance", "hinge_x", "contact_time", "peak_time", "steady_way",
+    "point_of_no_return",
+)  # fmt: skip
+
+
+def plan_object(plan: ImpactPlan) -> dict[str, Any]:
+    """The contract's `plan` object and what else a caller may want."""
+    found: dict[str, Any] = {key: float(getattr(plan, key)) for key in _JSON_KEYS}
+    found["planning_ms"] = 1e3 * plan.planning_time
+    found |= {key: getattr(plan, key) for key in ("plan_id", "door", "run_up", "ending")}
+    found["target_deg"] = math.degrees(plan.desired_opening_angle)
+    found |= {key: float(getattr(plan, key)) for key in _MORE_KEYS}
+    found |= {
+        "foot_impulse": plan.floor.impulse,
+        "foot_impulse_planar": plan.floor.impulse_planar,
+        "foot_yaw_impulse": plan.floor.yaw_impulse,
+        "brace_impulse_nms": plan.brace,
+        "early_margin_mm": 1e3 * plan.branches.early_margin,
+        "late_margin_mm": 1e3 * plan.branches.late_margin,
+        "missed_margin_mm": 1e3 * plan.branches.missed_margin,
+        "planned_margin_mm": {name: 1e3 * m for name, m in plan.zmp_margins.items()},
+        "speed_ratio": {phase.name: phase.speed_ratio for phase in plan.phases},
+        "torque_ratio": {phase.name: phase.torque_ratio for phase in plan.phases},
+        "body_clearance_mm": {p.name: 1e3 * p.clearances[0].distance for p in plan.phases},
+        "leaf_clearance_mm": {p.name: 1e3 * p.clearances[1].distance for p in plan.phases},
+        "warnings": list(plan.warnings),
+    }
+    return found
+
+
+def finite(value: Any) -> Any:
+    """A JSON value with null where a number is not finite, as JSON has no such numbers."""
+    if isinstance(value, dict):
+        return {key: finite(each) for key, each in value.items()}
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def plan_text(plan: ImpactPlan) -> str:
+    """The plan for people to read, each row with the paper's equation or section."""
+    rows = [*_door_rows(plan), *_hit_rows(plan), *_motion_rows(plan)]
+    lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
+    return "\n".join(
+        [*lines, "", *_phase_lines(plan), *(f"warning: {warning}" for warning in plan.warnings)])
+
+
+def reach_lines(reach: Mapping[str, float | None]) -> list[str]:
+    """What `plan --reach` adds, by the arm's reach and the closer's torque alone."""
+    names = {"largest_held_angle_deg": ("largest angle that the arm could hold", "deg"),
+             "furthest_l_b": ("furthest l_B from which it could hold this angle", "m")}
+    return [
+        f"{names[key][0]}: {'none' if value is None else f'{value:.3g} {names[key][1]}'}"
+        for key, value in reach.items()]
+
+
+def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    peak = f"{math.degrees(plan.peak_angle):.2f}"
+    if plan.peak_angle_std > 0.0:
+        peak += f" +- {math.degrees(plan.peak_angle_std):.2f}"
+    return [
+        ("door, opening angle", "",
+         f"{plan.door}, {math.degrees(plan.desired_opening_angle):.1f} deg"),
+        ("stance", "II.C.1, Fig. 5",
+         f"step {plan.step:.3f} m, door {plan.door_distance:.3f} m from the origin, "
+         f"l_B {plan.l_b:.3f} m"),
+        ("w' of the door", "(1), II.C.2", f"{plan.omega_door:.3f} rad/s"),
+        ("predicted peak", "(1)", f"{peak} deg, {plan.peak_time:.2f} s after the hit"),
+    ]  # fmt: skip
+
+
+def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    floor, (joint, carried) = plan.floor, plan.hardest_braced
+    return [
+        ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
+        ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
+        ("m_re planned with", "ours",
+         f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the model, in one "
+         "piece on its soles"),
+        ("learned from hits", "", f"{plan.learned_hits}" if plan.learned_hits else "none yet"),
+        ("impulse at B", "(2)", f"{plan.required_impulse:.1f} N s"),
+        ("v_rB", "(4) corrected", f"{plan.v_rb:.3f} m/s"),
+        ("v'_rB", "restitution", f"{plan.v_rb_post:.3f} m/s, e = {plan.restitution:.2f}"),
+        ("b_r, b_r that (5) asks for", "(5)",
+         f"{plan.b_r:.3f}, {plan.b_r_percussion:.3f} m, waist at {plan.waist_height:.3f} m"),
+        ("feet in the hit", "(5)",
+         f"{floor.impulse:.1f} N s across ({abs(floor.impulse_planar):.1f} by (5) alone), "
+         f"{floor.yaw_impulse:.2f} N m s about the vertical, friction {floor.friction:.2f}"),
+        ("brace", "II.C.1", f"{joint} carries {abs(carried):.1f} N m s"),
+    ]  # fmt: skip
+
+
+def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    branches, back = plan.branches, 1e3 * plan.point_of_no_return
+    missed = 1e3 * branches.missed_margin
+    return [
+        ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
+         f"{plan.run_up}, CoM to {plan.v_com:.3f} m/s in {plan.contact_time:.2f} s, steady over "
+         f"{1e3 * plan.steady_way:.0f} mm"),
+        ("door nearer, farther", "",
+         f"by {500.0 * plan.steady_way:.0f} mm: ZMP margin {1e3 * branches.early_margin:.0f}, "
+         f"{1e3 * branches.late_margin:.0f} mm"),
+        ("point of no return", "",
+         f"{back:.0f} ms before the contact; a stop before it takes {plan.stop_duration:.1f} s"),
+        ("missed contact", "",
+         f"{'can' if missed >= 0.0 else 'cannot'} be stopped: capture point {abs(missed):.0f} mm "
+         f"{'inside' if missed >= 0.0 else 'beyond'} the soles"),
+        ("friction needed", "", f"{plan.required_friction:.2f}"),
+        ("planned in", "", f"{1e3 * plan.planning_time:.0f} ms"),
+    ]  # fmt: skip
+
+
+def _phase_lines(plan: ImpactPlan) -> list[str]:
+    """How near each phase comes to its limits."""
+    lines = [f"{'phase':<9}{'ZMP margin':>12}{'speed':>8}{'torque':>8}   nearest bodies"]
+    for phase in plan.phases:
+        near = "; ".join(
+            f"{1e3 * clearance.distance:.0f} mm {' - '.join(clearance.bodies)}"
+            for clearance in phase.clearances)
+        lines.append(
+            f"{phase.name:<9}{1e3 * phase.margin:>9.0f} mm{100.0 * phase.speed_ratio:>6.0f} %"
+            f"{100.0 * phase.torque_ratio:>6.0f} %   {near}")
+    return lines

@@ -1,0 +1,400 @@
+"""The execution: what is sent when, told by what the robot and the door feel alone."""
+
+import numpy as np
+import pytest
+from humanoid_motion.knots import Knots, from_samples
+from humanoid_motion.splice import concatenate, duration, without_first
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_planner.errors import InvalidRequest
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
+from impact_planner.motion.post import path_time
+
+SPEED = 0.4  # of the only joint during the run-up [rad/s]
+CONTACT, DELAY, SLOW, REST = 0.6, 0.012, 0.01, 0.4  # [s]
+STEADY, OVERRUN, STOP = 0.05, 0.12, 0.12  # of the run-up, about and after the contact [s]
+RATIO, DESIRED, FIRM = 0.15, 0.36, 100.0  # FIRM: a force that tells of a contact [N]
+
+
+def straight(start: float, end: float, length: float) -> Knots:
+    """A joint that moves at constant speed."""
+    speed = (end - start) / length
+    return Knots(np.array([0.0, length / 2, length]),
+                 np.array([[start], [(start + end) / 2], [end]]),
+                 np.full((3, 1), speed), np.zeros((3, 1)))
+
+
+def run_up() -> Knots:
+    """To the constant speed within 0.2 s, past the contact, and to rest."""
+    time = np.array([0.0, 0.2, 0.45, CONTACT + OVERRUN])
+    steady = Knots(time, SPEED * np.maximum(time - 0.1, 0.0)[:, None],
+                   np.append(0.0, np.full(3, SPEED))[:, None], np.zeros((4, 1)))
+    late = np.linspace(0.0, STOP, 25)
+    way, rate, slope = path_time(late, 0.0, 1.0, STOP)
+    stop, _ = from_samples(late, steady.position[-1] + SPEED * way[:, None],
+                           SPEED * rate[:, None], SPEED * slope[:, None])
+    return concatenate([steady, stop])
+
+
+AFTER = float(run_up().at(CONTACT + DELAY)[0][0, 0]) + SPEED * (
+    0.5 * SLOW * (1.0 + RATIO) + 0.5 * REST * RATIO)  # where a planned contact ends
+
+
+def plan(**changes: Knots) -> ExecutablePlan:
+    still = straight(0.0, 0.0, 1.0)
+    phases = dict.fromkeys(("prepare", "shift", "step", "back"), still)
+    phases["cam"] = run_up()
+    phases["post"] = straight(AFTER, AFTER, 1.4)
+    phases["hold"] = straight(AFTER, 0.5, 2.0)
+    return ExecutablePlan(
+        phases={**phases, **changes}, contact_time=CONTACT, steady_time=STEADY, switch_delay=DELAY,
+        slow_down=SLOW, rest_duration=REST, post_ratio=RATIO, point_of_no_return=0.1,
+        desired_angle=DESIRED, stop_duration=0.2)
+
+
+def speed_of(_: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
+    return float(velocity[0] + rate[0])  # of the only joint, and what the gyro adds
+
+
+def started(phases: ExecutablePlan | None = None, **options: float) -> tuple[Execution, float]:
+    """An execution and the time at which its run-up starts."""
+    execution = Execution(phases or plan(), speed_of, **options)
+    command = execution.start(10.0)
+    return execution, command.stamp + 4.0
+
+
+def joints(execution: Execution, now: float, speed: float = SPEED, turn: float = 0.0) -> list:
+    """A robot where it was sent, whose gyro tells of the same tick."""
+    sent = Execution(plan(), speed_of).start(10.0)
+    position = sent.knots.at(now - sent.stamp)[0][0]
+    execution.on_imu(now, 0.0, np.array([turn, 0.0, 0.0]))
+    return execution.on_joint_state(now, position, np.array([speed]))
+
+
+def felt(execution: Execution, begin: float) -> list:
+    """The feet feel a contact."""
+    joints(execution, begin)
+    return execution.on_foot_forces(begin + ExecutionSettings().felt_after, FIRM)
+
+
+def opened(execution: Execution, contact: float) -> float:
+    """The door opens from a contact that is felt and turns round; when the arm is told."""
+    felt(execution, contact)
+    for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
+        since = now - contact
+        if execution.on_door(now, 0.6 * since - 0.25 * since**2, 0.6 - 0.5 * since):
+            return now
+        joints(execution, now, 0.0)
+    raise AssertionError("the peak was not noticed")
+
+
+def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajectory() -> None:
+    command = Execution(plan(), speed_of).start(10.0)
+    assert command.stamp == pytest.approx(10.0 + ExecutionSettings().lead)
+    assert duration(command.knots) == pytest.approx(4.0 + CONTACT + OVERRUN + STOP)
+    time = np.linspace(0.0, duration(command.knots), 3001)
+    position = command.knots.at(time)[0]
+    assert np.abs(np.diff(position[:, 0])).max() <= SPEED * (time[1] - time[0]) * 1.01
+    assert not command.knots.velocity[-1].any()
+
+
+def test_speed_scale_slows_the_preparation_and_leaves_the_run_up_alone() -> None:
+    command = Execution(plan(), speed_of, speed_scale=0.5).start(10.0)
+    assert duration(command.knots) == pytest.approx(8.0 + CONTACT + OVERRUN + STOP)
+    assert command.knots.at(8.3)[1][0, 0] == pytest.approx(SPEED)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, 1.5, float("nan")])
+def test_a_speed_scale_out_of_range_is_refused(scale: float) -> None:
+    with pytest.raises(InvalidRequest, match="speed_scale"):
+        Execution(plan(), speed_of, speed_scale=scale)
+
+
+@pytest.mark.parametrize("name", ["hold", "post", "cam"])
+def test_a_plan_without_a_phase_is_refused(name: str) -> None:
+    whole = plan()
+    del whole.phases[name]
+    with pytest.raises(InvalidRequest, match=name):
+        ExecutablePlan(**vars(whole))
+
+
+@given(late=st.floats(-STEADY, STEADY))
+@settings(max_examples=40, deadline=None)
+def test_a_contact_that_the_feet_feel_sends_the_motion_after_the_hit(late: float) -> None:
+    execution, cam = started()
+    begin = cam + CONTACT + late
+    (command,) = felt(execution, begin)
+    assert execution.phase == "post"
+    assert command.stamp == pytest.approx(begin + DELAY, abs=1e-9)
+    run = run_up().at(command.stamp - cam)
+    position, velocity, _ = command.knots.at(0.0)
+    assert position[0, 0] == pytest.approx(run[0][0, 0], abs=1e-6)
+    assert velocity[0, 0] == pytest.approx(SPEED, abs=1e-6)
+    assert len(command.knots.time) <= 60
+    assert command.knots.at(SLOW)[1][0, 0] == pytest.approx(RATIO * SPEED, abs=1e-6)
+    assert duration(command.knots) == pytest.approx(SLOW + REST)
+    assert not command.knots.velocity[-1].any()
+    assert command.knots.position[-1, 0] - AFTER == pytest.approx(SPEED * late, abs=1e-6)
+
+
+@given(late=st.floats(-STEADY, STEADY))
+@settings(max_examples=10, deadline=None)
+def test_what_the_contact_was_is_told(late: float) -> None:
+    execution, cam = started()
+    felt(execution, cam + CONTACT + late)
+    assert execution.measured.contact_time == pytest.approx(cam + CONTACT + late)
+    assert execution.measured.contact_delay == pytest.approx(late, abs=1e-9)
+    assert execution.measured.switch_latency == pytest.approx(DELAY)
+
+
+@pytest.mark.parametrize("late", [-0.07, 0.07])
+def test_a_force_outside_the_steady_stretch_is_the_run_up_s_own(late: float) -> None:
+    execution, cam = started()
+    assert felt(execution, cam + CONTACT + late) == []
+    assert execution.phase == "cam"
+    assert np.isnan(execution.measured.contact_time)
+
+
+def test_a_force_that_is_small_or_away_from_the_door_is_no_contact() -> None:
+    execution, cam = started()
+    joints(execution, cam + CONTACT)
+    for force in (0.99 * ExecutionSettings().felt_force, -FIRM, np.nan):
+        assert execution.on_foot_forces(cam + CONTACT, force) == []
+
+
+def test_a_force_before_the_run_up_is_no_contact() -> None:
+    execution, cam = started()
+    joints(execution, cam - 0.01)
+    assert execution.on_foot_forces(cam + CONTACT, FIRM) == []
+
+
+def test_a_second_force_and_a_door_that_moves_on_change_nothing() -> None:
+    execution, cam = started()
+    felt(execution, cam + CONTACT)
+    before = vars(execution.measured).copy()
+    assert felt(execution, cam + CONTACT + 0.005) == []
+    assert execution.on_door(cam + CONTACT + 0.01, 0.005, 0.6) == []
+    told = {"omega_door", "peak_angle", "peak_time"}  # of the door
+    for name in set(before) - told:
+        np.testing.assert_equal(getattr(execution.measured, name), before[name], name)
+
+
+def test_a_contact_that_only_the_door_tells_of_is_one() -> None:
+    execution, cam = started()
+    joints(execution, cam + CONTACT - 0.02)
+    assert execution.on_door(cam + CONTACT - 0.02, 0.0, 0.14) == []
+    (command,) = execution.on_door(cam + CONTACT - 0.01, 0.002, 0.16)
+    assert command.stamp == pytest.approx(cam + CONTACT - 0.01 + DELAY)
+    assert execution.measured.contact_delay == pytest.approx(-0.01)
+    assert command.knots.position[0, 0] == pytest.approx(
+        run_up().at(command.stamp - cam)[0][0, 0], abs=1e-6)
+
+
+def test_what_tells_late_of_a_contact_switches_later_and_where_the_robot_is() -> None:
+    execution, cam = started()
+    now = cam + CONTACT + 0.03
+    joints(execution, now)
+    (command,) = execution.on_foot_forces(cam + CONTACT + 0.01, FIRM)
+    assert command.stamp == pytest.approx(now + ExecutionSettings().splice)
+    assert execution.measured.switch_latency > DELAY + 0.01
+    run = run_up().at(command.stamp - cam)
+    assert command.knots.position[0, 0] == pytest.approx(run[0][0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("late", [0.14, 0.18, 0.23, 0.3])
+def test_a_door_that_is_hit_past_the_overrun_ends_at_rest_within_the_legs_reach(
+        late: float) -> None:
+    execution, cam = started()
+    joints(execution, cam + CONTACT + late)
+    (command,) = execution.on_door(cam + CONTACT + late, 0.0, 0.3)
+    position, velocity, _ = command.knots.at(np.linspace(0.0, duration(command.knots), 200))
+    end = run_up().position[-1, 0]
+    start = run_up().at(min(command.stamp - cam, run_up().time[-1]))[0][0, 0]
+    assert position[0, 0] == pytest.approx(start, abs=1e-6)
+    assert position.max() <= end + 1e-6
+    assert velocity[-1, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_nothing_felt_is_a_missed_contact_and_the_robot_stands() -> None:
+    execution, cam = started()
+    end = cam + CONTACT + OVERRUN + STOP
+    for now in np.arange(cam, end + ExecutionSettings().late, 0.01):
+        assert joints(execution, now, 0.0) == []
+        assert execution.on_foot_forces(now, 20.0) == []
+        assert execution.on_door(now, 0.0, 0.0) == []
+        assert execution.outcome is Outcome.RUNNING  # the door's angle may come late
+    sent = execution.start(10.0).knots
+    np.testing.assert_allclose(sent.at(duration(sent))[1], 0.0, atol=1e-9)
+    assert joints(execution, end + ExecutionSettings().late + 0.01, 0.0) == []
+    assert execution.outcome is Outcome.NO_CONTACT
+
+
+def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
+    execution, cam = started()
+    told = opened(execution, cam + CONTACT) - (cam + CONTACT)
+    assert told == pytest.approx(1.2, abs=0.1)  # where 0.6 - 0.5 t is 0, and a little fall
+    assert execution.phase == "hold"
+    assert execution.measured.peak_angle == pytest.approx(0.36, abs=0.001)
+    assert execution.measured.peak_time == pytest.approx(1.2, abs=0.01)
+    assert execution.measured.omega_door == pytest.approx(0.6, abs=0.02)
+
+
+@pytest.mark.parametrize("late", [-0.04, 0.0, 0.03])
+def test_the_hold_goes_with_the_door(late: float) -> None:
+    execution, cam = started()
+    contact = cam + CONTACT + late
+    (command,) = felt(execution, contact)
+    rest = command.knots.position[-1, 0]
+    hold = None
+    for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
+        since = now - contact
+        found = execution.on_door(now, 0.6 * since - 0.25 * since**2, 0.6 - 0.5 * since)
+        hold = found[0].knots if found else hold
+    planned = without_first(plan().phases["hold"])
+    np.testing.assert_allclose(hold.position - planned.position, SPEED * late, atol=1e-6)
+    assert rest - AFTER == pytest.approx(SPEED * late, abs=1e-6)
+    np.testing.assert_array_equal(hold.velocity, planned.velocity)
+
+
+@pytest.mark.parametrize(
+    ("angles", "outcome"),
+    [(np.full(40, DESIRED + 0.01), Outcome.SUCCESS),
+     (np.full(40, DESIRED + 0.1), Outcome.NOT_HELD),
+     (np.linspace(DESIRED - 0.1, DESIRED + 0.1, 30), Outcome.NOT_HELD)])
+def test_a_door_is_held_where_it_stands_still_near_the_desired_angle(
+        angles: np.ndarray, outcome: Outcome) -> None:
+    execution, cam = started()
+    end = opened(execution, cam + CONTACT) + 3.0
+    joints(execution, end - 1.0)
+    for number, angle in enumerate(angles):
+        execution.on_door(end - 0.4 + 0.01 * number, angle, 0.0)
+    execution.on_joint_state(end, np.array([0.5]), np.zeros(1))
+    assert execution.outcome is outcome
+    assert (outcome is Outcome.SUCCESS) == (execution.reason == "")
+
+
+def test_a_robot_that_can_still_stop_and_after_that_feels_a_force_goes_on_stopping() -> None:
+    execution, cam = started()
+    joints(execution, cam + 0.45)
+    execution.stop()
+    (command,) = joints(execution, cam + 0.455)
+    assert command.knots is not None
+    assert execution.on_foot_forces(cam + CONTACT - 0.02, FIRM) == []
+    assert execution.on_door(cam + CONTACT - 0.02, 0.01, 0.5) == []
+    assert np.isnan(execution.measured.contact_time)
+def test_a_stop_before_the_point_of_no_return_stops_and_after_it_completes_the_hit() -> None:
+    execution, cam = started()
+    joints(execution, cam + 0.3)
+    execution.stop()
+    (command,) = joints(execution, cam + 0.305)
+    assert not command.knots.velocity[-1].any()  # by a motion of its own, not by the driver's stop
+    begin = run_up().at(command.stamp - cam)
+    np.testing.assert_allclose(command.knots.position[0], begin[0][0], atol=1e-6)
+    np.testing.assert_allclose(command.knots.velocity[0], begin[1][0], atol=1e-6)
+    execution.stop()
+    assert execution.on_joint_state(cam + 0.4, command.knots.at(0.09)[0][0], np.zeros(1)) == []
+    assert execution.outcome is Outcome.RUNNING
+    execution.on_joint_state(cam + 0.6, command.knots.position[-1], np.zeros(1))
+    assert execution.outcome is Outcome.STOPPED
+
+    execution, cam = started()
+    joints(execution, cam + CONTACT - 0.05)
+    execution.stop()
+    assert joints(execution, cam + CONTACT - 0.045) == []
+    assert execution.outcome is Outcome.RUNNING
+
+
+def test_a_stop_past_the_point_of_no_return_comes_after_the_hit() -> None:
+    execution, cam = started()
+    joints(execution, cam + CONTACT - 0.05)
+    execution.stop()
+    opened(execution, cam + CONTACT)
+    assert execution.outcome is Outcome.STOPPED
+    assert "after the hit" in execution.reason
+
+
+def test_it_ends_in_the_plans_retreat_which_can_be_stopped_again() -> None:
+    back = straight(AFTER, 0.0, 1.2)
+    for again in (False, True):
+        execution, cam = started(plan(retreat=back))
+        joints(execution, cam + CONTACT - 0.05)
+        execution.stop()
+        now = opened(execution, cam + CONTACT)
+        assert execution.phase == "retreat"
+        assert execution.outcome is Outcome.RUNNING
+        if again:
+            execution.stop()
+        commands = joints(execution, now + 0.5, 0.0)
+        assert [command.knots for command in commands] == ([None] if again else [])
+        execution.on_joint_state(now + 2.0, np.zeros(1), np.zeros(1))
+        assert execution.outcome is Outcome.STOPPED
+        assert again or "back from the door" in execution.reason
+
+
+def test_the_hold_can_be_stopped() -> None:
+    execution, cam = started()
+    now = opened(execution, cam + CONTACT) + 0.1
+    assert not execution.past_no_return(now)
+    execution.stop()
+    assert joints(execution, now, 0.0)[0].knots is None
+    assert execution.outcome is Outcome.STOPPED
+
+
+def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
+    execution, cam = started(joint_names=("ELBOW",))
+    assert execution.on_joint_state(cam - 1.0, np.array([0.09]), np.zeros(1)) == []
+    (command,) = execution.on_joint_state(cam - 0.9, np.array([0.11]), np.zeros(1))
+    assert command.knots is None
+    assert execution.outcome is Outcome.NOT_FOLLOWED
+    assert "ELBOW is 0.110 rad" in execution.reason
+
+
+def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
+    execution, cam = started()
+    joints(execution, cam)
+    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3)[0].knots is None
+    assert "/joint_states has been silent for 0.30 s" in execution.reason
+
+    execution, cam = started()
+    assert joints(execution, cam + CONTACT - 0.05) == []
+    assert execution.on_silence(cam + CONTACT, "/imu", 0.3) == []
+    assert execution.outcome is Outcome.STOPPED
+
+
+def test_a_falling_robot_is_stopped_once() -> None:
+    execution, _ = started()
+    assert execution.on_imu(11.0, 0.1, np.zeros(3)) == []
+    assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None  # the driver's stop
+    assert execution.outcome is Outcome.FELL
+    assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
+
+
+def test_speed_before_the_contact_is_that_of_joints_and_gyro_before_it_was_felt() -> None:
+    execution, cam = started()
+    for now in np.arange(cam, cam + 0.59, 0.005):
+        joints(execution, now, 0.37, 0.02)
+    joints(execution, cam + 0.59, 0.2)  # two of the contact
+    joints(execution, cam + 0.595, 0.1)
+    assert execution.measured.v_rb == pytest.approx(0.39)
+
+
+def test_joints_and_gyro_of_different_ticks_tell_no_speed() -> None:
+    execution, cam = started()
+    joints(execution, cam + 0.3)
+    execution.on_joint_state(cam + 0.305, np.array([SPEED * 0.205]), np.array([0.3]))
+    assert execution.measured.v_rb == pytest.approx(SPEED)  # that of the only pair
+    execution.on_imu(cam + 0.305, 0.0, np.zeros(3))  # whichever of the two comes later
+    assert execution.measured.v_rb != pytest.approx(SPEED)
+
+
+def test_speed_after_the_contact_is_read_once_the_legs_have_slowed_down() -> None:
+    execution, cam = started()
+    felt(execution, cam + CONTACT)
+    read = cam + CONTACT + ExecutionSettings().settle
+    joints(execution, read - 0.001, 0.3)
+    assert np.isnan(execution.measured.v_rb_post)
+    joints(execution, read + 0.001, 0.06)
+    joints(execution, read + 0.006, 0.05)
+    assert execution.measured.v_rb_post == pytest.approx(0.06)
+    assert execution.measured.v_rb == pytest.approx(SPEED)

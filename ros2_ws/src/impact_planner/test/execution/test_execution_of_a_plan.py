@@ -1,0 +1,198 @@
+"""The execution of the planner's own plan of the paper's door, on HRP-2's joints."""
+
+import numpy as np
+import pytest
+from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.splice import cut, duration
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.point_b import PointB
+from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
+from impact_planner.plan import plan_impact
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import PlannerSettings
+
+FORCE = 150.0  # [N]
+LATE = (-1.0, -0.6, 0.0, 0.4, 1.0)  # of a contact, as shares of half the steady stretch
+
+
+@pytest.fixture(scope="module")
+def good(plan) -> ExecutablePlan:
+    """The nominal plan."""
+    return ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases})
+
+
+def hit(robot, good, share):
+    """An execution whose feet felt a contact; its clock at the run-up's start, and the splice."""
+    execution = Execution(good, PointB(robot).speed)
+    command = execution.start(0.0)
+    cam = command.stamp + sum(
+        duration(good.phases[name]) for name in ("prepare", "shift", "step", "back"))
+    begin = cam + good.contact_time + share * good.steady_time
+    position, velocity, _ = command.knots.at(begin - command.stamp)
+    execution.on_joint_state(begin, position[0], velocity[0])
+    (splice,) = execution.on_foot_forces(begin + ExecutionSettings().felt_after, FORCE)
+    return execution, cam, begin, splice
+
+
+def soles_apart(robot, joints):
+    """Pose of the right sole seen from the left one."""
+    q = robot.configuration(np.zeros(3), joints)
+    (right, right_turn), (left, left_turn) = (
+        robot.frame_pose(q, robot.feet[side].frame) for side in ("right", "left"))
+    return np.append(left_turn.T @ (right - left), (left_turn.T @ right_turn).ravel())
+
+
+@pytest.mark.parametrize("share", LATE)
+def test_the_motion_after_the_hit_leaves_the_run_up_where_it_is(robot, good, share):
+    _, cam, begin, splice = hit(robot, good, share)
+    assert splice.stamp == pytest.approx(begin + PlannerSettings().switch_delay, abs=1e-9)
+    run, after = good.phases["cam"].at(splice.stamp - cam), splice.knots.at(0.0)
+    np.testing.assert_allclose(after[0], run[0], atol=1e-6)
+    np.testing.assert_allclose(after[1], run[1], atol=1e-6)
+    assert len(splice.knots.time) <= 60
+
+
+@pytest.mark.parametrize("share", LATE)
+def test_the_motion_after_the_hit_keeps_ranges_speeds_and_soles_and_comes_to_rest(
+        robot, good, share):
+    _, _, _, splice = hit(robot, good, share)
+    position, velocity, _ = splice.knots.at(np.linspace(0.0, duration(splice.knots), 60))
+    assert np.all((position >= robot.lower - TOLERANCE) & (position <= robot.upper + TOLERANCE))
+    assert np.all(np.abs(velocity) <= robot.speed_limit)
+    np.testing.assert_allclose(velocity[-1], 0.0, atol=1e-9)
+    placed = soles_apart(robot, good.phases["post"].position[0])
+    for joints in position:
+        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=5e-4)
+
+
+def test_a_contact_as_planned_is_the_planned_motion_after_the_hit(robot, good):
+    _, _, _, splice = hit(robot, good, 0.0)
+    time = np.linspace(0.0, duration(splice.knots), 50)
+    planned = good.phases["post"].at(time)[0]
+    np.testing.assert_allclose(splice.knots.at(time)[0], planned, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", LATE)
+def test_the_hold_keeps_soles_and_ranges_wherever_the_door_stood(robot, good, share):
+    """To 0.6 mm where the door is 20 mm farther: 30 N from sole to sole on rubber of 1e5 N/m."""
+    execution, _, begin, _ = hit(robot, good, share)
+    execution.on_door(begin + 1.0, 0.4, 0.1)
+    (command,) = execution.on_door(begin + 1.1, 0.39, -0.1)
+    placed = soles_apart(robot, good.phases["hold"].position[0])
+    for joints in command.knots.position:
+        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=6e-4)
+    assert np.all(command.knots.position >= robot.lower - TOLERANCE)
+    assert np.all(command.knots.position <= robot.upper + TOLERANCE)
+
+
+def test_speed_of_b_is_the_plan_s_before_the_hit_and_after_it(robot, plan, good):
+    tell = PointB(robot).speed
+    still = np.zeros(3)
+    position, velocity, _ = good.phases["cam"].at(good.contact_time)
+    assert tell(position[0], velocity[0], still) == pytest.approx(plan.v_rb, rel=2e-3)
+    position, velocity, _ = good.phases["post"].at(good.slow_down)
+    assert tell(position[0], velocity[0], still) == pytest.approx(plan.v_rb_post, abs=4e-3)
+
+
+def test_a_robot_that_turns_on_its_soles_moves_b_by_its_height(robot, plan, good):
+    """omega x r about the standing sole: a turn to the right is one towards the door."""
+    position = good.phases["cam"].at(good.contact_time)[0][0]
+    speed = PointB(robot).speed(position, np.zeros(30), np.array([0.1, 0.0, 0.0]))
+    assert speed == pytest.approx(0.1 * plan.contact_point[2], rel=1e-3)
+
+
+@pytest.mark.parametrize("run_up", ["mcv50", "zmp_limited"])
+@pytest.mark.parametrize("angle", [12.0, 25.0, 30.0])
+def test_a_missed_contact_ends_at_rest_inside_the_joints_ranges(robot, known, angle, run_up):
+    plan = plan_impact(PlanRequest(np.radians(angle), run_up=run_up), known, robot)
+    knots = plan.phase("cam").knots
+    late = np.linspace(plan.contact_time, knots.time[-1], 200)
+    position, velocity, _ = knots.at(late)
+    assert np.all((position >= robot.lower - TOLERANCE) & (position <= robot.upper + TOLERANCE))
+    assert np.all(np.abs(velocity) <= robot.speed_limit)
+    np.testing.assert_allclose(velocity[-1], 0.0, atol=1e-9)
+
+
+def test_the_switch_is_where_the_plan_s_phase_post_begins(good):
+    """For a contact as planned."""
+    end = cut(good.phases["cam"], good.switch_time)
+    np.testing.assert_allclose(end.position[-1], good.phases["post"].position[0], atol=1e-4)
+    np.testing.assert_allclose(end.velocity[-1], good.phases["post"].velocity[0], atol=1e-2)
+
+
+def stand(execution, now, knots):
+    """The robot where a trajectory ends."""
+    return execution.on_joint_state(now, knots.position[-1], np.zeros(30))
+
+
+@pytest.mark.parametrize("off", [-10.0, 15.0])
+def test_a_door_that_opened_far_too_little_or_too_far_is_not_caught(robot, good, off):
+    """The arm would strike it: the robot goes back, and says why."""
+    execution, _, begin, _ = hit(robot, good, 0.0)
+    peak = good.desired_angle + np.radians(off)
+    execution.on_door(begin + 1.0, peak, 0.1)
+    (command,) = execution.on_door(begin + 1.1, peak - 0.01, -0.1)
+    assert execution.phase == "retreat"
+    assert stand(execution, begin + 6.0, command.knots) == []
+    assert execution.outcome is Outcome.NOT_HELD
+    assert f"opened to {np.degrees(peak):.1f} deg" in execution.reason
+    assert execution.turned_round
+
+
+@pytest.mark.parametrize("stop", [False, True])
+def test_a_door_that_is_not_seen_to_turn_round_ends_in_the_retreat(robot, good, stop):
+    """Its encoder may be stuck, or the door stay open: nobody waits for ever."""
+    execution, _, begin, splice = hit(robot, good, 0.0)
+    if stop:
+        execution.stop()
+    for now in np.arange(begin + 0.1, begin + 20.0, 0.1):
+        commands = stand(execution, now, splice.knots)
+        execution.on_door(now, 0.0, 0.0)
+        if commands:
+            break
+    assert execution.phase == "retreat"
+    assert not execution.turned_round
+    stand(execution, now + 5.0, commands[0].knots)
+    assert execution.outcome is Outcome.NOT_HELD
+    assert "turn round" in execution.reason
+
+
+def test_an_ending_that_the_driver_does_not_follow_is_no_success(robot, good):
+    execution, _, begin, splice = hit(robot, good, 0.0)
+    execution.on_door(begin + 1.0, good.desired_angle, 0.1)
+    execution.on_door(begin + 1.1, good.desired_angle - 0.01, -0.1)
+    stand(execution, begin + 20.0, splice.knots)
+    assert execution.outcome is Outcome.NOT_FOLLOWED
+    assert "where the hold ends" in execution.reason
+
+
+@pytest.mark.parametrize(
+    ("later", "angle", "velocity"),
+    [(0.03, np.nan, 0.5), (0.03, 0.05, np.nan), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0),
+     (50.0, 0.0, 0.0), (-50.0, 0.0, 0.0)])
+def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
+        robot, good, later, angle, velocity):
+    """No number, older than the last one, or stamped by another clock."""
+    execution, _, begin, _ = hit(robot, good, 0.0)
+    execution.on_door(begin + 0.05, 0.03, 0.6)
+    assert execution.on_door(begin + 0.05 + later, angle, velocity) == []
+    assert execution.phase == "post"
+    assert execution.door_angle == 0.03
+    assert execution.measured.peak_angle == 0.03
+
+
+@pytest.mark.parametrize("late", [0.06, 0.1, 0.2])
+def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
+    """It is told by the door: the hold is shifted no further than for doors that were planned."""
+    execution, cam, _, _ = hit(robot, good, 1.0)
+    execution = Execution(good, PointB(robot).speed)
+    command = execution.start(0.0)
+    begin = cam + good.contact_time + late
+    position, velocity, _ = command.knots.at(begin - command.stamp)
+    execution.on_joint_state(begin, position[0], velocity[0])
+    assert execution.on_door(begin, 0.02, 0.5)
+    execution.on_door(begin + 1.0, good.desired_angle, 0.1)
+    (command,) = execution.on_door(begin + 1.1, good.desired_angle - 0.01, -0.1)
+    assert execution.phase == "hold"
+    assert np.all(command.knots.position >= robot.lower - TOLERANCE)
+    assert np.all(command.knots.position <= robot.upper + TOLERANCE)

@@ -1,0 +1,246 @@
+"""What hits teach: the next one is right, nonsense teaches nothing, files are whole or refused."""
+
+import errno
+import math
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from door_model.errors import DoorModelError
+from door_model.motion.dynamics import peak
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner.errors import ExperienceUnreadable
+from impact_planner.hit import momentum
+from impact_planner.hit.learning import ObservedHit, learn
+from impact_planner.impact_plan import observed_hit
+from impact_planner.task.experience import Experience, load, save
+from impact_planner.task.known_door import KnownDoor
+
+NEW = Experience.none(0.5)
+FORGOTTEN = 0.01**2 * np.eye(2)
+SOUND = Experience(2, 1.1, 0.45, np.array([[2e-3, -5e-4], [-5e-4, 1e-5 + 3e-3]]))
+ENTRY = {"hits": 1, "mass_factor": 1.0, "restitution": 0.5, "covariance": "[[0.1, 0], [0, 0.1]]"}
+
+worlds = st.builds(
+    dict, i_a=st.floats(8.0, 20.0), l_b=st.floats(0.35, 0.6), model_mass=st.floats(40.0, 65.0),
+    braking=st.floats(0.0, 0.2), factor=st.floats(0.75, 1.3), restitution=st.floats(0.35, 0.65),
+    heard=st.booleans())
+speeds = st.floats(0.3, 1.2)
+
+
+def struck(known: Experience, omega: float, world: dict) -> ObservedHit:
+    """A hit planned for w' with what is known, on the true door."""
+    law = {name: world[name] for name in ("i_a", "l_b", "braking")}
+    mass = world["model_mass"]
+    v_rb = momentum.speeds_for(
+        omega, effective_mass=known.mass_factor * mass, restitution=known.restitution, **law).v_rb
+    real = momentum.omega_for(
+        v_rb, effective_mass=world["factor"] * mass, restitution=world["restitution"], **law)
+    v_post = real * law["l_b"] - world["restitution"] * v_rb if world["heard"] else math.nan
+    return ObservedHit(mass, law["i_a"], law["l_b"], v_rb, v_post, real, law["braking"])
+
+
+def a_hit(**changes: float) -> ObservedHit:
+    """One of the paper's door that went as planned, but for this."""
+    world = {"i_a": 12.75, "l_b": 0.42, "model_mass": 58.0, "braking": 0.07, "factor": 1.0,
+             "restitution": 0.5, "heard": True}
+    return replace(struck(NEW, 0.635, world), **changes)
+
+
+@given(worlds, speeds)
+def test_the_hit_after_one_is_right_to_half_a_percent(world, omega):
+    """Whether or not v'_rB was heard, of a mass up to 30 % and a restitution up to 0.15 off."""
+    after = learn(NEW, struck(NEW, omega, world))
+    assert after.hits == 1
+    assert struck(after, omega, world).omega == pytest.approx(omega, rel=5e-3)
+
+
+@given(worlds, speeds, st.floats(0.6, 1.6))
+def test_more_hits_converge(world, omega, other):
+    """After five, to 0.05 %, and for another w' (0.6 to 1.6 times) to half a percent."""
+    known = NEW
+    for _ in range(5):
+        known = learn(known, struck(known, omega, world))
+    assert known.hits == 5
+    assert struck(known, omega, world).omega == pytest.approx(omega, rel=5e-4)
+    assert struck(known, other * omega, world).omega == pytest.approx(other * omega, rel=5e-3)
+
+
+def test_mass_and_restitution_are_told_apart_where_v_post_is_heard():
+    """After thirty hits both are the true ones to a few percent, not only what they make."""
+    world = {"i_a": 12.75, "l_b": 0.42, "model_mass": 58.0, "braking": 0.07, "factor": 0.85,
+             "restitution": 0.6, "heard": True}
+    known = NEW
+    for _ in range(30):
+        known = learn(known, struck(known, 0.635, world))
+    assert known.mass_factor == pytest.approx(0.85, abs=0.02)
+    assert known.restitution == pytest.approx(0.6, abs=0.02)
+
+
+@given(worlds, speeds)
+def test_a_hit_makes_surer_and_never_certain(world, omega):
+    """No direction of the covariance grows beyond what is forgotten, one shrinks, none to 0."""
+    known = NEW
+    for number in range(6):
+        prior = known.covariance + FORGOTTEN * (number > 0)
+        known = learn(known, struck(known, omega, world))
+        assert np.array_equal(known.covariance, known.covariance.T)
+        assert np.linalg.eigvalsh(known.covariance)[0] > 0.0
+        shrunk = np.linalg.eigvalsh(prior - known.covariance)
+        assert shrunk[0] > -1e-12
+        assert shrunk[1] > 1e-5
+
+
+@pytest.mark.parametrize("changes", [
+    {"omega": math.nan}, {"omega": math.inf}, {"omega": 0.0}, {"omega": -0.635},
+    {"omega": 1e-9}, {"omega": 0.635 / 30.0}, {"omega": 0.635 * 30.0}, {"omega": 1e300},
+    {"v_rb": math.nan}, {"v_rb": 0.0}, {"braking": 1e3}, {"model_mass": math.nan},
+    {"i_a": math.inf}])
+@pytest.mark.parametrize("before", [NEW, SOUND])
+def test_a_hit_that_makes_no_sense_changes_nothing(before, changes):
+    """No number, no opening, a mass that no robot has: the very same experience comes back."""
+    assert learn(before, a_hit()).hits == before.hits + 1
+    assert learn(before, a_hit(**changes)) is before
+
+
+def test_an_opening_beyond_all_numbers_changes_nothing_either():
+    """Where only the mass could explain it, and no float holds that mass."""
+    sure = Experience(1, 3.0, 0.5, np.diag([1.0, 1e-12]))
+    assert learn(sure, a_hit(omega=1.7e308, v_rb_post=math.nan, i_a=1e6)) is sure
+
+
+@pytest.mark.parametrize("v_post", [math.nan, math.inf, -math.inf])
+def test_v_post_that_is_no_number_is_left_out(v_post):
+    """What it would teach is not learned; the angle still is."""
+    after = learn(NEW, a_hit(v_rb_post=v_post, omega=0.7))
+    assert after.mass_factor > 1.0 < after.restitution / 0.5
+    speeds = momentum.speeds_for(
+        0.7, i_a=12.75, l_b=0.42, effective_mass=58.0 * after.mass_factor,
+        restitution=after.restitution, braking=0.07)
+    assert speeds.v_rb == pytest.approx(a_hit().v_rb, rel=2e-3)
+
+
+def _told(door, initial, angle):
+    plan = SimpleNamespace(initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
+                           braking=0.07)
+    return observed_hit(plan, KnownDoor.configured(door), angle, 0.05)
+
+
+@given(st.sampled_from(["paper", "size3"]), st.floats(0.0, 0.3), st.floats(0.02, 0.4))
+def test_the_peak_tells_the_speed_from_the_angle_of_the_hit_on(name, initial, way):
+    """A door set going with the observed w' at the hit's own angle turns round at that peak."""
+    config = load_door(name)
+    hit = _told(config, initial, initial + way)
+    assert peak(config.door(), initial, hit.omega).angle == pytest.approx(initial + way, abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [math.nan, math.inf, 0.0, -3.0, 4.9, 5.0, 170.0])
+def test_an_angle_to_which_the_door_cannot_have_opened_is_an_error(degrees):
+    """No number, not beyond the hit's 5 deg, beyond the linkage."""
+    with pytest.raises(DoorModelError):
+        _told(load_door("paper"), math.radians(5.0), math.radians(degrees))
+
+
+experiences = st.builds(
+    lambda hits, factor, e, a, b, r: Experience(
+        hits, factor, e, np.array([[a * a, r * a * b], [r * a * b, b * b]])),
+    st.integers(1, 1000), st.floats(0.3, 3.0), st.floats(0.0, 1.0), st.floats(1e-6, 1.0),
+    st.floats(1e-6, 1.0), st.floats(-0.95, 0.95))
+
+
+@given(st.dictionaries(st.text(), experiences, max_size=4))
+def test_what_is_saved_is_loaded_to_the_bit(known):
+    """Any number and any name of a door, such as `null` or `1`."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "deep" / "experience.yaml"
+        save(path, known)
+        again = load(path)
+        assert list(path.parent.iterdir()) == [path]
+    assert again.keys() == known.keys()
+    for door, one in known.items():
+        for name in ("hits", "mass_factor", "restitution"):
+            assert getattr(again[door], name) == getattr(one, name)
+        np.testing.assert_array_equal(again[door].covariance, one.covariance)
+
+
+def test_what_many_hits_taught_can_be_loaded_again(tmp_path):
+    """Rounding of a long series makes no covariance that `load` would refuse."""
+    known = NEW
+    for number in range(200):
+        known = learn(known, a_hit(omega=0.635 + 0.001 * (number % 7)))
+    save(tmp_path / "e.yaml", {"paper": known})
+    assert load(tmp_path / "e.yaml")["paper"].hits == 200
+
+
+def test_no_file_and_an_empty_one_hold_nothing(tmp_path):
+    """Nothing is written by asking."""
+    assert load(tmp_path / "none.yaml") == {}
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "empty.yaml").write_text("# nothing yet\n")
+    assert load(tmp_path / "empty.yaml") == {}
+
+
+def _entry(**changes: object) -> bytes:
+    entry = {name: value for name, value in (ENTRY | changes).items() if value is not None}
+    return ("paper:\n" + "".join(f"  {k}: {v}\n" for k, v in entry.items())).encode()
+
+
+def test_the_entry_that_the_broken_ones_differ_from_is_sound(tmp_path):
+    """Else the next test could not fail."""
+    (tmp_path / "e.yaml").write_bytes(_entry())
+    assert load(tmp_path / "e.yaml")["paper"].hits == 1
+
+
+@pytest.mark.parametrize("content", [
+    b"just some words\n", b"- paper\n- size2\n", b"[]\n", b"false\n", b"0\n", b"paper: 3\n",
+    b"paper: " + 5000 * b"[",
+    b"paper: [1, 2]\n", b"paper: {hits: 1\n", b"\xff\xfe\x00", b"paper: !!python/object:os.x {}\n",
+    _entry(speed=1.0), _entry(restitution=None), _entry(restitution=2), _entry(restitution=-0.1),
+    _entry(restitution=".nan"), _entry(restitution="half"), _entry(mass_factor=".nan"),
+    _entry(mass_factor=0.0), _entry(mass_factor=40.0), _entry(hits=0), _entry(hits=-1),
+    _entry(hits=1.5), _entry(hits=".inf"), _entry(hits="many"), _entry(covariance="[0.1, 0.1]"),
+    _entry(covariance="[[0.1, 0], [0]]"), _entry(covariance="[[-0.1, 0], [0, 0.1]]"),
+    _entry(covariance="[[0.1, 0.2], [0.2, 0.1]]"), _entry(covariance="[[0.1, 0.2], [0, 0.1]]"),
+    _entry(covariance="[[.nan, 0], [0, 0.1]]"), _entry(covariance="[[.inf, 0], [0, 0.1]]"),
+    _entry(covariance="{a: 1}")])  # fmt: skip
+def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content):
+    """Whatever is wrong in it."""
+    path = tmp_path / "precious.yaml"
+    path.write_bytes(content)
+    with pytest.raises(ExperienceUnreadable, match=r"precious\.yaml") as caught:
+        load(path)
+    assert caught.value.value == str(path)
+    assert path.read_bytes() == content
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["", "x" * 300])
+def test_a_path_that_cannot_be_read_is_refused_the_same(tmp_path, name):
+    """A folder, a name that is too long."""
+    with pytest.raises(ExperienceUnreadable):
+        load(tmp_path / name)
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
+    """The disk is full half way."""
+    path = tmp_path / "experience.yaml"
+    save(path, {"paper": SOUND})
+    before = path.read_bytes()
+
+    def half(self: Path, text: str, **_: object) -> int:
+        with self.open("w") as file:
+            file.write(text[: len(text) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", half)
+        with pytest.raises(OSError, match="No space"):
+            save(path, {"paper": NEW, "size2": SOUND})
+    assert path.read_bytes() == before
+    save(path, {"size2": SOUND})
+    assert list(load(path)) == ["size2"]

@@ -1,0 +1,135 @@
+"""Stance and posture at the hit, sections II.C.1 and II.C.4."""
+
+import numpy as np
+import pytest
+from humanoid_motion.errors import PostureUnreachable
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_planner.hit import momentum
+from impact_planner.hit.leaf import LeafFrame
+from impact_planner.hit.posture import percussion_posture, posture_at
+from impact_planner.hit.stance import (
+    contact_with_leaf,
+    elbow_range,
+    elbow_y_at_contact,
+    initial_base,
+    initial_feet,
+    stance_for_contact,
+    stance_for_step,
+)
+
+
+def test_origin_of_odom_is_midway_between_the_soles_on_the_floor(robot):
+    """Half-sitting, with base_link at its known height."""
+    feet = initial_feet(robot)
+    np.testing.assert_allclose(feet["left"] + feet["right"], 0.0, atol=1e-12)
+    q = robot.configuration(initial_base(robot), robot.config.half_sitting)
+    np.testing.assert_allclose(robot.frame_position(q, "l_sole"), feet["left"], atol=1e-12)
+    assert initial_base(robot)[2] == pytest.approx(0.648702, abs=1e-6)
+
+
+def test_nominal_posture_has_its_center_of_percussion_on_the_floor(robot, stance):
+    """Eq. (5) is met, with figures near those of the facts: a_r 0.18, b_r 0.74 to 0.75 m."""
+    posture = stance.posture
+    assert stance.percussion_error == 0.0
+    assert posture.b_r == pytest.approx(posture.b_r_percussion, abs=1e-5)
+    assert posture.b_r == pytest.approx(
+        momentum.percussion_height(robot.mass, posture.i_rob, posture.a_r), abs=1e-5
+    )
+    assert posture.a_r == pytest.approx(posture.elbow[2] - posture.com[2])
+    assert 0.16 < posture.a_r < 0.20
+    assert 0.72 < posture.b_r < 0.77
+    assert 7.0 < posture.i_rob < 8.5
+
+
+def test_b_is_beside_the_com(stance):
+    """Less than 3 cm apart along x, or yaw takes half the effective mass."""
+    assert abs(stance.posture.elbow[0] - stance.posture.com[0]) < 0.03
+
+
+def test_elbow_is_the_outermost_body(robot, stance):
+    """Two centimetres before hand and forearm, and before the foot and the knee."""
+    q = robot.configuration(stance.posture.base, stance.posture.joints)
+    first = stance.posture.elbow[1] - robot.config.contact_radius
+    for frame, radius in (("r_gripper", robot.hand_radius()), ("RARM_LINK4", 0.04)):
+        assert robot.frame_position(q, frame)[1] - radius > first + 0.02
+    sole = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
+    assert sole > first + 0.02
+
+
+def test_com_is_so_far_inside_the_right_sole_s_inner_edge(robot):
+    """Point C of Fig. 5, for several distances."""
+    for inside in (0.0, 0.01, 0.03):
+        stance = stance_for_step(robot, 0.2, inside)
+        inner = robot.feet["right"].corners(stance.feet["right"])[:, 1].max()
+        assert stance.posture.com[1] == pytest.approx(inner - inside, abs=1e-8)
+
+
+def test_only_the_right_foot_moves_and_only_sideways(robot):
+    """By the length of the step."""
+    stance = stance_for_step(robot, 0.17, 0.01)
+    np.testing.assert_array_equal(stance.feet["left"], stance.feet_start["left"])
+    np.testing.assert_allclose(
+        stance.feet["right"] - stance.feet_start["right"], [0.0, -0.17, 0.0], atol=1e-12
+    )
+
+
+@given(st.floats(-0.72, -0.64))
+@settings(max_examples=8, deadline=None)
+def test_elbow_touches_where_it_is_asked_to(robot, elbow_y):
+    """The step follows from the place of the door."""
+    stance = stance_for_contact(robot, elbow_y, 0.01)
+    assert stance.posture.elbow[1] == pytest.approx(elbow_y, abs=1e-4)
+    allowed = robot.config.step
+    assert allowed.shortest <= stance.step <= allowed.longest
+
+
+@pytest.mark.parametrize("elbow_y", [-0.2, -0.60, -0.80, -3.0])
+def test_a_door_out_of_reach_is_refused_with_the_range_that_is_not(robot, elbow_y):
+    """The limit is the range of door_distance, and a door within it is reached."""
+    with pytest.raises(PostureUnreachable, match="door must stand") as caught:
+        stance_for_contact(robot, elbow_y, 0.01)
+    near, far = caught.value.limit
+    assert near < far
+    assert not near <= caught.value.value <= far
+    middle = robot.config.contact_radius - 0.5 * (near + far)
+    allowed = robot.config.step
+    assert allowed.shortest < stance_for_contact(robot, middle, 0.01).step < allowed.longest
+
+
+def test_elbow_range_is_ordered(robot):
+    """The furthest y is the more negative one."""
+    far, near = elbow_range(robot, 0.01)
+    assert far < near < 0.0
+
+
+def test_where_eq_5_has_no_solution_the_nearest_posture_is_taken_and_the_miss_told(
+    robot, stance, monkeypatch
+):
+    """An upper arm that hangs has a small a_r: no height of the waist meets eq. (5)."""
+    hanging = robot.config.posture({"RARM_JOINT1": np.radians(-12.0)})
+    monkeypatch.setattr("impact_planner.hit.posture.braced_upper_body", lambda _: hanging)
+    com = stance.posture.com[:2]
+    posture, error = percussion_posture(robot, com, stance.feet)
+    assert abs(error) > 0.05
+    assert error == pytest.approx(posture.b_r - posture.b_r_percussion)
+    for height in (posture.waist_height - 0.04, posture.waist_height + 0.02):
+        try:
+            other = posture_at(robot, height, com, stance.feet)
+        except PostureUnreachable:
+            continue
+        assert abs(other.percussion_error) >= abs(error) - 1e-9 or np.isinf(other.percussion_error)
+
+
+@given(st.floats(0.0, 0.4), st.floats(-0.5, 0.0), st.floats(-0.9, -0.6))
+def test_the_elbow_touches_the_open_leaf_at_one_point(angle, hinge_x, hinge_y):
+    """The sphere is tangent: B lies on the face, one radius from the centre along the normal."""
+    hinge = np.array([hinge_x, hinge_y])
+    y = elbow_y_at_contact(0.02, 0.05, hinge, angle)
+    elbow = np.array([0.02, y, 0.9])
+    contact = contact_with_leaf(elbow, 0.05, hinge, angle)
+    leaf = LeafFrame(hinge, angle)
+    assert leaf.gap(elbow) == pytest.approx(0.05)
+    assert leaf.gap(contact.point) == pytest.approx(0.0, abs=1e-12)
+    assert leaf.radius(contact.point) == pytest.approx(contact.l_b)
+    np.testing.assert_allclose(leaf.point(contact.l_b, 0.9, 0.0), contact.point, atol=1e-12)

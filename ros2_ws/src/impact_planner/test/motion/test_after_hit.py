@@ -1,0 +1,167 @@
+"""What follows the hit, and what if the door is not where it was said to be."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.motion import Motion
+from humanoid_motion.robot_model import SIDES
+from humanoid_motion.zmp import inverse_dynamics, margins
+from impact_planner.errors import PLANNING_ERRORS
+from impact_planner.hit.posture import LegDemands, capable, waist_per_com
+from impact_planner.hit.stance import stance_for_step
+from impact_planner.motion.post import continue_from
+from impact_planner.plan import plan_impact
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import PlannerSettings
+from scipy.interpolate import make_interp_spline
+
+TARGET = math.radians(25.0)
+
+
+def speed_of_b(robot, knots, time, base):
+    """Speed of the elbow towards the door, the left sole standing still [m/s]."""
+    step = 1e-5
+    places = []
+    for at in (time - step, time + step):
+        joints = knots.at(at)[0][0]
+        q = robot.configuration(np.zeros(3), joints)
+        sole = robot.frame_position(q, robot.feet["left"].frame)
+        places.append(robot.contact_position(q) - sole)
+    return -float((places[1] - places[0])[1]) / (2.0 * step)
+
+
+@pytest.mark.parametrize("restitution", [0.3, 0.5, 0.7])
+def test_legs_go_on_at_v_rb_post_and_come_to_rest(robot, known, restitution):
+    """Of eq. (4) once the legs have slowed down; at rest at the end of the phase."""
+    plan = plan_impact(
+        PlanRequest(TARGET, restitution=restitution, run_up="zmp_limited"), known, robot)
+    post = plan.phase("post").knots
+    slow = PlannerSettings().slow_down
+    assert speed_of_b(robot, post, slow, None) == pytest.approx(plan.v_rb_post, abs=4e-3)
+    assert np.abs(post.velocity[-1]).max() < 1e-9
+
+
+def test_the_phases_join_in_place_and_speed(robot, plan):
+    """The run-up cut at the switch and the motion after it."""
+    cam = plan.phase("cam").knots.at(plan.switch_time)
+    post = plan.phase("post").knots.at(0.0)
+    np.testing.assert_allclose(post[0], cam[0], atol=5e-5)
+    np.testing.assert_allclose(post[1], cam[1], atol=5e-3)
+
+
+def test_a_plastic_hit_that_cannot_be_stopped_is_refused(robot, known):
+    """e = 0: robot and door move on together at 0.27 m/s, too fast for what is left of the way."""
+    with pytest.raises(PLANNING_ERRORS, match=r"v'_rB = 0\.2\d\d m/s") as caught:
+        plan_impact(PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited"), known, robot)
+    assert caught.value.value is not None
+    assert caught.value.limit is not None
+
+
+def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
+    """By way and reach, not by an infinite margin."""
+    request = PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited")
+    with pytest.raises(PostureUnreachable, match="mm past the nominal contact") as caught:
+        plan_impact(request, known, robot, PlannerSettings(post_duration=2.0))
+    assert caught.value.quantity == "way to rest [m]"
+    assert caught.value.value > caught.value.limit > 0.0
+
+
+def test_an_uncertain_door_costs_margin(robot, known):
+    """A nearer door leaves more way to stop, a farther one less; the more so the less sure.
+
+    A contact that is missed for good ends where the legs do, wherever the door was thought to be.
+    """
+    found = [
+        plan_impact(
+            PlanRequest(TARGET), known, robot, PlannerSettings(door_uncertainty=way)).branches
+        for way in (0.005, 0.02)
+    ]
+    for branches in found:
+        assert branches.early_margin > branches.late_margin >= 0.02
+    assert found[0].late_margin > found[1].late_margin
+    assert found[0].early_margin < found[1].early_margin
+    assert found[0].missed_margin == pytest.approx(found[1].missed_margin, abs=1e-9)
+
+
+def test_a_robot_that_can_still_stop_does_not_warn_of_a_missed_contact(robot, known):
+    """12 deg: the capture point stays on the soles; 25 deg of size3: far beyond, and it says so."""
+    slow = plan_impact(PlanRequest(math.radians(12.0)), known, robot)
+    assert slow.branches.missed_margin > 0.0
+    assert slow.branches.recovery_step == 0.0
+    assert not slow.warnings
+    config = load_door("size3")
+    heavy = KnownDoor(config.name, config.door(), config.leaf.width)
+    fast = plan_impact(PlanRequest(TARGET, run_up="zmp_limited"), heavy, robot)
+    assert fast.branches.missed_margin < -0.03
+    assert fast.branches.recovery_step == -fast.branches.missed_margin
+    assert any("missed" in warning for warning in fast.warnings)
+
+
+def test_a_missed_contact_is_judged_where_the_legs_reach_no_further(robot, plan):
+    """The capture point of Pratt et al. at the run-up's full speed, where its stop would end."""
+    y, height = plan.phase("cam").com_samples[-1, 1], plan.b_r
+    edge = robot.feet["right"].corners(plan.right_foot)[:, 1].min()
+    capture = y - plan.v_com * math.sqrt(height / 9.81)
+    assert plan.branches.missed_margin == pytest.approx(capture - edge, abs=1e-5)
+
+
+@pytest.mark.parametrize("run_up", ["mcv50", "zmp_limited"])
+def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
+    robot, known, run_up
+):
+    """By the whole body's dynamics along the executor's spline; begun 40 ms later it does not."""
+    plan = plan_impact(PlanRequest(TARGET, run_up=run_up), known, robot)
+    cam, contact = plan.phase("cam").knots, plan.contact_point[1]
+    feet = {"left": plan.left_foot, "right": plan.right_foot}
+    for late, good in ((-0.05, True), (0.0, True), (0.04, False)):
+        start = plan.contact_time - plan.point_of_no_return + late
+        knots = continue_from(cam, start, 1.0, plan.stop_duration)
+        time = np.arange(0.0, plan.stop_duration, 0.005)
+        joints, speed, acceleration = knots.at(time)
+        base = plan.left_foot - robot.leg_chains["left"].place(joints, np.zeros((len(time), 3))).end
+        spline = make_interp_spline(time, base, k=5)
+        motion = Motion(
+            time, joints, speed, acceleration, base, spline(time, 1), spline(time, 2))
+        margin = margins(robot, inverse_dynamics(robot, motion).zmp, feet, SIDES)[4:-4].min()
+        q = robot.configuration(base[-1], joints[-1])
+        gap = robot.contact_position(q)[1] - robot.config.contact_radius - contact
+        assert bool(margin > 0.018 and gap > 0.009) is good
+
+
+def test_a_slippery_floor_is_refused(robot, known):
+    """Less friction than the motion needs."""
+    with pytest.raises(PostureUnreachable, match="slip") as caught:
+        plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(sole_friction=0.1))
+    assert caught.value.value > caught.value.limit == 0.1
+
+
+def demands(robot, v_rb, stance, share=0.9):
+    """What a speed of B asks of the legs."""
+    speed = v_rb / waist_per_com(robot, stance.posture, stance.feet)
+    return LegDemands(speed=speed, joint_speed=share * robot.speed_limit)
+
+
+def test_a_faster_hit_lowers_the_waist_as_far_as_the_knee_asks(robot, stance):
+    """Eq. (5) is met at 0.6 m/s, missed at 0.74, and nothing more than what the knee needs."""
+    calm = stance_for_step(robot, stance.step, 0.01, demands(robot, 0.6, stance))
+    assert calm.percussion_error == 0.0
+    fast = demands(robot, 0.74, stance)
+    assert not capable(robot, stance.posture, stance.feet, fast)
+    lower = stance_for_step(robot, stance.step, 0.01, fast)
+    assert lower.posture.waist_height < stance.posture.waist_height - 0.01
+    assert lower.percussion_error < 0.0
+    assert capable(robot, lower.posture, lower.feet, fast)
+    assert not capable(
+        robot, lower.posture, lower.feet, replace(fast, speed=1.01 * fast.speed))
+
+
+def test_no_height_makes_a_knee_fast_enough_for_everything(robot, stance):
+    """The refusal names knee, speed and limit."""
+    with pytest.raises(JointLimit, match="LLEG_JOINT3") as caught:
+        stance_for_step(robot, stance.step, 0.01, demands(robot, 1.5, stance))
+    assert caught.value.value > caught.value.limit

@@ -1,0 +1,20 @@
+"""The slow phases before the run-up."""
+
+import pytest
+from humanoid_motion.clearance import BodyGeometry, require_clearance
+from impact_planner.motion.approach import plan_approach
+from impact_planner.task.settings import ApproachTiming
+
+LIMIT = 0.01
+
+
+@pytest.fixture(scope="module")
+def geometry(robot):
+    """Bodies of HRP-2."""
+    return BodyGeometry(robot)
+
+
+def test_the_approach_keeps_clear_of_itself(robot, geometry, stance):
+    """The present phases with 10 mm to spare everywhere."""
+    for phase in plan_approach(robot, stance, 0.04, ApproachTiming(), 0.005):
+        require_clearance(geometry.self_clearance(phase.motion, LIMIT), phase.name)

@@ -1,0 +1,101 @@
+"""MCV50 against the published figures, and the run-up made of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner.motion.cam_curve import (
+    PEAK_ACCELERATION,
+    PEAK_JERK,
+    PEAK_VELOCITY,
+    RunUp,
+    mcv50,
+)
+
+T = np.linspace(0.0, 1.0, 20001)
+
+
+def test_peaks_are_the_published_ones():
+    """Vm, Am and jerk of curve no. 27 as the cam tables print them."""
+    assert pytest.approx(1.275258, abs=1e-6) == PEAK_VELOCITY
+    assert pytest.approx(8.012683, abs=1e-6) == PEAK_ACCELERATION
+    assert pytest.approx(201.3807, abs=1e-4) == PEAK_JERK
+    cam = mcv50(T)
+    assert np.max(cam.v) == pytest.approx(PEAK_VELOCITY, rel=1e-12)
+    assert np.max(np.abs(cam.a)) == pytest.approx(PEAK_ACCELERATION, rel=1e-6)
+    assert np.max(np.abs(cam.a * cam.v)) == pytest.approx(5.7334, abs=1e-4)
+    assert np.min(cam.jerk[T < 0.25]) == pytest.approx(-67.1269, abs=1e-2)
+
+
+def test_finite_difference_jerk_of_a_720_step_table_is_the_published_one():
+    """A table of 720 steps differentiates to 201.34 and -67.125."""
+    jerk = np.diff(mcv50(np.linspace(0.0, 1.0, 721)).a) * 720.0
+    assert np.max(jerk) == pytest.approx(201.33981, abs=1e-4)
+    assert np.min(jerk) == pytest.approx(-67.12538, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("time", "s", "v"),
+    [
+        (0.0, 0.0, 0.0),
+        (0.0625, 0.007241, 0.318815),
+        (0.25, 0.181185, 1.275258),
+        (0.5, 0.5, 1.275258),
+        (0.75, 0.818815, 1.275258),
+        (0.9375, 0.992759, 0.318815),
+        (1.0, 1.0, 0.0),
+        (-0.5, 0.0, 0.0),
+        (1.5, 1.0, 0.0),
+    ],
+)
+def test_break_points(time, s, v):
+    """Displacement and velocity where the pieces join, and in the dwells."""
+    cam = mcv50(time)
+    assert float(cam.s) == pytest.approx(s, abs=1e-6)
+    assert float(cam.v) == pytest.approx(v, abs=1e-6)
+
+
+def test_each_derivative_is_the_slope_of_the_one_before():
+    """Numerical slopes of s and v are v and a everywhere, also across break points."""
+    cam = mcv50(T)
+    np.testing.assert_allclose(np.gradient(cam.s, T)[1:-1], cam.v[1:-1], atol=2e-4)
+    np.testing.assert_allclose(np.gradient(cam.v, T)[1:-1], cam.a[1:-1], atol=2e-2)
+
+
+def test_curve_is_point_symmetric():
+    """S(T) = 1 - S(1 - T)."""
+    np.testing.assert_allclose(mcv50(T).s, 1.0 - mcv50(1.0 - T).s, atol=1e-14)
+
+
+speeds = st.floats(0.05, 1.5)
+distances = st.floats(0.05, 1.0)
+
+
+@given(speeds, distances)
+def test_run_up_meets_the_contact_at_its_speed_and_distance(speed, distance):
+    """At half the cam's time the run-up has gone its distance and has its speed, for good."""
+    law = RunUp(speed, distance)
+    at = law.at([law.duration, law.duration + 0.1])
+    assert at.s[0] == pytest.approx(distance, rel=1e-9)
+    np.testing.assert_allclose(at.v, speed, rtol=1e-9)
+    assert at.s[1] == pytest.approx(distance + 0.1 * speed, rel=1e-9)
+    np.testing.assert_allclose(at.a, 0.0, atol=1e-9)
+
+
+@given(speeds, distances)
+def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
+    """Its speed never falls, and a_max = 2.464 v^2 / d."""
+    law = RunUp(speed, distance)
+    course = law.at(np.linspace(-0.1, law.duration + 0.2, 4001))
+    assert np.all(np.diff(course.v) >= -1e-12)
+    assert law.peak_acceleration == pytest.approx(2.4635 * speed**2 / distance, rel=1e-3)
+    assert np.max(course.a) == pytest.approx(law.peak_acceleration, rel=1e-3)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
+def test_run_up_refuses_what_is_no_speed_or_distance(bad):
+    """Zero, negative, NaN and infinite numbers are refused."""
+    with pytest.raises(ValueError, match="speed"):
+        RunUp(bad, 0.3)
+    with pytest.raises(ValueError, match="distance"):
+        RunUp(0.4, bad)

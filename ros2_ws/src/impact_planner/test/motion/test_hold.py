@@ -1,0 +1,132 @@
+"""The ending `hold`."""
+
+import math
+
+import numpy as np
+import pytest
+from door_model.motion.dynamics import simulate
+from impact_planner.errors import AngleUnreachable
+from impact_planner.hit.leaf import LeafFrame
+from impact_planner.motion.arm_reach import ArmReach
+from impact_planner.motion.hold import HoldTask, plan_hold
+from impact_planner.plan import plan_impact
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import PlannerSettings
+
+TARGET = math.radians(25.0)
+
+
+@pytest.fixture(scope="module")
+def hinge(plan):
+    """x and y of the hinge."""
+    return np.array([plan.hinge_x, -plan.door_distance])
+
+
+@pytest.fixture(scope="module")
+def hold(robot, known, plan, hinge):
+    """The phase as the plan has it."""
+    joints = plan.phase("post").knots.position[-1]
+    q = robot.configuration(np.zeros(3), joints)
+    base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
+    feet = {"left": plan.left_foot, "right": plan.right_foot}
+    task = HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
+    found = []
+    plan_hold(robot, task, found.append)
+    return found[0]
+
+
+def body(robot, motion, i, frame):
+    """Position of a frame at a sample."""
+    return robot.frame_position(robot.configuration(motion.base[i], motion.joints[i]), frame)
+
+
+def leaf_at(known, hold, hinge, time):
+    """The leaf falls freely until the hand has it."""
+    if time > hold.catch.reach + 0.1:
+        return LeafFrame(hinge, float(hold.catch.angle_at(np.array([time]), TARGET)[0]))
+    swing = simulate(known.door, TARGET, 0.0, 1.0)
+    return LeafFrame(hinge, float(np.interp(time, swing.t, swing.theta)))
+
+
+def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known, hold, hinge):
+    """While the arm goes out; and later only the hand does."""
+    motion = hold.phase.motion
+    for i in range(0, len(motion), 5):
+        leaf = leaf_at(known, hold, hinge, motion.time[i])
+        hand = leaf.gap(body(robot, motion, i, robot.config.hand_link)) - robot.hand_radius()
+        assert hand > (0.01 if motion.time[i] < hold.catch.reach else -1e-3)
+        for frame, radius in ((robot.config.contact_link, 0.05), ("RARM_LINK4", 0.04)):
+            assert leaf.gap(body(robot, motion, i, frame)) - radius > 0.01
+
+
+def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, hinge):
+    """From its arrival on: same distance from the hinge, same height, on the face."""
+    motion = hold.phase.motion
+    for i in np.flatnonzero(motion.time >= hold.catch.reach + 0.02)[::8]:
+        angle = float(hold.catch.angle_at(motion.time[i : i + 1], TARGET)[0])
+        leaf = LeafFrame(hinge, angle)
+        hand = body(robot, motion, i, robot.config.hand_link)
+        assert leaf.gap(hand) == pytest.approx(robot.hand_radius(), abs=5e-4)
+        assert leaf.radius(hand) == pytest.approx(hold.hand.radius, abs=5e-4)
+        assert hand[2] == pytest.approx(hold.hand.height, abs=5e-4)
+
+
+def test_hand_meets_the_leaf_below_the_target_and_brings_it_there(hold):
+    """Caught lower, given way a little, pushed to the desired angle."""
+    time = hold.phase.motion.time
+    angle = hold.catch.angle_at(time[time >= hold.catch.reach], TARGET)
+    assert angle[0] == pytest.approx(hold.catch.angle)
+    assert hold.catch.lowest == pytest.approx(angle.min(), abs=1e-4)
+    assert hold.catch.lowest < hold.catch.angle < TARGET
+    assert angle[-1] == pytest.approx(TARGET)
+
+
+def test_meeting_speed_is_a_fraction_of_the_leaf_s(known, hold):
+    """The hand already moves the leaf's way when it arrives."""
+    swing = simulate(known.door, TARGET, 0.0, hold.catch.reach + 0.1)
+    assert 0.5 < hold.catch.speed / swing.omega[-1] < 1.0
+
+
+def test_force_is_the_closer_s_torque_over_the_distance(known, hold):
+    """Eq. (12) at the weakest lever of the way."""
+    angles = np.linspace(hold.catch.lowest, TARGET, 50)
+    worst = known.door.restoring_torque(angles).max() / hold.hand.radius
+    assert hold.force == pytest.approx(worst, rel=1e-3)
+    np.testing.assert_allclose(
+        np.linalg.norm(hold.load.force[-1]),
+        known.door.restoring_torque(TARGET) / hold.hand.radius,
+    )
+    assert hold.load.force[-1, 1] > 0.0  # away from the door
+
+
+def test_com_leans_against_the_force(robot, hold):
+    """Towards the door, by force times height over weight."""
+    motion = hold.phase.motion
+    com = [robot.com(robot.configuration(motion.base[i], motion.joints[i])) for i in (0, -1)]
+    lean = com[1] - com[0]
+    expected = -hold.load.force[-1] * hold.hand.height / (robot.mass * 9.81)
+    np.testing.assert_allclose(lean[:2], expected[:2], atol=2e-4)
+    assert lean[1] < 0.0
+
+
+def test_a_leaf_that_the_arm_loses_is_named_by_its_angle(robot, known, monkeypatch):
+    """Where it is lost, and up to where it was followed."""
+    follow = ArmReach.follow
+
+    def loses(*args):
+        found = follow(*args)
+        found[30:] = np.nan
+        return found
+
+    monkeypatch.setattr(ArmReach, "follow", loses)
+    with pytest.raises(AngleUnreachable, match="loses the leaf") as caught:
+        plan_impact(PlanRequest(TARGET), known, robot)
+    assert 0.0 < caught.value.limit < caught.value.value < TARGET
+
+
+def test_a_door_that_can_be_held_nowhere_says_so(robot, known):
+    """A hand that bears nothing; the refusal's limit is no angle, and no NaN."""
+    with pytest.raises(AngleUnreachable, match="at no angle") as caught:
+        plan_impact(PlanRequest(math.radians(8.0), restitution=0.7), known, robot,
+                    PlannerSettings(hand_force_limit=0.1))
+    assert caught.value.limit == 0.0

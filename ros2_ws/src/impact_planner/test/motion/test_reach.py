@@ -1,0 +1,53 @@
+"""How far a door can be opened and held from a stance."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from impact_planner.errors import AngleUnreachable
+from impact_planner.hit.placement import placement_for_step
+from impact_planner.motion.hold import HoldTask, can_hold
+from impact_planner.motion.reach import furthest_contact, largest_angle
+from impact_planner.task.settings import PlannerSettings
+
+SETTINGS = PlannerSettings()
+
+
+@pytest.fixture(scope="module")
+def placement(robot):
+    """Where the nominal step ends."""
+    return placement_for_step(robot, SETTINGS, robot.config.step.nominal)
+
+
+def task(known, placement, stance, angle, limit=SETTINGS.hand_force_limit):
+    """Holding from the posture at the hit."""
+    return HoldTask(known.door, known.width, placement.hinge, angle, stance.posture.joints,
+                    stance.posture.base, stance.feet, limit, 0.9, 0.005)
+
+
+def test_largest_angle_is_held_and_a_larger_one_is_not(robot, known, placement, stance):
+    """To a quarter of a degree."""
+    angle = largest_angle(robot, known, SETTINGS, placement, stance)
+    assert math.radians(60.0) < angle < known.door.closer.opening_limit()
+    assert can_hold(robot, task(known, placement, stance, angle))
+    assert not can_hold(robot, task(known, placement, stance, angle + math.radians(0.5)))
+
+
+def test_a_weaker_hand_holds_less_far_out_of_the_closed_position(robot, known, placement, stance):
+    """The closer's torque falls as the door opens: it is the small angles that need force."""
+    assert can_hold(robot, task(known, placement, stance, math.radians(25.0), 12.0))
+    assert not can_hold(robot, task(known, placement, stance, math.radians(12.0), 5.0))
+    with pytest.raises(AngleUnreachable, match="at no angle"):
+        largest_angle(robot, known, replace(SETTINGS, hand_force_limit=0.1), placement, stance)
+
+
+def test_furthest_contact_is_where_the_arm_s_reach_ends(robot, known, placement, stance):
+    """45 deg can be held from there, and not from 1 cm further."""
+    angle = math.radians(45.0)
+    l_b = furthest_contact(robot, known, SETTINGS, placement, stance, angle)
+    assert 0.42 < l_b < known.width
+    for way, held in ((0.0, True), (0.01, False)):
+        hinge = np.array([stance.posture.elbow[0] - l_b - way, -placement.door_distance])
+        moved = replace(task(known, placement, stance, angle), hinge=hinge)
+        assert can_hold(robot, moved) is held

@@ -1,0 +1,265 @@
+"""The run-up: speeds at the contact, ZMP, point of no return."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from humanoid_motion.errors import JointLimit
+from humanoid_motion.robot_model import SIDES
+from humanoid_motion.whole_body import com_course, require_joint_limits
+from humanoid_motion.zmp import inverse_dynamics, margins
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_planner.errors import InvalidRequest, SpeedUnreachable
+from impact_planner.motion.posture_table import PostureTable
+from impact_planner.motion.run_up import RunUpWish, capture_reserve, plan_run_up, usable_overrun
+from impact_planner.motion.zmp_run_up import best_run_up, fastest_run_up
+
+
+def wish(v_rb, kind="mcv50", **changes):
+    """A run-up at a speed of B [m/s], with nothing required of its margin."""
+    plain = RunUpWish(kind, v_rb, steady=0.02, overrun=0.025, required_margin=0.0,
+                      joint_share=1.0, period=0.005)
+    return replace(plain, **changes)
+
+
+@pytest.fixture(scope="module", params=["mcv50", "zmp_limited"])
+def run_up(robot, stance, request):
+    """At v_rB = 0.45 m/s."""
+    return plan_run_up(robot, stance, wish(0.45, request.param))
+
+
+def at_full_speed(run_up):
+    """Which samples are those of the run-up, before the stop after a missed contact."""
+    end = run_up.contact_time + run_up.overrun / run_up.law.speed
+    return run_up.motion.time <= end + 1e-9
+
+
+def speed_of_b(robot, motion, i):
+    """Speed of the elbow towards the door at a sample, from its Jacobian."""
+    q = robot.configuration(motion.base[i], motion.joints[i])
+    v = robot.velocity(motion.base_speed[i], motion.joint_speed[i])
+    return -float((robot.contact_jacobian(q) @ v)[1])
+
+
+def test_b_has_its_speed_at_the_contact_and_keeps_it(robot, run_up):
+    """To a per mille at the contact, to 3 % over the overrun; B is faster than the CoM."""
+    i = int(np.argmin(np.abs(run_up.motion.time - run_up.contact_time)))
+    assert speed_of_b(robot, run_up.motion, i) == pytest.approx(0.45, rel=2e-3)
+    last = int(np.flatnonzero(at_full_speed(run_up))[-1])
+    assert run_up.motion.time[last] > run_up.contact_time + 0.05
+    assert speed_of_b(robot, run_up.motion, last) == pytest.approx(0.45, rel=0.03)
+    assert 1.1 < 0.45 / run_up.law.speed < 1.25
+
+
+def test_com_is_where_the_stance_wants_it_at_the_contact(robot, stance, run_up):
+    """At the contact over point C, at the end of the full speed an overrun further."""
+    com = com_course(robot, run_up.motion)
+    y = np.interp(run_up.contact_time, run_up.motion.time, com[:, 1])
+    assert y == pytest.approx(stance.posture.com[1], abs=1e-5)
+    last = com[at_full_speed(run_up)][-1]
+    assert last[1] == pytest.approx(stance.posture.com[1] - run_up.overrun, abs=1e-6)
+    assert com[0, 1] == pytest.approx(run_up.y_start, abs=1e-6)
+    np.testing.assert_allclose(com[:, 0], stance.posture.com[0], atol=1e-6)
+
+
+def test_soles_do_not_move(robot, stance, run_up):
+    """The table's interpolation keeps both soles on the floor to a hundredth of a mm."""
+    for i in range(0, len(run_up.motion), 10):
+        q = robot.configuration(run_up.motion.base[i], run_up.motion.joints[i])
+        for side in SIDES:
+            np.testing.assert_allclose(
+                robot.frame_position(q, robot.feet[side].frame), stance.feet[side], atol=1e-5
+            )
+
+
+def test_speeds_and_accelerations_are_the_slopes_of_positions(run_up):
+    """The chain rule along the table against finite differences."""
+    motion = run_up.motion
+    inner = slice(2, np.count_nonzero(at_full_speed(run_up)) - 3)
+    slope = np.gradient(motion.joints, motion.time, axis=0)
+    np.testing.assert_allclose(slope[inner], motion.joint_speed[inner], atol=0.02)
+    curve = np.gradient(motion.joint_speed, motion.time, axis=0)
+    np.testing.assert_allclose(curve[inner], motion.joint_acceleration[inner], atol=0.6)
+
+
+def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
+    """Inverse dynamics anew gives the same smallest margin, and it is positive."""
+    zmp = inverse_dynamics(robot, run_up.motion).zmp
+    until = run_up.motion.time <= run_up.contact_time
+    assert run_up.margin == pytest.approx(
+        np.min(margins(robot, zmp[until], stance.feet, SIDES)), abs=1e-3
+    )
+    assert run_up.margin > 0.03
+
+
+def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
+    """The search has found a maximum of the smaller margin."""
+    run_up = plan_run_up(robot, stance, wish(0.45))
+    for offset in (-0.03, 0.03):
+        other = plan_run_up(robot, stance, wish(0.45, y_start=run_up.y_start + offset))
+        assert other.y_start == run_up.y_start + offset
+        assert other.margin < run_up.margin + 1e-3
+
+
+def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
+    """The limit that the error names can be planned, a little more cannot."""
+    with pytest.raises(SpeedUnreachable, match="mcv50 reaches") as caught:
+        plan_run_up(robot, stance, wish(0.8))
+    limit = caught.value.limit
+    assert 0.4 < limit < 0.8
+    assert plan_run_up(robot, stance, wish(limit * 0.99)).margin >= 0.0
+    with pytest.raises(SpeedUnreachable):
+        plan_run_up(robot, stance, wish(limit * 1.02))
+
+
+@pytest.mark.parametrize("y_start", [-0.25, -0.5, -0.22])
+def test_a_start_at_or_beyond_the_hit_is_refused(robot, stance, y_start):
+    """There must be a way to run."""
+    with pytest.raises(InvalidRequest, match="y_start"):
+        plan_run_up(robot, stance, wish(0.45, y_start=y_start))
+
+
+@pytest.mark.parametrize("v_rb", [0.3, 0.5, 0.64])
+def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
+    """At each speed; at 0.64 m/s, which size3 needs for 25 deg, the cam curve has none."""
+    ours = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
+    assert ours.margin > 0.09
+    try:
+        cam = plan_run_up(robot, stance, wish(v_rb))
+    except SpeedUnreachable:
+        assert v_rb > 0.5
+    else:
+        assert ours.margin > cam.margin - 1e-3  # both may be limited by where they end
+
+
+@pytest.mark.parametrize("v_rb", [0.3, 0.64])
+def test_zmp_limited_is_smooth_and_steady_before_the_hit(robot, stance, v_rb):
+    """From rest without a jolt; jerk bounded; 20 mm at constant speed before the contact."""
+    plan = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
+    law = plan.law
+    time = np.linspace(0.0, law.duration, 400)
+    course = law.at(time)
+    first = [course.s[0], course.v[0], course.a[0], course.jerk[0]]
+    np.testing.assert_allclose(first, 0.0, atol=1e-6)
+    assert np.abs(course.jerk).max() <= 40.0 + 1e-6
+    np.testing.assert_allclose(np.gradient(course.s, time)[1:-1], course.v[1:-1], atol=1e-3)
+    steady = course.s > law.distance - 0.0199
+    np.testing.assert_allclose(course.v[steady], law.speed, rtol=1e-6)
+    assert course.s[-1] == pytest.approx(law.distance)
+    assert (np.diff(course.s) > -1e-9).all() or course.s.min() < 0.0
+
+
+def test_zmp_limited_programme_finds_what_a_pendulum_allows():
+    """On a linear inverted pendulum: the margin is the one that the end leaves, ZMP inside."""
+    height = 0.08
+
+    def zmp(y, v, a):
+        return y - height * a
+
+    law, start, stated = best_run_up(
+        zmp, (-0.35, 0.15), speed=0.5, y_hit=-0.25, highest=0.1, steady=0.015)
+    course = law.at(np.linspace(0.0, law.rise, 300))
+    place = zmp(start - course.s, -course.v, -course.a)
+    margin = min(float((0.15 - place).min()), float((place + 0.35).min()))
+    assert margin == pytest.approx(0.115, abs=0.02)
+    assert stated == pytest.approx(margin, abs=1e-3)
+    assert best_run_up(zmp, (-0.35, 0.15), speed=5.0, y_hit=-0.25, highest=0.1, steady=0.015) is (
+        None)
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.02, 0.05])
+def test_fastest_run_up_has_the_margin_and_a_faster_one_has_not(margin):
+    """On a linear inverted pendulum with narrow soles."""
+
+    def zmp(y, v, a):
+        return y - 0.08 * a
+
+    where = {"y_hit": -0.25, "highest": 0.1, "steady": 0.015}
+    fastest = fastest_run_up(zmp, (-0.35, 0.15), margin=margin, most=5.0, **where)
+    for factor, enough in ((0.98, True), (1.03, False)):
+        found = best_run_up(zmp, (-0.35, 0.15), speed=factor * fastest, **where)
+        assert (found is not None and found[2] >= margin) is enough
+
+
+@pytest.mark.parametrize("kind", ["mcv50", "zmp_limited"])
+def test_tabulated_zmp_is_that_of_the_whole_body(robot, stance, kind):
+    """G + C v^2 + M a along the table against Newton-Euler, to a hundredth of a millimetre."""
+    plan = plan_run_up(robot, stance, wish(0.45, kind))
+    run = at_full_speed(plan)
+    course = plan.law.at(plan.motion.time[run])
+    y = plan.y_start - course.s
+    zmp = plan.table.zmp(y, -course.v, -course.a)
+    whole = inverse_dynamics(robot, plan.motion).zmp[run, 1]
+    np.testing.assert_allclose(zmp, whole, atol=1e-5)
+
+
+def test_a_larger_required_margin_lowers_the_speed(robot, stance):
+    """Reserve costs speed."""
+    with pytest.raises(SpeedUnreachable) as plain:
+        plan_run_up(robot, stance, wish(0.8))
+    with pytest.raises(SpeedUnreachable) as careful:
+        plan_run_up(robot, stance, wish(0.8, required_margin=0.04))
+    assert careful.value.limit < plain.value.limit
+
+
+def test_overrun_ends_where_limits_begin(robot, stance):
+    """Of the joints' share at full speed, else of the reach that leaves 20 mm to stop."""
+    table = PostureTable(robot, stance, 0.08)
+    speed = 0.45 / table.waist_per_com(table.y_hit)
+    most = usable_overrun(robot, table, speed, wish(0.45, overrun=0.08))
+    assert most == pytest.approx(table.y_hit - table.low - 0.02)
+    for share in (0.67, 0.65):
+        granted = usable_overrun(robot, table, speed, wish(0.45, overrun=0.08, joint_share=share))
+        assert 0.02 <= granted < most
+        fastest = np.abs(table.joint_slopes(table.y_hit - np.array([granted, granted + 0.0055])))
+        ratio = (speed * fastest / robot.speed_limit).max(axis=1)
+        assert ratio[0] <= share < ratio[1]
+    with pytest.raises(JointLimit, match="% of its limit") as caught:
+        usable_overrun(robot, table, 20.0, wish(20.0))
+    assert caught.value.value > caught.value.limit
+
+
+def test_whole_run_up_keeps_joint_limits(robot, run_up):
+    """Positions and speeds, overrun and the stop after a missed contact included."""
+    require_joint_limits(robot, run_up.motion, "cam")
+
+
+@given(
+    st.floats(0.1, 0.6), st.sampled_from(["mcv50", "zmp_limited"]), st.floats(0.02, 0.2))
+@settings(max_examples=12, deadline=None)
+def test_a_missed_contact_ends_at_rest_where_the_legs_still_reach(robot, stance, v_rb, kind, way):
+    """However long the overrun that is wished for, which leaves 20 mm for the stop."""
+    try:
+        plan = plan_run_up(robot, stance, wish(v_rb, kind, overrun=way))
+    except SpeedUnreachable:
+        assert v_rb > 0.5
+        return
+    motion = plan.motion
+    for rest in (motion.joint_speed, motion.joint_acceleration, motion.base_speed):
+        np.testing.assert_allclose(rest[-1], 0.0, atol=1e-9)
+    assert 0.02 - 1e-9 <= plan.overrun <= plan.y_hit - plan.table.low - 0.02 + 1e-9
+    assert np.diff(com_course(robot, motion)[~at_full_speed(plan), 1]).max() < 1e-9
+    require_joint_limits(robot, motion, "cam")
+
+
+def test_the_stop_after_a_missed_contact_is_one_motion_with_the_run_up(robot, stance):
+    """Speeds and accelerations are the slopes of positions there, too."""
+    plan = plan_run_up(robot, stance, wish(0.45, period=2e-4))
+    stop = np.flatnonzero(~at_full_speed(plan))
+    motion, inner = plan.motion, slice(stop[0] - 20, stop[-1] - 2)
+    slope = np.gradient(motion.joints, motion.time, axis=0)
+    np.testing.assert_allclose(slope[inner], motion.joint_speed[inner], atol=1e-3)
+    curve = np.gradient(motion.joint_speed, motion.time, axis=0)
+    np.testing.assert_allclose(curve[inner], motion.joint_acceleration[inner], atol=0.1)
+
+
+def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, stance, run_up):
+    """y - v / omega to the outer edge; less of it at a higher speed."""
+    course = run_up.law.at(np.array([0.0, run_up.contact_time]))
+    reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
+    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
+    assert reserve[0] == pytest.approx(run_up.y_start - edge)
+    omega = math.sqrt(9.81 / stance.posture.b_r)
+    assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)

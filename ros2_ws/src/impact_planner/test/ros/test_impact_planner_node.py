@@ -1,0 +1,247 @@
+"""Node impact_planner, talking over the middleware."""
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from door_impact_msgs.msg import CloserParameters, HitReport, ImpactPlan
+from door_impact_msgs.srv import PlanDoorImpact
+from impact_planner.ros.impact_planner_node import ImpactPlanner, main
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
+
+Answer = PlanDoorImpact.Response
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Rig:
+    """The planner beside a node that plays the identifier and asks."""
+
+    def __init__(self) -> None:
+        self.node = ImpactPlanner()
+        self.other = rclpy.create_node("other")
+        self.closer = self.other.create_publisher(CloserParameters, "/closer_parameters", LATCHED)
+        self.client = self.other.create_client(PlanDoorImpact, "/plan_door_impact")
+        self.reports = self.other.create_publisher(HitReport, "/hit_report", 10)
+        self.forgetting = self.other.create_client(Trigger, "/forget_hits")
+        self.plans: list[ImpactPlan] = []
+        self.other.create_subscription(ImpactPlan, "/door_impact_plan", self.plans.append, LATCHED)
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.other)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        limit = time.monotonic() + 30.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def ask(self, **fields: Any) -> Any:
+        """Call /plan_door_impact."""
+        future = self.client.call_async(PlanDoorImpact.Request(**fields))
+        self.until(future.done)
+        return future.result()
+
+    def forget(self) -> Any:
+        """Call /forget_hits."""
+        future = self.forgetting.call_async(Trigger.Request())
+        self.until(future.done)
+        return future.result()
+
+    def report(self, plan: Any, share: float = 1.0, **fields: Any) -> None:
+        """Tell of a hit that opened the door to a share of what was wanted."""
+        peak = share * plan.desired_opening_angle
+        self.reports.publish(HitReport(**{
+            "plan_id": plan.plan_id, "door": plan.door, "peak_angle": peak,
+            "v_rb_post": math.nan, **fields}))
+
+
+@contextmanager
+def running(*parameters: str) -> Iterator[Rig]:
+    """A rig on a domain of its own, its planner with parameters NAME:=VALUE."""
+    flags = [word for each in parameters for word in ("-p", each)]
+    rclpy.init(args=["--ros-args", *flags] if flags else None, domain_id=50 + os.getpid() % 50)
+    made = Rig()
+    try:
+        made.until(lambda: made.client.service_is_ready() and made.forgetting.service_is_ready()
+                   and made.reports.get_subscription_count() > 0)
+        yield made
+    finally:
+        made.executor.shutdown()
+        made.node.destroy_node()
+        made.other.destroy_node()
+        rclpy.shutdown()
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """A rig whose planner is as it comes."""
+    with running() as made:
+        yield made
+
+
+def closer(known: Any) -> CloserParameters:
+    """What an identifier would say of the paper's door."""
+    door = known.door
+    return CloserParameters(
+        door="identified", i_a=door.i_a, c_c=door.c_c, k_c=door.k_c,
+        tau_c0_prime=door.tau_c0_prime, link_l=door.closer.l, link_l1=door.closer.l1,
+        link_l2=door.closer.l2, link_l3=door.closer.l3, theta_i0=door.closer.theta_i0,
+        leaf_width=known.width,
+    )  # fmt: skip
+
+
+def test_without_a_door_there_is_no_plan_and_with_one_there_is(rig: Rig, known: Any) -> None:
+    """NO_DOOR first; after /closer_parameters a plan, whole on the topic, short in the answer."""
+    answer = rig.ask(desired_opening_angle=0.4)
+    assert not answer.success
+    assert answer.error_code == Answer.NO_DOOR
+    assert "/identify_closer" in answer.message
+    rig.closer.publish(closer(known))
+    rig.until(lambda: rig.node._identified is not None)
+    answer = rig.ask(desired_opening_angle=math.radians(25.0))
+    assert answer.success, answer.message
+    assert answer.plan.omega_door == pytest.approx(0.635, abs=1e-3)
+    assert answer.plan.door == "identified"
+    assert len(answer.plan.phases) == 0
+    rig.until(lambda: bool(rig.plans))
+    assert rig.plans[0].plan_id == answer.plan.plan_id
+    assert [phase.name for phase in rig.plans[0].phases][-3:] == ["cam", "post", "hold"]
+
+
+def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) -> None:
+    """Every kind of bad request is answered; nothing is published for it."""
+    rig.closer.publish(closer(known))
+    rig.until(lambda: rig.node._identified is not None)
+    good = rig.ask(desired_opening_angle=0.4, include_trajectories=True)
+    assert len(good.plan.phases) == 7
+    rig.until(lambda: len(rig.plans) == 1)
+    for fields, code in (
+        ({"desired_opening_angle": math.nan}, Answer.INVALID_REQUEST),
+        ({"desired_opening_angle": 0.0}, Answer.INVALID_REQUEST),
+        ({"desired_opening_angle": -1.0}, Answer.INVALID_REQUEST),
+        ({"desired_opening_angle": 0.4, "restitution": 2.0}, Answer.INVALID_REQUEST),
+        ({"desired_opening_angle": 3.0}, Answer.ANGLE_UNREACHABLE),
+        ({"desired_opening_angle": 1.1}, Answer.SPEED_UNREACHABLE),
+        ({"desired_opening_angle": 0.4, "door_distance": 2.0}, Answer.POSTURE_UNREACHABLE),
+        ({"desired_opening_angle": 0.4, "ending": "dance"}, Answer.INVALID_REQUEST),
+    ):
+        answer = rig.ask(**fields)
+        assert not answer.success, fields
+        assert answer.error_code == code, answer.message
+        assert answer.message
+    again = rig.ask(desired_opening_angle=0.3)
+    rig.until(lambda: len(rig.plans) == 2)
+    assert [plan.plan_id for plan in rig.plans] == [good.plan.plan_id, again.plan.plan_id]
+
+
+def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
+    """A configured door makes plans possible; a bad value changes nothing."""
+    done = rig.node.set_parameters([Parameter("door", value="paper")])
+    assert done[0].successful
+    before = rig.ask(desired_opening_angle=0.4).plan
+    assert before.restitution == 0.5
+    assert rig.node.set_parameters([Parameter("restitution", value=0.7)])[0].successful
+    refused = rig.node.set_parameters([Parameter("restitution", value=7.0)])[0]
+    assert not refused.successful
+    assert "restitution" in refused.reason
+    assert not rig.node.set_parameters([Parameter("door", value="no_such_door")])[0].successful
+    after = rig.ask(desired_opening_angle=0.4).plan
+    assert after.restitution == 0.7
+    assert after.v_rb < before.v_rb
+
+
+def test_a_hit_changes_the_next_plan_and_is_forgotten_when_told(capfd: Any) -> None:
+    """Of the last plan only, and only one that makes sense; 10 % too far means hit it slower."""
+    with running("door:=paper") as rig:
+        first = rig.ask(desired_opening_angle=0.4).plan
+        assert first.learned_hits == 0
+        rig.report(first, plan_id="another", share=1.3)
+        rig.report(first, peak_angle=math.nan)
+        rig.report(first, share=1e-3)
+        rig.report(first, share=1.1)
+        rig.report(first, share=1.1)  # the same once more
+        rig.until(lambda: bool(rig.node._experience))
+        second = rig.ask(desired_opening_angle=0.4).plan
+        assert second.learned_hits == 1
+        assert 0.9 * first.v_rb < second.v_rb < 0.97 * first.v_rb
+        assert second.omega_door == first.omega_door
+        told = capfd.readouterr()
+        assert (told.out + told.err).count("nothing learned from plan") == 3
+        assert "'another'" in told.out + told.err
+        rig.report(first, share=1.1)  # no longer the last one
+        assert "paper" in rig.forget().message
+        third = rig.ask(desired_opening_angle=0.4).plan
+        assert (third.plan_id, third.learned_hits) == (first.plan_id, 0)
+
+
+def test_hits_are_kept_by_door(rig: Rig) -> None:
+    """What the paper's door taught says nothing of a stronger closer's, and is there again."""
+    for door, hits in (("paper", 0), ("size2", 0), ("paper", 1)):
+        rig.node.set_parameters([Parameter("door", value=door)])
+        plan = rig.ask(desired_opening_angle=0.4, run_up="zmp_limited").plan
+        assert plan.learned_hits == hits, door
+        if door == "paper" and not hits:
+            rig.report(plan, share=1.1)
+            rig.until(lambda: "paper" in rig.node._experience)
+
+
+def test_what_hits_taught_outlives_the_node(tmp_path: Path) -> None:
+    """By experience_file; forgetting empties it, a hit without sense leaves it alone."""
+    path = tmp_path / "deep" / "hits.yaml"
+    parameters = ("door:=paper", f"experience_file:={path}")
+    with running(*parameters) as rig:
+        first = rig.ask(desired_opening_angle=0.4).plan
+        rig.report(first, share=1e-3)
+        rig.report(first, share=1.1)
+        rig.until(path.exists)
+        taught = rig.ask(desired_opening_angle=0.4).plan
+        assert taught.learned_hits == 1
+    with running(*parameters) as rig:
+        again = rig.ask(desired_opening_angle=0.4).plan
+        assert (again.plan_id, again.learned_hits) == (taught.plan_id, 1)
+        assert rig.forget().success
+    with running(*parameters) as rig:
+        assert rig.ask(desired_opening_angle=0.4).plan.plan_id == first.plan_id
+
+
+def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kept(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Not planned without what was learned, and not overwritten."""
+    path = tmp_path / "hits.yaml"
+    path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
+    before = path.read_bytes()
+    assert main(["--ros-args", "-p", f"experience_file:={path}"]) == 1
+    said = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
+    assert len(said) == 1
+    assert str(path) in said[0]
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("assignment", "reason"),
+    [
+        ("restitution:=2.0", "restitution"),
+        ("door:=no_such_door", "no_such_door"),
+        ("run_up:=sprint", "run_up"),
+        ("hinge_x:=far", "hinge_x"),
+    ],
+)
+def test_a_bad_parameter_ends_the_node_with_a_message(
+    capfd: pytest.CaptureFixture[str], assignment: str, reason: str
+) -> None:
+    """Exit code 1 and one sentence, no traceback."""
+    assert main(["--ros-args", "-p", assignment]) == 1
+    found = capfd.readouterr().err
+    assert reason in found
+    assert "Traceback" not in found

@@ -1,0 +1,140 @@
+"""Plans, knots, requests and doors as messages. Needs the message packages only."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from humanoid_motion.errors import HumanoidMotionError
+
+pytest.importorskip("door_impact_msgs.msg")
+
+from builtin_interfaces.msg import Time
+from door_impact_msgs.msg import CloserParameters
+from door_impact_msgs.srv import PlanDoorImpact
+from impact_planner import errors
+from impact_planner.ros.messages import (
+    door_from_message,
+    failure_response,
+    knots_from_message,
+    plan_message,
+    request_from_message,
+    trajectory_message,
+)
+
+
+def closer(known, **changes):
+    """What an identifier would say of the paper's door."""
+    message = CloserParameters(door="paper", leaf_width=known.width)
+    door = known.door
+    for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
+        setattr(message, name, getattr(door, name))
+    for name in ("l", "l1", "l2", "l3"):
+        setattr(message, f"link_{name}", getattr(door.closer, name))
+    message.theta_i0 = door.closer.theta_i0
+    message.identified = ["i_a", "c_c", "k_c", "tau_c0_prime"]
+    message.covariance = np.diag([0.1, 1e-4, 1e-3, 1e-2]).ravel().tolist()
+    message.warnings = ["a warning"]
+    for name, value in changes.items():
+        setattr(message, name, value)
+    return message
+
+
+def test_knots_survive_the_message(robot, plan):
+    """Every phase, to a nanosecond and to the bit."""
+    for phase in plan.phases:
+        message = trajectory_message(phase.knots, robot.joint_names)
+        again = knots_from_message(message, robot.joint_names)
+        np.testing.assert_allclose(again.time, phase.knots.time, atol=1e-9)
+        for name in ("position", "velocity", "acceleration"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(phase.knots, name))
+
+
+def test_joints_in_another_order_are_sorted_by_name(robot, plan):
+    """And a missing joint is an error."""
+    knots = plan.phase("step").knots
+    message = trajectory_message(knots, robot.joint_names)
+    backwards = list(reversed(robot.joint_names))
+    np.testing.assert_array_equal(
+        knots_from_message(message, backwards).position, knots.position[:, ::-1]
+    )
+    with pytest.raises(ValueError, match="NO_SUCH_JOINT"):
+        knots_from_message(message, ["NO_SUCH_JOINT"])
+
+
+def test_points_without_velocities_are_refused(robot, plan):
+    """A quintic needs all three."""
+    message = trajectory_message(plan.phase("step").knots, robot.joint_names)
+    message.points[1].velocities = []
+    with pytest.raises(ValueError, match="velocities"):
+        knots_from_message(message, robot.joint_names)
+
+
+def test_scalars_of_the_message_are_the_plan_s(robot, plan):
+    """Same names, same numbers; trajectories only where asked for."""
+    short = plan_message(plan, robot.joint_names, Time(sec=3), trajectories=False)
+    assert short.header.frame_id == "odom"
+    assert short.header.stamp.sec == 3
+    assert len(short.phases) == 0
+    for name in ("omega_door", "v_rb", "effective_mass", "peak_time", "b_r", "switch_time"):
+        assert getattr(short, name) == getattr(plan, name)
+    assert short.effective_mass_model == plan.effective_mass_model > 0.0
+    assert short.learned_hits == 0
+    taught = replace(plan, learned_hits=3, effective_mass_model=55.5)
+    message = plan_message(taught, robot.joint_names, Time(), trajectories=False)
+    assert (message.learned_hits, message.effective_mass_model) == (3, 55.5)
+    assert [m.phase for m in short.zmp_margins] == [phase.name for phase in plan.phases]
+    assert short.right_foot.position.y == plan.right_foot[1]
+    assert short.right_foot.orientation.w == 1.0
+    whole = plan_message(plan, robot.joint_names, Time(), trajectories=True)
+    assert [phase.name for phase in whole.phases] == [phase.name for phase in plan.phases]
+    for phase in whole.phases:
+        assert len(phase.com) == len(phase.zmp) == len(phase.trajectory.points)
+
+
+def test_negative_numbers_and_empty_words_mean_as_configured():
+    """The IDL's defaults; NaN and zero pass on to be judged."""
+    request = request_from_message(PlanDoorImpact.Request(desired_opening_angle=0.4))
+    assert request.desired_opening_angle == 0.4
+    assert request.restitution is None
+    assert request.l_b is None
+    assert request.run_up is None
+    given = request_from_message(
+        PlanDoorImpact.Request(
+            desired_opening_angle=-0.4, restitution=0.0, door_distance=math.nan, ending="hold"
+        )
+    )
+    assert given.desired_opening_angle == -0.4
+    assert given.restitution == 0.0
+    assert math.isnan(given.door_distance)
+    assert given.ending == "hold"
+
+
+def test_door_of_an_identification(known):
+    """Parameters, covariance and warnings arrive."""
+    found = door_from_message(closer(known))
+    assert found.door == known.door
+    assert found.covariance[3, 3] == 1e-2
+    assert found.warnings == ("a warning",)
+    assert door_from_message(closer(known, covariance=[0.0] * 16)).covariance is None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"i_a": 0.0}, {"i_a": math.nan}, {"link_l3": 0.9}, {"leaf_width": 0.0}, {"k_c": -1.0}],
+)
+def test_parameters_that_are_no_door_are_refused(known, changes):
+    """Zero inertia, a linkage that does not close, a leaf without width."""
+    with pytest.raises(errors.NoDoor, match="/closer_parameters"):
+        door_from_message(closer(known, **changes))
+
+
+def test_each_error_has_its_code():
+    """One class for each code of the service."""
+    codes = set()
+    for kind in (*errors.PlannerError.__subclasses__(), *HumanoidMotionError.__subclasses__()):
+        response = failure_response(PlanDoorImpact.Response(), kind("because"))
+        assert not response.success
+        assert response.message == "because"
+        codes.add(response.error_code)
+    assert codes == set(range(1, 7))

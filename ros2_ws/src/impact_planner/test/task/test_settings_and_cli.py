@@ -1,0 +1,140 @@
+"""Parameters, and the command line without a graph."""
+
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from impact_planner.errors import InvalidRequest
+from impact_planner.task.settings import NUMBERS, PlannerSettings, make_settings
+from impact_planner.tools import plan_cli
+
+
+@pytest.fixture(autouse=True)
+def nominal_placement(monkeypatch):
+    """The door where the nominal step ends, whatever is installed."""
+    monkeypatch.setattr(plan_cli, "configured_placement", dict)
+
+
+def test_defaults_are_the_library_s():
+    """No parameter given is PlannerSettings()."""
+    assert make_settings({}) == PlannerSettings()
+
+
+def test_own_choice_is_said_by_a_negative_length_or_nan():
+    """And integers are numbers."""
+    chosen = make_settings({"door_distance": 1, "hinge_x": -1, "effective_mass": 50})
+    assert (chosen.door_distance, chosen.hinge_x, chosen.effective_mass) == (1.0, -1.0, 50.0)
+    own = make_settings({"door_distance": -1.0, "hinge_x": math.nan, "effective_mass": -1.0})
+    assert (own.door_distance, own.hinge_x, own.effective_mass) == (None, None, None)
+
+
+@pytest.mark.parametrize("name", sorted(NUMBERS))
+@pytest.mark.parametrize("bad", ["text", True, None, math.inf])
+def test_a_parameter_of_the_wrong_kind_is_named(name, bad):
+    """Texts, switches, nothing and infinity are no numbers."""
+    with pytest.raises(InvalidRequest, match=name):
+        make_settings({name: bad})
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [("restitution", 1.5), ("restitution", math.nan), ("overrun", -0.1), ("run_up", "sprint"),
+     ("ending", ""), ("door_distance", math.nan), ("post_duration", 0.0)],
+)  # fmt: skip
+def test_a_parameter_out_of_range_is_named(name, bad):
+    """With its range in the message."""
+    with pytest.raises(InvalidRequest, match=name):
+        make_settings({name: bad})
+
+
+def test_json_has_the_contract_s_keys(capsys):
+    """One object, finite numbers."""
+    assert plan_cli.main(["--angle-deg", "25", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    keys = {"omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
+            "b_r", "i_rob", "l_b", "planning_ms"}  # fmt: skip
+    assert keys <= set(found)
+    assert all(np.isfinite(found[key]) for key in keys)
+    assert found["omega_door"] == pytest.approx(0.635, abs=1e-3)
+
+
+def test_text_tells_the_paper_s_symbols(capsys):
+    """People get a table."""
+    assert plan_cli.main(["--angle-deg", "20", "--restitution", "0.6"]) == 0
+    out = capsys.readouterr().out
+    for symbol in ("v_rB", "m_re", "a_r", "b_r", "I_rob", "ZMP margin", "e = 0.60"):
+        assert symbol in out
+    for equation in ("(1), II.C.2", "(2)", "(3)", "(4) corrected", "(5)", "Fig. 6"):
+        assert f" {equation} " in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--angle-deg", "nan"], "desired_opening_angle"),
+        (["--angle-deg", "0"], "desired_opening_angle"),
+        (["--angle-deg=-5"], "desired_opening_angle"),
+        (["--angle-deg", "70"], "mcv50 reaches"),
+        (["--angle-deg", "25", "--door", "nowhere.yaml"], "nowhere.yaml"),
+        (["--angle-deg", "25", "--door-distance", "2"], "door must stand"),
+        (["--angle-deg", "25", "--robot", "nowhere.yaml"], "nowhere.yaml"),
+        (["--angle-deg", "25", "--hinge-x", "nan"], "hinge_x"),
+        (["--angle-deg", "25", "--hinge-x", "1"], "from the hinge"),
+        (["--angle-deg", "25", "--restitution", "2"], "restitution"),
+        (["--angle-deg", "60", "--door", "size4", "--run-up", "zmp_limited"], "rad/s"),
+        (["--angle-deg", "25", "--plot", "/no/such/folder/plan.png"], "cannot draw"),
+    ],
+)
+def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason):
+    """Never a traceback, never half an answer on stdout."""
+    assert plan_cli.main(arguments) == 1
+    found = capsys.readouterr()
+    assert found.out == ""
+    assert reason in found.err
+    assert found.err.count("\n") == 1
+
+
+def test_a_door_from_a_file_is_planned_with(tmp_path, capsys):
+    """--door takes what `identify --yaml` writes."""
+    path = tmp_path / "mine.yaml"
+    path.write_text(load_door("paper").to_yaml().replace("name: paper", "name: mine"))
+    assert plan_cli.main(["--angle-deg", "22", "--door", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["door"] == "mine"
+
+
+def test_plot_is_written(tmp_path, capsys):
+    """The suffix chooses the format."""
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "plan.svg"
+    assert plan_cli.main(["--angle-deg", "25", "--plot", str(path)]) == 0
+    assert path.read_text(encoding="utf-8").lstrip().startswith("<?xml")
+
+
+def test_planning_needs_no_ros_and_no_matplotlib():
+    """The library imports neither."""
+    code = (
+        "import sys; import impact_planner.plan, impact_planner.tools.plan_cli;"
+        "bad = [m for m in sys.modules if m.split('.')[0] in ('rclpy', 'matplotlib') "
+        "or m.split('.')[0].endswith('_msgs')]; sys.exit(repr(bad) if bad else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_anywhere_finds_a_step_for_what_the_surveyed_door_is_too_far_for(monkeypatch, capsys):
+    """size4 to 20 deg: the knee is too fast with the surveyed door's step, not with a shorter."""
+    monkeypatch.setattr(
+        plan_cli, "configured_placement", lambda: {"door_distance": 0.753, "hinge_x": -0.4056})
+    request = ["--angle-deg", "20", "--door", "size4", "--run-up", "zmp_limited",
+               "--ending", "retreat", "--json"]
+    assert plan_cli.main(request) == 1
+    assert "LLEG_JOINT3" in capsys.readouterr().err
+    assert plan_cli.main([*request, "--anywhere", "--reach"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["step"] < 0.19
+    assert found["largest_held_angle_deg"] > 60.0
+    assert found["furthest_l_b"] > found["l_b"]

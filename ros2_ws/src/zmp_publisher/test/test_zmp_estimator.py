@@ -1,0 +1,206 @@
+"""ZMP and margin from the foot wrenches."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from door_impact_common.constants import GRAVITY
+from door_impact_common.errors import SettingError
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose
+from hypothesis import given
+from hypothesis import strategies as st
+from zmp_publisher.odometry import FootOdometry
+from zmp_publisher.zmp_estimator import ZmpEstimator, wrench_in_world, zmp_on_floor
+
+ROBOT = load_robot_config()
+WEIGHT = ROBOT.mass * GRAVITY
+POSES = {"left": planar_pose(0.0, 0.095, 0.0), "right": planar_pose(0.0, -0.095, 0.0)}
+NOTHING = np.zeros(6)
+small = st.floats(-1.0, 1.0)
+triples = st.lists(small, min_size=3, max_size=3).map(np.array)
+
+
+def _push_at(point, force):
+    """Wrench about the origin of a force through a point."""
+    return np.concatenate([force, np.cross(point, force)])
+
+
+def _estimator(**settings):
+    return ZmpEstimator(WEIGHT, ROBOT.soles, **settings)
+
+
+def _pose(triple, turn):
+    pose = np.eye(4)
+    pose[:3, :3] = pin.exp3(np.asarray(turn, dtype=float))
+    pose[:3, 3] = triple
+    return pose
+
+
+@given(small, small, triples.map(lambda f: f * [300, 300, 0] + [0, 0, 500.0]), small)
+def test_zmp_of_one_force_is_where_it_meets_the_floor(x, y, force, height):
+    """A single force through a point of the floor has its ZMP there, whatever its direction."""
+    wrench = _push_at(np.array([x, y, height]), force)
+    np.testing.assert_allclose(zmp_on_floor(wrench, height), [x, y], atol=1e-9)
+
+
+@given(small, small)
+def test_a_torque_about_the_vertical_does_not_move_the_zmp(x, torque):
+    """Only the horizontal moment counts."""
+    wrench = _push_at(np.array([x, 0.1, 0.0]), np.array([10.0, -20.0, 500.0]))
+    wrench[5] += 100.0 * torque
+    np.testing.assert_allclose(zmp_on_floor(wrench), [x, 0.1], atol=1e-9)
+
+
+@given(triples, triples, triples, triples, triples, triples)
+def test_reference_frame_does_not_matter(force, torque, to_a, turn_a, to_b, turn_b):
+    """The same wrench read in two frames gives the same one in the world."""
+    a, b = _pose(to_a, turn_a), _pose(to_b, turn_b)
+    in_a = np.concatenate([force, torque])
+    in_world = wrench_in_world(in_a, a)
+    in_b = wrench_in_world(in_world, inverse_pose(b))
+    np.testing.assert_allclose(wrench_in_world(in_b, b), in_world, atol=1e-9)
+
+
+def test_vectorised_over_samples():
+    """Rows of wrenches and poses give the same as one by one; no load gives NaN."""
+    rng = np.random.default_rng(1)
+    wrenches = rng.normal(size=(20, 6)) + [0, 0, 100, 0, 0, 0]
+    poses = np.array([_pose(rng.normal(size=3), rng.normal(size=3)) for _ in range(20)])
+    moved = wrench_in_world(wrenches, poses)
+    single = [wrench_in_world(w, p) for w, p in zip(wrenches, poses, strict=True)]
+    np.testing.assert_allclose(moved, single)
+    np.testing.assert_allclose(wrench_in_world(wrenches, poses[4])[4], moved[4])
+    np.testing.assert_allclose(wrench_in_world(wrenches[4], poses)[4], moved[4])
+    wrenches[3, 2] = 0.0
+    points = zmp_on_floor(wrenches)
+    assert points.shape == (20, 2)
+    assert np.isnan(points).any(axis=1).nonzero()[0].tolist() == [3]
+
+
+def test_weight_on_one_foot():
+    """All weight at a point of the left sole: ZMP there, the left sole alone is the polygon."""
+    wrench = _push_at(np.array([0.05, 0.02, 0.0]), np.array([0, 0, WEIGHT]))
+    reading = _estimator().read(POSES, {"left": wrench, "right": NOTHING})
+    np.testing.assert_allclose(reading.point, [0.05, 0.115], atol=1e-12)
+    assert reading.loaded == ("left",)
+    assert reading.margin == pytest.approx(0.055)
+    assert reading.normal_force == pytest.approx(WEIGHT)
+
+
+def test_weight_shared_between_feet():
+    """Shares of 30 and 70 % put the ZMP at the same share of the way between the feet."""
+    shares = {"left": 0.3, "right": 0.7}
+    wrenches = {side: [0, 0, share * WEIGHT, 0, 0, 0] for side, share in shares.items()}
+    reading = _estimator().read(POSES, wrenches)
+    np.testing.assert_allclose(reading.point, [0.0, 0.095 * (0.3 - 0.7)], atol=1e-12)
+    assert reading.loaded == ("left", "right")
+    assert reading.margin == pytest.approx(0.1)
+
+
+def test_a_foot_that_bears_almost_nothing_is_no_support():
+    """At 4 % the right sole does not widen the polygon, at 6 % it does."""
+    readings = []
+    for share in (0.04, 0.06):
+        loads = {"left": (1 - share) * WEIGHT, "right": share * WEIGHT}
+        wrenches = {side: [0, 0, load, 0, 0, 0] for side, load in loads.items()}
+        readings.append(_estimator().read(POSES, wrenches))
+    assert [reading.loaded for reading in readings] == [("left",), ("left", "right")]
+    assert np.ptp(readings[0].polygon[:, 1]) == pytest.approx(0.13)
+    assert np.ptp(readings[1].polygon[:, 1]) == pytest.approx(0.34)
+
+
+@pytest.mark.parametrize(("x", "sign"), [(0.12, 1), (0.13, 0), (0.14, -1), (-0.11, -1)])
+def test_margin_sign(x, sign):
+    """Inside positive, on the edge zero, outside negative, by the distance."""
+    wrench = _push_at(np.array([x, 0.0, 0.0]), np.array([0, 0, WEIGHT]))
+    reading = _estimator().read(POSES, {"left": wrench, "right": NOTHING})
+    assert reading.margin == pytest.approx(sign * 0.01, abs=1e-12)
+
+
+@pytest.mark.parametrize("force", [0.0, 0.19 * WEIGHT, -WEIGHT, np.nan])
+def test_silent_below_the_threshold(force):
+    """No reading in the air, near it, when pulled, or from NaN."""
+    wrenches = {"left": [0, 0, force, 0, 0, 0], "right": NOTHING}
+    assert _estimator().read(POSES, wrenches) is None
+
+
+def test_threshold_is_a_share_of_the_weight():
+    """The same load is silent or not by the parameter."""
+    wrenches = {"left": [0, 0, 0.3 * WEIGHT, 0, 0, 0], "right": NOTHING}
+    assert _estimator(threshold=0.31).read(POSES, wrenches) is None
+    assert _estimator(threshold=0.29).read(POSES, wrenches) is not None
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"threshold": 0.05}, {"threshold": 1.5}, {"support_share": 0.0}, {"support_share": np.nan}],
+)
+def test_bad_settings_are_refused(settings):
+    """The error names the setting and its range."""
+    with pytest.raises(SettingError) as caught:
+        _estimator(**settings)
+    assert caught.value.setting in settings
+
+
+def _motion(posture, velocity, acceleration):
+    """Pinocchio's floor wrench about the odom origin (all external force), CoM, and foot poses."""
+    kinematics = RobotKinematics(ROBOT)
+    odometry = FootOdometry(kinematics, loaded_force=1.0)
+    pose = odometry.update(posture, {"left": 300.0, "right": 299.0})
+    model = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
+    model.gravity.linear[:] = [0, 0, -GRAVITY]
+    data = model.createData()
+    q, v, a = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+    q[:7] = pin.SE3ToXYZQUAT(pin.SE3(pose.base[:3, :3].copy(), pose.base[:3, 3].copy()))
+    for name, angle, speed, change in zip(
+        ROBOT.joint_names, posture, velocity, acceleration, strict=True
+    ):
+        joint = model.joints[model.getJointId(name)]
+        q[joint.idx_q], v[joint.idx_v], a[joint.idx_v] = angle, speed, change
+    in_base = pin.rnea(model, data, q, v, a)[:6]
+    return pose, wrench_in_world(in_base, pose.base), pin.centerOfMass(model, data, q)
+
+
+def _shared(whole, poses, share, rng):
+    """Split a wrench about the origin between the soles, at random but for the right's share."""
+    right = whole * share + rng.normal(size=6) * [5, 5, 0, 8, 8, 3]
+    parts = {"left": whole - right, "right": right}
+    return {side: wrench_in_world(part, inverse_pose(poses[side])) for side, part in parts.items()}
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
+def test_standing_zmp_is_below_the_com(share):
+    """At rest in half-sitting, however the feet share the load, the ZMP is the CoM's projection."""
+    pose, whole, com = _motion(ROBOT.half_sitting, np.zeros(30), np.zeros(30))
+    wrenches = _shared(whole, pose.soles, share, np.random.default_rng(3))
+    reading = _estimator().read(pose.soles, wrenches)
+    np.testing.assert_allclose(reading.point, com[:2], atol=1e-9)
+    assert reading.normal_force == pytest.approx(WEIGHT)
+    assert reading.margin == pytest.approx(0.1 + com[0], abs=1e-6)
+
+
+def test_static_single_support():
+    """On the left foot alone the ZMP is the CoM's projection, here outside the sole."""
+    pose, whole, com = _motion(ROBOT.half_sitting, np.zeros(30), np.zeros(30))
+    left = wrench_in_world(whole, inverse_pose(pose.soles["left"]))
+    reading = _estimator().read(pose.soles, {"left": left, "right": NOTHING})
+    np.testing.assert_allclose(reading.point, com[:2], atol=1e-9)
+    assert reading.margin == pytest.approx(com[1] - 0.04, abs=1e-9)
+    assert reading.margin < 0.0
+
+
+def test_moving_zmp_obeys_newton_and_euler():
+    """With joints moving it is the point that the momentum's rate of change gives."""
+    rng = np.random.default_rng(7)
+    velocity, acceleration = rng.normal(size=30) * 0.3, rng.normal(size=30) * 2.0
+    pose, whole, com = _motion(ROBOT.half_sitting, velocity, acceleration)
+    wrenches = _shared(whole, pose.soles, 0.4, rng)
+    reading = _estimator().read(pose.soles, wrenches)
+    about_com = whole[3:] - np.cross(com, whole[:3])  # rate of angular momentum
+    fx, fy, fz = whole[:3]
+    expected = [
+        com[0] - (com[2] * fx + about_com[1]) / fz,
+        com[1] - (com[2] * fy - about_com[0]) / fz,
+    ]
+    np.testing.assert_allclose(reading.point, expected, atol=1e-9)
+    assert np.linalg.norm(reading.point - com[:2]) > 1e-3

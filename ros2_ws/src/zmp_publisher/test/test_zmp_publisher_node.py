@@ -1,0 +1,259 @@
+"""The node zmp_publisher, fed with messages."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from door_impact_common.constants import GRAVITY
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from hrp2_description.robot import load_robot_config
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker
+from zmp_publisher.zmp_publisher_node import ZmpPublisher, main
+
+ROBOT = load_robot_config()
+WEIGHT = ROBOT.mass * GRAVITY
+PERIOD = 5_000_000
+
+
+@pytest.fixture
+def node():
+    """The node, its publishers replaced by lists."""
+    rclpy.init()
+    node = ZmpPublisher()
+    node.sent = {"zmp": [], "tf": [], "com": [], "polygon": [], "marker": [], "diagnostics": []}
+    for name, messages in node.sent.items():
+        publisher = node._diagnostics if name == "diagnostics" else getattr(
+            node, f"_{name}_publisher")
+        publisher.publish = messages.append
+        publisher.get_subscription_count = lambda: 1
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def _stamped(message, time):
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, 1_000_000_000)
+    return message
+
+
+def _joints(time, posture=ROBOT.half_sitting, names=ROBOT.joint_names):
+    message = _stamped(JointState(), time)
+    message.name, message.position = list(names), [float(angle) for angle in posture]
+    return message
+
+
+def _wrench(time, normal, torque_y=0.0):
+    message = _stamped(WrenchStamped(), time)
+    message.wrench.force.z, message.wrench.torque.y = float(normal), float(torque_y)
+    return message
+
+
+def _feed(node, time, left=0.5 * WEIGHT, right=0.5 * WEIGHT, **joints):
+    node._take("left", _wrench(time, left))
+    node._take("joints", _joints(time, **joints))
+    node._take("right", _wrench(time, right))
+
+
+def _status(node):
+    node._publish_diagnostics()
+    status = node.sent["diagnostics"][-1].status[0]
+    return status, {pair.key: pair.value for pair in status.values}
+
+
+def test_zmp_in_odom_with_the_samples_stamp(node):
+    """Each complete set of samples gives one point, in odom, at its own stamp."""
+    for step in range(4):
+        _feed(node, 1_000_000_000 + step * PERIOD, 0.75 * WEIGHT, 0.25 * WEIGHT)
+    assert len(node.sent["zmp"]) == 4
+    last = node.sent["zmp"][-1]
+    assert (last.header.frame_id, last.header.stamp.sec) == ("odom", 1)
+    assert last.header.stamp.nanosec == 3 * PERIOD
+    assert last.point.y == pytest.approx(0.095 * 0.5)
+    assert last.point.z == 0.0
+
+
+def test_silent_below_the_threshold_but_tf_goes_on(node):
+    """In the air /zmp says nothing, the transforms go on from the last foothold."""
+    _feed(node, 0)
+    for step in range(1, 41):
+        _feed(node, step * PERIOD, 0.05 * WEIGHT, 0.05 * WEIGHT)
+    assert len(node.sent["zmp"]) == 1
+    assert len(node.sent["tf"]) == 11
+    status, _ = _status(node)
+    assert status.level == DiagnosticStatus.WARN
+
+
+def test_transforms_are_a_tree_at_the_tf_rate(node):
+    """200 Hz of samples give 50 Hz of 37 transforms, each link once, base_link below odom."""
+    for step in range(200):
+        _feed(node, step * PERIOD)
+    assert len(node.sent["tf"]) == 50
+    transforms = node.sent["tf"][-1].transforms
+    children = [transform.child_frame_id for transform in transforms]
+    assert len(children) == len(set(children)) == 37
+    first = transforms[0]
+    assert (first.header.frame_id, first.child_frame_id) == ("odom", "base_link")
+    assert first.transform.translation.z == pytest.approx(0.648702, abs=1e-6)
+    assert {t.header.frame_id for t in transforms} <= {"odom", *children}
+
+
+def test_no_transforms_when_nobody_listens(node):
+    """Without a subscriber, or with tf_rate 0, no scene is made; /zmp goes on."""
+    scene = ("tf", "com", "polygon", "marker")
+    for name in scene:
+        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 0
+    _feed(node, 0)
+    for name in scene:
+        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 1
+    node._tf_period = 0
+    _feed(node, 10_000_000_000)
+    assert not any(node.sent[name] for name in scene)
+    assert len(node.sent["zmp"]) == 2
+
+
+def test_com_of_the_half_sitting_robot_is_where_the_whole_body_model_has_it(node):
+    """With a free base at the published base_link, Pinocchio finds the same center of mass."""
+    _feed(node, 0)
+    base = node.sent["tf"][-1].transforms[0].transform
+    model = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
+    q = pin.neutral(model)
+    q[:3] = [base.translation.x, base.translation.y, base.translation.z]
+    for name, angle in zip(ROBOT.joint_names, ROBOT.half_sitting, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    com = node.sent["com"][-1]
+    assert com.header.frame_id == "odom"
+    expected = pin.centerOfMass(model, model.createData(), q)
+    np.testing.assert_allclose([com.point.x, com.point.y, com.point.z], expected, atol=1e-9)
+
+
+def test_polygon_is_the_hull_of_the_soles_that_bear_load(node):
+    """On two feet from one outer edge to the other, on one foot that sole alone."""
+    _feed(node, 0)
+    _feed(node, 10_000_000_000, WEIGHT, 0.0)
+    both, left = ([corner.y for corner in m.polygon.points] for m in node.sent["polygon"])
+    inner, outer = ROBOT.soles["left"][2:]
+    assert (min(both), max(both)) == pytest.approx((-0.095 - outer, 0.095 + outer), abs=1e-6)
+    assert (min(left), max(left)) == pytest.approx((0.095 + inner, 0.095 + outer), abs=1e-6)
+    assert {m.header.frame_id for m in node.sent["polygon"]} == {"odom"}
+
+
+def test_markers_are_at_zmp_and_com_and_the_zmps_goes_in_the_air(node):
+    """One ball each; without a ZMP its ball is deleted and the CoM's stays."""
+    _feed(node, 0, 0.75 * WEIGHT, 0.25 * WEIGHT)
+    _feed(node, 10_000_000_000, 0.01 * WEIGHT, 0.01 * WEIGHT)
+    balls, air = ({m.ns: m for m in array.markers} for array in node.sent["marker"])
+    zmp, com = node.sent["zmp"][0].point, node.sent["com"][0].point
+    assert balls["zmp"].pose.position == zmp
+    assert balls["com"].pose.position == com
+    assert air["zmp"].action == Marker.DELETE
+    assert air["com"].action == Marker.ADD
+
+
+def test_joint_order_of_the_message_does_not_matter(node):
+    """Joints are found by name, and further joints do no harm."""
+    order = np.random.default_rng(0).permutation(30)
+    names = [ROBOT.joint_names[i] for i in order] + ["door_hinge"]
+    _feed(node, 0, posture=[*ROBOT.half_sitting[order], 0.3], names=names)
+    z = node.sent["tf"][0].transforms[0].transform.translation.z
+    assert z == pytest.approx(0.648702, abs=1e-6)
+
+
+def test_bad_joint_states_are_skipped(node, capfd):
+    """Missing joints and NaN give no ZMP and a warning that names the joint."""
+    _feed(node, 0, posture=ROBOT.half_sitting[:-1], names=ROBOT.joint_names[:-1])
+    bad = np.array(ROBOT.half_sitting)
+    bad[3] = np.nan
+    _feed(node, PERIOD, posture=bad)
+    assert not node.sent["zmp"]
+    assert "LARM_JOINT6" in capfd.readouterr().err
+    _feed(node, 2 * PERIOD)
+    assert len(node.sent["zmp"]) == 1
+
+
+def test_time_jump_backwards_fixes_odom_anew(node):
+    """After a reset the robot stands at the origin, whatever its base had moved to before."""
+    _feed(node, 10_000_000_000)
+    turned = np.array(ROBOT.half_sitting)
+    turned[[ROBOT.index("LLEG_JOINT0"), ROBOT.index("RLEG_JOINT0")]] = 0.2
+    _feed(node, 10_020_000_000, posture=turned)
+    moved = node.sent["tf"][-1].transforms[0].transform.rotation.z
+    assert abs(moved) > 0.05
+    _feed(node, 0)
+    base = node.sent["tf"][-1].transforms[0].transform
+    assert base.rotation.z == pytest.approx(0.0, abs=1e-9)
+    assert base.translation.x == pytest.approx(-0.009490, abs=1e-6)
+
+
+def test_diagnostics_tell_margin_and_polygon(node):
+    """Margin in millimetres, support and polygon; stale without samples, error outside."""
+    status, _ = _status(node)
+    assert status.level == DiagnosticStatus.STALE
+    _feed(node, 0)
+    status, values = _status(node)
+    assert status.level == DiagnosticStatus.OK
+    assert float(values["margin_mm"]) == pytest.approx(100.0, abs=0.1)
+    assert values["support"] == "left+right"
+    assert len(values["polygon"].split(";")) >= 4
+    node._take("joints", _joints(PERIOD))
+    node._take("left", _wrench(PERIOD, WEIGHT, torque_y=-0.14 * WEIGHT))
+    node._take("right", _wrench(PERIOD, 0.0))
+    status, values = _status(node)
+    assert status.level == DiagnosticStatus.ERROR
+    assert float(values["margin_mm"]) == pytest.approx(-10.0, abs=0.1)
+    assert values["support"] == "left"
+
+
+def test_topics_reach_the_node_and_its_answer_comes_back():
+    """Through the middleware: joint states and wrenches in, /zmp and /diagnostics out."""
+    rclpy.init()
+    node, other = ZmpPublisher(), Node("feeder")
+    executor = SingleThreadedExecutor()
+    for each in (node, other):
+        executor.add_node(each)
+    points, arrays = [], []
+    other.create_subscription(PointStamped, "/zmp", points.append, 10)
+    other.create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
+    joints = other.create_publisher(JointState, "/joint_states", 50)
+    feet = {
+        side: other.create_publisher(WrenchStamped, f"/{side}_foot/wrench", 50)
+        for side in ("left", "right")
+    }
+    try:
+        for step in range(2000):  # until discovery is over and answers have come
+            time = step * PERIOD
+            joints.publish(_joints(time))
+            for publisher in feet.values():
+                publisher.publish(_wrench(time, 0.5 * WEIGHT))
+            executor.spin_once(timeout_sec=0.01)
+            if points and arrays:
+                break
+        assert points
+        assert arrays
+        assert points[0].point.y == pytest.approx(0.0, abs=1e-9)
+    finally:
+        for each in (node, other):
+            each.destroy_node()
+        executor.shutdown()
+        rclpy.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("parameter", "name"),
+    [
+        ("threshold:=0.01", "threshold"),
+        ("threshold:=nonsense", "threshold"),
+        ("tf_rate:=-1.0", "tf_rate"),
+        ("reliability:=sometimes", "reliability"),
+        ("robot_config:=/nowhere/robot.yaml", "/nowhere/robot.yaml"),
+    ],
+)
+def test_bad_parameters_end_with_a_message_and_status_1(parameter, name, capfd):
+    """A value out of range, of the wrong type, or a missing file is named, without traceback."""
+    assert main(["--ros-args", "-p", parameter]) == 1
+    error = capfd.readouterr().err
+    assert name in error
+    assert "Traceback" not in error

@@ -1,0 +1,118 @@
+"""From poses and ZMP readings to the messages of zmp_publisher."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from door_impact_common.arrays import Array
+from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, TransformStamped
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from zmp_publisher.zmp_estimator import ZmpReading
+
+_DIAMETER = 0.04  # of the markers [m]
+_COLORS = {"zmp": (0.9, 0.1, 0.1), "com": (0.1, 0.4, 0.9)}  # red, green, blue
+
+
+def wrench_row(wrench: Any) -> Array:
+    """Force and torque (6,) of a Wrench [N, N m]."""
+    force, torque = wrench.force, wrench.torque
+    return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
+
+
+def point(stamp: Any, frame: str, place: Iterable[float]) -> PointStamped:
+    """A point (2,) on the floor or (3,) [m] in a frame."""
+    message = PointStamped()
+    message.header.stamp = stamp
+    message.header.frame_id = frame
+    _set_point(message.point, place)
+    return message
+
+
+def polygon(stamp: Any, frame: str, corners: Array) -> PolygonStamped:
+    """A polygon (M, 2) [m] on the floor of a frame."""
+    message = PolygonStamped()
+    message.header.stamp = stamp
+    message.header.frame_id = frame
+    message.polygon.points = [Point32(x=x, y=y) for x, y in corners.tolist()]
+    return message
+
+
+def transforms(stamp: Any, frames: Iterable[tuple[str, str]], rows: Iterable[Any]) -> TFMessage:
+    """Transforms from (parent, child) and rows (7,): x, y, z [m] and the quaternion x, y, z, w."""
+    message = TFMessage()
+    message.transforms = [
+        _transform(stamp, frame, row) for frame, row in zip(frames, rows, strict=True)
+    ]
+    return message
+
+
+def markers(stamp: Any, frame: str, places: Mapping[str, Iterable[float] | None]) -> MarkerArray:
+    """Balls at the places of ``zmp`` and ``com`` [m] in a frame; one without a place disappears.
+
+    Foxglove draws no PointStamped.
+    """
+    message = MarkerArray()
+    message.markers = [_marker(stamp, frame, name, place) for name, place in places.items()]
+    return message
+
+
+def diagnostics(
+    stamp: Any, robot: str, state: tuple[bytes, str], values: Mapping[str, str]
+) -> DiagnosticArray:
+    """Level and text, with values beside them."""
+    status = DiagnosticStatus()
+    status.name = "zmp_publisher: ZMP"
+    status.hardware_id = robot
+    status.level, status.message = state
+    status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+    message = DiagnosticArray()
+    message.header.stamp = stamp
+    message.status = [status]
+    return message
+
+
+def reading_values(reading: ZmpReading) -> dict[str, str]:
+    """A reading as texts for diagnostics: lengths in [m] unless the key says so, force in [N]."""
+    return {
+        "margin_mm": f"{reading.margin * 1e3:.1f}",
+        "zmp": f"{reading.point[0]:.4f} {reading.point[1]:.4f}",
+        "support": "+".join(reading.loaded),
+        "polygon": "; ".join(f"{x:.4f} {y:.4f}" for x, y in reading.polygon),
+        "normal_force": f"{reading.normal_force:.1f}",
+    }
+
+
+def _set_point(field: Any, place: Iterable[float]) -> None:
+    for axis, value in zip("xyz", place, strict=False):
+        setattr(field, axis, float(value))
+
+
+def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStamped:
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id, message.child_frame_id = frames
+    to, turn = message.transform.translation, message.transform.rotation
+    to.x, to.y, to.z, turn.x, turn.y, turn.z, turn.w = (float(value) for value in row)
+    return message
+
+
+def _marker(stamp: Any, frame: str, name: str, place: Iterable[float] | None) -> Marker:
+    message = Marker()
+    message.header.stamp = stamp
+    message.header.frame_id = frame
+    message.ns = name
+    if place is None:
+        message.action = Marker.DELETE
+        return message
+    message.type, message.action = Marker.SPHERE, Marker.ADD
+    _set_point(message.pose.position, place)
+    message.scale.x = message.scale.y = message.scale.z = _DIAMETER
+    color = message.color
+    color.r, color.g, color.b = _COLORS[name]
+    color.a = 1.0
+    return message

@@ -1,0 +1,134 @@
+"""Zero-moment point from the wrenches under the feet.
+
+The ZMP is the point of the floor about which the contact forces have no horizontal moment
+(Vukobratovic and Borovac, "Zero-moment point - thirty-five years of its life", 2004; Kajita et al.,
+"Introduction to Humanoid Robotics", 2014, section 3.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.errors import SettingError
+from hrp2_description.support import polygon_margin, sole_corners, support_polygon
+from numpy.typing import ArrayLike
+
+Rect = tuple[float, float, float, float]
+
+
+def wrench_in_world(wrench: ArrayLike, pose: ArrayLike) -> Array:
+    """Return a wrench about the world's origin, from the one about and in a frame.
+
+    Args:
+        wrench: Force and torque (..., 6) [N, N m] in the frame, about its origin.
+        pose: The frame in the world (..., 4, 4).
+
+    Returns:
+        Force and torque (..., 6) in the world, about its origin.
+    """
+    given = np.asarray(wrench, dtype=float)
+    placed = np.asarray(pose, dtype=float)
+    turn = placed[..., :3, :3]
+    force = (turn @ given[..., :3, None])[..., 0]
+    torque = (turn @ given[..., 3:, None])[..., 0]
+    (x, y, z), (fx, fy, fz) = np.moveaxis(placed[..., :3, 3], -1, 0), np.moveaxis(force, -1, 0)
+    lever = np.stack([y * fz - z * fy, z * fx - x * fz, x * fy - y * fx], axis=-1)
+    return np.concatenate([force, torque + lever], axis=-1)
+
+
+def zmp_on_floor(wrench: ArrayLike, height: float = 0.0) -> Array:
+    """Return the ZMP of the whole wrench of the floor on the robot.
+
+    Setting the horizontal part of tau - p x f to zero with p_z = height gives
+    p_x = (p_z f_x - tau_y) / f_z and p_y = (p_z f_y + tau_x) / f_z.
+
+    Args:
+        wrench: Force and torque (..., 6) [N, N m] in the world, about its origin.
+        height: Of the floor [m].
+
+    Returns:
+        The ZMP's x and y (..., 2) [m]; NaN where the floor does not push (f_z <= 0).
+    """
+    given = np.asarray(wrench, dtype=float)
+    normal = np.where(given[..., 2] > 0.0, given[..., 2], np.nan)
+    x = (height * given[..., 0] - given[..., 4]) / normal
+    y = (height * given[..., 1] + given[..., 3]) / normal
+    return np.stack([x, y], axis=-1)
+
+
+@dataclass(frozen=True)
+class ZmpReading:
+    """The ZMP and how far it is from the edge of what bears the robot.
+
+    Attributes:
+        point: The ZMP's x and y (2,) in the world, on the floor [m].
+        normal_force: Of the floor on both soles [N].
+        loaded: The soles that make the support polygon.
+        polygon: Its corners (M, 2), counter-clockwise [m].
+        margin: Signed distance from the ZMP to the nearest edge, positive inside [m].
+    """
+
+    point: Array
+    normal_force: float
+    loaded: tuple[str, ...]
+    polygon: Array
+    margin: float
+
+
+class ZmpEstimator:
+    """ZMP and margin of a robot that stands on one or two soles.
+
+    Args:
+        weight: Of the robot [N].
+        soles: ``left`` and ``right``: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
+        threshold: Share of the weight below which there is no reading.
+        support_share: A sole that bears more than this share of the weight counts as support.
+
+    Raises:
+        SettingError: If a setting is out of its range.
+    """
+
+    def __init__(
+        self,
+        weight: float,
+        soles: Mapping[str, Rect],
+        *,
+        threshold: float = 0.2,
+        support_share: float = 0.05,
+    ) -> None:
+        if not (np.isfinite(weight) and weight > 0.0):
+            raise SettingError("weight", weight, "positive")
+        if not 0.0 < support_share < 0.5:
+            raise SettingError("support_share", support_share, "in (0, 0.5)")
+        # Below twice the support share no sole need count, and there would be no polygon.
+        if not 2.0 * support_share <= threshold <= 1.0:
+            raise SettingError("threshold", threshold, f"in [{2.0 * support_share:g}, 1]")
+        self._soles = dict(soles)
+        self._least_total = threshold * weight
+        self._least_sole = support_share * weight
+
+    def read(
+        self, poses: Mapping[str, Array], wrenches: Mapping[str, ArrayLike]
+    ) -> ZmpReading | None:
+        """Return the reading of one sample.
+
+        Args:
+            poses: Of each sole in the world (4, 4).
+            wrenches: Of the floor on each sole (6,) [N, N m], in the sole's frame about its origin.
+
+        Returns:
+            The reading; None while the feet bear less than the threshold (or say NaN).
+        """
+        parts = {side: wrench_in_world(wrenches[side], poses[side]) for side in self._soles}
+        total = np.sum(list(parts.values()), axis=0)
+        if not (np.isfinite(total).all() and total[2] >= self._least_total):
+            return None
+        loaded = tuple(side for side in self._soles if parts[side][2] > self._least_sole)
+        corners = [sole_corners(self._soles[side], poses[side]) for side in loaded]
+        polygon = support_polygon(*corners)
+        point = zmp_on_floor(total)
+        margin = float(polygon_margin(point, polygon))
+        return ZmpReading(point, float(total[2]), loaded, polygon, margin)
