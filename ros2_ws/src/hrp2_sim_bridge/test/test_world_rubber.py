@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
+from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.settings import SensorSettings
 from hrp2_sim_bridge.world import World
 
-SIDES = ("left", "right")
 HALF_SOLE = {"roll": 0.065, "pitch": 0.115}  # [m]
 EXACT = SensorSettings(sensor_noise=False)
 

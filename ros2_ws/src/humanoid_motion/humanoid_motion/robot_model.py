@@ -16,14 +16,13 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
 from humanoid_motion.leg_ik import LegGeometry
 
-SIDES = ("right", "left")
 TOWARDS_DOOR = (0.0, -1.0, 0.0)
 _BELOW = "yz"
 # Joints of a leg that `leg_ik` solves, and along which axes each may stand off the one before: the

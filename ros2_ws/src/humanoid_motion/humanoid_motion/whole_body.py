@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 
 # The waist moves about this much faster than the CoM, as the legs lag: slope of the first step.
 _WAIST_PER_COM = 1.17

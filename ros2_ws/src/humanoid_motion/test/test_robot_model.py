@@ -6,7 +6,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from hrp2_description.errors import RobotConfigError
-from humanoid_motion.robot_model import SIDES, RobotModel
+from hrp2_description.robot import SIDES
+from humanoid_motion.robot_model import RobotModel
 
 
 @pytest.fixture(scope="module")

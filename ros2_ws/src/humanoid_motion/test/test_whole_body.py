@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import min_jerk, rest_to_rest, still
-from humanoid_motion.robot_model import SIDES, braced_upper_body
+from humanoid_motion.robot_model import braced_upper_body
 from humanoid_motion.whole_body import (
     com_course,
     require_joint_limits,

@@ -8,9 +8,9 @@ import pytest
 from door_model.door.config import load_door
 from door_model.identification.parameters import PARAMETERS
 from door_model.motion.dynamics import peak
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import TOLERANCE
-from humanoid_motion.robot_model import SIDES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner.errors import (

@@ -13,10 +13,10 @@ from door_model.door.config import door_names, load_door
 from door_model.door.door import Zone
 from door_model.identification.parameters import PARAMETERS
 from door_model.motion.dynamics import peak
+from hrp2_description.robot import SIDES
 from humanoid_motion.clearance import bodies_of
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import SIDES
 from humanoid_motion.zmp import inverse_dynamics, margins
 from impact_planner.errors import PLANNING_ERRORS
 from impact_planner.hit.leaf import LeafFrame

@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hrp2_description.data import share_folders
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.leg_ik import leg_ik
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner.hit.leaf import LeafFrame

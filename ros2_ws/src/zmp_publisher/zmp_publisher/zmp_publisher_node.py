@@ -12,7 +12,7 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import run_node
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.kinematics import RobotKinematics, pose_row
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -37,7 +37,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "diagnostics_rate": (10.0, "diagnostics a second [Hz]"),
     "reliability": ("reliable", "of the three subscriptions: reliable or best_effort"),
 }
-JOINTS, FEET = "joints", ("left", "right")
+JOINTS = "joints"
 QUEUE = 50
 
 
@@ -70,7 +70,7 @@ class ZmpPublisher(Node):
             loaded_force=share * weight,
             hysteresis=self._number("hysteresis"),
         )
-        self._pairer: StampPairer[Any] = StampPairer((JOINTS, *FEET), capacity=QUEUE)
+        self._pairer: StampPairer[Any] = StampPairer((JOINTS, *SIDES), capacity=QUEUE)
         self._stamp = -1
         self._tf_stamp = -1
         self._fresh = 0
@@ -87,7 +87,7 @@ class ZmpPublisher(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         qos = QoSProfile(depth=QUEUE, reliability=_reliability(self._text("reliability")))
         self.create_subscription(JointState, "joint_states", partial(self._take, JOINTS), qos)
-        for side in FEET:
+        for side in SIDES:
             take = partial(self._take, side)
             self.create_subscription(WrenchStamped, f"{side}_foot/wrench", take, qos)
         self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
@@ -105,7 +105,7 @@ class ZmpPublisher(Node):
         stamp = message.header.stamp
         together = self._pairer.add(stream, stamp.sec * 1_000_000_000 + stamp.nanosec, message)
         if together is not None:
-            self._process(together[JOINTS], {side: together[side].wrench for side in FEET})
+            self._process(together[JOINTS], {side: together[side].wrench for side in SIDES})
 
     def _process(self, joints: Any, wrenches: dict[str, Any]) -> None:
         stamp = joints.header.stamp

@@ -10,8 +10,8 @@ import pinocchio as pin
 from builtin_interfaces.msg import Time
 from door_impact_common.arrays import Array
 from door_model.door.config import load_door
-from hrp2_description.robot import load_robot_config
-from humanoid_motion.robot_model import SIDES, RobotModel
+from hrp2_description.robot import SIDES, load_robot_config
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.stance import stance_for_step
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.phase_plan import PhasePlan
@@ -162,7 +162,7 @@ def _iterated(robot: RobotModel, plan: ImpactPlan, phase: PhasePlan) -> Iterator
         right = robot.leg_chains["right"].place(row[None], truth[None]).end[0]
         for _ in range(_IK_PASSES):
             at = robot.configuration(base, whole)
-            error, jacobian = _tasks(robot, at, com, truth[2], (right, plan.left_foot), base)
+            error, jacobian = _tasks(robot, at, com, truth[2], (plan.left_foot, right), base)
             if np.abs(error).max() < _IK_TOLERANCE:
                 break
             change = np.linalg.solve(jacobian[:, free], error)

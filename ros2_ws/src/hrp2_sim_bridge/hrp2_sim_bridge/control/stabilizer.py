@@ -24,12 +24,11 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.spline import JointState
 
 from hrp2_sim_bridge.control.stance_reference import Stance, StanceModel
 from hrp2_sim_bridge.physics.frames import cross, rotation
-from hrp2_sim_bridge.physics.robot_body import SIDES
 from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import TICK
 

@@ -12,10 +12,8 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.spline import JointState
-
-from hrp2_sim_bridge.physics.robot_body import SIDES
 
 _LEAST_LOAD = 0.2  # share of the weight that the floor bears at least, however fast the motion
 _ON_FLOOR = 0.002  # a sole no higher than this over the other stands, too [m]

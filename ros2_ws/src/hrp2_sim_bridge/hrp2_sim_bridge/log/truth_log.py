@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.log.recorder import Recorder
 from hrp2_sim_bridge.log.truth import CenterOfMass
-from hrp2_sim_bridge.physics.robot_body import FRAME_VALUES, SIDES, RobotBody
+from hrp2_sim_bridge.physics.robot_body import FRAME_VALUES, RobotBody
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 from hrp2_sim_bridge.sensors.readings import TickReadings
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import SIDES, RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.frames import BodyState, cross, quaternion_product, rotation
@@ -16,7 +16,6 @@ from hrp2_sim_bridge.physics.rotors import load_robot, moments_by_link
 from hrp2_sim_bridge.physics.rubber import lay_rubber
 from hrp2_sim_bridge.physics.servos import JointServos
 
-SIDES = ("left", "right")
 _LINKS, _LINK_VALUES, _BASE_VALUES = 4, 16, 13
 FRAME_VALUES = _LINKS * _LINK_VALUES + _BASE_VALUES
 _FASTEST_JOINT = 1000.0  # PyBullet's own clamp, out of the way [rad/s]

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.physics.door_body import DoorState
 from hrp2_sim_bridge.physics.frames import BodyState
 from hrp2_sim_bridge.physics.hit_meter import Touch
-from hrp2_sim_bridge.physics.robot_body import SIDES, RobotBody
+from hrp2_sim_bridge.physics.robot_body import RobotBody
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 
 

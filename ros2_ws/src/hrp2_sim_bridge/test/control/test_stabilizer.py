@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
+from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.control.stabilizer import (
     Stabilizer,
     StabilizerSettings,
@@ -18,7 +19,6 @@ from humanoid_motion.spline import JointState
 
 CENTERS = np.array([[0.015, 0.105], [0.015, -0.305]])
 REACH = np.array([0.105, 0.055])
-SIDES = ("left", "right")
 
 
 def shared(zmp, standing=(True, True), inset=0.02):

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from humanoid_motion.robot_model import SIDES, RobotModel
+from hrp2_description.robot import SIDES
+from humanoid_motion.robot_model import RobotModel
 from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 

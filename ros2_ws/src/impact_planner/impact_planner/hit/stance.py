@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
-from humanoid_motion.robot_model import SIDES, RobotModel, braced_upper_body
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from humanoid_motion.whole_body import solve
 
 from impact_planner.hit.leaf import LeafFrame

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest, still
-from humanoid_motion.robot_model import SIDES, RobotModel, braced_upper_body
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from humanoid_motion.whole_body import require_joint_limits, solve, within_ranges
 
 from impact_planner.hit.posture import RESERVE

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import DoorImpactError
+from hrp2_description.robot import SIDES
 from humanoid_motion.clearance import LeafCourse
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.hit.floor_load import require_grip
 from impact_planner.motion.after_hit import (

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.zmp import GRAVITY, Dynamics, edge_margin, inverse_dynamics, margins
 from scipy.optimize import brentq, minimize_scalar
 

@@ -13,9 +13,9 @@ from door_impact_common.node import run_node
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped, WrenchStamped
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import initial_feet

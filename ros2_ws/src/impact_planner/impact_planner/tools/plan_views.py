@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 from door_model.tools.drawing import BLUE, GREEN, GREY, ORANGE, PINK
-from humanoid_motion.robot_model import SIDES, RobotModel
+from hrp2_description.robot import SIDES
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.impact_plan import ImpactPlan

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 from door_model.tools.drawing import BLUE, GREEN, GREY, ORANGE, PINK
+from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.hold import LATE

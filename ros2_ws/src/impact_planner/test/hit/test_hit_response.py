@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
-from humanoid_motion.robot_model import SIDES, TOWARDS_DOOR, RobotModel
+from humanoid_motion.robot_model import TOWARDS_DOOR, RobotModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner.hit import momentum

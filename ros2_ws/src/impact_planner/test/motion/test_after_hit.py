@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_model.door.config import load_door
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import SIDES
 from humanoid_motion.zmp import inverse_dynamics, margins
 from impact_planner.errors import PLANNING_ERRORS
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com

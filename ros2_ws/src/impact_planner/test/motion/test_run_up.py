@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit
-from humanoid_motion.robot_model import SIDES
 from humanoid_motion.whole_body import com_course, require_joint_limits
 from humanoid_motion.zmp import inverse_dynamics, margins
 from hypothesis import given, settings

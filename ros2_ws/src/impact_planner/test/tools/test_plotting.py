@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from door_model.door.config import load_door
 from hrp2_description.data import share_folders
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.clearance import bodies_of
-from humanoid_motion.robot_model import SIDES, RobotModel
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
