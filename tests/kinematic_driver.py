@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 import rclpy
 from builtin_interfaces.msg import Time
+from door_impact_common.constants import GRAVITY
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
 from door_model.door.config import load_geometry
@@ -28,7 +29,7 @@ TICK = 0.005         # [s] between two joint states
 SAMPLE = 0.001       # [s] between two of the counter board's samples
 BATCH = 20           # samples
 COUNTS_PER_TURN, COUNTER = 14400, 2**16
-GRAVITY = np.array([0.0, 0.0, 9.81])
+UPWARDS = np.array([0.0, 0.0, GRAVITY])  # what an accelerometer at rest reads [m/s^2]
 GRIPPER = "RHAND_JOINT0"  # the real robot has joints that nobody here knows
 
 
@@ -155,7 +156,7 @@ class KinematicDriver(Node):
         turn, rate, force = imu.orientation, imu.angular_velocity, imu.linear_acceleration
         turn.x, turn.y, turn.z, turn.w = q[3:7].tolist()
         rate.x, rate.y, rate.z = v[3:6].tolist()
-        up = pin.XYZQUATToSE3(q[:7]).rotation.T @ GRAVITY
+        up = pin.XYZQUATToSE3(q[:7]).rotation.T @ UPWARDS
         force.x, force.y, force.z = (a[:3] + np.cross(v[3:6], v[:3]) + up).tolist()
         self._imu.publish(imu)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from door_impact_evaluation.run import evaluation, simulation_log
 from hrp2_description.robot import load_robot_config
 from PIL import Image, ImageSequence
@@ -148,7 +149,7 @@ def test_the_zmp_of_the_1_khz_wrenches_stays_over_the_soles(log: dict[str, Any])
     assert (zmp_x < soles[:, :, 0].max(axis=0) + x_max).all()
     assert (zmp_y > soles[:, :, 1].min(axis=0) - y_out).all()
     assert (zmp_y < soles[:, :, 1].max(axis=0) + y_out).all()
-    assert forces[bears].mean() == pytest.approx(58.0 * 9.81, rel=0.005)
+    assert forces[bears].mean() == pytest.approx(58.0 * GRAVITY, rel=0.005)
 
 
 def test_eq_1_takes_the_planned_speed_to_the_target(

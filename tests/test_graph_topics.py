@@ -13,6 +13,7 @@ import pinocchio
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
+from door_impact_common.constants import GRAVITY
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from running_graph import seconds
 from sensor_msgs.msg import JointState
@@ -87,7 +88,7 @@ def test_the_soles_carry_the_weight(graph: Any) -> None:
         assert {m.header.frame_id for m in told} == {f"{side[0]}_sole"}
         force[side] = float(np.mean(
             [m.wrench.force.z for m in told if seconds(m.header.stamp) in both]))
-    assert sum(force.values()) == pytest.approx(58.0 * 9.81, rel=0.005)
+    assert sum(force.values()) == pytest.approx(58.0 * GRAVITY, rel=0.005)
     assert force["left"] == pytest.approx(force["right"], rel=0.1)
 
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.record import Motion
 from hrp2_description.robot import load_robot_config
 
 ROBOT = load_robot_config()
-WEIGHT = ROBOT.mass * 9.81
+WEIGHT = ROBOT.mass * GRAVITY
 
 
 def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> Motion:

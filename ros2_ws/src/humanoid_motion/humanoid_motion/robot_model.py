@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
@@ -331,7 +332,10 @@ def _load(config: RobotConfig) -> Any:
     model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
     moving = {"universe", "root_joint", *config.joint_names}
     fixed = [model.getJointId(name) for name in model.names if name not in moving]
-    return pin.buildReducedModel(model, fixed, pin.neutral(model)) if fixed else model
+    if fixed:
+        model = pin.buildReducedModel(model, fixed, pin.neutral(model))
+    model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own is 9.81
+    return model
 
 
 def _is_parallel(placement: Any) -> bool:

@@ -13,8 +13,6 @@ from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
 
-GRAVITY = 9.81  # [m/s^2]
-
 
 @dataclass(frozen=True)
 class Load:

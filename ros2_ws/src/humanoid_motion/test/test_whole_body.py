@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import min_jerk, rest_to_rest, still
@@ -15,8 +16,6 @@ from humanoid_motion.whole_body import (
 from humanoid_motion.zmp import Load, inverse_dynamics, joint_torques, margins
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-GRAVITY = 9.81
 
 
 def swaying(robot, stance, reach=0.05, duration=1.5):

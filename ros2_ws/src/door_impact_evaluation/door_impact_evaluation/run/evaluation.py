@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import RobotConfig
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
 
@@ -151,7 +152,7 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
         np.stack([s[:, 0] * w[:, 2] - w[:, 4], s[:, 1] * w[:, 2] + w[:, 3]], axis=1)
         for s, w in zip(soles, wrenches, strict=True))
     with np.errstate(divide="ignore", invalid="ignore"):
-        zmp = np.where(total[:, None] > 0.2 * robot.mass * 9.81, moment / total[:, None], np.nan)
+        zmp = np.where(total[:, None] > 0.2 * robot.mass * GRAVITY, moment / total[:, None], np.nan)
     bears = load > BEARS_WEIGHT * total
     margin, low, high = (np.full(len(total), np.nan) for _ in range(3))
     # Feet stand still most of the time: one polygon for each place they stood on, to 0.1 mm.

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from door_impact_common.constants import GRAVITY
 from humanoid_motion.errors import PostureUnreachable
-from humanoid_motion.zmp import GRAVITY
 
 from impact_planner.hit import momentum
 from impact_planner.hit.hit_response import HitResponse

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError
 from door_model.door.door import Door
 from door_model.motion.dynamics import follow_free
@@ -24,7 +25,7 @@ from humanoid_motion.knots import quintic
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import solve
-from humanoid_motion.zmp import GRAVITY, Load
+from humanoid_motion.zmp import Load
 
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame

@@ -29,7 +29,8 @@ _SAMPLES = 60
 _PASSES = 3
 _MOST_JERK = 40.0  # [m/s^3]; at which the ZMP moves by some 3 m/s
 _JERK_PRICE = 5e-4  # [m] of margin for 1 m/s^3
-_RISE_TIMES = (0.7, 0.9, 1.1, 1.4)  # tried [s]
+_RISE_TIMES = (0.7, 0.9, 1.1, 1.4)  # tried, rising [s]
+_TIE = 1e-4  # [m] of margin
 _STEPS = (1e-3, 1e-2, 1e-1)  # [m], [m/s], [m/s^2] of differences of the ZMP
 
 
@@ -99,7 +100,9 @@ def best_run_up(
             found.append((answer.worth, course, answer))
     if not found:
         return None
-    _, course, answer = max(found, key=lambda one: one[0])
+    # Of courses that differ by less than _TIE the longest, so that no rounding decides.
+    best = max(worth for worth, _, _ in found)
+    _, course, answer = [one for one in found if one[0] > best - _TIE][-1]
     # Once more, about what was found: there the ZMP is nearly what the programme takes it for.
     again = course.solve(zmp, edges, answer.coefficients, _Aim(speed=(speed, speed)))
     if again is not None and again.worth > answer.worth:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from door_model.door.config import load_door
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit, PostureUnreachable
@@ -106,7 +107,7 @@ def test_a_missed_contact_is_judged_where_the_legs_reach_no_further(robot, plan)
     """The capture point of Pratt et al. at the run-up's full speed, where its stop would end."""
     y, height = plan.phase("cam").com_samples[-1, 1], plan.b_r
     edge = robot.feet["right"].corners(plan.right_foot)[:, 1].min()
-    capture = y - plan.v_com * math.sqrt(height / 9.81)
+    capture = y - plan.v_com * math.sqrt(height / GRAVITY)
     assert plan.branches.missed_margin == pytest.approx(capture - edge, abs=1e-5)
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from door_model.motion.dynamics import simulate
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame
@@ -104,7 +105,7 @@ def test_com_leans_against_the_force(robot, hold):
     motion = hold.phase.motion
     com = [robot.com(robot.configuration(motion.base[i], motion.joints[i])) for i in (0, -1)]
     lean = com[1] - com[0]
-    expected = -hold.load.force[-1] * hold.hand.height / (robot.mass * 9.81)
+    expected = -hold.load.force[-1] * hold.hand.height / (robot.mass * GRAVITY)
     np.testing.assert_allclose(lean[:2], expected[:2], atol=2e-4)
     assert lean[1] < 0.0
 

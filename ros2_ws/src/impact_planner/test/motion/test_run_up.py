@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.whole_body import com_course, require_joint_limits
@@ -261,5 +262,5 @@ def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, stance, r
     reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
     edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
     assert reserve[0] == pytest.approx(run_up.y_start - edge)
-    omega = math.sqrt(9.81 / stance.posture.b_r)
+    omega = math.sqrt(GRAVITY / stance.posture.b_r)
     assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)
