@@ -79,7 +79,7 @@ def test_inertia_about_the_com_is_a_plausible_robot_s(robot, at_hit):
 
 def test_soles_lie_on_the_floor_under_the_ankles(robot):
     """The support area is the safe sole of robot.yaml, mirrored."""
-    right, left = (robot.feet[side].corners(np.zeros(3)) for side in SIDES)
+    left, right = (robot.feet[side].corners(np.zeros(3)) for side in SIDES)
     np.testing.assert_allclose(np.sort(right[:, 1]), np.sort(-left[:, 1]))
     np.testing.assert_allclose(np.sort(right[:, 0]), np.sort(left[:, 0]))
     assert right[:, 1].max() < -right[:, 1].min()  # the inner edge is the nearer one
