@@ -139,7 +139,7 @@ def test_step_lifts_the_foot_and_sets_it_down_where_it_belongs(robot, plan):
     heights = []
     for joints in plan.phase("step").knots.at(np.linspace(0.0, 1.2, 100))[0]:
         q = robot.configuration(np.zeros(3), joints)
-        right, left = (robot.frame_position(q, robot.feet[side].frame) for side in SIDES)
+        left, right = (robot.frame_position(q, robot.feet[side].frame) for side in SIDES)
         heights.append(right[2] - left[2])
     assert min(heights) > -2e-4
     assert 0.03 < max(heights) < 0.04
