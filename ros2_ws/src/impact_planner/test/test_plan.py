@@ -128,9 +128,9 @@ def test_carrying_soles_stay_on_the_floor_along_the_spline(robot, plan):
             continue
         for joints in phase.knots.at(np.linspace(0.0, phase.knots.time[-1], 40))[0]:
             q = robot.configuration(np.zeros(3), joints)
-            soles = [robot.frame_position(q, robot.feet[side].frame) for side in SIDES]
+            soles = {side: robot.frame_position(q, robot.feet[side].frame) for side in SIDES}
             np.testing.assert_allclose(
-                soles[0] - soles[1], [0.0, expected[phase.name], 0.0], atol=2e-4
+                soles["right"] - soles["left"], [0.0, expected[phase.name], 0.0], atol=2e-4
             )
 
 
