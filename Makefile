@@ -7,14 +7,15 @@ READY := ros2_ws/install/.ready
 ENV := . ros2_ws/install/local_setup.sh &&
 PYTHON := $(ENV) exec python3
 ROS2 := $(ENV) exec ros2
-TESTS := ros2_ws/src tests embedded/tests/conformance
+RUNTIME :=
 WORKERS :=
 else
 READY := .venv/.ready
 PYTHON := .venv/bin/python
 ROS2 := .venv/bin/ros2
-TESTS :=
-WORKERS := -n auto --maxprocesses 8 --dist loadfile
+RUNTIME := embedded/tests
+# One worker more than cores: tests that wait for processes leave their core to others.
+WORKERS := -n $(shell expr $$(nproc) + 1) --maxprocesses 8 --dist loadgroup --no-loadscope-reorder
 endif
 VENV := .venv
 BIN := $(VENV)/bin
@@ -31,13 +32,15 @@ SEED ?= 1
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo up test lint bench sweep clean
+.PHONY: help setup demo up test test-all test-runtime lint bench sweep clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited HOLD=hold|retreat GUI=1 HITS=2"
 	@echo "make up      the same nodes, left running until Ctrl-C"
-	@echo "make test    every test          make lint    ruff, mypy and import-linter"
+	@echo "make test    every package, the graph and the demo, in minutes"
+	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
+	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed doors, how far they open (out/sweep/)   N=50 SEED=1"
 
@@ -79,9 +82,19 @@ demo: $(READY)
 up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)" experience:=out/experience.yaml
 
+# Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)
-	@$(PYTHON) -m pytest $(WORKERS) -m "not processes" $(TESTS)
-	@$(PYTHON) -m pytest -m processes $(TESTS)
+	@$(PYTHON) -m pytest $(WORKERS) -m "not nightly and not wall_clock" \
+	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
+
+test-all: $(READY)
+	@$(PYTHON) -m pytest $(WORKERS) --hypothesis-profile whole -m "not wall_clock" \
+	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
+	@$(PYTHON) -m pytest --hypothesis-profile whole -m wall_clock tests ros2_ws/src
+	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests/conformance
+
+test-runtime: $(READY)
+	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .

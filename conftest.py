@@ -1,17 +1,18 @@
-"""A DDS domain of its own for each test process, on this machine alone."""
+"""What holds for every test: a DDS domain of its own for each worker, two profiles of hypothesis,
+two marks with a reason, and which tests share a worker."""
 
 import os
 import random
 import socket
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 FIRST_PORT, PORTS = 7410, 250  # of a domain's first participant (RTPS 2.5, 9.6.2.3)
 
 
 def free_domain(worker: int) -> int:
-    """A domain whose first participant's port nobody has; parallel workers never get the same."""
+    """A domain whose first participant's port is free; parallel workers never get the same."""
     while True:
         domain = random.randrange(1 + worker % 10, 101, 10)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -29,18 +30,26 @@ os.environ["ROS_DOMAIN_ID"] = str(
 )
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
-settings.register_profile("untimed", deadline=None)  # how long an example takes says nothing
-settings.load_profile("untimed")
+# How long an example takes says nothing on a busy machine; `make test-all` chooses `whole`.
+UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("quick", max_examples=10, **UNTIMED)
+settings.register_profile("whole", max_examples=300, **UNTIMED)
+settings.load_profile("quick")
+
+MARKS = ("nightly", "wall_clock")
 
 
-PROCESSES = {"collect", "demo", "executor", "graph", "hosts", "peer", "python", "ros2",
-             "shared_peer", "start", "start_process", "start_ros2", "swapped"}  # fmt: skip
-"""Fixtures of tests that need the machine for their processes."""
-
-
-@pytest.hookimpl(tryfirst=True)  # before pytest chooses by the marks
+@pytest.hookimpl(tryfirst=True)  # before pytest chooses by the marks and xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests that `make test` runs one after the other: they go by the wall clock."""
+    """Demands a reason of each mark, and keeps the tests of a file on one worker.
+
+    Tests that use the session's graph or its demonstration share a worker, whatever their file.
+    """
     for item in items:
-        if PROCESSES.intersection(getattr(item, "fixturenames", ())):
-            item.add_marker("processes")
+        for mark in MARKS:
+            for found in item.iter_markers(mark):
+                if len(found.args) != 1 or not isinstance(found.args[0], str):
+                    raise pytest.UsageError(f"{item.nodeid}: {mark} needs a reason, as a string")
+        shared = {"graph", "demo"}.intersection(getattr(item, "fixturenames", ()))
+        group = next(iter(sorted(shared)), item.nodeid.partition("::")[0])
+        item.add_marker(pytest.mark.xdist_group(group))

@@ -5,15 +5,18 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
+from geometry_msgs.msg import PointStamped
 from processes import GUARD, Started, find_ros2
 from reference_door import ReferenceDoor
 from running_graph import Graph, launch
+from std_srvs.srv import Trigger
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -73,6 +76,22 @@ def ros2() -> Ros2:
     return lambda *arguments: run_command(find_ros2(), *arguments)
 
 
+@pytest.fixture
+def called(capfd: pytest.CaptureFixture[str]) -> Ros2:
+    """Calls `ros2 run PACKAGE EXECUTABLE ...` within this process: the same function, no start."""
+
+    def call(package: str, executable: str, *arguments: str) -> Done:
+        scripts = distribution(package).entry_points.select(group="console_scripts")
+        try:
+            status = scripts[executable].load()(list(arguments))
+        except SystemExit as end:
+            status = end.code
+        out, err = capfd.readouterr()
+        return Done(status, out, err)
+
+    return call
+
+
 @pytest.fixture(scope="session")
 def python() -> Ros2:
     """Runs Python code, given as a text, to its end."""
@@ -109,11 +128,20 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
 # -- the graph ----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
-    """Every node, as `make up` starts them but as fast as it goes."""
+@pytest.fixture(scope="session")
+def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
+    """Every node, as `make up` starts them but as fast as it goes; one set for all tests."""
     with launch(tmp_path_factory.mktemp("graph"), "paced:=false") as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def graph(nodes: Graph) -> Graph:
+    """The nodes after a reset, so that a module finds robot and door as at the start."""
+    answer = nodes.call(Trigger, "/sim/reset")
+    assert answer.success, answer.message
+    nodes.last(PointStamped, "/zmp")
+    return nodes
 
 
 # -- the true door -------------------------------------------------------------------------------

@@ -64,8 +64,8 @@ def test_plan_prints_the_contracts_keys(ros2: Callable[..., Any],
     assert min(plan["planned_margin_mm"].values()) > 0.0
 
 
-def test_plan_prints_a_table_for_people(ros2: Callable[..., Any]) -> None:
-    done = ros2("run", "impact_planner", "plan", "--angle-deg", "20", "--door", "size2")
+def test_plan_prints_a_table_for_people(called: Callable[..., Any]) -> None:
+    done = called("impact_planner", "plan", "--angle-deg", "20", "--door", "size2")
     assert done.status == 0, done.err
     assert "size2, 20.0 deg" in done.out
 
@@ -79,9 +79,9 @@ def test_plan_prints_a_table_for_people(ros2: Callable[..., Any]) -> None:
      (("--angle-deg", "25", "--door", "garage"), ("garage", "paper")),
      (("--angle-deg", "25", "--restitution", "1.5"), ("restitution", "1.5")),
      (("--angle-deg", "many"), ("--angle-deg",))])  # fmt: skip
-def test_plan_refuses_with_a_sentence(ros2: Callable[..., Any], arguments: tuple[str, ...],
+def test_plan_refuses_with_a_sentence(called: Callable[..., Any], arguments: tuple[str, ...],
                                       words: tuple[str, ...]) -> None:
-    done = ros2("run", "impact_planner", "plan", *arguments)
+    done = called("impact_planner", "plan", *arguments)
     refused(done, *words)
     assert len(done.err.split()) > 4
 
@@ -104,28 +104,28 @@ def test_identify_finds_the_paper_door_and_plan_takes_its_file(
     assert json.loads(planned.out)["omega_door"] == pytest.approx(0.635, rel=0.02)
 
 
-def test_identify_refuses_with_a_sentence(ros2: Callable[..., Any], tmp_path: Path,
+def test_identify_refuses_with_a_sentence(called: Callable[..., Any], tmp_path: Path,
                                           broken_door: str) -> None:
     """No mass and width, no file, no CSV, no such door."""
     malformed = tmp_path / "malformed.csv"
     malformed.write_text("time_s,count\n0.0,1\n0.001,two\n")
-    identify = ("run", "door_model", "identify", "--csv")
-    refused(ros2(*identify, sample()), "weigh", "width")
-    refused(ros2(*identify, str(tmp_path / "none.csv"), *LEAF), "none.csv")
-    refused(ros2(*identify, str(malformed), *LEAF), "malformed.csv:3", "two")
-    refused(ros2(*identify, sample(), *LEAF, "--door", broken_door), "l2 + l3")
+    identify = ("door_model", "identify", "--csv")
+    refused(called(*identify, sample()), "weigh", "width")
+    refused(called(*identify, str(tmp_path / "none.csv"), *LEAF), "none.csv")
+    refused(called(*identify, str(malformed), *LEAF), "malformed.csv:3", "two")
+    refused(called(*identify, sample(), *LEAF, "--door", broken_door), "l2 + l3")
 
 
 # -- curves ---------------------------------------------------------------------------------------
 
 
 def test_curves_draws_the_appendix_or_refuses_with_a_sentence(
-        ros2: Callable[..., Any], tmp_path: Path, broken_door: str) -> None:
+        called: Callable[..., Any], tmp_path: Path, broken_door: str) -> None:
     """Figs. 15 and 16 as files, eq. (8) and (12) at the closed door on the screen."""
-    curves = ("run", "door_model", "curves", "--out", str(tmp_path / "out"))
-    refused(ros2(*curves, "--door", broken_door), "l2 + l3")
-    refused(ros2(*curves, "--max-deg", "170"), "l1", "170")
-    done = ros2(*curves)
+    curves = ("door_model", "curves", "--out", str(tmp_path / "out"))
+    refused(called(*curves, "--door", broken_door), "l2 + l3")
+    refused(called(*curves, "--max-deg", "170"), "l1", "170")
+    done = called(*curves)
     assert done.status == 0, done.err
     assert "-17.790" in done.out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"curves.csv", "curves.png"}
@@ -155,10 +155,10 @@ def test_the_example_of_a_page_of_docs_runs(
      (("--gui", "maybe"), ("--gui", "maybe")),
      (("--hits", "6"), ("--hits", "6"))])  # fmt: skip
 def test_demo_refuses_before_it_starts_anything(
-        ros2: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...],
+        called: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...],
         words: tuple[str, ...]) -> None:
     out = tmp_path / "out"
-    refused(ros2("run", "door_impact_evaluation", "demo", "--out", str(out), *arguments), *words)
+    refused(called("door_impact_evaluation", "demo", "--out", str(out), *arguments), *words)
     assert not out.exists()
 
 
@@ -169,12 +169,12 @@ def test_demo_refuses_before_it_starts_anything(
     "node", [("hrp2_sim_bridge", "hrp2_sim_bridge"), ("door_model", "closer_identifier"),
              ("impact_planner", "impact_planner"), ("impact_planner", "plan")])
 def test_a_linkage_that_does_not_close_is_refused_by_name(
-        ros2: Callable[..., Any], broken_door: str, node: tuple[str, str]) -> None:
+        called: Callable[..., Any], broken_door: str, node: tuple[str, str]) -> None:
     if node[1] == "plan":
         arguments: tuple[str, ...] = ("--angle-deg", "25", "--door", broken_door)
     else:
         arguments = ("--ros-args", "--params-file", parameters(), "-p", f"door:={broken_door}")
-    done = ros2("run", *node, *arguments)
+    done = called(*node, *arguments)
     assert done.status == 1
     assert "l2 + l3 = 0.0500 m does not bridge" in done.err
     assert "Traceback" not in done.err
@@ -205,8 +205,8 @@ def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., 
      ("contact_duration:=10.0", "contact_duration"), ("hinge_x:=1.0e300", "hinge_x"),
      ("solver_iterations:=2147483648", "iterations"), ("sole:=soft", "sole is soft")])
 def test_a_setting_that_cannot_be_is_refused_before_anything_runs(
-        ros2: Callable[..., Any], parameter: str, word: str) -> None:
-    done = ros2("run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
+        called: Callable[..., Any], parameter: str, word: str) -> None:
+    done = called("hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
                 parameters(), "-p", parameter)
     assert done.status == 1
     assert word in done.err

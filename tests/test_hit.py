@@ -55,6 +55,7 @@ def test_the_door_opens_to_the_desired_angle(run: Rehearsal) -> None:
     assert np.degrees(run.log.motion.door_angle[run.impact.peak]) == pytest.approx(25.0, abs=2.5)
 
 
+@pytest.mark.nightly("a whole run of its own")
 @pytest.mark.parametrize(("target", "offset"), [(16.0, -0.02), (25.0, 0.02)])
 def test_a_door_20_mm_nearer_or_farther_is_opened_to_its_angle(
         tmp_path: Any, target: float, offset: float) -> None:
@@ -66,6 +67,7 @@ def test_a_door_20_mm_nearer_or_farther_is_opened_to_its_angle(
     assert not other.log.fell
 
 
+@pytest.mark.nightly("a whole run of its own")
 def test_a_heavier_closer_is_opened_with_the_faster_run_up(tmp_path: Any) -> None:
     """EN 1154 size 3, 18 N m at the closed door, which the cam curve is too slow for."""
     other = rehearse(25.0, tmp_path / "run.npz", door="size3", run_up="zmp_limited")
@@ -76,6 +78,7 @@ def test_a_heavier_closer_is_opened_with_the_faster_run_up(tmp_path: Any) -> Non
     assert not other.log.fell
 
 
+@pytest.mark.nightly("a whole run of its own")
 def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
     """Fig. 12 (f): the door falls shut and touches nothing."""
     other = rehearse(25.0, tmp_path / "run.npz", ending="retreat")
@@ -86,6 +89,7 @@ def test_the_retreat_gets_clear_before_the_door_closes(tmp_path: Any) -> None:
     assert motion.door_angle[-1] < np.radians(1.0)
 
 
+@pytest.mark.nightly("two whole runs of their own")
 @pytest.mark.parametrize(("door", "run_up"), [("paper", "mcv50"), ("size3", "zmp_limited")])
 def test_a_stop_before_the_point_of_no_return_stands_still_and_touches_nothing(
         tmp_path: Any, door: str, run_up: str) -> None:
@@ -107,6 +111,7 @@ def test_a_stop_before_the_point_of_no_return_stands_still_and_touches_nothing(
     assert np.nanmin(margin[-1500:-50]) > 0.005
 
 
+@pytest.mark.nightly("a whole run of its own")
 def test_a_stop_past_the_point_of_no_return_ends_in_a_retreat_not_in_a_fall(tmp_path: Any) -> None:
     """20 ms before the contact of a fast hit: it is completed, then the robot goes back."""
     other = rehearse(
@@ -129,6 +134,7 @@ def test_the_base_is_never_2_deg_off_the_vertical(run: Rehearsal) -> None:
     assert np.degrees(evaluation.tilt(run.log.motion.base_orientation).max()) < 2.0
 
 
+@pytest.mark.nightly("a whole run of its own")
 def test_without_the_stabilizer_it_falls_before_the_run_up(tmp_path: Any) -> None:
     """Rubber alone does not carry a body over one foot: it never gets to the door."""
     other = rehearse(25.0, tmp_path / "run.npz", stabilizer=False)

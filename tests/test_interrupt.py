@@ -17,7 +17,9 @@ def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
     return started
 
 
-@pytest.mark.parametrize("how", ["Ctrl-C", "Ctrl-C twice", "SIGTERM"])
+@pytest.mark.parametrize("how", [
+    "Ctrl-C", *(pytest.param(how, marks=pytest.mark.nightly("another signal"))
+                for how in ("Ctrl-C twice", "SIGTERM"))])
 def test_an_interrupted_demo_leaves_no_process_and_no_result(
         start: Callable[..., Any], tmp_path: Path, how: str) -> None:
     """Its status tells, nothing of the graph runs on, and there is no summary.json."""

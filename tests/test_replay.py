@@ -4,8 +4,10 @@ import json
 from typing import Any
 
 import numpy as np
+import pytest
 
 
+@pytest.mark.nightly("the demonstration is simulated once more")
 def test_the_demonstration_is_had_again_from_its_command_log_bit_for_bit(
         demo: Any, ros2: Any) -> None:
     """Pushes, motion, hit and hold, without a node."""

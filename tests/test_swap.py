@@ -23,6 +23,11 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+pytestmark = [
+    pytest.mark.nightly("half a minute: the driver runs in real time"),
+    pytest.mark.wall_clock("the driver runs in real time, and the executor watches its silence"),
+]
+
 DRIVER = Path(__file__).parent / "kinematic_driver.py"
 TARGET = math.radians(20.0)
 # Of the driver's door and hit, which the nodes must find out or be told.

@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from door_impact_msgs.msg import CloserParameters
 from door_impact_msgs.srv import PlanDoorImpact
 from geometry_msgs.msg import Pose, PoseWithCovariance, Quaternion
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from ros2_embedded import cdr, jazzy
 from ros2_embedded.catalogue import KINDS, list_interfaces, message_spec
@@ -83,7 +83,6 @@ def to_rosbags(message: Any) -> Any:
 def test_bytes_equal_those_of_rosbags(name: str) -> None:
     """The CDR of random messages is the same as an independent implementation's, and reads back."""
 
-    @settings(max_examples=25, deadline=None)
     @given(messages_of(name))
     def check(message: Any) -> None:
         ours = message.serialize()
@@ -99,7 +98,6 @@ def test_bytes_equal_those_of_rosbags(name: str) -> None:
 def test_bytes_that_end_too_early_are_refused(name: str) -> None:
     """Wherever a message is cut off, in both byte orders; it is told how long it must be."""
 
-    @settings(max_examples=25, deadline=None)
     @given(messages_of(name), st.data())
     def check(message: Any, data: st.DataObject) -> None:
         ours = message.serialize()
@@ -144,7 +142,6 @@ def test_an_array_of_another_length_is_not_written(base: str, count: int) -> Non
 def test_bytes_equal_those_of_cyclone_dds(name: str) -> None:
     """What is written and read is what Cyclone DDS in Python writes and reads."""
 
-    @settings(max_examples=25, deadline=None)
     @given(messages_of(name))
     def check(message: Any) -> None:
         theirs = IdlStruct.serialize(message, use_version_2=False)

@@ -10,11 +10,10 @@ from door_encoder.errors import PlaybackError
 from door_encoder.playback import batches, batches_from_csv
 from door_encoder.ros.play_node import main
 from door_model.recording.recording import Recording, from_counts
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 
-@settings(deadline=None)
 @given(
     gaps=st.lists(st.integers(1, 300), min_size=1, max_size=400),
     jitter=st.floats(0.0, 0.2),

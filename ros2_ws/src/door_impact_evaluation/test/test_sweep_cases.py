@@ -19,7 +19,7 @@ def drawn(n, seed):
 
 
 @given(st.integers(1, 12), st.integers(0, 12), seeds)
-@settings(max_examples=15, phases=[Phase.generate])  # a seed has nothing to shrink
+@settings(phases=[Phase.generate])  # a seed has nothing to shrink
 def test_a_longer_sweep_begins_with_the_shorter_ones_cases(n, more, seed):
     """In each group, and the same again for the same seed; no two cases are alike."""
     short, long = cases(n, seed), cases(n + more, seed)
@@ -33,7 +33,7 @@ def test_a_longer_sweep_begins_with_the_shorter_ones_cases(n, more, seed):
 
 
 @given(seeds, st.integers(1, 5))
-@settings(max_examples=15, phases=[Phase.generate])  # a seed has nothing to shrink
+@settings(phases=[Phase.generate])  # a seed has nothing to shrink
 def test_other_seeds_draw_other_cases(seed, off):
     """Not one is shared, whatever its number; the nominal ones are."""
     ours, theirs = ({each.pushes_deg for each in drawn(6, s)} for s in (seed, seed + off))
@@ -43,7 +43,7 @@ def test_other_seeds_draw_other_cases(seed, off):
 
 
 @given(seeds)
-@settings(max_examples=15, phases=[Phase.generate])  # a seed has nothing to shrink
+@settings(phases=[Phase.generate])  # a seed has nothing to shrink
 def test_every_draw_is_within_what_is_stated(seed):
     """And rough ones are drawn wider and hit twice."""
     for case in drawn(20, seed):

@@ -78,7 +78,8 @@ def test_real_closer_shuts_as_the_model_says(robot) -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["paper", "size4"])
+@pytest.mark.parametrize(
+    "name", ["paper", pytest.param("size4", marks=pytest.mark.nightly("another door"))])
 def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
     """Door falls shut without bouncing much and settles."""
     world = World(robot, load_door(name), 0.9, -0.42)

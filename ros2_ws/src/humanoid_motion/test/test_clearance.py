@@ -22,7 +22,7 @@ from humanoid_motion.clearance import (
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import from_derivatives, min_jerk
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
@@ -148,7 +148,6 @@ def wandering(draw, robot):
 
 
 @given(data=st.data())
-@settings(max_examples=60, deadline=None)
 def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
     """Whatever the motion."""
     motion = data.draw(wandering(robot))
@@ -158,7 +157,6 @@ def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
 
 
 @given(data=st.data(), start=st.floats(-0.3, 1.5), end=st.floats(-0.3, 1.5))
-@settings(max_examples=60, deadline=None)
 def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, data, start, end):
     """Whatever the motion and the leaf's; links that may touch do not count."""
     motion = data.draw(wandering(robot))
@@ -171,7 +169,6 @@ def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, da
 
 
 @given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-0.3, 1.5), turn=st.floats(-0.05, 0.05))
-@settings(max_examples=60, deadline=None)
 def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle, turn):
     """What lets samples be skipped: bodies move by at most their levers times the joints' ways."""
     random = np.random.default_rng(seed)
@@ -305,7 +302,6 @@ MIRROR_SIGNS = {
 
 
 @given(data=st.data())
-@settings(max_examples=60, deadline=None)
 def test_a_mirrored_motion_is_as_clear(robot, geometry, data):
     """HRP-2's sides are alike."""
     motion = data.draw(wandering(robot))

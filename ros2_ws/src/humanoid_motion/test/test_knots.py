@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from humanoid_motion.knots import TOLERANCE, Knots, from_samples
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 
@@ -16,7 +16,6 @@ def sines(frequencies, n=301, duration=1.5):
 
 
 @given(st.lists(st.floats(0.05, 2.0), min_size=1, max_size=5), st.sampled_from([2e-4, 2e-5, 1e-6]))
-@settings(max_examples=40, deadline=None)
 def test_spline_stays_within_the_tolerance_of_every_sample(frequencies, tolerance):
     """At every sample and joint; the ends are hit exactly."""
     samples = sines(frequencies)

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.leg_ik import leg_ik
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 
@@ -27,7 +27,6 @@ def ankle_pose(robot, side, angles):
         st.floats(-0.3, 0.3),
     )
 )
-@settings(max_examples=80, deadline=None)
 def test_inverse_undoes_forward(robot, side, angles):
     """Any pose that the leg can take is found again, to the angle."""
     position, rotation = ankle_pose(robot, side, np.array(angles))
@@ -38,7 +37,6 @@ def test_inverse_undoes_forward(robot, side, angles):
 
 
 @given(st.floats(-0.2, 0.2), st.floats(-0.25, 0.1), st.floats(-0.58, -0.3))
-@settings(max_examples=60, deadline=None)
 def test_level_foot_goes_where_it_is_told_or_is_refused(robot, x, y, z):
     """A level foot is reached to a nanometre, or the pose is an error: nothing is clipped."""
     target = np.array([x, y, z])

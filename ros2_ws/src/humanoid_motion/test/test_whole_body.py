@@ -14,7 +14,7 @@ from humanoid_motion.whole_body import (
     solve,
 )
 from humanoid_motion.zmp import Load, inverse_dynamics, joint_torques, margins
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 
@@ -33,7 +33,6 @@ def swaying(robot, stance, reach=0.05, duration=1.5):
 
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.26, 0.02), st.floats(0.50, 0.56))
-@settings(max_examples=25, deadline=None)
 def test_com_and_soles_are_where_they_should_be(robot, stance, x, y, height):
     """To a tenth of a micrometre, with level soles and an upright base."""
     joints, base = solve(

@@ -11,7 +11,7 @@ from door_model.motion.dynamics import peak
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import TOLERANCE
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import (
     PLANNING_ERRORS,
@@ -290,7 +290,6 @@ def test_a_door_too_strong_for_the_hand_is_refused(robot, known):
 @given(
     st.floats(0.02, 1.2), st.sampled_from(["paper", "size2", "size3", "size4"]),
     st.sampled_from(RUN_UPS))
-@settings(max_examples=16, deadline=None)
 def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name, run_up):
     """Nothing but PlannerError comes out, and no plan breaks a limit."""
     config = load_door(name)

@@ -27,6 +27,7 @@ from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 SEED = 2015
 COUNT = int(os.environ.get("RANDOM_REQUESTS", "150"))
+QUICK = 30  # of these in `make test`
 SHARE, MARGIN = 0.9, 0.02  # of joints' limits, and of the ZMP [m]: PlannerSettings' defaults
 PERIOD = 0.005  # of what is computed anew from the knots [s]
 PRESETS = {name: load_door(name) for name in door_names()}
@@ -70,7 +71,9 @@ def some_request(rng):
     )
 
 
-@pytest.fixture(params=range(COUNT))
+@pytest.fixture(params=[*range(QUICK), *(
+    pytest.param(number, marks=pytest.mark.nightly("more random requests"))
+    for number in range(QUICK, COUNT))])
 def answer(request, robot):
     """The door, the request, and the plan or the refusal; any other exception is an error."""
     rng = np.random.default_rng([SEED, request.param])

@@ -12,7 +12,7 @@ from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.robot_model import RobotModel
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import initial_feet
@@ -60,7 +60,6 @@ def test_fingers_and_head_are_fixed_and_weigh(talos):
         st.floats(-1.2, 0.6), st.floats(-0.5, 0.5),
     )
 )  # fmt: skip
-@settings(max_examples=60, deadline=None)
 def test_its_legs_have_the_closed_form(talos, side, angles):
     """Pinocchio's forward kinematics of the answer is the pose that was asked for."""
 

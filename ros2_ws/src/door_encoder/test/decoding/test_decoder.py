@@ -13,7 +13,7 @@ from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BadBatchError, EncoderSettingError
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 PERIOD = 1e-3
@@ -184,7 +184,6 @@ def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
 INT64 = st.integers(-(2**63), 2**63 - 1)
 
 
-@settings(deadline=None)
 @given(
     batches=st.lists(
         st.builds(

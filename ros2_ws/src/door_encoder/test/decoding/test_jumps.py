@@ -10,7 +10,7 @@ from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.index import TOLERANCE
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 SETTLE = 100  # samples
@@ -66,7 +66,6 @@ def gaps_fit(pieces: list[Decoded]) -> bool:
     )
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     at=st.integers(300, 900),
     noise=st.lists(st.integers(-(2**63), 2**63 - 1), min_size=1, max_size=80),
@@ -109,7 +108,6 @@ def test_where_the_count_comes_back_all_goes_on(at: int, length: int, by: int) -
     assert decoder.offset == 0
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     at=st.integers(300, 900),
     by=st.integers(60, 7000) | st.integers(-7000, -60),
@@ -137,7 +135,6 @@ def test_an_offset_that_stays_is_taken_out(at: int, by: int, size: int, modulus:
     assert "zero in doubt" in assess(decoder, 0.0, verdict.totals).message
 
 
-@settings(max_examples=30, deadline=None)
 @given(at=st.integers(300, 900), length=st.integers(10, 60), by=st.integers(600, 7000))
 def test_noise_that_costs_counts_leaves_the_zero_in_doubt(at: int, length: int, by: int) -> None:
     """A burst that leaves an offset behind: no door gets so far meanwhile and then moves slowly."""
@@ -236,7 +233,6 @@ def test_noise_behind_a_gap_is_not_believed() -> None:
     assert decoder.offset == 0
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     at=st.integers(300, 900),
     noise=st.lists(st.integers(-(2**63), 2**63 - 1) | st.integers(0, 200), max_size=150),
@@ -279,7 +275,6 @@ def latched(values: np.ndarray, truth: np.ndarray, place: int) -> dict[int, list
     return {n: [int(values[n] - truth[n]) + place] for n in passages(truth, place)}
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     lost=st.integers(-40, 40).filter(lambda n: abs(n) > TOLERANCE + 2),
     place=st.integers(100, 900),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from door_encoder.decoding.velocity import ENOUGH, LONGEST, Velocity, VelocityEstimator
 from door_encoder.errors import EncoderSettingError
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 COUNT = 2.0 * math.pi / 14400
@@ -39,7 +39,6 @@ def fixed_window(theta: np.ndarray, newest: int) -> float:
     return float(np.polyfit(np.arange(WINDOW) * PERIOD, counts * COUNT, 1)[0])
 
 
-@settings(deadline=None)
 @given(
     speed=st.sampled_from([0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.3, 1.0, 2.0]),
     sign=st.sampled_from([-1.0, 1.0]),
@@ -58,7 +57,6 @@ def test_steady_speeds_from_half_a_milliradian_a_second(
             assert found.delay <= 0.5 * LONGEST
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     amplitude=st.floats(0.002, 0.5),
     frequency=st.floats(0.1, 1.0),
@@ -80,7 +78,6 @@ def test_a_swinging_door_is_that_of_the_stated_time(
         assert abs(found.omega - truth) <= 1.5 * COUNT / window + rounding
 
 
-@settings(deadline=None)
 @given(
     speed=st.floats(0.16, 3.0),
     rise=st.integers(0, 30),
@@ -105,7 +102,6 @@ def test_a_hit_is_seen_as_soon_as_by_the_shortest_window(
             assert found.omega < EXECUTOR_CONTACT
 
 
-@settings(deadline=None)
 @given(speed=st.floats(0.05, 2.0), phase=st.floats(0.0, 1.0))
 def test_a_door_that_stopped_is_no_faster_than_a_count_since(speed: float, phase: float) -> None:
     """From 50 ms after it stops on: at most a count in the time since, and 0 after a second."""

@@ -73,6 +73,7 @@ def test_extras_that_are_not_there_are_small_or_uncertain() -> None:
     assert abs(result.value_of("friction")) < max(3.0 * result.std_of("friction"), 0.01)
 
 
+@pytest.mark.nightly("five seconds: several fits")
 def test_zones_that_the_swings_leave_open_are_said() -> None:
     """Two places of a latch zone that explain small swings alike: both are in the answer."""
     door = replace(PAPER, backcheck=Zone(math.radians(20.0), 0.5), latch=Zone(0.15, 0.3),
@@ -82,6 +83,7 @@ def test_zones_that_the_swings_leave_open_are_said() -> None:
     assert near or any("fit as well with latch_angle" in warning for warning in result.warnings)
 
 
+@pytest.mark.nightly("five seconds: several fits")
 def test_zones_that_are_not_there_are_left_out_and_said() -> None:
     """A door of the paper asked for everything: its own parameters, and no swing lost."""
     result = found(PAPER, ["friction", "latch", "backcheck"], (11.0, 16.0, 20.0, 25.0, 29.0))
@@ -91,6 +93,7 @@ def test_zones_that_are_not_there_are_left_out_and_said() -> None:
         f"no {zone} shows in the swings: it was left out" for zone in ("latch", "backcheck")}
 
 
+@pytest.mark.nightly("five seconds: several fits")
 def test_two_that_are_missing_are_named_together() -> None:
     """Friction and a latch zone, neither of which explains the swings alone."""
     door = replace(PAPER, k_c=1.3, tau_c0_prime=4.0, c_c_closing=0.6, friction=0.2,
@@ -110,6 +113,7 @@ def test_extras_of_opening_alone_are_not_dropped_in_silence() -> None:
     assert "latch was not identified: it takes the fall shut too" in result.warnings
 
 
+@pytest.mark.nightly("five seconds: several fits")
 def test_another_doors_linkage_is_doubted() -> None:
     """A link 3 cm too long: no figures without the question whether the linkage is right."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())

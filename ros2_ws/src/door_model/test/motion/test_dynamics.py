@@ -9,7 +9,7 @@ from door_model.door.config import load_door
 from door_model.door.door import Door
 from door_model.errors import DoorParameterError, LinkageError, UnreachableAngleError
 from door_model.motion.dynamics import initial_velocity, peak, simulate
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
@@ -31,7 +31,6 @@ def test_initial_velocity_for_25_degrees(tau: float, omega: float) -> None:
     assert initial_velocity(door, math.radians(25.0)) == pytest.approx(omega, abs=6e-4)
 
 
-@settings(max_examples=30, deadline=None)
 @given(door=doors, omega0=st.floats(0.05, 1.0))
 def test_energy_never_grows(door: Door, omega0: float) -> None:
     """A free door only loses energy."""
@@ -40,7 +39,6 @@ def test_energy_never_grows(door: Door, omega0: float) -> None:
     assert (np.diff(energy) <= 1e-7 * abs(energy[0])).all()
 
 
-@settings(max_examples=20, deadline=None)
 @given(door=doors)
 def test_energy_lost_is_the_work_of_the_damper(door: Door) -> None:
     """Energy at the start less that at the end is the integral of eq. (13) times omega."""
@@ -50,7 +48,6 @@ def test_energy_lost_is_the_work_of_the_damper(door: Door) -> None:
     assert energy[0] - energy[-1] == pytest.approx(trapezoid(power, swing.t), rel=1e-3, abs=1e-6)
 
 
-@settings(max_examples=20, deadline=None)
 @given(door=doors, factor=st.floats(0.1, 10.0))
 def test_one_factor_on_all_parameters_changes_nothing(door: Door, factor: float) -> None:
     """Free motion cannot tell the scale of I_A, c_c, k_c and tau'_c0."""

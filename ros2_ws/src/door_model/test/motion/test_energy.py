@@ -9,7 +9,7 @@ from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
 from door_model.motion.dynamics import initial_velocity, simulate
 from door_model.motion.energy import EnergyBalance, energy_balance
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 CLOSER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
@@ -37,7 +37,6 @@ def missed(balance: EnergyBalance) -> float:
     return float(np.abs(balance.residual).max() / scale)
 
 
-@settings(max_examples=150, deadline=None)
 @given(door=doors, angle=st.floats(0.03, 1.2))
 def test_stored_and_dissipated_energy_are_constant(door: Door, angle: float) -> None:
     """Any door over a whole swing: to 1e-7 of its energy at every sample."""
@@ -50,7 +49,6 @@ def test_stored_and_dissipated_energy_are_constant(door: Door, angle: float) -> 
         assert (np.diff(heat) >= 0.0).all()
 
 
-@settings(max_examples=60, deadline=None)
 @given(door=doors, theta0=st.floats(0.1, 0.9), push=st.floats(-2.0, 2.0), rate=st.floats(0.5, 4))
 def test_the_work_of_an_external_torque_is_counted(
     door: Door, theta0: float, push: float, rate: float

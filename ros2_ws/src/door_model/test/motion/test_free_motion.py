@@ -11,7 +11,7 @@ from door_model.door.ratios import Ratios
 from door_model.errors import DoorModelError, DoorParameterError, LinkageError
 from door_model.motion.dynamics import follow_free, simulate
 from door_model.motion.free_motion import UNKNOWNS, End, follow
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp, trapezoid
@@ -105,7 +105,6 @@ def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
     np.testing.assert_allclose(slopes, differences, atol=1e-5 * np.abs(differences).max())
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     omega=st.floats(0.2, 1.0),
     closing=st.floats(0.0, 3.0),

@@ -65,7 +65,7 @@ def reachable(door: Door, share: float) -> float:
     return angle
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=FILTERING)
+@settings(suppress_health_check=FILTERING)
 @given(door=doors(), share=st.floats(0.02, 1.0), start=st.floats(0.0, 0.97))
 def test_peak_undoes_initial_velocity(door: Door, share: float, start: float) -> None:
     """Any door, any angle, any start: with w' the door turns round at the angle."""
@@ -83,7 +83,6 @@ def test_peak_undoes_initial_velocity(door: Door, share: float, start: float) ->
     assert summit.time > 0.0
 
 
-@settings(deadline=None)
 @given(before=st.floats(-9.0, -1.5), start=st.floats(0.0, 0.29), c_c=st.floats(0.0, 5.0))
 def test_a_zone_that_begins_just_before_the_turn(before: float, start: float, c_c: float) -> None:
     """However little of the way lies in the backcheck: it is neither missed nor met going back."""
@@ -93,7 +92,7 @@ def test_a_zone_that_begins_just_before_the_turn(before: float, start: float, c_
     assert peak(door, start, omega).angle == pytest.approx(angle, abs=1e-8)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=FILTERING)
+@settings(suppress_health_check=FILTERING)
 @given(door=doors(), shares=st.lists(st.floats(0.02, 1.0), min_size=1, max_size=4))
 def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> None:
     """Angles (K, 1) with starts (3,) give (K, 3), each what the numbers alone give."""

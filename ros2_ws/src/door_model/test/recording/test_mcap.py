@@ -115,11 +115,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return (folder / "bag.mcap").read_bytes()
 
 
-@settings(
-    max_examples=60,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.0, 0.999), data=st.data())
 def test_damaged_files_are_errors(
     whole: bytes, tmp_path: Path, share: float, data: st.DataObject

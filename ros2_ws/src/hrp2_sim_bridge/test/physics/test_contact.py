@@ -4,7 +4,7 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from hrp2_sim_bridge.benches.drop_bench import drop_test
 from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass, simulate_impact
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 BALL, L_B, STEP = 47.0, 0.42, 0.00025
@@ -24,7 +24,6 @@ def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, s
 
 
 @given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))
-@settings(max_examples=15, deadline=None)
 def test_design_meets_restitution_and_duration(restitution, mass, duration) -> None:
     """Design meets restitution and duration."""
     design = design_contact(restitution, mass, duration, STEP)
@@ -35,7 +34,6 @@ def test_design_meets_restitution_and_duration(restitution, mass, duration) -> N
 
 
 @given(st.floats(100.0, 300.0), st.floats(0.0, 1.0))
-@settings(max_examples=20, deadline=None)
 def test_scheme_converges_to_the_exact_spring_damper_that_cannot_pull(frequency, ratio) -> None:
     """The exact restitution of v' = -2 z w v - w^2 x while the force pushes."""
     shown, _ = simulate_impact(frequency, ratio, 2e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from humanoid_motion.knots import Knots, from_samples
 from humanoid_motion.splice import concatenate, duration, without_first
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import InvalidRequest
 from impact_planner.execution.execution import Execution
@@ -120,7 +120,6 @@ def test_a_plan_without_a_phase_is_refused(name: str) -> None:
 
 
 @given(late=st.floats(-STEADY, STEADY))
-@settings(max_examples=40, deadline=None)
 def test_a_contact_that_the_feet_feel_sends_the_motion_after_the_hit(late: float) -> None:
     execution, cam = started()
     begin = cam + CONTACT + late
@@ -139,7 +138,6 @@ def test_a_contact_that_the_feet_feel_sends_the_motion_after_the_hit(late: float
 
 
 @given(late=st.floats(-STEADY, STEADY))
-@settings(max_examples=10, deadline=None)
 def test_what_the_contact_was_is_told(late: float) -> None:
     execution, cam = started()
     felt(execution, cam + CONTACT + late)

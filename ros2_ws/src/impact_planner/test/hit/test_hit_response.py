@@ -8,7 +8,7 @@ import pytest
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.robot_model import TOWARDS_DOOR, RobotModel
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit import momentum
 from impact_planner.hit.floor_load import LARGEST_SLIP, FloorLoad, floor_load, require_no_slip
@@ -104,7 +104,6 @@ def sliding(robot, body, normal):
 
 
 @given(yaw=YAW)
-@settings(max_examples=20, deadline=None)
 def test_a_short_hit_on_a_smooth_leaf_meets_the_rigid_robot_s_mass(robot, at_hit, yaw):
     """1 / (J M^-1 J^T) of one body whose soles' horizontal places are held."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
@@ -126,7 +125,6 @@ def test_hit_at_the_center_of_percussion_the_floor_has_no_part_in_it(robot, at_h
 
 
 @given(yaw=YAW, friction=FRICTION)
-@settings(max_examples=20, deadline=None)
 def test_floor_and_leaf_give_the_robot_its_momentum(robot, at_hit, yaw, friction):
     """Newton and Euler of the whole robot, and no sole that slides or turns."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
@@ -147,7 +145,6 @@ def test_floor_and_leaf_give_the_robot_its_momentum(robot, at_hit, yaw, friction
 
 
 @given(yaw=YAW)
-@settings(max_examples=20, deadline=None)
 def test_the_brace_keeps_the_arm_in_one_piece_with_the_robot(robot, at_hit, yaw):
     """Torques by Newton-Euler along the arm, whose bodies all turn with the trunk."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
@@ -173,7 +170,6 @@ def test_the_shoulder_carries_the_brace(robot, at_hit):
 
 
 @given(yaw=YAW, friction=st.tuples(FRICTION, FRICTION), duration=st.floats(1e-4, 0.03))
-@settings(max_examples=30, deadline=None)
 def test_friction_and_rubber_make_the_robot_heavier(robot, at_hit, yaw, friction, duration):
     """Both take up what would else move the elbow."""
     less, more = sorted(friction)
@@ -193,7 +189,6 @@ def test_friction_presses_the_robot_on_its_soles(robot, at_hit):
 
 
 @given(yaw=YAW, friction=st.floats(5.0, 1e6))
-@settings(max_examples=20, deadline=None)
 def test_friction_stops_the_slide_and_never_reverses_it(robot, at_hit, yaw, friction):
     """However large: the mass of a robot whose elbow sticks to the leaf the way it would slide."""
     body, normal = Body.of(robot, at_hit), turned(yaw)

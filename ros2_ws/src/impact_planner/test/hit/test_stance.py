@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from humanoid_motion.errors import PostureUnreachable
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit import momentum
 from impact_planner.hit.leaf import LeafFrame
@@ -75,7 +75,6 @@ def test_only_the_right_foot_moves_and_only_sideways(robot):
 
 
 @given(st.floats(-0.72, -0.64))
-@settings(max_examples=8, deadline=None)
 def test_elbow_touches_where_it_is_asked_to(robot, elbow_y):
     """The step follows from the place of the door."""
     stance = stance_for_contact(robot, elbow_y, 0.01)

@@ -10,7 +10,7 @@ from hrp2_description.robot import SIDES
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.whole_body import com_course, require_joint_limits
 from humanoid_motion.zmp import inverse_dynamics, margins
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import InvalidRequest, SpeedUnreachable
 from impact_planner.motion.posture_table import PostureTable
@@ -229,7 +229,6 @@ def test_whole_run_up_keeps_joint_limits(robot, run_up):
 
 @given(
     st.floats(0.1, 0.6), st.sampled_from(["mcv50", "zmp_limited"]), st.floats(0.02, 0.2))
-@settings(max_examples=12, deadline=None)
 def test_a_missed_contact_ends_at_rest_where_the_legs_still_reach(robot, stance, v_rb, kind, way):
     """However long the overrun that is wished for, which leaves 20 mm for the stop."""
     try:
