@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from door_impact_common.errors import SettingError
+from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import run_node
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
@@ -24,7 +24,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from hrp2_sim_bridge.errors import SecondDriverError, SimBridgeError, TrajectoryRefusedError
+from hrp2_sim_bridge.errors import SecondDriverError, TrajectoryRefusedError
 from hrp2_sim_bridge.log.recorder import check_writable
 from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.ros.pacer import Pacer
@@ -182,7 +182,7 @@ class SimBridge(Node):
         duration = self._push_duration if request.duration < 0.0 else request.duration
         try:
             self.world.push_door(request.impulse, duration)
-        except SimBridgeError as error:
+        except DoorImpactError as error:
             response.success, response.message = False, str(error)
         else:
             response.success = True
