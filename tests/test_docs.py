@@ -1,0 +1,88 @@
+"""README and docs: what they name exists, and what they promise to be short is short."""
+
+import importlib
+import re
+import runpy
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCE = ROOT / "ros2_ws" / "src"
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FILES = {path.name for folder in ("ros2_ws/src", "tests", "docs", "examples", "embedded")
+         for path in (ROOT / folder).rglob("*") if path.is_file()}
+MADE_BY_USERS = {"my_board.py", "my_params.yaml", "my_door.yaml"}
+NAMED = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:\.(?:py|yaml|toml|csv|png)|/))(?:: [^`]*)?`")
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def named_in(text: str) -> Iterator[str]:
+    """Paths in backticks of a page: modules, data files, and folders with a slash at the end."""
+    for path in NAMED.findall(text):
+        if not path.startswith("out/") and path not in MADE_BY_USERS:
+            yield path
+
+
+def exists(path: str) -> bool:
+    """Whether a path of the docs is in the tree: from the root, from ros2_ws/src, or a package.
+
+    `door_model/door/closer.py` stands for door_model/door_model/door/closer.py.
+    """
+    if "/" not in path:
+        return path in FILES
+    package, _, rest = path.partition("/")
+    places = [ROOT / path, SOURCE / path, SOURCE / package / package / rest]
+    return any(place.exists() for place in places)
+
+
+def slug(heading: str) -> str:
+    """The anchor of a heading, as GitHub makes it."""
+    kept = re.sub(r"[^\w\- ]", "", heading.strip().lower())
+    return kept.replace(" ", "-")
+
+
+def python_blocks(text: str) -> list[str]:
+    """The Python code blocks of a page."""
+    return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_path_that_a_page_names_exists(page: Path) -> None:
+    missing = [path for path in named_in(page.read_text(encoding="utf-8")) if not exists(path)]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=lambda page: page.name)
+def test_every_link_of_a_page_leads_to_a_file_and_a_heading(page: Path) -> None:
+    broken = []
+    for link in LINK.findall(page.read_text(encoding="utf-8")):
+        if link.startswith("http"):
+            continue
+        file, _, anchor = link.partition("#")
+        target = (page.parent / file).resolve() if file else page
+        headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE) \
+            if anchor and target.is_file() else []
+        if not target.exists() or (anchor and anchor not in map(slug, headings)):
+            broken.append(link)
+    assert not broken
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_the_python_code_of_a_page_imports_exists(page: Path) -> None:
+    for block in python_blocks(page.read_text(encoding="utf-8")):
+        for module, names in re.findall(r"^from (\w[\w.]*) import (.*)$", block, re.MULTILINE):
+            for name in names.split(", "):
+                if not hasattr(importlib.import_module(module), name):
+                    importlib.import_module(f"{module}.{name}")
+
+
+def test_the_readme_has_at_most_1300_words() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1300
+
+
+def test_the_picture_of_robot_and_door_can_be_drawn_anew(tmp_path: Path) -> None:
+    draw = runpy.run_path(str(ROOT / "docs" / "robot_and_door.py"))["main"]
+    draw(["--out", str(tmp_path / "drawn.png")])
+    assert (tmp_path / "drawn.png").stat().st_size > 10_000
