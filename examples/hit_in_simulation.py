@@ -17,10 +17,11 @@ def main(args: list[str] | None = None) -> None:
                         help="desired opening angle [deg] (default: %(default)s)")
     parser.add_argument("--door", default="paper",
                         help="name or YAML file of the door (default: %(default)s)")
-    parser.add_argument("--log", type=Path, default=Path("hit.npz"),
+    parser.add_argument("--log", type=Path, default=Path("out/hit.npz"),
                         help="where the log of the simulation is written (default: %(default)s)")
     options = parser.parse_args(args)
 
+    options.log.parent.mkdir(parents=True, exist_ok=True)
     run = rehearse(options.angle_deg, options.log, door=options.door)
 
     if run.impact is None:
