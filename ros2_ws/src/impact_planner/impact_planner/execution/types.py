@@ -14,9 +14,10 @@ from humanoid_motion.knots import Knots
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.settings import ENDINGS
 
-APPROACH = ("prepare", "shift", "step", "back", "cam")
+RUN_UP, AFTER_HIT = "cam", "post"
+APPROACH = ("prepare", "shift", "step", "back", RUN_UP)
 SCALED = APPROACH[:-1]  # the run-up keeps its speed
-PLANNED = (*APPROACH, "post")
+PLANNED = (*APPROACH, AFTER_HIT)
 
 MISSED = ("no contact: neither feet nor door told of one until the run-up had come to rest; the "
           "door stands farther than planned or is open")
