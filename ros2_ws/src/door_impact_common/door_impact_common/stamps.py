@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 
 NANOSECONDS = 1_000_000_000  # in a second
 
@@ -22,3 +22,8 @@ def seconds(stamp: Any) -> float:
 def stamp_of(nanoseconds: int) -> Time:
     """The message of a time [ns]."""
     return Time(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
+
+
+def duration_of(nanoseconds: int) -> Duration:
+    """The message of a duration [ns]."""
+    return Duration(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)

@@ -31,11 +31,6 @@ _REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door
 _UNIT = 0.1  # a quaternion's length may be so far from 1
 
 
-def seconds(stamp: Any) -> float:
-    """A stamp in seconds."""
-    return float(stamp.sec + 1e-9 * stamp.nanosec)
-
-
 def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | None:
     """Positions [rad] and speeds [rad/s] of a JointState, (30,) each, in the order of `names`.
 

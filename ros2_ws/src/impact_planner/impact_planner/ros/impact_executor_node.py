@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
+from door_impact_common.stamps import NANOSECONDS, seconds, stamp_of
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
 from humanoid_motion.robot_model import RobotModel
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from rclpy.time import Time
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
@@ -38,7 +38,6 @@ from impact_planner.ros.executor_messages import (
     hit_report,
     joint_arrays,
     result_message,
-    seconds,
     trunk_tilt,
 )
 from impact_planner.ros.messages import trajectory_message
@@ -49,6 +48,12 @@ FEEDBACK_PERIOD = 0.05  # [s]
 WATCH_PERIOD = 0.05  # [s]
 JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
 PATIENCE = 20  # periods that a goal waits for topics not heard yet
+ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
+THRESHOLDS = {
+    "stale_after": (0.5, "largest age of what is heard of robot and door [s]"),
+    "felt_force": (ExecutionSettings.felt_force, "of the floor on both feet towards the door that "
+                   "tells of the contact, above what the run-up itself shows [N]"),
+}
 
 
 class ImpactExecutor(Node):
@@ -57,18 +62,14 @@ class ImpactExecutor(Node):
     def __init__(self) -> None:
         """Loads the robot and connects to the driver's topics."""
         super().__init__("impact_executor")
-        robot = str(self.declare_parameter("robot_config", "").value)
+        robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
+        thresholds = Parameters(self, THRESHOLDS)
         self._robot = RobotModel(load_robot_config(robot or None))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
-        stale_after = self.declare_parameter("stale_after", 0.5, ParameterDescriptor(
-            read_only=True, description="largest age of what is heard of robot and door [s]"))
-        self._fresh = Freshness((JOINTS, IMU, DOOR), float(stale_after.value), WATCH_PERIOD)
-        felt_force = self.declare_parameter("felt_force", ExecutionSettings.felt_force,
-                                            ParameterDescriptor(
-            read_only=True, description="of the floor on both feet towards the door that tells of "
-            "the contact, above what the run-up itself shows [N]"))
-        self._settings = ExecutionSettings(felt_force=float(felt_force.value))
+        self._fresh = Freshness(
+            (JOINTS, IMU, DOOR), thresholds.number("stale_after"), WATCH_PERIOD)
+        self._settings = ExecutionSettings(felt_force=thresholds.number("felt_force"))
         self._plans: dict[str, ImpactPlan] = {}
         self._last_plan = ""
         self._execution: Execution | None = None
@@ -182,7 +183,7 @@ class ImpactExecutor(Node):
             self._trajectory.publish(JointTrajectory())
             return
         message = trajectory_message(command.knots, self._names)
-        message.header.stamp = Time(nanoseconds=round(command.stamp * 1e9)).to_msg()
+        message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
         self._trajectory.publish(message)
 
     def _give_feedback(self, now: float) -> None:

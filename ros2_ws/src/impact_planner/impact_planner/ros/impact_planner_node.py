@@ -11,6 +11,7 @@ from typing import Any
 
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -18,7 +19,7 @@ from door_model.door.config import load_door
 from door_model.errors import DoorModelError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
@@ -38,6 +39,14 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
 
 NAME = "impact_planner"
+PARAMETERS: dict[str, tuple[Any, str]] = {
+    **{name: (default, text) for name, (default, _, _, text) in NUMBERS.items()},
+    **{name: (default, text) for name, (default, _, text) in WORDS.items()},
+    "door": ("", "name or YAML file of a door, to plan without identification"),
+    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
+    "experience_file": ("", "YAML file that keeps what hits have taught, by door; empty: it is "
+                        "forgotten with the node"),
+}
 
 
 class ImpactPlanner(Node):
@@ -46,20 +55,11 @@ class ImpactPlanner(Node):
     def __init__(self) -> None:
         """Read the parameters, load the robot and connect."""
         super().__init__(NAME)
-        for name, (default, _, _, text) in NUMBERS.items():
-            self._declare(name, default, text)
-        for word, (default_word, _, text) in WORDS.items():
-            self._declare(word, default_word, text)
-        self._declare("door", "", "name or YAML file of a door, to plan without identification")
-        self._declare("robot_config", "", "robot.yaml to use instead of hrp2_description's")
+        self._parameters = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
-        self._configured = _configured_door(str(self.get_parameter("door").value))
-        self._robot = RobotModel(
-            load_robot_config(str(self.get_parameter("robot_config").value) or None)
-        )
-        self._declare("experience_file", "", "YAML file that keeps what hits have taught, by door; "
-                      "empty: it is forgotten with the node")
-        name = str(self.get_parameter("experience_file").value)
+        self._configured = _configured_door(self._parameters.text("door"))
+        self._robot = RobotModel(load_robot_config(self._parameters.text("robot_config") or None))
+        name = self._parameters.text("experience_file")
         self._experience_file = Path(name).expanduser() if name else None
         self._experience = load(self._experience_file) if self._experience_file else {}
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
@@ -74,14 +74,8 @@ class ImpactPlanner(Node):
         self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
         self.create_service(Trigger, "/forget_hits", self._on_forget)
 
-    def _declare(self, name: str, default: Any, text: str) -> None:
-        # Numbers may come as integers; `make_settings` checks them.
-        self.declare_parameter(
-            name, default, ParameterDescriptor(description=text, dynamic_typing=True)
-        )
-
     def _values(self) -> dict[str, Any]:
-        return {name: self.get_parameter(name).value for name in (*NUMBERS, *WORDS)}
+        return {name: self._parameters.value(name) for name in (*NUMBERS, *WORDS)}
 
     def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
         changed = {parameter.name: parameter.value for parameter in parameters}

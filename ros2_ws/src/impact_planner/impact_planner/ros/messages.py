@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Duration
 from door_impact_common.arrays import Array
 from door_impact_common.errors import DoorImpactError
+from door_impact_common.stamps import NANOSECONDS, duration_of, seconds
 from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -27,7 +27,6 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 
 WORLD_FRAME = "odom"
-_NANOSECONDS = 1_000_000_000
 # Fields that the plan and its message share by name.
 _NUMBERS = (
     "desired_opening_angle", "initial_angle", "omega_door", "restitution", "v_rb", "v_rb_post",
@@ -43,16 +42,13 @@ _TEXTS = ("plan_id", "door", "run_up", "ending")
 def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
     """Knots as a JointTrajectory without a stamp; times count from the first knot's zero."""
     message = JointTrajectory(joint_names=list(names))
-    for i, seconds in enumerate(knots.time):
-        nanoseconds = round(float(seconds) * _NANOSECONDS)
+    for i, time in enumerate(knots.time):
         message.points.append(
             JointTrajectoryPoint(
                 positions=knots.position[i].tolist(),
                 velocities=knots.velocity[i].tolist(),
                 accelerations=knots.acceleration[i].tolist(),
-                time_from_start=Duration(
-                    sec=nanoseconds // _NANOSECONDS, nanosec=nanoseconds % _NANOSECONDS
-                ),
+                time_from_start=duration_of(round(float(time) * NANOSECONDS)),
             )
         )
     return message
@@ -76,7 +72,7 @@ def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) ->
             raise ValueError(f"every point of a plan's trajectory needs {width} {field}")
         table = np.array(rows)
         columns.append(table if order is None else table[:, order])
-    time = [p.time_from_start.sec + p.time_from_start.nanosec / _NANOSECONDS for p in points]
+    time = [seconds(point.time_from_start) for point in points]
     return Knots(np.array(time), *columns)
 
 
