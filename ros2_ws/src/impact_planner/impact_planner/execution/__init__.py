@@ -1,1 +1,1 @@
-"""Running a plan: detection of the contact, switches between phases, refusals before the start."""
+"""Execution of a plan: checks before the start, detection of the contact, change of phases."""

@@ -1,13 +1,16 @@
-"""Runs a plan: decides what to send to the driver, and when, from what a robot can measure.
+"""Runs a plan: decides from measurements what to send to the driver, and when.
 
-It is a state machine without ROS: the caller passes on what robot and door measure, and sends the
-trajectories that are returned. The phases up to the end of the run-up are sent as one trajectory.
-The contact is detected by the feet, or else by the door's encoder. The motion after the hit begins
-a fixed time after the contact, wherever the door stands. Without a contact the run-up comes to rest
-by itself. The hold or the retreat begins after the door's measured peak.
+`Execution` is a state machine without ROS. The caller passes on the measurements of robot and door,
+and sends the trajectories that are returned to the driver:
 
-The module `states` holds the states with their reactions. This module passes events to the present
-state: `_enter` is the place that every command passes on its way to the driver.
+- The phases up to the end of the run-up are sent as one trajectory.
+- The contact is detected by the feet, or else by the door's encoder. The motion after the hit
+  begins a fixed time after the contact, wherever the door stands.
+- Without a contact the run-up comes to rest by itself.
+- The hold or the retreat begins after the measured peak of the door's angle.
+
+The module `states` holds the states with their handlers. `Execution` passes each event to the
+present state; every command passes `_enter` on its way to the driver.
 """
 
 from __future__ import annotations
@@ -17,9 +20,11 @@ from collections.abc import Callable, Sequence
 from door_impact_common.arrays import Array
 
 from impact_planner.errors import InvalidRequest
+from impact_planner.execution import reasons
 from impact_planner.execution.run import Run
 from impact_planner.execution.speed_of_b import SpeedOfB
-from impact_planner.execution.states import Reaction, State, Waiting
+from impact_planner.execution.state import Reaction, State
+from impact_planner.execution.states import Waiting
 from impact_planner.execution.types import (
     Command,
     ExecutablePlan,
@@ -33,16 +38,17 @@ class Execution:
     """One run of a plan.
 
     Times are stamps of messages or times of the robot's clock, both in seconds. The stamps of joint
-    states must not decrease: a caller whose clock was set back gives up.
+    states must not decrease: a caller whose clock goes back must call `give_up`.
 
     Args:
         plan: The plan.
         speed_of_b: Function that returns the speed of point B towards the door [m/s] from joint
             positions (30,) [rad], joint speeds (30,) [rad/s] and the IMU's angular velocity (3,)
             [rad/s].
-        settings: Thresholds; the defaults where None.
+        settings: Thresholds; None means the default thresholds.
         speed_scale: Factor on the speed of the phases before the run-up, above 0 and at most 1.
-        joint_names: Joint names in the order of the knots' columns, for reasons that name a joint.
+        joint_names: Joint names in the order of the knots' columns; empty if `reason` need not name
+            joints.
 
     Raises:
         InvalidRequest: The speed scale is out of range.
@@ -55,13 +61,13 @@ class Execution:
     ) -> None:
         if not 0.0 < speed_scale <= 1.0:
             raise InvalidRequest(
-                f"speed_scale {speed_scale} is not above 0 and at most 1",
+                f"speed_scale is {speed_scale:g}, must be above 0 and at most 1",
                 quantity="speed_scale", value=speed_scale, limit=(0.0, 1.0))
         self._run = Run(plan, settings or ExecutionSettings(), joint_names, SpeedOfB(speed_of_b))
         self._speed_scale = speed_scale
         self._state: State = Waiting(run=self._run)
 
-    # -- what is known of the run ---------------------------------------------------------------
+    # -- state and measurements -----------------------------------------------------------------
 
     @property
     def outcome(self) -> Outcome:
@@ -70,7 +76,7 @@ class Execution:
 
     @property
     def reason(self) -> str:
-        """Sentence that explains the outcome; empty where there is nothing to add to it."""
+        """Sentence that explains the outcome; may be empty after a success and before the end."""
         return self._state.reason
 
     @property
@@ -80,7 +86,7 @@ class Execution:
 
     @property
     def measured(self) -> Measured:
-        """What was measured until now."""
+        """Measurements until now."""
         return self._run.measured
 
     @property
@@ -106,18 +112,22 @@ class Execution:
     def past_no_return(self, now: float) -> bool:
         """Whether a stop would lose balance, so that the hit must be completed.
 
-        This is so from shortly before the hit to the door's peak; later motions can be stopped.
+        This is so from shortly before the hit until the door's peak. The motions after the peak can
+        be stopped again.
+
+        Args:
+            now: Time of the robot's clock [s].
         """
         return self._state.past_no_return(now)
 
     def progress(self, now: float) -> float:
-        """Share of the present phase that has passed, 0 to 1."""
+        """Share of the present phase that has passed at a time of the robot's clock [s], 0 to 1."""
         return self._state.progress(now)
 
     # -- requests -------------------------------------------------------------------------------
 
     def start(self, now: float) -> Command:
-        """Return everything up to the end of the run-up, as one trajectory.
+        """Start, and return one trajectory of all phases up to the end of the run-up.
 
         Args:
             now: Time of the robot's clock [s].
@@ -126,9 +136,9 @@ class Execution:
         return command
 
     def stop(self) -> None:
-        """Request a stop at the next joint state.
+        """Request a stop, which begins at the next joint state.
 
-        Past the point of no return the hit is completed first, and the robot retreats.
+        Past the point of no return the hit is completed before the robot retreats.
         """
         self._run.stop_requested = True
 
@@ -136,7 +146,7 @@ class Execution:
         """End as stopped, without a command to the driver."""
         self._enter(self._state.give_up(reason))
 
-    # -- events: each returns the commands to send, in this order -------------------------------
+    # -- events: each handler returns commands, which must be sent in their order ---------------
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> list[Command]:
         """Handle a joint state.
@@ -154,16 +164,17 @@ class Execution:
 
         Args:
             now: Stamp of the wrenches [s].
-            force: Force of the floor on both feet towards the door [N]. The leaf pushes the robot
-                back, and the legs, which keep their speed, push the floor away from the door.
+            force: Force of the floor on both feet towards the door [N]. It is positive in a hit:
+                the leaf pushes the robot away from the door, and the legs, which keep their speed,
+                push the floor the same way.
         """
         return self._enter(self._state.on_foot_forces(now, force))
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Handle an angle of the door.
 
-        An angle that is no number, is older than the last one, or whose stamp is far from the last
-        joint state's is ignored.
+        An angle is ignored if it is no number, if it is not newer than the last accepted angle, or
+        if its stamp is too far from that of the last joint state.
 
         Args:
             now: Stamp of the angle [s].
@@ -186,18 +197,22 @@ class Execution:
         self._run.on_gyro(now, rate, self._state.phase)
         return self._enter(self._state.on_tilt(tilt))
 
-    def on_silence(self, now: float, topic: str, seconds: float) -> list[Command]:
+    def on_silence(
+        self, now: float, topic: str, seconds: float, limit: float
+    ) -> list[Command]:
         """Handle a topic on which no message has arrived for too long.
 
         Args:
             now: Time of the robot's clock [s].
             topic: Name of the topic.
-            seconds: Time since its last message [s].
+            seconds: Time since the last message on the topic [s].
+            limit: Largest allowed time without a message [s].
         """
-        return self._enter(self._state.on_silence(now, topic, seconds))
+        return self._enter(
+            self._state.on_silence(now, reasons.no_message(topic, seconds, limit)))
 
     def _enter(self, reaction: Reaction) -> list[Command]:
-        """Make the state that follows the present one, and pass on its commands."""
+        """Enter the state that follows an event, and return the commands."""
         before, self._state = self._state, reaction.state
         if self._state is not before and self._state.outcome is Outcome.RUNNING:
             self._run.starts.setdefault(self._state.phase, self._state.begin)

@@ -1,4 +1,4 @@
-"""Whether what a robot tells is recent, and whether it still tells anything."""
+"""Checks that messages are recent, and that they still arrive."""
 
 from __future__ import annotations
 
@@ -8,73 +8,82 @@ from impact_planner.errors import InvalidRequest
 
 
 class Freshness:
-    """Watches topics by their stamps and by a steady tick.
+    """Watches topics by the stamps of their messages and by a steady tick.
 
-    Stamps tell the age of what was heard last. Silence is counted in ticks instead: a listener that
-    was itself held up finds everything old, but hears it all before the second tick.
+    The stamp gives the age of the last message, which must be small for a motion to begin. During
+    the motion the time without a message is counted in ticks: after a pause of the whole process
+    all stamps are old, but the messages that have waited are received before the second tick.
 
     Args:
-        topics: Their names.
-        limit: Largest age and longest silence [s].
-        tick: Between two calls of `tick` [s].
+        topics: Names of the topics.
+        limit: Largest allowed age of a message, and longest allowed time without one [s].
+        tick: Time between two calls of `tick` [s].
+
+    Attributes:
+        limit: Largest allowed age of a message, and longest allowed time without one [s].
 
     Raises:
-        InvalidRequest: The limit is shorter than a tick or no number.
+        InvalidRequest: The limit is shorter than a tick or not finite.
     """
 
     def __init__(self, topics: Sequence[str], limit: float, tick: float) -> None:
         if not tick <= limit < float("inf"):
             raise InvalidRequest(
-                f"the largest age of messages must be at least {tick:g} s, not {limit:g}",
+                f"stale_after, the largest age of messages, must be at least {tick:g} s, not "
+                f"{limit:g} s",
                 quantity="stale_after [s]", value=limit, limit=tick)
+        self.limit = limit
         self._topics = tuple(topics)
-        self._limit = limit
         self._tick = tick
         self._stamps: dict[str, float] = {}
         self._ticks = dict.fromkeys(self._topics, 0)
 
-    def heard(self, topic: str, stamp: float) -> None:
-        """Takes the stamp of a message [s]."""
+    def received(self, topic: str, stamp: float) -> None:
+        """Note that a message with this stamp [s] has arrived on a topic."""
         self._stamps[topic] = stamp
         self._ticks[topic] = 0
 
     def forget(self) -> None:
-        """Begins anew, as after a clock that went back."""
+        """Forget all messages, as after a clock that went back."""
         self._stamps.clear()
         self._ticks = dict.fromkeys(self._topics, 0)
 
     @property
     def complete(self) -> bool:
-        """Whether something was heard on every topic."""
+        """Whether a message has arrived on every topic."""
         return len(self._stamps) == len(self._topics)
 
     def refusal(self, now: float) -> tuple[str, float] | None:
-        """What is missing or too old to begin a motion.
+        """Find a topic whose last message is missing or too old for a motion to begin.
 
         Args:
-            now: By the clock of the stamps [s].
+            now: Time of the clock that the stamps refer to [s].
 
         Returns:
-            A sentence that names topic, age and limit, and the age (infinite where nothing came);
-            None where all is recent.
+            A sentence that names the topic, the age and the limit, and the age [s], which is
+            infinite if no message has arrived; None if all messages are recent.
         """
         for topic in self._topics:
             if topic not in self._stamps:
-                return f"nothing usable heard on {topic} yet", float("inf")
+                return f"no usable message has arrived on {topic} yet", float("inf")
             age = now - self._stamps[topic]
-            if age > self._limit:
-                return (f"the last message on {topic} is {age:.2f} s old, at most "
-                        f"{self._limit:g} s are allowed; has it stopped, or do clocks differ?", age)
-            if age < -self._limit:
-                return (f"the last message on {topic} is stamped {-age:.2f} s in the future, at "
-                        f"most {self._limit:g} s are allowed; do clocks differ?", age)
+            if age > self.limit:
+                return (f"the last message on {topic} is {age:.2f} s old, at most {self.limit:g} s "
+                        "are allowed; has its publisher stopped, or do the clocks differ?", age)
+            if age < -self.limit:
+                return (f"the stamp of the last message on {topic} lies {-age:.2f} s in the "
+                        f"future, at most {self.limit:g} s are allowed; do the clocks differ?", age)
         return None
 
     def tick(self) -> tuple[str, float] | None:
-        """Counts a tick; the topic that has been silent for too long, and for how long [s]."""
+        """Count a tick, and find a topic without a message for too long.
+
+        Returns:
+            The topic and the time since its last message [s]; None if messages arrive on all.
+        """
         for topic in self._topics:
             self._ticks[topic] += 1
-            silence = self._ticks[topic] * self._tick
-            if silence > self._limit:
-                return topic, silence
+            waited = self._ticks[topic] * self._tick
+            if waited > self.limit:
+                return topic, waited
         return None

@@ -1,4 +1,4 @@
-"""Point B as joints and gyro tell it, with a sole at one place of the floor."""
+"""The speed of point B and the support polygon, from joints and gyro without odometry."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from hrp2_description.support import support_polygon
 from humanoid_motion.robot_model import TOWARDS_DOOR, RobotModel
 from numpy.typing import ArrayLike
 
-STANDING_SIDE = "left"  # the foot that stays where it is during the whole motion
+STANDING_SIDE = "left"  # side of the foot that stands still during the whole motion
 
 
 class PointB:
-    """Kinematics of the elbow and the soles from joint angles and gyro, without odometry.
+    """Kinematics of the elbow and of the soles, seen from the sole that stands still.
 
-    base_link need not be level: the standing sole is.
+    This sole is assumed to be level; base_link may be tilted.
 
     Args:
         robot: The robot.
@@ -29,14 +29,15 @@ class PointB:
         self._imu = needed(robot.config.imu_frame, "imu_frame")
 
     def speed(self, position: Array, velocity: Array, rate: ArrayLike) -> float:
-        """Speed of B towards the door [m/s].
+        """Calculate the speed of B towards the door [m/s].
 
-        On soles that give way the robot also turns as a whole, about the standing sole.
+        The whole robot also turns about the standing sole, because the soles are elastic. The gyro
+        measures this turn.
 
         Args:
-            position: Joint angles (30,) [rad].
-            velocity: Joint speeds (30,) [rad/s].
-            rate: Angular velocity in the IMU's frame (3,) [rad/s].
+            position: Joint angles, (J,) [rad].
+            velocity: Joint speeds, (J,) [rad/s].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
         """
         robot = self._robot
         q, v = robot.configuration(np.zeros(3), position), robot.velocity(np.zeros(3), velocity)
@@ -51,15 +52,15 @@ class PointB:
 
     def support_polygon(self, position: Array, sides: Sequence[str],
                         standing: ArrayLike) -> Array:
-        """Hull of the soles that carry, as the joints place them.
+        """Calculate the convex hull of the soles that carry the robot.
 
         Args:
-            position: Joint angles (30,) [rad].
-            sides: Of the soles that carry.
-            standing: x and y of the standing sole in odom (2,) [m].
+            position: Joint angles, (J,) [rad].
+            sides: Sides of the soles that carry the robot, "left" or "right".
+            standing: x and y of the standing sole in odom, (2,) [m].
 
         Returns:
-            Corners (M, 2) in odom [m].
+            Corners of the hull in odom, (M, 2) [m].
         """
         robot = self._robot
         q = robot.configuration(np.zeros(3), position)

@@ -1,4 +1,4 @@
-"""What is checked before a plan moves a robot; a dry run checks the same."""
+"""The checks before a plan moves a robot; a dry run makes the same checks."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from impact_planner.errors import GoalRefused
 from impact_planner.execution.types import PLANNED, ExecutablePlan
 from impact_planner.task.settings import ENDINGS
 
-START_TOLERANCE = 0.05  # [rad] between the robot and the posture that the plan starts from
-DOOR_TOLERANCE = 0.02  # [rad] between the door and where it is hit
-SLOWEST = 0.05  # speed_scale
-_JOIN = 0.01  # [rad] between the end of a phase and the start of the next
-# A spline may stray a little between points that keep the limits; drivers allow as much.
-_OVERSHOOT = 0.005  # [rad]
-_SPEED_FACTOR = 1.1
-_ROUNDING = 1e-6
-_SAMPLES = 9  # of each segment between two knots
+START_TOLERANCE = 0.05  # largest distance of a joint from the plan's first posture [rad]
+DOOR_TOLERANCE = 0.02  # largest distance of the door from the angle at which it is hit [rad]
+SLOWEST = 0.05  # smallest speed_scale
+_JOIN = 0.01  # largest distance between the end of a phase and the start of the next one [rad]
+# Knots keep the limits exactly. The spline between them may overshoot a little, as drivers allow.
+_OVERSHOOT = 0.005  # largest overshoot over the range of a joint [rad]
+_SPEED_FACTOR = 1.1  # largest overshoot over the speed limit of a joint, as a factor
+_ROUNDING = 1e-6  # tolerance at the knots, in [rad] and as a share of the speed limit
+_SAMPLES = 9  # number of samples of each segment between two knots, with both ends
 
 
 def require_speed_scale(scale: float) -> None:
-    """Check a goal's speed_scale.
+    """Check the speed_scale of a goal.
 
     Raises:
-        GoalRefused: It is out of range.
+        GoalRefused: The speed_scale is out of its range.
     """
     if not SLOWEST <= scale <= 1.0:
-        raise GoalRefused("invalid_goal", f"speed_scale {scale:g} is not between {SLOWEST} and 1",
+        raise GoalRefused("invalid_goal", f"speed_scale is {scale:g}, must be from {SLOWEST} to 1",
                           quantity="speed_scale", value=scale, limit=(SLOWEST, 1.0))
 
 
 def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position: Array,
                   door_off: float) -> None:
-    """Check the plan against the robot, and both against where robot and door are.
+    """Check the plan against the robot's limits and against the present state of robot and door.
 
     Args:
         robot: The robot.
         plan: The plan.
-        sent: Its phases up to the end of the run-up as they would go to the driver.
-        position: Of the joints now, (30,) [rad].
-        door_off: Angle of the door now, from where it is to be hit [rad].
+        sent: Trajectory of the plan's phases up to the end of the run-up, as it would be sent.
+        position: Present joint positions, (J,) [rad].
+        door_off: Present angle of the door minus the angle at which it is to be hit [rad].
 
     Raises:
         GoalRefused: The goal cannot be executed.
@@ -57,15 +57,15 @@ def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position
 
 
 def require_start(names: Sequence[str], position: Array, start: Array) -> None:
-    """Check that the robot is where the plan starts.
+    """Check that the robot is in the posture in which the plan starts.
 
     Args:
-        names: Of the joints.
-        position: Of the joints now, (30,) [rad].
-        start: And where the plan starts, (30,) [rad].
+        names: Joint names.
+        position: Present joint positions, (J,) [rad].
+        start: Joint positions at the start of the plan, (J,) [rad].
 
     Raises:
-        GoalRefused: It is not.
+        GoalRefused: A joint is too far from the start.
     """
     off = np.abs(position - start)
     worst = int(np.argmax(off))
@@ -73,36 +73,39 @@ def require_start(names: Sequence[str], position: Array, start: Array) -> None:
         raise GoalRefused(
             "not_ready",
             f"the robot is not where the plan starts: {names[worst]} is off by {off[worst]:.3f} "
-            f"rad, more than {START_TOLERANCE} rad; bring it back to its initial posture (in "
-            "simulation: /sim/reset)",
+            f"rad, at most {START_TOLERANCE} rad are allowed; bring the robot back to its initial "
+            "posture (in simulation: /sim/reset)",
             quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START_TOLERANCE)
 
 
 def require_door(off: float) -> None:
-    """Check that the door is where it is to be hit, off by an angle [rad].
+    """Check that the door stands at the angle at which it is to be hit.
+
+    Args:
+        off: Present angle of the door minus the angle at which it is to be hit [rad].
 
     Raises:
-        GoalRefused: It is not.
+        GoalRefused: The difference is too large or no number.
     """
     if not abs(off) <= DOOR_TOLERANCE:  # NaN is refused
         raise GoalRefused(
             "not_ready",
-            f"the door stands {np.degrees(off):.1f} deg from where the plan hits it, "
+            f"the door stands {np.degrees(off):.1f} deg from where the plan hits it, at most "
             f"{np.degrees(DOOR_TOLERANCE):.1f} deg are allowed",
             quantity="door_angle [rad]", value=off, limit=DOOR_TOLERANCE)
 
 
 def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None:
-    """Check a plan's joints against the URDF, whoever made the plan.
+    """Check that a plan, whoever made it, is continuous and keeps the limits of the URDF.
 
     Args:
         robot: The robot.
-        plan: The plan; its phases must follow each other.
-        sent: Its phases up to the end of the run-up as they would go to the driver.
+        plan: The plan.
+        sent: Trajectory of the plan's phases up to the end of the run-up, as it would be sent.
 
     Raises:
-        GoalRefused: A phase begins elsewhere than the one before ended, or a joint would leave its
-            range or be too fast.
+        GoalRefused: A phase does not begin where the previous phase ends, or a joint would leave
+            its range or exceed its speed limit.
     """
     _require_joined(robot, plan)
     _require_inside(robot, sent, "up to the end of the run-up")
@@ -121,7 +124,7 @@ def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
             raise GoalRefused(
                 "no_plan",
                 f"the plan jumps: {robot.joint_names[worst]} is {off[worst]:.3f} rad apart between "
-                f"the phases {before} and {after}, more than {_JOIN} rad",
+                f"the phases {before} and {after}, at most {_JOIN} rad are allowed",
                 quantity="jump [rad]", value=float(off[worst]), limit=_JOIN)
 
 
@@ -135,13 +138,25 @@ def _require_inside(robot: RobotModel, knots: Knots, where: str) -> None:
 
 def _require_range(robot: RobotModel, position: Array, velocity: Array, where: str,
                    slack: float, factor: float) -> None:
-    """Check (N, 30) positions and speeds; NaN counts as outside."""
+    """Check joint positions, (N, J) [rad], and joint speeds, (N, J) [rad/s]; NaN is refused.
+
+    Args:
+        robot: The robot.
+        position: Joint positions.
+        velocity: Joint speeds.
+        where: Part of the plan, for the message.
+        slack: Largest distance outside the range of a joint [rad].
+        factor: Largest share of the speed limit of a joint.
+
+    Raises:
+        GoalRefused: A joint would leave its range or exceed its speed limit.
+    """
     inside = (position >= robot.lower - slack) & (position <= robot.upper + slack)
     if not inside.all():
         i, j = np.argwhere(~inside)[0]
         raise GoalRefused(
             "no_plan",
-            f"{where} {robot.joint_names[j]} would go to {position[i, j]:.3f} rad, its range is "
+            f"{where}, {robot.joint_names[j]} would go to {position[i, j]:.3f} rad, its range is "
             f"{robot.lower[j]:.3f} to {robot.upper[j]:.3f} rad",
             quantity=f"{robot.joint_names[j]} [rad]", value=float(position[i, j]),
             limit=(float(robot.lower[j]), float(robot.upper[j])))
@@ -150,7 +165,7 @@ def _require_range(robot: RobotModel, position: Array, velocity: Array, where: s
         i, j = np.argwhere(~slow)[0]
         raise GoalRefused(
             "no_plan",
-            f"{where} {robot.joint_names[j]} would turn at {abs(velocity[i, j]):.2f} rad/s, its "
+            f"{where}, {robot.joint_names[j]} would turn at {abs(velocity[i, j]):.2f} rad/s, its "
             f"limit is {robot.speed_limit[j]:.2f} rad/s",
             quantity=f"{robot.joint_names[j]} [rad/s]", value=float(velocity[i, j]),
             limit=float(robot.speed_limit[j]))

@@ -1,4 +1,4 @@
-"""What all states of an execution share: the plan, the thresholds and what was measured."""
+"""The data that all states of an execution share: plan, thresholds and measurements."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from impact_planner.execution.types import (
     Measured,
 )
 
-_RECENT = 30  # number of door angles from which the end of a hold is judged
+_RECENT = 30  # number of the last door angles, from which the end of a hold is judged
 
 
 class DoorAngles:
@@ -27,7 +27,7 @@ class DoorAngles:
 
     Attributes:
         angle: Angle that was accepted last [rad]; 0 before the first one.
-        recent: Last angles, the newest at the end [rad].
+        recent: Last accepted angles, at most 30, the newest at the end [rad].
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class DoorAngles:
         self._stamp = -np.inf
 
     def accept(self, now: float, angle: float, velocity: float) -> bool:
-        """Keep an angle if it is newer than the last one and a number.
+        """Keep an angle if it is a number and newer than the last accepted angle.
 
         Args:
             now: Stamp of the angle [s].
@@ -56,21 +56,21 @@ class DoorAngles:
 
 @dataclass
 class Run:
-    """The part of an execution that outlives each state.
+    """The data of an execution that outlive its states.
 
     Args:
         plan: The plan.
         settings: Thresholds.
         joint_names: Joint names in the order of the knots' columns; may be empty.
-        speed: Speed of point B from joints and gyro.
+        speed: Calculates the speed of point B from joints and gyro.
 
     Attributes:
-        measured: What was measured until now.
+        measured: Measurements until now.
         door: Angles of the door that were accepted.
-        starts: When each phase began or will begin, by its name, on the robot's clock [s]. It is
-            empty before the start.
+        starts: Times at which the phases began or will begin, by their names, on the robot's clock
+            [s]; empty before the start.
         joints_stamp: Stamp of the last joint state [s].
-        stop_requested: Whether a stop was requested that no state has acted on yet.
+        stop_requested: Whether a stop was requested on which no state has acted yet.
         turned_round: Whether the door's peak was detected.
     """
 
@@ -91,31 +91,53 @@ class Run:
         return self.starts[RUN_UP] + self.plan.contact_time
 
     def phase_at(self, now: float, phase: str) -> str:
-        """The phase up to the run-up that the clock is in; `phase` before the first one begins."""
+        """Name of the phase at a time before the contact.
+
+        Args:
+            now: Time of the robot's clock [s].
+            phase: Name that is returned if no phase has begun.
+        """
         begun = [name for name in APPROACH if now >= self.starts[name]]
         return begun[-1] if begun else phase
 
     def past_no_return(self, now: float) -> bool:
-        """Whether a stop at this time would lose balance, from shortly before the contact on."""
+        """Whether the point of no return, shortly before the planned contact, has passed.
+
+        Args:
+            now: Time of the robot's clock [s].
+        """
         if now < self.starts.get(RUN_UP, np.inf):
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
     def on_joints(self, now: float, position: Array, velocity: Array, phase: str) -> None:
-        """Keep a joint state, (30,) [rad] and (30,) [rad/s], and measure the speed of B."""
+        """Measure the speed of B with a new joint state.
+
+        Args:
+            now: Stamp of the joint state [s].
+            position: Joint positions, (J,) [rad].
+            velocity: Joint speeds, (J,) [rad/s].
+            phase: Name of the present phase.
+        """
         self.speed.joints = (now, position, velocity)
         self._measure_speed(phase)
 
     def on_gyro(self, now: float, rate: Array, phase: str) -> None:
-        """Keep an angular velocity of the IMU, (3,) [rad/s], and measure the speed of B."""
+        """Measure the speed of B with a new reading of the gyro.
+
+        Args:
+            now: Stamp of the reading [s].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+            phase: Name of the present phase.
+        """
         self.speed.rate = (now, rate)
         self._measure_speed(phase)
 
     def _measure_speed(self, phase: str) -> None:
-        """Measure the speed of B before and after the hit.
+        """Measure the speed of B during the run-up and after the hit.
 
-        The speed before the hit is measured until the contact is detected, the one after the hit
-        once, when the contact is over.
+        The speed before the hit is measured again and again until the contact is detected. The
+        speed after the hit is measured once, a fixed time after the contact.
         """
         pair = self.speed.now() if phase in (RUN_UP, AFTER_HIT) else None
         if pair is None:

@@ -1,14 +1,12 @@
-"""What an execution is made of: its plan, its thresholds, what it sends and what it measures."""
+"""The plan, the thresholds, the commands and the measurements of an execution."""
 
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from door_impact_common.arrays import Array
 from humanoid_motion.knots import Knots
 
 from impact_planner.errors import InvalidRequest
@@ -16,11 +14,8 @@ from impact_planner.task.settings import ENDINGS
 
 RUN_UP, AFTER_HIT = "cam", "post"
 APPROACH = ("prepare", "shift", "step", "back", RUN_UP)
-SCALED = APPROACH[:-1]  # the run-up keeps its speed
+SCALED = APPROACH[:-1]  # phases that speed_scale slows down; the run-up keeps its speed
 PLANNED = (*APPROACH, AFTER_HIT)
-
-MISSED = ("no contact: neither feet nor door told of one until the run-up had come to rest; the "
-          "door stands farther than planned or is open")
 
 
 class Outcome(enum.Enum):
@@ -40,8 +35,9 @@ class Command:
     """A trajectory for the driver.
 
     Attributes:
-        stamp: When its times count from, on the robot's clock [s].
-        knots: The trajectory; None means stop.
+        stamp: Time of the robot's clock at which the time of the knots is 0 [s]; 0 means that the
+            trajectory begins when it arrives.
+        knots: The trajectory; None commands the driver's own stop.
     """
 
     stamp: float
@@ -53,30 +49,37 @@ class ExecutionSettings:
     """Thresholds of the execution.
 
     Attributes:
-        lead: From sending the whole motion to its start; a loaded machine takes its time [s].
-        splice: The same for a stop, or for a contact that was felt late [s].
-        judged_after: From the last point of the hold to its judgement [s].
-        felt_force: Force of the floor on the feet towards the door that tells of a contact [N].
-        felt_after: From the contact's begin to the stamp of the wrenches that tell of it: a mean
-            over a tick passes `felt_force` 2 to 7 ms after the begin [s].
-        door_moves: Angular velocity of the door that tells of a contact that was not felt [rad/s].
-        late: A door that has not moved so long after the end of the run-up is missed [s].
-        settle: Time after the contact's begin at which v'_rB is read [s].
-        peak_drop: Angle below the largest one at which the door has stopped opening [rad].
-        back_to_plan: In which a retreat from a door that stood elsewhere is as planned again [s].
-        fall_tilt: Tilt of the trunk that counts as a fall [rad].
-        tracking: A joint further than this from its reference does not follow [rad].
-        hold_within: A door whose peak is further from the desired angle is not caught [rad].
-        slower: Multiple of the planned time in which the door must be seen to turn round.
-        stale: An angle of the door whose stamp is further from the joints' is passed over [s].
-        held_within: A door further than this from the desired angle is not held [rad].
+        lead: Time from sending the whole motion to its start, which a loaded machine needs [s].
+        splice: Time from sending a stop, or the motion after a contact that was detected late, to
+            its start [s].
+        judged_after: Time from the end of the hold or the retreat to its judgement [s].
+        felt_force: Force of the floor on the feet towards the door above which a contact is
+            detected [N].
+        force_delay: Time from the begin of the contact to the stamp of the wrenches that show it
+            [s]. A mean over a tick of the driver exceeds `felt_force` 2 to 7 ms after the begin.
+        door_moves: Angular velocity of the door above which a contact is detected that the feet
+            did not show [rad/s].
+        late: Time after the end of the run-up at which a contact counts as missed [s]. The angle
+            of a door that moves may arrive late.
+        settle: Time after the begin of the contact at which v'_rB is measured, and time after a
+            stop at which the robot is at rest [s].
+        peak_drop: Angle by which the door must fall back for its peak to be detected [rad].
+        back_to_plan: Time within which a retreat from a door that stood nearer or farther returns
+            to the plan [s].
+        fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
+        tracking: Largest distance between a joint and its trajectory [rad].
+        hold_within: Largest distance between the door's peak and the desired angle at which the
+            arm catches the door [rad].
+        slower: Factor on the planned time after the hit within which the door must turn round.
+        stale: Largest difference between the stamps of the door's angle and of the joints [s].
+        held_within: Largest distance between the door and the desired angle at the end [rad].
     """
 
     lead: float = 0.5
     splice: float = 0.005
     judged_after: float = 0.2
     felt_force: float = 80.0
-    felt_after: float = 0.0045
+    force_delay: float = 0.0045
     door_moves: float = 0.15
     late: float = 0.1
     settle: float = 0.02
@@ -90,35 +93,39 @@ class ExecutionSettings:
     held_within: float = float(np.radians(2.0))
 
     def __post_init__(self) -> None:
-        """Checks what is a parameter of the node.
+        """Check the threshold that is a parameter of the node.
 
         Raises:
-            InvalidRequest: A force out of range.
+            InvalidRequest: The force is not a finite number above 0.
         """
         if not 0.0 < self.felt_force < np.inf:
-            raise InvalidRequest(f"felt_force must be above 0 N, not {self.felt_force:g}",
-                                 quantity="felt_force [N]", value=self.felt_force, limit=0.0)
+            raise InvalidRequest(
+                f"felt_force is {self.felt_force:g} N, must be finite and above 0 N",
+                quantity="felt_force [N]", value=self.felt_force, limit=0.0)
 
 
 @dataclass(frozen=True)
 class ExecutablePlan:
-    """What the execution needs of a plan.
+    """The part of a plan that an execution needs.
 
     Attributes:
-        phases: Knots of each phase by name; those of `cam` go on past the contact, to rest. With a
-            hold, a retreat is what a cancel past the point of no return ends in.
-        contact_time: Planned, from the start of the run-up [s].
-        steady_time: So long before that the run-up has its full speed at least [s].
-        switch_delay: So long after the contact's begin the legs keep their speed [s].
-        slow_down: In which they then take up the speed after the hit [s].
-        rest_duration: From there to rest [s].
-        post_ratio: Speed along the path after the hit over that before it.
-        point_of_no_return: Later than this before the contact a stop loses balance [s].
-        desired_angle: That the door is to be held at [rad].
-        stop_duration: In which a stop slows the run-up down to rest [s].
+        phases: Knots of each phase by its name. Those of `cam` continue past the contact and come
+            to rest. A plan with a hold may also have a retreat, in which a stop past the point of
+            no return ends.
+        contact_time: Time from the start of the run-up to the planned contact [s].
+        steady_time: Time before and after the planned contact during which the run-up has its full
+            speed [s].
+        switch_delay: Time after the begin of the contact during which the legs keep their speed
+            [s].
+        slow_down: Time in which the legs then change to the speed after the hit [s].
+        rest_duration: Time from the end of `slow_down` to rest [s].
+        post_ratio: Ratio of the speed along the path after the hit to the speed before it.
+        point_of_no_return: Time before the planned contact after which a stop loses balance [s].
+        desired_angle: Angle at which the door is to be held [rad].
+        stop_duration: Time in which a stop slows the run-up down to rest [s].
 
     Raises:
-        InvalidRequest: One of the phases is missing.
+        InvalidRequest: A phase is missing.
     """
 
     phases: dict[str, Knots]
@@ -134,7 +141,15 @@ class ExecutablePlan:
 
     @classmethod
     def of(cls, plan: Any, phases: dict[str, Knots]) -> ExecutablePlan:
-        """From a plan or its message, which have the same names, and its phases' knots."""
+        """Make it from a plan or the plan's message, which share their names.
+
+        Args:
+            plan: The plan or its message.
+            phases: Knots of the plan's phases and branches by name.
+
+        Raises:
+            InvalidRequest: A phase is missing.
+        """
         return cls(
             phases=phases,
             contact_time=plan.contact_time,
@@ -149,7 +164,7 @@ class ExecutablePlan:
         )
 
     def __post_init__(self) -> None:
-        """Checks the phases."""
+        """Check the names of the phases."""
         missing = [name for name in PLANNED if name not in self.phases]
         if not set(ENDINGS) & set(self.phases):
             missing.append(" or ".join(ENDINGS))
@@ -164,25 +179,26 @@ class ExecutablePlan:
 
     @property
     def switch_time(self) -> float:
-        """From the start of the run-up to that of `post` at the planned contact [s]."""
+        """Time from the start of the run-up to the start of `post` at the planned contact [s]."""
         return self.contact_time + self.switch_delay
 
 
 @dataclass
 class Measured:
-    """What the execution felt; NaN where it did not get that far.
+    """Measurements of an execution; NaN for those that it did not reach.
 
     Attributes:
-        contact_time: When the contact began, as the feet or the door told, on the robot's clock
-            [s].
-        contact_delay: The same against the plan [s].
-        switch_latency: From there to the switch to the motion after the hit [s].
-        v_rb: Speed of B before the contact, from joints and gyro [m/s].
-        v_rb_post: And after it [m/s].
+        contact_time: Begin of the contact, as the feet or the door's encoder indicated it, on the
+            robot's clock [s].
+        contact_delay: Time from the planned contact to the begin of the contact [s].
+        switch_latency: Time from the begin of the contact to the switch to the motion after the
+            hit [s].
+        v_rb: Speed of B towards the door before the contact, from joints and gyro [m/s].
+        v_rb_post: Speed of B towards the door after the contact, from joints and gyro [m/s].
         omega_door: Largest angular velocity of the door [rad/s].
         peak_angle: Largest angle of the door [rad].
-        peak_time: From the contact [s].
-        held_angle: Angle of the door at the end [rad].
+        peak_time: Time from the begin of the contact to the door's peak [s].
+        held_angle: Angle of the door at the end of a hold [rad].
     """
 
     contact_time: float = np.nan
@@ -194,49 +210,3 @@ class Measured:
     peak_angle: float = np.nan
     peak_time: float = np.nan
     held_angle: float = np.nan
-
-
-def held_verdict(
-    angles: Sequence[float], desired: float, within: float
-) -> tuple[Outcome, str]:
-    """Whether a door stands still near an angle, and what is said where it does not.
-
-    Args:
-        angles: The last ones heard [rad].
-        desired: [rad].
-        within: So far it may be off, and move [rad].
-    """
-    held, spread = float(np.mean(angles)), float(np.ptp(angles))
-    if max(abs(held - desired), spread) <= within:
-        return Outcome.SUCCESS, ""
-    return Outcome.NOT_HELD, (
-        f"the door is not held: it stands at {np.degrees(held):.1f} deg and moved by "
-        f"{np.degrees(spread):.1f} deg in the end, {np.degrees(desired):.1f} deg were desired, "
-        f"{np.degrees(within):.1f} deg off or moved are allowed")
-
-
-def too_far_off(peak: float, desired: float) -> str:
-    """What is said of a door that is not caught, for angles [rad]."""
-    return (f"the door opened to {np.degrees(peak):.1f} deg, {np.degrees(desired):.1f} deg were "
-            "desired: too far off for the arm to meet it as planned")
-
-
-def off_track(
-    position: Array, wanted: Array, names: Sequence[str], limit: float, where: str
-) -> str:
-    """What is said of a robot that does not follow; empty where it does.
-
-    Args:
-        position: Of the joints, (J,) [rad].
-        wanted: Where they are to be, (J,) [rad].
-        names: Of the joints; may be empty.
-        limit: So far a joint may be off [rad].
-        where: What put them there.
-    """
-    off = np.abs(position - wanted)
-    worst = int(np.argmax(off))
-    if off[worst] <= limit:
-        return ""
-    name = names[worst] if names else f"joint {worst}"
-    return (f"{name} is {off[worst]:.3f} rad from where {where}, more than {limit:g} rad; the "
-            "driver refused the trajectory or cannot follow it")

@@ -1,4 +1,4 @@
-"""What the executor reads from messages, and its result. Only its node needs this module."""
+"""Conversions between the executor's messages and its library."""
 
 from __future__ import annotations
 
@@ -18,30 +18,37 @@ from impact_planner.ros.messages import knots_from_message
 
 Result = ExecuteDoorImpact.Result
 
-_ENDINGS = {  # error code, and what is said where the execution gives no reason
+_ENDINGS = {  # error code of each outcome, and the message if the execution gives no reason
     Outcome.SUCCESS: (Result.NONE, "the door was opened and held"),
     Outcome.NO_CONTACT: (Result.NO_CONTACT, "the run-up ended without a hit"),
-    Outcome.STOPPED: (Result.STOPPED, "stopped"),
+    Outcome.STOPPED: (Result.STOPPED, "the motion was stopped"),
     Outcome.FELL: (Result.FELL, "the robot fell"),
-    Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow"),
+    Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow the trajectory"),
     Outcome.NOT_HELD: (Result.NOT_HELD, "the door is not held"),
 }
+# Names of the fields that measurements and hit report share.
 _REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door", "peak_angle",
-             "peak_time")  # by the same names in both
-_UNIT = 0.1  # a quaternion's length may be so far from 1
+             "peak_time")
+_UNIT = 0.1  # largest difference between the length of a unit quaternion and 1
 
 
 def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | None:
-    """Positions [rad] and speeds [rad/s] of a JointState, (30,) each, in the order of `names`.
+    """Read joint positions and joint speeds from a JointState.
 
-    Further joints are left out; None where one is missing or no number.
+    Args:
+        message: The JointState; it may have further joints and any order.
+        names: Joint names in the order of the result.
+
+    Returns:
+        Positions, (J,) [rad], and speeds, (J,) [rad/s]; None if a joint is missing or its position
+        or speed is no finite number.
     """
     given = list(message.name)
     if not (len(given) == len(message.position) == len(message.velocity)
             and set(names) <= set(given)):
         return None
     position, velocity = np.array(message.position), np.array(message.velocity)
-    if given != list(names):  # another driver may order them otherwise
+    if given != list(names):
         order = [given.index(name) for name in names]
         position, velocity = position[order], velocity[order]
     if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
@@ -50,10 +57,14 @@ def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | No
 
 
 def trunk_tilt(message: Any) -> float | None:
-    """Angle between the trunk's z axis and the vertical by an Imu's orientation [rad].
+    """Calculate the angle between the trunk's z axis and the vertical [rad].
 
-    None where the message has no orientation: a covariance that begins with -1, or no unit
-    quaternion.
+    Args:
+        message: Imu with the orientation of the trunk.
+
+    Returns:
+        The angle; None if the message has no orientation, that is, if its covariance begins with -1
+        or it is no unit quaternion.
     """
     q = message.orientation
     length = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
@@ -63,10 +74,14 @@ def trunk_tilt(message: Any) -> float | None:
 
 
 def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
-    """What the execution needs of a plan, with columns in the order of `names`.
+    """Convert a plan's message to the plan of an execution.
+
+    Args:
+        plan: The message, with its trajectories.
+        names: Joint names in the order of the knots' columns.
 
     Raises:
-        GoalRefused: A phase is missing or makes no sense.
+        GoalRefused: A phase is missing, or a number of the plan makes no sense.
     """
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names)
@@ -76,23 +91,23 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
         raise GoalRefused("no_plan", str(error), quantity=error.quantity,
                           value=error.value) from error
     except (ValueError, ZeroDivisionError) as error:
-        raise GoalRefused("no_plan", f"the plan makes no sense: {error}") from error
+        raise GoalRefused("no_plan", f"the plan cannot be executed: {error}") from error
 
 
 def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:
-    """The action's result at the end of an execution."""
-    code, usual = _ENDINGS[outcome]
-    return Result(success=outcome is Outcome.SUCCESS, error_code=code, message=reason or usual,
+    """Make the action's result from the outcome, its reason (may be empty) and measurements."""
+    code, default = _ENDINGS[outcome]
+    return Result(success=outcome is Outcome.SUCCESS, error_code=code, message=reason or default,
                   **asdict(measured))
 
 
 def hit_report(plan: ImpactPlan, measured: Measured, stamp: Any) -> HitReport:
-    """What is told of a hit.
+    """Make the report of a hit, from which the planner learns.
 
     Args:
-        plan: That was executed.
-        measured: What was felt.
-        stamp: builtin_interfaces/Time.
+        plan: Plan that was executed.
+        measured: Measurements of the execution.
+        stamp: End of the motion, a builtin_interfaces/Time.
     """
     report = HitReport(plan_id=plan.plan_id, door=plan.door)
     report.header.stamp = stamp

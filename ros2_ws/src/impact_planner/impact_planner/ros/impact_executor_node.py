@@ -1,4 +1,4 @@
-"""Node impact_executor: runs a plan through the driver's topics, as an action."""
+"""Node impact_executor: executes a plan through the driver's topics, as an action."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from trajectory_msgs.msg import JointTrajectory
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.freshness import Freshness
-from impact_planner.execution.point_b import PointB
+from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
 from impact_planner.execution.types import Command, ExecutionSettings, Outcome
 from impact_planner.ros.executor_messages import (
@@ -44,30 +44,31 @@ from impact_planner.ros.messages import trajectory_message
 
 Result = ExecuteDoorImpact.Result
 
-FEEDBACK_PERIOD = 0.05  # [s]
-WATCH_PERIOD = 0.05  # [s]
+FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
+WATCH_PERIOD = 0.05  # time between two checks that messages arrive, by the computer's clock [s]
 JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
-PATIENCE = 20  # periods that a goal waits for topics not heard yet
+PATIENCE = 20  # number of watch periods that a goal waits for the first messages
+WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 THRESHOLDS = {
-    "stale_after": (0.5, "largest age of what is heard of robot and door [s]"),
-    "felt_force": (ExecutionSettings.felt_force, "of the floor on both feet towards the door that "
-                   "tells of the contact, above what the run-up itself shows [N]"),
+    "stale_after": (0.5, "largest age of messages about robot and door [s]"),
+    "felt_force": (ExecutionSettings.felt_force, "force of the floor on both feet towards the door "
+                   "above which a contact is detected; the run-up itself must stay below it [N]"),
 }
 
 
 class ImpactExecutor(Node):
-    """Turns messages into calls of `Execution` and its commands into trajectories."""
+    """Passes messages to an `Execution`, and publishes its commands as trajectories."""
 
     def __init__(self) -> None:
-        """Loads the robot and connects to the driver's topics."""
+        """Load the robot and connect to the driver's topics."""
         super().__init__("impact_executor")
         robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
         thresholds = Parameters(self, THRESHOLDS)
         self._robot = RobotModel(load_robot_config(robot or None))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
-        self._fresh = Freshness(
+        self._freshness = Freshness(
             (JOINTS, IMU, DOOR), thresholds.number("stale_after"), WATCH_PERIOD)
         self._settings = ExecutionSettings(felt_force=thresholds.number("felt_force"))
         self._plans: dict[str, ImpactPlan] = {}
@@ -76,12 +77,13 @@ class ImpactExecutor(Node):
         self._finished: Future | None = None
         self._goal: Any = None
         self._busy = False
-        self._stop_asked = False
+        self._stop_requested = False
         self._joints: tuple[float, Array, Array] | None = None
         self._door_angle = math.nan
-        self._forces: dict[str, tuple[float, float]] = {}  # of a foot: stamp [s], to the door [N]
-        self._zmp: tuple[float, float] | None = None
-        self._fed_back = -math.inf
+        # Stamp [s] and force of the floor towards the door [N] of the last wrench of each foot.
+        self._forces: dict[str, tuple[float, float]] = {}
+        self._zmp: tuple[float, float] | None = None  # last ZMP, x and y in odom [m]
+        self._last_feedback = -math.inf  # on the robot's clock [s]
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._trajectory = self.create_publisher(JointTrajectory, "/joint_trajectory", 10)
         self._reports = self.create_publisher(HitReport, "/hit_report", 10)
@@ -112,28 +114,29 @@ class ImpactExecutor(Node):
         now = seconds(message.header.stamp)
         state = joint_arrays(message, self._names)
         if state is None:
-            self.get_logger().warning(f"a message on {JOINTS} without position and speed of every "
-                                      "joint is passed over", throttle_duration_sec=5.0)
+            self.get_logger().warning(
+                f"a message on {JOINTS} was ignored: it must have the position and the speed of "
+                "every joint", throttle_duration_sec=WARNING_PERIOD)
             return
         if self._joints is not None and now < self._joints[0]:
             self._clock_went_back()
-        self._fresh.heard(JOINTS, now)
+        self._freshness.received(JOINTS, now)
         self._joints = (now, *state)
         if self._execution is not None:
             self._after(now, self._execution.on_joint_state(now, *state))
 
     def _clock_went_back(self) -> None:
-        """After a reset of the simulation nothing that was planned in time holds any more."""
-        self._fed_back = -math.inf
-        self._fresh.forget()
+        """Give up the motion: after a reset of the simulation its times mean nothing any more."""
+        self._last_feedback = -math.inf
+        self._freshness.forget()
         if self._execution is not None:
-            self._execution.give_up("time went back: the motion is given up")
+            self._execution.give_up("the motion was given up: the robot's clock went back")
 
     def _on_door(self, message: JointState) -> None:
         if not (message.position and message.velocity):
             return
         now, self._door_angle = seconds(message.header.stamp), message.position[0]
-        self._fresh.heard(DOOR, now)
+        self._freshness.received(DOOR, now)
         if self._execution is not None:
             velocity = message.velocity[0]
             self._after(now, self._execution.on_door(now, self._door_angle, velocity))
@@ -141,17 +144,21 @@ class ImpactExecutor(Node):
     def _on_imu(self, message: Imu) -> None:
         now, tilt = seconds(message.header.stamp), trunk_tilt(message)
         if tilt is None:
-            self.get_logger().warning(f"a message on {IMU} without an orientation is passed over",
-                                      throttle_duration_sec=5.0)
+            self.get_logger().warning(
+                f"a message on {IMU} was ignored: it must have an orientation",
+                throttle_duration_sec=WARNING_PERIOD)
             return
-        self._fresh.heard(IMU, now)
+        self._freshness.received(IMU, now)
         if self._execution is not None:
-            turn = message.angular_velocity
+            rate = message.angular_velocity
             self._after(now, self._execution.on_imu(
-                now, tilt, np.array([turn.x, turn.y, turn.z])))
+                now, tilt, np.array([rate.x, rate.y, rate.z])))
 
     def _on_wrench(self, side: str, message: WrenchStamped) -> None:
-        """Both feet's of one tick together; soles are parallel to odom, the door is towards -y."""
+        """Pass on the sum of both feet's forces when their wrenches are of the same tick.
+
+        The soles are parallel to odom, in which the door is in the direction of -y.
+        """
         now = seconds(message.header.stamp)
         self._forces[side] = (now, -message.wrench.force.y)
         stamps, forces = zip(*self._forces.values(), strict=True)
@@ -159,24 +166,25 @@ class ImpactExecutor(Node):
             self._after(now, self._execution.on_foot_forces(now, sum(forces)))
 
     def _watch(self) -> None:
-        """Ends a motion whose robot or door has fallen silent."""
-        silent = self._fresh.tick()
-        if silent is not None and self._execution is not None and self._joints is not None:
-            topic, length = silent
-            now = self._joints[0] + (length if topic == JOINTS else 0.0)
-            self._after(now, self._execution.on_silence(now, topic, length))
+        """End a motion if messages about robot or door do not arrive any more."""
+        missing = self._freshness.tick()
+        if missing is not None and self._execution is not None and self._joints is not None:
+            topic, waited = missing
+            now = self._joints[0] + (waited if topic == JOINTS else 0.0)
+            self._after(now, self._execution.on_silence(
+                now, topic, waited, self._freshness.limit))
 
     def _after(self, now: float, commands: list[Command]) -> None:
-        """Sends commands, gives feedback, and ends the action where the execution has ended."""
+        """Send commands and feedback, and end the action if the execution has ended."""
         for command in commands:
             self._send(command)
         if self._execution is None or self._finished is None or self._finished.done():
             return
         if self._execution.outcome is not Outcome.RUNNING:
             self._finished.set_result(self._execution.outcome)
-        elif now >= self._fed_back + FEEDBACK_PERIOD:
-            self._fed_back = now
-            self._give_feedback(now)
+        elif now >= self._last_feedback + FEEDBACK_PERIOD:
+            self._last_feedback = now
+            self._send_feedback(now)
 
     def _send(self, command: Command) -> None:
         if command.knots is None:
@@ -186,7 +194,7 @@ class ImpactExecutor(Node):
         message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
         self._trajectory.publish(message)
 
-    def _give_feedback(self, now: float) -> None:
+    def _send_feedback(self, now: float) -> None:
         assert self._execution is not None
         feedback = ExecuteDoorImpact.Feedback()
         feedback.phase = self._execution.phase
@@ -197,20 +205,20 @@ class ImpactExecutor(Node):
         self._goal.publish_feedback(feedback)
 
     def _margin(self, phase: str) -> float:
-        """Distance of the last ZMP to the edge of the polygon that the phase stands on [m]."""
+        """Distance between the last ZMP and the edge of the phase's support polygon [m]."""
         if self._zmp is None or self._joints is None:
             return math.nan
-        soles = ("left",) if phase == "step" else ("left", "right")
-        hull = self._point_b.support_polygon(self._joints[1], soles, self._left_foot)
+        sides = (STANDING_SIDE,) if phase == "step" else SIDES
+        hull = self._point_b.support_polygon(self._joints[1], sides, self._standing_foot)
         return float(polygon_margin(np.array(self._zmp), hull))
 
     # -- action and stop ------------------------------------------------------------------------
 
     def _on_goal(self, goal: Any) -> GoalResponse:
         if self._busy:
-            self.get_logger().warning("goal refused: another one is being executed")
+            self.get_logger().warning("the goal was rejected: another goal is being executed")
             return GoalResponse.REJECT
-        self._busy, self._stop_asked = True, False
+        self._busy, self._stop_requested = True, False
         return GoalResponse.ACCEPT
 
     def _on_cancel(self, _: Any) -> CancelResponse:
@@ -219,15 +227,15 @@ class ImpactExecutor(Node):
         return CancelResponse.ACCEPT
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
-        response.success, self._stop_asked = True, True
+        response.success, self._stop_requested = True, True
         if self._execution is None:
             self._trajectory.publish(JointTrajectory())
-            response.message = "nothing is being executed; the driver was told to hold still"
+            response.message = "nothing is being executed; the driver was commanded to stop"
         else:
             past = self._joints is not None and self._execution.past_no_return(self._joints[0])
             self._execution.stop()
-            response.message = ("past the point of no return: stopping after the door's peak"
-                                if past else "stopping")
+            response.message = ("the point of no return has passed: the motion will be stopped "
+                                "after the door's peak" if past else "the motion is being stopped")
         return response
 
     async def _execute(self, goal_handle: Any) -> Any:
@@ -240,9 +248,9 @@ class ImpactExecutor(Node):
         goal = goal_handle.request
         try:
             plan = self._wanted(goal)
-            await self._all_heard()
-            if goal_handle.is_cancel_requested or self._stop_asked:
-                raise GoalRefused("stopped", "stopped before it began")
+            await self._first_messages()
+            if goal_handle.is_cancel_requested or self._stop_requested:
+                raise GoalRefused("stopped", "the motion was stopped before it began")
             execution, command = self._prepared(goal, plan)
         except GoalRefused as error:
             (goal_handle.canceled if goal_handle.is_cancel_requested else goal_handle.abort)()
@@ -250,12 +258,13 @@ class ImpactExecutor(Node):
             return Result(error_code=getattr(Result, error.reason.upper()), message=str(error))
         if goal.dry_run:
             goal_handle.succeed()
-            return Result(success=True, message=f"dry run: plan {plan.plan_id} could be executed")
+            return Result(success=True, message="this was a dry run: the plan "
+                          f"{plan.plan_id} could be executed")
         self._goal = goal_handle
         self._finished = Future()
-        self._left_foot = (plan.left_foot.position.x, plan.left_foot.position.y)
+        self._standing_foot = (plan.left_foot.position.x, plan.left_foot.position.y)
         self._planned_margins = {each.phase: each.margin for each in plan.zmp_margins}
-        self._fed_back = -math.inf
+        self._last_feedback = -math.inf
         self._execution = execution
         self._send(command)
         outcome = await self._finished
@@ -265,22 +274,24 @@ class ImpactExecutor(Node):
         return self._result(goal_handle, outcome)
 
     def _wanted(self, goal: Any) -> ImpactPlan:
-        """The plan of a goal.
+        """Find the plan of a goal.
 
         Raises:
-            GoalRefused: There is none, or the goal makes no sense.
+            GoalRefused: There is no such plan, or the speed_scale is out of its range.
         """
         require_speed_scale(goal.speed_scale)
         plan = self._plans.get(goal.plan_id or self._last_plan)
         if plan is None:
-            raise GoalRefused("no_plan", f"no plan {goal.plan_id!r}" if goal.plan_id else
-                              "no plan yet: call /plan_door_impact first")
+            raise GoalRefused(
+                "no_plan", f"there is no plan {goal.plan_id!r}, the last plan is "
+                f"{self._last_plan!r}" if goal.plan_id else
+                "there is no plan yet: call /plan_door_impact first")
         return plan
 
-    async def _all_heard(self) -> None:
-        """Gives topics that begin anew, as after a reset, a moment of wall time."""
+    async def _first_messages(self) -> None:
+        """Wait a moment for the first messages, by the computer's clock, as after a reset."""
         for _ in range(PATIENCE):
-            if self._fresh.complete:
+            if self._freshness.complete:
                 return
             later = Future()
             timer = self.create_timer(WATCH_PERIOD, partial(later.set_result, None),
@@ -289,13 +300,13 @@ class ImpactExecutor(Node):
             self.destroy_timer(timer)
 
     def _prepared(self, goal: Any, message: ImpactPlan) -> tuple[Execution, Command]:
-        """The execution of a goal and what it begins with, all checked.
+        """Make the execution of a goal and its first command, after all checks.
 
         Raises:
-            GoalRefused: The goal cannot be run.
+            GoalRefused: The goal cannot be executed.
         """
         plan = executable(message, self._names)
-        stale = self._fresh.refusal(self.get_clock().now().nanoseconds * 1e-9)
+        stale = self._freshness.refusal(self.get_clock().now().nanoseconds * 1e-9)
         if stale is not None:
             raise GoalRefused("not_ready", stale[0], quantity="age [s]", value=stale[1])
         assert self._joints is not None
@@ -322,7 +333,7 @@ class ImpactExecutor(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is stopped, and return its exit code."""
     return run_node(ImpactExecutor, args=args)
 
 

@@ -1,4 +1,4 @@
-"""Node impact_planner: plans an impact from what is known of the door."""
+"""Node impact_planner: plans an impact from the identified or configured door."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
 
 
 class ImpactPlanner(Node):
-    """Answers /plan_door_impact; all it knows of the door comes by topic or by parameter."""
+    """Answers /plan_door_impact; the door comes from a topic or from a parameter."""
 
     def __init__(self) -> None:
-        """Read the parameters, load the robot and connect."""
+        """Read the parameters, load the robot and connect to topics and services."""
         super().__init__(NAME)
         self._parameters = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
@@ -63,9 +63,9 @@ class ImpactPlanner(Node):
         self._experience_file = Path(name).expanduser() if name else None
         self._experience = load(self._experience_file) if self._experience_file else {}
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
-        self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last hit
+        self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last reported hit
         self._identified: KnownDoor | None = None
-        self._refusal = ""
+        self._refusal = ""  # why the last identified parameters describe no door
         self.add_on_set_parameters_callback(self._on_parameters)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
@@ -102,8 +102,8 @@ class ImpactPlanner(Node):
             return replace(known, experience=self._experience.get(known.name))
         raise NoDoor(
             self._refusal
-            or "nothing is known of the door: no /closer_parameters yet, and the parameter "
-            "'door' is empty; call /identify_closer first",
+            or "nothing is known of the door: no message has arrived on /closer_parameters, and "
+            "the parameter 'door' is empty; call /identify_closer first",
             quantity="door",
             value="",
         )
@@ -111,14 +111,14 @@ class ImpactPlanner(Node):
     def _on_plan(
         self, request: PlanDoorImpact.Request, response: PlanDoorImpact.Response
     ) -> PlanDoorImpact.Response:
-        """Plan; whatever goes wrong is an answer, and leaves the last plan as it is."""
+        """Plan a hit; an error is returned to the caller and leaves the last plan as it is."""
         try:
             wanted, known = request_from_message(request), self._door()
             plan = plan_impact(wanted, known, self._robot, self._settings)
         except PLANNING_ERRORS as error:
-            self.get_logger().warning(f"no plan: {error}")
+            self.get_logger().warning(f"no plan was made: {error}")
             return failure_response(response, error)
-        except Exception as error:  # a service must answer, and the node must live
+        except Exception as error:  # the service must answer, and the node must go on
             self.get_logger().error(traceback.format_exc())
             return failure_response(
                 response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
@@ -130,8 +130,9 @@ class ImpactPlanner(Node):
         response.success = True
         response.error_code = PlanDoorImpact.Response.NONE
         response.message = (
-            f"{math.degrees(plan.peak_angle):.1f} deg by w' = {plan.omega_door:.3f} rad/s, "
-            f"v_rB = {plan.v_rb:.3f} m/s; planned in {1e3 * plan.planning_time:.0f} ms"
+            f"the door will open to {math.degrees(plan.peak_angle):.1f} deg: "
+            f"w' = {plan.omega_door:.3f} rad/s after a hit at v_rB = {plan.v_rb:.3f} m/s; the "
+            f"planning took {1e3 * plan.planning_time:.0f} ms"
         )
         response.plan = (
             whole
@@ -144,46 +145,47 @@ class ImpactPlanner(Node):
         return response
 
     def _on_hit(self, message: HitReport) -> None:
-        """Learns from a hit that was planned here."""
+        """Learn from a hit that executed the last plan of this node."""
+        nothing = f"nothing was learned from the hit of plan {message.plan_id!r}"
         if self._last is None or self._last[0].plan_id != message.plan_id:
-            self.get_logger().warning(f"nothing learned from plan {message.plan_id!r}, which is "
-                                      "not the last one that was made here")
+            self.get_logger().warning(f"{nothing}: it is not the last plan of this node")
             return
         stamp = message.header.stamp
         report = (message.plan_id, stamp.sec, stamp.nanosec, message.peak_angle)
         if report == self._reported:
-            return  # once more
+            return  # the same report has arrived twice
         self._reported = report
         plan, known = self._last
         before = self._experience.get(known.name, Experience.none(self._settings.restitution))
         try:
             after = learn(before, observed_hit(plan, known, message.peak_angle, message.v_rb_post))
         except DoorModelError as error:
-            self.get_logger().warning(f"nothing learned from plan {message.plan_id}: {error}")
+            self.get_logger().warning(f"{nothing}: {error}")
             return
         if after is before:
             self.get_logger().warning(
-                f"nothing learned from plan {message.plan_id}: no effective mass explains "
+                f"{nothing}: no effective mass explains a peak of "
                 f"{math.degrees(message.peak_angle):.1f} deg")
             return
         self._experience[known.name] = after
-        self._stored()
+        self._store()
         self.get_logger().info(
-            f"hit {after.hits} on {known.name}: {math.degrees(message.peak_angle):.1f} deg for "
-            f"{math.degrees(plan.desired_opening_angle):.1f}; restitution {before.restitution:.3f} "
-            f"-> {after.restitution:.3f}, effective mass {before.mass_factor:.3f} -> "
-            f"{after.mass_factor:.3f} times the model's")
+            f"hit {after.hits} opened the door {known.name!r} to "
+            f"{math.degrees(message.peak_angle):.1f} deg, "
+            f"{math.degrees(plan.desired_opening_angle):.1f} deg were desired; the restitution "
+            f"changes from {before.restitution:.3f} to {after.restitution:.3f}, the effective mass "
+            f"from {before.mass_factor:.3f} to {after.mass_factor:.3f} times the model's")
 
     def _on_forget(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Forgets what hits on any door have taught."""
+        """Forget what the hits on all doors have taught."""
         doors = ", ".join(sorted(self._experience)) or "no door"
         self._experience = {}
-        response.success = self._stored()
-        response.message = f"forgot the hits on {doors}"
+        response.success = self._store()
+        response.message = f"the hits on {doors} were forgotten"
         return response
 
-    def _stored(self) -> bool:
-        """Whether what is known is in its file, where there is one."""
+    def _store(self) -> bool:
+        """Write what hits have taught to its file, if there is one; return False on failure."""
         if self._experience_file is None:
             return True
         try:
@@ -199,7 +201,7 @@ def _configured_door(name: str) -> KnownDoor | None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is stopped, and return its exit code."""
     return run_node(ImpactPlanner, args=args)
 
 

@@ -1,4 +1,4 @@
-"""Plans, knots, requests and doors as messages, and back. Only nodes need this module."""
+"""Conversions between the planner's messages and its library."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 
 WORLD_FRAME = "odom"
-# Fields that the plan and its message share by name.
+# Names of the fields that the plan and its message share.
 _NUMBERS = (
     "desired_opening_angle", "initial_angle", "omega_door", "restitution", "v_rb", "v_rb_post",
     "v_com", "v_com_post", "effective_mass", "effective_mass_planar",
@@ -40,7 +40,12 @@ _TEXTS = ("plan_id", "door", "run_up", "ending")
 
 
 def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
-    """Knots as a JointTrajectory without a stamp; times count from the first knot's zero."""
+    """Convert knots to a JointTrajectory without a stamp.
+
+    Args:
+        knots: The knots; their times become `time_from_start`.
+        names: Joint names in the order of the knots' columns.
+    """
     message = JointTrajectory(joint_names=list(names))
     for i, time in enumerate(knots.time):
         message.points.append(
@@ -55,10 +60,14 @@ def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
 
 
 def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) -> Knots:
-    """Knots of a JointTrajectory, with columns in the order of `names`; None: in the message's.
+    """Convert a JointTrajectory to knots.
+
+    Args:
+        message: The trajectory.
+        names: Joint names in the order of the knots' columns; None keeps the message's order.
 
     Raises:
-        ValueError: A joint is missing, or a point lacks velocities or accelerations.
+        ValueError: A joint is missing, or a point lacks positions, velocities or accelerations.
     """
     order = None
     if names is not None and list(names) != list(message.joint_names):
@@ -79,13 +88,13 @@ def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) ->
 def plan_message(
     plan: ImpactPlan, names: Sequence[str], stamp: Any, *, trajectories: bool
 ) -> ImpactPlanMessage:
-    """A plan as a message.
+    """Convert a plan to its message.
 
     Args:
         plan: The plan.
-        names: Joints in the order of the knots' columns.
-        stamp: builtin_interfaces/Time of the planning.
-        trajectories: Whether to add the phases.
+        names: Joint names in the order of the knots' columns.
+        stamp: Time of the planning, a builtin_interfaces/Time.
+        trajectories: Whether the message contains the trajectories of phases and branches.
     """
     message = ImpactPlanMessage()
     message.header.stamp = stamp
@@ -125,7 +134,7 @@ def plan_message(
 
 
 def request_from_message(request: PlanDoorImpact.Request) -> PlanRequest:
-    """A service request; negative numbers and empty texts become None."""
+    """Convert a service request; negative numbers and empty texts become None."""
     return PlanRequest(
         desired_opening_angle=float(request.desired_opening_angle),
         initial_angle=_given(request.initial_angle),
@@ -139,7 +148,13 @@ def request_from_message(request: PlanDoorImpact.Request) -> PlanRequest:
 
 
 def door_from_message(message: CloserParameters) -> KnownDoor:
-    """What an identification tells of a door.
+    """Convert the result of an identification to a door.
+
+    The door has all that the message describes: assembly of the linkage, backcheck and latch zone,
+    and friction.
+
+    Args:
+        message: The parameters.
 
     Raises:
         NoDoor: The parameters describe no door.
@@ -166,7 +181,8 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
         ) from error
     if not message.leaf_width > 0.0:
         raise NoDoor(
-            f"/closer_parameters describes no door: leaf_width is {message.leaf_width}",
+            f"/closer_parameters describes no door: leaf_width is {message.leaf_width:g} m, must "
+            "be above 0 m",
             quantity="leaf_width [m]",
             value=float(message.leaf_width),
             limit=0.0,
@@ -175,19 +191,20 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
     if len(message.covariance) not in (0, len(names) ** 2) or not set(names) <= set(UNITS):
         raise NoDoor(
             "/closer_parameters describes no door: its covariance has "
-            f"{len(message.covariance)} numbers for {', '.join(names) or 'no parameter'}",
+            f"{len(message.covariance)} numbers, must have {len(names) ** 2} or none for "
+            f"{', '.join(names) or 'no parameter'}",
             quantity="covariance",
             value=len(message.covariance),
             limit=len(names) ** 2,
         )
     covariance = np.array(message.covariance, dtype=float)
-    sure = not covariance.any()
+    exact = not covariance.any()
     return KnownDoor(
         name=message.door,
         door=door,
         width=float(message.leaf_width),
-        parameters=() if sure else names,
-        covariance=None if sure else covariance.reshape(len(names), -1),
+        parameters=() if exact else names,
+        covariance=None if exact else covariance.reshape(len(names), -1),
         warnings=tuple(message.warnings),
     )
 
@@ -195,7 +212,7 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
 def failure_response(
     response: PlanDoorImpact.Response, error: DoorImpactError
 ) -> PlanDoorImpact.Response:
-    """Fill in an answer that tells why there is no plan."""
+    """Fill in a response with the error that prevented a plan."""
     response.success = False
     response.error_code = getattr(PlanDoorImpact.Response, error.reason.upper())
     response.message = str(error)

@@ -1,4 +1,4 @@
-"""The execution: what is sent when, told by what the robot and the door feel alone."""
+"""The execution of a plan of one joint: its commands follow from measurements alone."""
 
 import numpy as np
 import pytest
@@ -11,14 +11,18 @@ from impact_planner.execution.execution import Execution
 from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
 from impact_planner.motion.post import path_time
 
-SPEED = 0.4  # of the only joint during the run-up [rad/s]
-CONTACT, DELAY, SLOW, REST = 0.6, 0.012, 0.01, 0.4  # [s]
-STEADY, OVERRUN, STOP = 0.05, 0.12, 0.12  # of the run-up, about and after the contact [s]
-RATIO, DESIRED, FIRM = 0.15, 0.36, 100.0  # FIRM: a force that tells of a contact [N]
+SPEED = 0.4  # speed of the only joint during the run-up [rad/s]
+CONTACT = 0.6  # time from the start of the run-up to the planned contact [s]
+DELAY, SLOW, REST = 0.012, 0.01, 0.4  # durations of the motion after the hit [s]
+STEADY = 0.05  # time before and after the planned contact with full speed [s]
+OVERRUN, STOP = 0.12, 0.12  # time with full speed after the planned contact, then to rest [s]
+RATIO = 0.15  # ratio of the speed after the hit to the speed before it
+DESIRED = 0.36  # desired angle of the door [rad]
+CONTACT_FORCE = 100.0  # force of the floor in a contact [N]
 
 
 def straight(start: float, end: float, length: float) -> Knots:
-    """A joint that moves at constant speed."""
+    """Knots of a joint that moves at constant speed."""
     speed = (end - start) / length
     return Knots(np.array([0.0, length / 2, length]),
                  np.array([[start], [(start + end) / 2], [end]]),
@@ -26,7 +30,7 @@ def straight(start: float, end: float, length: float) -> Knots:
 
 
 def run_up() -> Knots:
-    """To the constant speed within 0.2 s, past the contact, and to rest."""
+    """Knots that reach the full speed within 0.2 s, pass the planned contact and come to rest."""
     time = np.array([0.0, 0.2, 0.45, CONTACT + OVERRUN])
     steady = Knots(time, SPEED * np.maximum(time - 0.1, 0.0)[:, None],
                    np.append(0.0, np.full(3, SPEED))[:, None], np.zeros((4, 1)))
@@ -38,7 +42,7 @@ def run_up() -> Knots:
 
 
 AFTER = float(run_up().at(CONTACT + DELAY)[0][0, 0]) + SPEED * (
-    0.5 * SLOW * (1.0 + RATIO) + 0.5 * REST * RATIO)  # where a planned contact ends
+    0.5 * SLOW * (1.0 + RATIO) + 0.5 * REST * RATIO)  # position at rest after a planned contact
 
 
 def plan(**changes: Knots) -> ExecutablePlan:
@@ -54,39 +58,39 @@ def plan(**changes: Knots) -> ExecutablePlan:
 
 
 def speed_of(_: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
-    return float(velocity[0] + rate[0])  # of the only joint, and what the gyro adds
+    return float(velocity[0] + rate[0])  # the only joint's speed and the gyro's rate
 
 
 def started(phases: ExecutablePlan | None = None, **options: float) -> tuple[Execution, float]:
-    """An execution and the time at which its run-up starts."""
+    """An execution that was started, and the time at which its run-up starts."""
     execution = Execution(phases or plan(), speed_of, **options)
     command = execution.start(10.0)
     return execution, command.stamp + 4.0
 
 
 def joints(execution: Execution, now: float, speed: float = SPEED, turn: float = 0.0) -> list:
-    """A robot where it was sent, whose gyro tells of the same tick."""
+    """A gyro and a joint state of the same tick, of a robot that follows its trajectory."""
     sent = Execution(plan(), speed_of).start(10.0)
     position = sent.knots.at(now - sent.stamp)[0][0]
     execution.on_imu(now, 0.0, np.array([turn, 0.0, 0.0]))
     return execution.on_joint_state(now, position, np.array([speed]))
 
 
-def felt(execution: Execution, begin: float) -> list:
-    """The feet feel a contact."""
+def hit(execution: Execution, begin: float) -> list:
+    """The feet show a contact."""
     joints(execution, begin)
-    return execution.on_foot_forces(begin + ExecutionSettings().felt_after, FIRM)
+    return execution.on_foot_forces(begin + ExecutionSettings().force_delay, CONTACT_FORCE)
 
 
 def opened(execution: Execution, contact: float) -> float:
-    """The door opens from a contact that is felt and turns round; when the arm is told."""
-    felt(execution, contact)
+    """The door opens after a contact and turns round; returns when the next motion is sent."""
+    hit(execution, contact)
     for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
         since = now - contact
         if execution.on_door(now, 0.6 * since - 0.25 * since**2, 0.6 - 0.5 * since):
             return now
         joints(execution, now, 0.0)
-    raise AssertionError("the peak was not noticed")
+    raise AssertionError("the peak was not detected")
 
 
 def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajectory() -> None:
@@ -120,10 +124,10 @@ def test_a_plan_without_a_phase_is_refused(name: str) -> None:
 
 
 @given(late=st.floats(-STEADY, STEADY))
-def test_a_contact_that_the_feet_feel_sends_the_motion_after_the_hit(late: float) -> None:
+def test_a_contact_that_the_feet_show_sends_the_motion_after_the_hit(late: float) -> None:
     execution, cam = started()
     begin = cam + CONTACT + late
-    (command,) = felt(execution, begin)
+    (command,) = hit(execution, begin)
     assert execution.phase == "post"
     assert command.stamp == pytest.approx(begin + DELAY, abs=1e-9)
     run = run_up().at(command.stamp - cam)
@@ -138,18 +142,18 @@ def test_a_contact_that_the_feet_feel_sends_the_motion_after_the_hit(late: float
 
 
 @given(late=st.floats(-STEADY, STEADY))
-def test_what_the_contact_was_is_told(late: float) -> None:
+def test_the_time_of_the_contact_is_measured(late: float) -> None:
     execution, cam = started()
-    felt(execution, cam + CONTACT + late)
+    hit(execution, cam + CONTACT + late)
     assert execution.measured.contact_time == pytest.approx(cam + CONTACT + late)
     assert execution.measured.contact_delay == pytest.approx(late, abs=1e-9)
     assert execution.measured.switch_latency == pytest.approx(DELAY)
 
 
 @pytest.mark.parametrize("late", [-0.07, 0.07])
-def test_a_force_outside_the_steady_stretch_is_the_run_up_s_own(late: float) -> None:
+def test_a_force_while_the_run_up_is_not_steady_is_no_contact(late: float) -> None:
     execution, cam = started()
-    assert felt(execution, cam + CONTACT + late) == []
+    assert hit(execution, cam + CONTACT + late) == []
     assert execution.phase == "cam"
     assert np.isnan(execution.measured.contact_time)
 
@@ -157,28 +161,28 @@ def test_a_force_outside_the_steady_stretch_is_the_run_up_s_own(late: float) -> 
 def test_a_force_that_is_small_or_away_from_the_door_is_no_contact() -> None:
     execution, cam = started()
     joints(execution, cam + CONTACT)
-    for force in (0.99 * ExecutionSettings().felt_force, -FIRM, np.nan):
+    for force in (0.99 * ExecutionSettings().felt_force, -CONTACT_FORCE, np.nan):
         assert execution.on_foot_forces(cam + CONTACT, force) == []
 
 
 def test_a_force_before_the_run_up_is_no_contact() -> None:
     execution, cam = started()
     joints(execution, cam - 0.01)
-    assert execution.on_foot_forces(cam + CONTACT, FIRM) == []
+    assert execution.on_foot_forces(cam + CONTACT, CONTACT_FORCE) == []
 
 
-def test_a_second_force_and_a_door_that_moves_on_change_nothing() -> None:
+def test_a_second_force_and_a_door_that_continues_to_move_change_nothing() -> None:
     execution, cam = started()
-    felt(execution, cam + CONTACT)
+    hit(execution, cam + CONTACT)
     before = vars(execution.measured).copy()
-    assert felt(execution, cam + CONTACT + 0.005) == []
+    assert hit(execution, cam + CONTACT + 0.005) == []
     assert execution.on_door(cam + CONTACT + 0.01, 0.005, 0.6) == []
-    told = {"omega_door", "peak_angle", "peak_time"}  # of the door
-    for name in set(before) - told:
+    of_the_door = {"omega_door", "peak_angle", "peak_time"}
+    for name in set(before) - of_the_door:
         np.testing.assert_equal(getattr(execution.measured, name), before[name], name)
 
 
-def test_a_contact_that_only_the_door_tells_of_is_one() -> None:
+def test_a_contact_is_detected_by_the_door_alone() -> None:
     execution, cam = started()
     joints(execution, cam + CONTACT - 0.02)
     assert execution.on_door(cam + CONTACT - 0.02, 0.0, 0.14) == []
@@ -189,11 +193,11 @@ def test_a_contact_that_only_the_door_tells_of_is_one() -> None:
         run_up().at(command.stamp - cam)[0][0, 0], abs=1e-6)
 
 
-def test_what_tells_late_of_a_contact_switches_later_and_where_the_robot_is() -> None:
+def test_a_contact_that_is_detected_late_switches_later_and_where_the_robot_is() -> None:
     execution, cam = started()
     now = cam + CONTACT + 0.03
     joints(execution, now)
-    (command,) = execution.on_foot_forces(cam + CONTACT + 0.01, FIRM)
+    (command,) = execution.on_foot_forces(cam + CONTACT + 0.01, CONTACT_FORCE)
     assert command.stamp == pytest.approx(now + ExecutionSettings().splice)
     assert execution.measured.switch_latency > DELAY + 0.01
     run = run_up().at(command.stamp - cam)
@@ -214,7 +218,7 @@ def test_a_door_that_is_hit_past_the_overrun_ends_at_rest_within_the_legs_reach(
     assert velocity[-1, 0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_nothing_felt_is_a_missed_contact_and_the_robot_stands() -> None:
+def test_without_a_contact_the_robot_comes_to_rest_and_the_contact_counts_as_missed() -> None:
     execution, cam = started()
     end = cam + CONTACT + OVERRUN + STOP
     for now in np.arange(cam, end + ExecutionSettings().late, 0.01):
@@ -230,8 +234,8 @@ def test_nothing_felt_is_a_missed_contact_and_the_robot_stands() -> None:
 
 def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
     execution, cam = started()
-    told = opened(execution, cam + CONTACT) - (cam + CONTACT)
-    assert told == pytest.approx(1.2, abs=0.1)  # where 0.6 - 0.5 t is 0, and a little fall
+    sent = opened(execution, cam + CONTACT) - (cam + CONTACT)
+    assert sent == pytest.approx(1.2, abs=0.1)  # 0.6 - 0.5 t is 0, and the door falls a little
     assert execution.phase == "hold"
     assert execution.measured.peak_angle == pytest.approx(0.36, abs=0.001)
     assert execution.measured.peak_time == pytest.approx(1.2, abs=0.01)
@@ -239,10 +243,10 @@ def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
 
 
 @pytest.mark.parametrize("late", [-0.04, 0.0, 0.03])
-def test_the_hold_goes_with_the_door(late: float) -> None:
+def test_the_hold_is_shifted_with_the_door(late: float) -> None:
     execution, cam = started()
     contact = cam + CONTACT + late
-    (command,) = felt(execution, contact)
+    (command,) = hit(execution, contact)
     rest = command.knots.position[-1, 0]
     hold = None
     for now in np.arange(contact + 0.02, contact + 3.0, 0.01):
@@ -272,21 +276,23 @@ def test_a_door_is_held_where_it_stands_still_near_the_desired_angle(
     assert (outcome is Outcome.SUCCESS) == (execution.reason == "")
 
 
-def test_a_robot_that_can_still_stop_and_after_that_feels_a_force_goes_on_stopping() -> None:
+def test_a_force_and_a_moving_door_do_not_end_a_stop_of_the_run_up() -> None:
     execution, cam = started()
     joints(execution, cam + 0.45)
     execution.stop()
     (command,) = joints(execution, cam + 0.455)
     assert command.knots is not None
-    assert execution.on_foot_forces(cam + CONTACT - 0.02, FIRM) == []
+    assert execution.on_foot_forces(cam + CONTACT - 0.02, CONTACT_FORCE) == []
     assert execution.on_door(cam + CONTACT - 0.02, 0.01, 0.5) == []
     assert np.isnan(execution.measured.contact_time)
+
+
 def test_a_stop_before_the_point_of_no_return_stops_and_after_it_completes_the_hit() -> None:
     execution, cam = started()
     joints(execution, cam + 0.3)
     execution.stop()
     (command,) = joints(execution, cam + 0.305)
-    assert not command.knots.velocity[-1].any()  # by a motion of its own, not by the driver's stop
+    assert not command.knots.velocity[-1].any()  # a planned stop, not the driver's own stop
     begin = run_up().at(command.stamp - cam)
     np.testing.assert_allclose(command.knots.position[0], begin[0][0], atol=1e-6)
     np.testing.assert_allclose(command.knots.velocity[0], begin[1][0], atol=1e-6)
@@ -351,12 +357,13 @@ def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
 def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
     execution, cam = started()
     joints(execution, cam)
-    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3)[0].knots is None
-    assert "/joint_states has been silent for 0.30 s" in execution.reason
+    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3, 0.25)[0].knots is None
+    assert ("no message has arrived on /joint_states for 0.30 s, at most 0.25 s are allowed"
+            in execution.reason)
 
     execution, cam = started()
     assert joints(execution, cam + CONTACT - 0.05) == []
-    assert execution.on_silence(cam + CONTACT, "/imu", 0.3) == []
+    assert execution.on_silence(cam + CONTACT, "/imu", 0.3, 0.25) == []
     assert execution.outcome is Outcome.STOPPED
 
 
@@ -365,30 +372,31 @@ def test_a_falling_robot_is_stopped_once() -> None:
     assert execution.on_imu(11.0, 0.1, np.zeros(3)) == []
     assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None  # the driver's stop
     assert execution.outcome is Outcome.FELL
+    assert "tilted by 34.4 deg, at most 30.0 deg are allowed" in execution.reason
     assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
 
 
-def test_speed_before_the_contact_is_that_of_joints_and_gyro_before_it_was_felt() -> None:
+def test_the_speed_before_the_contact_is_that_of_joints_and_gyro_before_its_detection() -> None:
     execution, cam = started()
     for now in np.arange(cam, cam + 0.59, 0.005):
         joints(execution, now, 0.37, 0.02)
-    joints(execution, cam + 0.59, 0.2)  # two of the contact
+    joints(execution, cam + 0.59, 0.2)  # two speeds in the contact
     joints(execution, cam + 0.595, 0.1)
     assert execution.measured.v_rb == pytest.approx(0.39)
 
 
-def test_joints_and_gyro_of_different_ticks_tell_no_speed() -> None:
+def test_joints_and_gyro_of_different_ticks_give_no_speed() -> None:
     execution, cam = started()
     joints(execution, cam + 0.3)
     execution.on_joint_state(cam + 0.305, np.array([SPEED * 0.205]), np.array([0.3]))
-    assert execution.measured.v_rb == pytest.approx(SPEED)  # that of the only pair
-    execution.on_imu(cam + 0.305, 0.0, np.zeros(3))  # whichever of the two comes later
+    assert execution.measured.v_rb == pytest.approx(SPEED)  # the speed of the only pair
+    execution.on_imu(cam + 0.305, 0.0, np.zeros(3))  # the gyro may come after the joints
     assert execution.measured.v_rb != pytest.approx(SPEED)
 
 
-def test_speed_after_the_contact_is_read_once_the_legs_have_slowed_down() -> None:
+def test_the_speed_after_the_contact_is_measured_once_the_legs_have_slowed_down() -> None:
     execution, cam = started()
-    felt(execution, cam + CONTACT)
+    hit(execution, cam + CONTACT)
     read = cam + CONTACT + ExecutionSettings().settle
     joints(execution, read - 0.001, 0.3)
     assert np.isnan(execution.measured.v_rb_post)

@@ -11,18 +11,18 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
 
-FORCE = 150.0  # [N]
-LATE = (-1.0, -0.6, 0.0, 0.4, 1.0)  # of a contact, as shares of half the steady stretch
+FORCE = 150.0  # force of the floor in a contact [N]
+LATE = (-1.0, -0.6, 0.0, 0.4, 1.0)  # delays of the contact, as shares of the steady time
 
 
 @pytest.fixture(scope="module")
 def good(plan) -> ExecutablePlan:
-    """The nominal plan."""
+    """The nominal plan, ready for an execution."""
     return ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases})
 
 
 def hit(robot, good, share):
-    """An execution whose feet felt a contact; its clock at the run-up's start, and the splice."""
+    """An execution after a contact, the times of run-up and contact, and the new trajectory."""
     execution = Execution(good, PointB(robot).speed)
     command = execution.start(0.0)
     cam = command.stamp + sum(
@@ -30,12 +30,12 @@ def hit(robot, good, share):
     begin = cam + good.contact_time + share * good.steady_time
     position, velocity, _ = command.knots.at(begin - command.stamp)
     execution.on_joint_state(begin, position[0], velocity[0])
-    (splice,) = execution.on_foot_forces(begin + ExecutionSettings().felt_after, FORCE)
+    (splice,) = execution.on_foot_forces(begin + ExecutionSettings().force_delay, FORCE)
     return execution, cam, begin, splice
 
 
 def soles_apart(robot, joints):
-    """Pose of the right sole seen from the left one."""
+    """Position and rotation of the right sole in the frame of the left sole."""
     q = robot.configuration(np.zeros(3), joints)
     (right, right_turn), (left, left_turn) = (
         robot.frame_pose(q, robot.feet[side].frame) for side in ("right", "left"))
@@ -74,7 +74,7 @@ def test_a_contact_as_planned_is_the_planned_motion_after_the_hit(robot, good):
 
 @pytest.mark.parametrize("share", LATE)
 def test_the_hold_keeps_soles_and_ranges_wherever_the_door_stood(robot, good, share):
-    """To 0.6 mm where the door is 20 mm farther: 30 N from sole to sole on rubber of 1e5 N/m."""
+    """The soles move by at most 0.6 mm, which makes 30 N on rubber of 1e5 N/m."""
     execution, _, begin, _ = hit(robot, good, share)
     execution.on_door(begin + 1.0, 0.4, 0.1)
     (command,) = execution.on_door(begin + 1.1, 0.39, -0.1)
@@ -86,16 +86,16 @@ def test_the_hold_keeps_soles_and_ranges_wherever_the_door_stood(robot, good, sh
 
 
 def test_speed_of_b_is_the_plan_s_before_the_hit_and_after_it(robot, plan, good):
-    tell = PointB(robot).speed
+    speed = PointB(robot).speed
     still = np.zeros(3)
     position, velocity, _ = good.phases["cam"].at(good.contact_time)
-    assert tell(position[0], velocity[0], still) == pytest.approx(plan.v_rb, rel=2e-3)
+    assert speed(position[0], velocity[0], still) == pytest.approx(plan.v_rb, rel=2e-3)
     position, velocity, _ = good.phases["post"].at(good.slow_down)
-    assert tell(position[0], velocity[0], still) == pytest.approx(plan.v_rb_post, abs=4e-3)
+    assert speed(position[0], velocity[0], still) == pytest.approx(plan.v_rb_post, abs=4e-3)
 
 
 def test_a_robot_that_turns_on_its_soles_moves_b_by_its_height(robot, plan, good):
-    """omega x r about the standing sole: a turn to the right is one towards the door."""
+    """The speed is omega x r about the standing sole; a turn to the right is towards the door."""
     position = good.phases["cam"].at(good.contact_time)[0][0]
     speed = PointB(robot).speed(position, np.zeros(30), np.array([0.1, 0.0, 0.0]))
     assert speed == pytest.approx(0.1 * plan.contact_point[2], rel=1e-3)
@@ -114,20 +114,20 @@ def test_a_missed_contact_ends_at_rest_inside_the_joints_ranges(robot, known, an
 
 
 def test_the_switch_is_where_the_plan_s_phase_post_begins(good):
-    """For a contact as planned."""
+    """The run-up and the motion after the hit meet at the planned contact."""
     end = cut(good.phases["cam"], good.switch_time)
     np.testing.assert_allclose(end.position[-1], good.phases["post"].position[0], atol=1e-4)
     np.testing.assert_allclose(end.velocity[-1], good.phases["post"].velocity[0], atol=1e-2)
 
 
 def stand(execution, now, knots):
-    """The robot where a trajectory ends."""
+    """A joint state of a robot that stands where a trajectory ends."""
     return execution.on_joint_state(now, knots.position[-1], np.zeros(30))
 
 
 @pytest.mark.parametrize("off", [-10.0, 15.0])
 def test_a_door_that_opened_far_too_little_or_too_far_is_not_caught(robot, good, off):
-    """The arm would strike it: the robot goes back, and says why."""
+    """The arm would strike the door, so that the robot goes back and names the angle."""
     execution, _, begin, _ = hit(robot, good, 0.0)
     peak = good.desired_angle + np.radians(off)
     execution.on_door(begin + 1.0, peak, 0.1)
@@ -140,8 +140,8 @@ def test_a_door_that_opened_far_too_little_or_too_far_is_not_caught(robot, good,
 
 
 @pytest.mark.parametrize("stop", [False, True])
-def test_a_door_that_is_not_seen_to_turn_round_ends_in_the_retreat(robot, good, stop):
-    """Its encoder may be stuck, or the door stay open: nobody waits for ever."""
+def test_a_door_that_does_not_turn_round_ends_in_the_retreat(robot, good, stop):
+    """The robot does not wait for ever if the encoder is stuck or the door stays open."""
     execution, _, begin, splice = hit(robot, good, 0.0)
     if stop:
         execution.stop()
@@ -172,7 +172,7 @@ def test_an_ending_that_the_driver_does_not_follow_is_no_success(robot, good):
      (50.0, 0.0, 0.0), (-50.0, 0.0, 0.0)])
 def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
         robot, good, later, angle, velocity):
-    """No number, older than the last one, or stamped by another clock."""
+    """It is no number, older than the last angle, or has the stamp of another clock."""
     execution, _, begin, _ = hit(robot, good, 0.0)
     execution.on_door(begin + 0.05, 0.03, 0.6)
     assert execution.on_door(begin + 0.05 + later, angle, velocity) == []
@@ -183,7 +183,7 @@ def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
 
 @pytest.mark.parametrize("late", [0.06, 0.1, 0.2])
 def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
-    """It is told by the door: the hold is shifted no further than for doors that were planned."""
+    """The door shows it; the hold is shifted no further than at the edge of the steady time."""
     execution, cam, _, _ = hit(robot, good, 1.0)
     execution = Execution(good, PointB(robot).speed)
     command = execution.start(0.0)

@@ -1,4 +1,4 @@
-"""Preflight: a good plan passes, and one that would jump or break a limit names the joint."""
+"""Preflight: a good plan passes; a plan that jumps or breaks a limit is refused by the joint."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from impact_planner.execution.types import ExecutablePlan
 
 @pytest.fixture
 def good(plan) -> ExecutablePlan:
-    """The nominal plan."""
+    """The nominal plan, ready for an execution."""
     return ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases})
 
 
