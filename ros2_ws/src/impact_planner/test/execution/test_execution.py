@@ -376,6 +376,18 @@ def test_a_falling_robot_is_stopped_once() -> None:
     assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
 
 
+def test_after_its_end_an_execution_answers_no_event() -> None:
+    execution, cam = started()
+    execution.give_up("it was given up")
+    assert joints(execution, cam + 0.1) == []
+    assert execution.on_foot_forces(cam + CONTACT, CONTACT_FORCE) == []
+    assert execution.on_door(cam + 0.1, 0.1, 1.0) == []
+    assert execution.on_imu(cam + 0.1, 1.0, np.zeros(3)) == []
+    assert execution.on_silence(cam + 1.0, "/imu", 0.9, 0.5) == []
+    execution.give_up("it was given up again")
+    assert (execution.outcome, execution.reason) == (Outcome.STOPPED, "it was given up")
+
+
 def test_the_speed_before_the_contact_is_that_of_joints_and_gyro_before_its_detection() -> None:
     execution, cam = started()
     for now in np.arange(cam, cam + 0.59, 0.005):

@@ -1,4 +1,4 @@
-"""Node impact_planner, talking over the middleware."""
+"""The node impact_planner, whose topics and services are used over the middleware."""
 
 import math
 import os
@@ -23,7 +23,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Rig:
-    """The planner beside a node that plays the identifier and asks."""
+    """The planner and a node that plays the identifier and the user."""
 
     def __init__(self) -> None:
         self.node = ImpactPlanner()
@@ -39,7 +39,7 @@ class Rig:
         self.executor.add_node(self.other)
 
     def until(self, done: Callable[[], bool]) -> None:
-        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        """Spin until a condition holds; a limit ends a test that would wait for ever."""
         limit = time.monotonic() + 30.0
         while not done():
             assert time.monotonic() < limit, "nothing happened"
@@ -58,7 +58,7 @@ class Rig:
         return future.result()
 
     def report(self, plan: Any, share: float = 1.0, **fields: Any) -> None:
-        """Tell of a hit that opened the door to a share of what was wanted."""
+        """Report a hit that opened the door to a share of the desired angle."""
         peak = share * plan.desired_opening_angle
         self.reports.publish(HitReport(**{
             "plan_id": plan.plan_id, "door": plan.door, "peak_angle": peak,
@@ -67,7 +67,7 @@ class Rig:
 
 @contextmanager
 def running(*parameters: str) -> Iterator[Rig]:
-    """A rig on a domain of its own, its planner with parameters NAME:=VALUE."""
+    """A rig on its own domain, whose planner has parameters NAME:=VALUE."""
     flags = [word for each in parameters for word in ("-p", each)]
     rclpy.init(args=["--ros-args", *flags] if flags else None, domain_id=50 + os.getpid() % 50)
     made = Rig()
@@ -84,13 +84,13 @@ def running(*parameters: str) -> Iterator[Rig]:
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
-    """A rig whose planner is as it comes."""
+    """A rig whose planner has its default parameters."""
     with running() as made:
         yield made
 
 
 def closer(known: Any) -> CloserParameters:
-    """What an identifier would say of the paper's door."""
+    """The message of an identifier for the paper's door."""
     door = known.door
     return CloserParameters(
         door="identified", i_a=door.i_a, c_c=door.c_c, k_c=door.k_c,
@@ -101,7 +101,7 @@ def closer(known: Any) -> CloserParameters:
 
 
 def test_without_a_door_there_is_no_plan_and_with_one_there_is(rig: Rig, known: Any) -> None:
-    """NO_DOOR first; after /closer_parameters a plan, whole on the topic, short in the answer."""
+    """NO_DOOR comes first; after /closer_parameters the topic has the plan with trajectories."""
     answer = rig.ask(desired_opening_angle=0.4)
     assert not answer.success
     assert answer.error_code == Answer.NO_DOOR
@@ -119,7 +119,7 @@ def test_without_a_door_there_is_no_plan_and_with_one_there_is(rig: Rig, known: 
 
 
 def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) -> None:
-    """Every kind of bad request is answered; nothing is published for it."""
+    """Every kind of bad request is answered with its code, and no plan is published for it."""
     rig.closer.publish(closer(known))
     rig.until(lambda: rig.node._identified is not None)
     good = rig.ask(desired_opening_angle=0.4, include_trajectories=True)
@@ -145,7 +145,7 @@ def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) 
 
 
 def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
-    """A configured door makes plans possible; a bad value changes nothing."""
+    """A configured door makes plans possible, and a bad value changes nothing."""
     done = rig.node.set_parameters([Parameter("door", value="paper")])
     assert done[0].successful
     before = rig.ask(desired_opening_angle=0.4).plan
@@ -160,8 +160,8 @@ def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
     assert after.v_rb < before.v_rb
 
 
-def test_a_hit_changes_the_next_plan_and_is_forgotten_when_told(capfd: Any) -> None:
-    """Of the last plan only, and only one that makes sense; 10 % too far means hit it slower."""
+def test_a_hit_changes_the_next_plan_and_is_forgotten_on_request(capfd: Any) -> None:
+    """Only a plausible hit of the last plan counts; after a peak 10 % too high v_rB is lower."""
     with running("door:=paper") as rig:
         first = rig.ask(desired_opening_angle=0.4).plan
         assert first.learned_hits == 0
@@ -169,23 +169,24 @@ def test_a_hit_changes_the_next_plan_and_is_forgotten_when_told(capfd: Any) -> N
         rig.report(first, peak_angle=math.nan)
         rig.report(first, share=1e-3)
         rig.report(first, share=1.1)
-        rig.report(first, share=1.1)  # the same once more
+        rig.report(first, share=1.1)  # the same report again
         rig.until(lambda: bool(rig.node._experience))
         second = rig.ask(desired_opening_angle=0.4).plan
         assert second.learned_hits == 1
         assert 0.9 * first.v_rb < second.v_rb < 0.97 * first.v_rb
         assert second.omega_door == first.omega_door
-        told = capfd.readouterr()
-        assert (told.out + told.err).count("nothing learned from plan") == 3
-        assert "'another'" in told.out + told.err
-        rig.report(first, share=1.1)  # no longer the last one
+        captured = capfd.readouterr()
+        log = captured.out + captured.err
+        assert log.count("nothing was learned from the hit of plan") == 3
+        assert "'another'" in log
+        rig.report(first, share=1.1)  # it is no longer the last plan
         assert "paper" in rig.forget().message
         third = rig.ask(desired_opening_angle=0.4).plan
         assert (third.plan_id, third.learned_hits) == (first.plan_id, 0)
 
 
 def test_hits_are_kept_by_door(rig: Rig) -> None:
-    """What the paper's door taught says nothing of a stronger closer's, and is there again."""
+    """A hit on the paper's door changes the plans for this door, and no plan for another one."""
     for door, hits in (("paper", 0), ("size2", 0), ("paper", 1)):
         rig.node.set_parameters([Parameter("door", value=door)])
         plan = rig.ask(desired_opening_angle=0.4, run_up="zmp_limited").plan
@@ -195,8 +196,8 @@ def test_hits_are_kept_by_door(rig: Rig) -> None:
             rig.until(lambda: "paper" in rig.node._experience)
 
 
-def test_what_hits_taught_outlives_the_node(tmp_path: Path) -> None:
-    """By experience_file; forgetting empties it, a hit without sense leaves it alone."""
+def test_the_experience_of_hits_outlives_the_node(tmp_path: Path) -> None:
+    """experience_file keeps it; forgetting empties the file, an implausible hit leaves it alone."""
     path = tmp_path / "deep" / "hits.yaml"
     parameters = ("door:=paper", f"experience_file:={path}")
     with running(*parameters) as rig:
@@ -217,14 +218,14 @@ def test_what_hits_taught_outlives_the_node(tmp_path: Path) -> None:
 def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kept(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Not planned without what was learned, and not overwritten."""
+    """The node neither plans without the experience nor overwrites the file."""
     path = tmp_path / "hits.yaml"
     path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
     before = path.read_bytes()
     assert main(["--ros-args", "-p", f"experience_file:={path}"]) == 1
-    said = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
-    assert len(said) == 1
-    assert str(path) in said[0]
+    errors = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
+    assert len(errors) == 1
+    assert str(path) in errors[0]
     assert path.read_bytes() == before
 
 
@@ -240,7 +241,7 @@ def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kep
 def test_a_bad_parameter_ends_the_node_with_a_message(
     capfd: pytest.CaptureFixture[str], assignment: str, reason: str
 ) -> None:
-    """Exit code 1 and one sentence, no traceback."""
+    """The exit code is 1, and one sentence is printed without a traceback."""
     assert main(["--ros-args", "-p", assignment]) == 1
     found = capfd.readouterr().err
     assert reason in found

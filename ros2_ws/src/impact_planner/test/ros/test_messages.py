@@ -1,4 +1,4 @@
-"""Plans, knots, requests and doors as messages. Needs the message packages only."""
+"""Conversions of plans, knots, requests and doors; they need the message packages only."""
 
 import math
 from dataclasses import replace
@@ -12,6 +12,7 @@ pytest.importorskip("door_impact_msgs.msg")
 from builtin_interfaces.msg import Time
 from door_impact_msgs.msg import CloserParameters
 from door_impact_msgs.srv import PlanDoorImpact
+from door_model.door.door import Zone
 from impact_planner import errors
 from impact_planner.ros.messages import (
     door_from_message,
@@ -24,7 +25,7 @@ from impact_planner.ros.messages import (
 
 
 def closer(known, **changes):
-    """What an identifier would say of the paper's door."""
+    """The message of an identifier for the paper's door."""
     message = CloserParameters(door="paper", leaf_width=known.width)
     door = known.door
     for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
@@ -41,7 +42,7 @@ def closer(known, **changes):
 
 
 def test_knots_survive_the_message(robot, plan):
-    """Every phase, to a nanosecond and to the bit."""
+    """The times of every phase are the same to a nanosecond, the positions to the bit."""
     for phase in plan.phases:
         message = trajectory_message(phase.knots, robot.joint_names)
         again = knots_from_message(message, robot.joint_names)
@@ -51,7 +52,7 @@ def test_knots_survive_the_message(robot, plan):
 
 
 def test_joints_in_another_order_are_sorted_by_name(robot, plan):
-    """And a missing joint is an error."""
+    """The columns follow the given names, and a missing joint is an error."""
     knots = plan.phase("step").knots
     message = trajectory_message(knots, robot.joint_names)
     backwards = list(reversed(robot.joint_names))
@@ -63,7 +64,7 @@ def test_joints_in_another_order_are_sorted_by_name(robot, plan):
 
 
 def test_points_without_velocities_are_refused(robot, plan):
-    """A quintic needs all three."""
+    """A quintic needs positions, velocities and accelerations at each point."""
     message = trajectory_message(plan.phase("step").knots, robot.joint_names)
     message.points[1].velocities = []
     with pytest.raises(ValueError, match="velocities"):
@@ -71,7 +72,7 @@ def test_points_without_velocities_are_refused(robot, plan):
 
 
 def test_scalars_of_the_message_are_the_plan_s(robot, plan):
-    """Same names, same numbers; trajectories only where asked for."""
+    """Equal names have equal numbers, and trajectories are there only on request."""
     short = plan_message(plan, robot.joint_names, Time(sec=3), trajectories=False)
     assert short.header.frame_id == "odom"
     assert short.header.stamp.sec == 3
@@ -93,7 +94,7 @@ def test_scalars_of_the_message_are_the_plan_s(robot, plan):
 
 
 def test_negative_numbers_and_empty_words_mean_as_configured():
-    """The IDL's defaults; NaN and zero pass on to be judged."""
+    """These are the message's defaults; NaN and zero are kept for the planner to check."""
     request = request_from_message(PlanDoorImpact.Request(desired_opening_angle=0.4))
     assert request.desired_opening_angle == 0.4
     assert request.restitution is None
@@ -111,7 +112,7 @@ def test_negative_numbers_and_empty_words_mean_as_configured():
 
 
 def test_door_of_an_identification(known):
-    """Parameters, covariance and warnings arrive."""
+    """The door has the parameters, the covariance and the warnings of the message."""
     found = door_from_message(closer(known))
     assert found.door == known.door
     assert found.covariance[3, 3] == 1e-2
@@ -119,18 +120,30 @@ def test_door_of_an_identification(known):
     assert door_from_message(closer(known, covariance=[0.0] * 16)).covariance is None
 
 
+def test_a_door_keeps_its_assembly_its_zones_and_its_friction(known):
+    """What the message has beyond the paper's parameters arrives in the door as well."""
+    found = door_from_message(closer(
+        known, assembly=-1.0, friction=0.3, c_c_closing=0.08, backcheck_angle=1.2,
+        backcheck_c_c=0.5, latch_angle=0.1, latch_c_c=0.02)).door
+    assert found.closer.assembly == -1.0
+    assert found.friction == 0.3
+    assert found.c_c_closing == 0.08
+    assert found.backcheck == Zone(1.2, 0.5)
+    assert found.latch == Zone(0.1, 0.02)
+
+
 @pytest.mark.parametrize(
     "changes",
     [{"i_a": 0.0}, {"i_a": math.nan}, {"link_l3": 0.9}, {"leaf_width": 0.0}, {"k_c": -1.0}],
 )
 def test_parameters_that_are_no_door_are_refused(known, changes):
-    """Zero inertia, a linkage that does not close, a leaf without width."""
+    """A door has inertia, a linkage that closes, and a leaf of some width."""
     with pytest.raises(errors.NoDoor, match="/closer_parameters"):
         door_from_message(closer(known, **changes))
 
 
 def test_each_error_has_its_code():
-    """One class for each code of the service."""
+    """Each error code of the service belongs to a class of errors."""
     codes = set()
     for kind in (*errors.PlannerError.__subclasses__(), *HumanoidMotionError.__subclasses__()):
         response = failure_response(PlanDoorImpact.Response(), kind("because"))
