@@ -45,7 +45,7 @@ from impact_planner.ros.messages import trajectory_message
 Result = ExecuteDoorImpact.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
-WATCH_PERIOD = 0.05  # time between two checks that messages arrive, by the computer's clock [s]
+WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
 PATIENCE = 20  # number of watch periods that a goal waits for the first messages
 WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
