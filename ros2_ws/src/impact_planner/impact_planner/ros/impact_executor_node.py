@@ -283,8 +283,8 @@ class ImpactExecutor(Node):
         plan = self._plans.get(goal.plan_id or self._last_plan)
         if plan is None:
             raise GoalRefused(
-                "no_plan", f"there is no plan {goal.plan_id!r}, the last plan is "
-                f"{self._last_plan!r}" if goal.plan_id else
+                "no_plan", f"there is no plan {goal.plan_id!r}: only the last plan on "
+                "/door_impact_plan can be executed" if goal.plan_id else
                 "there is no plan yet: call /plan_door_impact first")
         return plan
 
