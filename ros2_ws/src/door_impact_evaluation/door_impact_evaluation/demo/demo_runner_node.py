@@ -251,6 +251,7 @@ def run(*, door: str, target_deg: float, ending: str, run_up: str, hits: int, ou
         DemoError: Something failed; the message says what.
     """
     from door_impact_evaluation.demo import results
+    from door_impact_evaluation.demo.received import Received
 
     rclpy.init(args=list(args) or None, signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -276,7 +277,7 @@ def run(*, door: str, target_deg: float, ending: str, run_up: str, hits: int, ou
         node.save_log()
         say("drawing the figures and the animation")
         try:
-            results.write(results.Heard(
+            results.write(Received(
                 door=door, target_deg=target_deg, parameters=parameters, plan=plan,
                 outcome=outcome, planning_ms=planning_ms, real_time_factor=real_time_factor,
                 wall_s=time.monotonic() - _started, door_angle=np.array(node.door),

@@ -1,4 +1,4 @@
-"""The figures that a reader of the paper knows, drawn from what the demonstration measured."""
+"""Draws the paper's figures from what the demonstration measured."""
 
 from pathlib import Path
 
@@ -19,6 +19,9 @@ from matplotlib.figure import Figure
 from door_impact_evaluation.run.record import DemoRecord, SwingFit
 
 BLUE, RED, GREEN, BROWN, GREY = "#1f5fa8", "#c0392b", "#2e8b57", "#8b5a2b", "#d9dce1"
+ORANGE = "#f0a33a"
+_WIDE_ENOUGH = 0.7  # duration of a phase whose name fits above it without being turned [s]
+_DOOR = r"angle of the door $\theta$ [deg]"
 
 
 def _axes(title: str, xlabel: str, ylabel: str) -> tuple[Figure, Axes]:
@@ -34,101 +37,124 @@ def _save(figure: Figure, path: Path) -> None:
 
 
 def closer_angle(closer: FourBarCloser, path: Path) -> None:
-    """Angle of the closer over the angle of the door, eq. (8); the paper's Fig. 15."""
+    """Draws the closer's angle over the door's angle, eq. (8); the paper's Fig. 15.
+
+    Args:
+        closer: The closer's linkage.
+        path: Picture to write.
+    """
     figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
     draw_closer_angle(axes, closer, np.linspace(0.0, largest_shown(closer), 200))
     _save(figure, path)
 
 
 def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) -> None:
-    """Restoring torque of eq. (12), identified and the simulated door's own; the paper's Fig. 16.
+    """Draws the restoring torque of the identified and the simulated door; the paper's Fig. 16.
 
     Args:
         identified: Door with the identified parameters.
         true: Door that the simulation moves.
-        swung_to: Largest angle of the swings that were identified [rad].
-        path: Where to write the picture.
+        swung_to: Largest angle of the swings that the parameters were identified from [rad].
+        path: Picture to write.
     """
     figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
-    axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6, label="range of the swings")
+    axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6, label="range of the pushes by hand")
     draw_restoring_torque(
         axes, true, np.linspace(0.0, largest_shown(true.closer), 200), color="k", lw=2.5,
         alpha=0.35, label="simulated door")
     draw_restoring_torque(
         axes, identified, np.linspace(0.0, largest_shown(identified.closer), 200), color=PINK,
         ls="--", label="identified")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.legend()
     _save(figure, path)
 
 
 def identification_fit(swings: list[SwingFit], rmse_deg: float, path: Path) -> None:
-    """Measured swings and eq. (1) with the identified parameters; the paper's Fig. 11."""
+    """Draws measured swings and eq. (1) with the identified parameters; the paper's Fig. 11.
+
+    Args:
+        swings: The opening parts of the swings.
+        rmse_deg: Root mean square of the identification's residuals [deg].
+        path: Picture to write.
+    """
     figure, axes = _axes(
-        f"Identification: {len(swings)} pushes by hand (Fig. 11), rms {rmse_deg:.3f} deg",
-        "time from the start of the fit [s]", "door θ [deg]")
+        f"Identification from {len(swings)} pushes by hand (the paper's Fig. 11), "
+        f"rms error {rmse_deg:.3f} deg", "time from the start of the free swing [s]", _DOOR)
     for index, swing in enumerate(swings):
         axes.plot(swing.t - swing.t[0], np.degrees(swing.measured), color="k", lw=2.5, alpha=0.35,
                   label="encoder" if index == 0 else None)
         axes.plot(swing.t - swing.t[0], np.degrees(swing.fitted), color=RED, ls="--", lw=1.2,
-                  label="eq. (1), identified" if index == 0 else None)
+                  label="eq. (1) with the identified parameters" if index == 0 else None)
     axes.legend()
     _save(figure, path)
 
 
 def cam(path: Path) -> None:
-    """Normalised modified constant velocity cam curve; the paper's Fig. 6."""
+    """Draws the normalised modified constant velocity cam curve MCV50; the paper's Fig. 6."""
     T = np.linspace(0.0, 1.0, 801)
     figure, panels = plt.subplots(3, 1, figsize=(7.2, 5.6), sharex=True, layout="constrained")
     curve = mcv50(T)
-    curves = (("displacement", curve.s), ("velocity", curve.v), ("acceleration", curve.a))
+    curves = (("displacement S", curve.s), ("velocity V", curve.v), ("acceleration A", curve.a))
     for axes, (name, values) in zip(panels, curves, strict=True):
         axes.plot(T, values, color=BLUE)
-        axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="its first half: the run-up mcv50")
+        axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="first half: used as the run-up mcv50")
         axes.set_ylabel(name)
         axes.grid(alpha=0.3)
     panels[0].legend()
-    panels[0].set_title("Modified constant velocity cam curve, MCV50 (Fig. 6)")
-    panels[-1].set_xlabel("normalised time; the hit is at 0.5")
+    panels[0].set_title("Modified constant velocity cam curve MCV50 (the paper's Fig. 6)")
+    panels[-1].set_xlabel("normalised time T; the hit is at T = 0.5")
     _save(figure, path)
 
 
 def zmp(record: DemoRecord, path: Path) -> None:
-    """ZMP over time inside the support polygon, towards the door upwards; the paper's Fig. 8."""
+    """Draws the ZMP in the support polygon over time; the door is upwards; the paper's Fig. 8.
+
+    Args:
+        record: What was measured of the motion.
+        path: Picture to write.
+    """
     figure, axes = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
-    t0, motion = record.phases["prepare"][0], record.motion
-    t = record.zmp_t - t0
-    axes.fill_between(t, record.polygon_low, record.polygon_high, color=GREY, step="mid",
-                      label="support polygon")
-    axes.plot(motion.t - t0, -motion.left_sole[:, 1], color=BLUE, ls="--", lw=1, label="left ankle")
-    axes.plot(motion.t - t0, -motion.right_sole[:, 1], color=GREEN, ls="--", lw=1,
-              label="right ankle")
-    axes.plot(record.zmp_topic_t - t0, -record.zmp_topic[:, 1], color="#f0a33a", lw=0.6,
-              label="/zmp, every sample")
-    axes.plot(t, -record.zmp_measured[:, 1], color="k", lw=0.9, label="ZMP, mean of 20 ms")
+    t0, motion, support = record.phases["prepare"][0], record.motion, record.support
+    t = motion.t - t0
+    axes.fill_between(t, support.low, support.high, color=GREY, step="mid", label="support polygon")
+    axes.plot(t, -motion.left_sole[:, 1], color=BLUE, ls="--", lw=1, label="left ankle")
+    axes.plot(t, -motion.right_sole[:, 1], color=GREEN, ls="--", lw=1, label="right ankle")
+    # The topic lies under the mean of the simulation's own wrenches: wide, so that it is seen.
+    axes.plot(record.zmp_topic_t - t0, -record.zmp_topic[:, 1], color=ORANGE, lw=3.0,
+              label="/zmp, every message")
+    axes.plot(t, -support.zmp[:, 1], color="k", lw=0.9,
+              label="ZMP from the simulation's log, 20 ms mean")
     axes.axvline(record.contact_time - t0, color=BROWN, ls="--", label="impact")
     for name, (start, end) in record.phases.items():
         axes.axvline(start - t0, color="k", lw=0.4, alpha=0.4)
         axes.text((start + end) / 2 - t0, 1.01, name, transform=axes.get_xaxis_transform(),
                   ha="center", va="bottom", fontsize=8,
-                  rotation=0 if end - start > 0.7 else 60)
-    axes.set(xlabel="time from the start of the motion [s]", ylabel="-y in odom [m]",
+                  rotation=0 if end - start > _WIDE_ENOUGH else 60)
+    axes.set(xlabel="time from the start of the motion [s]",
+             ylabel="towards the door, -y in odom [m]",
              xlim=(0.0, record.phases[list(record.phases)[-1]][1] - t0))
-    axes.set_title("ZMP from the foot sensors (Fig. 8)", pad=24)
-    axes.set_ylim(record.polygon_low.min() - 0.05, record.polygon_high.max() + 0.05)
+    axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=24)
+    axes.set_ylim(support.low.min() - 0.05, support.high.max() + 0.05)
     axes.legend(fontsize=8, ncols=2, loc="upper left")
     axes.grid(alpha=0.3)
     _save(figure, path)
 
 
 def door_angle(record: DemoRecord, target_deg: float, path: Path) -> None:
-    """Angle of the door after the impact with the desired line; the paper's Fig. 9."""
-    figure, axes = _axes("Door after the impact (Fig. 9)", "time from the impact [s]",
-                         "door θ [deg]")
+    """Draws the door's angle after the impact and the desired angle; the paper's Fig. 9.
+
+    Args:
+        record: What was measured of the motion.
+        target_deg: Desired opening angle [deg].
+        path: Picture to write.
+    """
+    figure, axes = _axes("Door after the impact (the paper's Fig. 9)",
+                         "time from the impact [s]", _DOOR)
     after = record.door_topic_t >= record.contact_time - 0.2
     axes.plot(record.door_topic_t[after] - record.contact_time,
               np.degrees(record.door_topic[after]), color=BLUE, label="/door_angle")
-    axes.axhline(target_deg, color=RED, ls=":", label=f"desired, {target_deg:g} deg")
+    axes.axhline(target_deg, color=RED, ls=":", label=f"desired angle, {target_deg:g} deg")
     axes.axvline(0.0, color=BROWN, ls="--", label="impact")
     axes.legend(loc="lower right")
     _save(figure, path)

@@ -1,1 +1,1 @@
-"""One run of the whole system: its record, its log and what is measured of it."""
+"""One run of the whole system: executing it without nodes, its log and what is measured in it."""

@@ -1,60 +1,49 @@
-"""What a run was worth, from the simulation's 1 kHz log: the definitions of `summary.json`."""
+"""Evaluates a run from the simulation's 1 kHz log; here are the definitions of `summary.json`."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
 
 from door_impact_evaluation.errors import DemoError
-from door_impact_evaluation.run.record import Motion
+from door_impact_evaluation.run.record import Motion, Support
 
-CONTACT_FORCE = 5.0   # [N] above which robot and door touch
-CONTACT_GAP = 0.02    # [s] without, after which it counts as another contact
+CONTACT_FORCE = 5.0   # normal force above which robot and door are in contact [N]
+CONTACT_GAP = 0.02    # time without contact after which the next one counts as another [s]
 BEARS_WEIGHT = 0.05   # share of the load above which a sole belongs to the support polygon
-WINDOW = 0.02         # [s] of the centred mean of the wrenches
+WINDOW = 0.02         # length of the centred mean of the wrenches [s]
+_LEAST_LOAD = 0.2     # share of the weight on the feet below which there is no ZMP
 
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact of robot and door, as indices into the log: [start, end)."""
+    """One contact of robot and door.
+
+    Attributes:
+        start: Index of its first sample in the log.
+        end: Index of the first sample after it.
+    """
 
     start: int
     end: int
 
 
 @dataclass(frozen=True)
-class Support:
-    """ZMP and support polygon over the log.
-
-    Attributes:
-        zmp: x and y in odom (n, 2) [m]; NaN while no foot bears load.
-        margin: Distance to the nearest edge, negative outside (n,) [m].
-        low: Smallest -y of the polygon (n,) [m].
-        high: Largest -y of the polygon (n,) [m].
-    """
-
-    zmp: Array
-    margin: Array
-    low: Array
-    high: Array
-
-
-@dataclass(frozen=True)
 class Impact:
-    """The hit as the simulation saw it.
+    """The hit, measured in the simulation's log.
 
     Attributes:
-        contact: First contact.
-        contacts_before_peak: Contacts up to the door's largest angle.
-        peak: Index of the door's largest angle.
-        v_rb: Speed of B before the contact [m/s].
-        v_rb_post: And after it [m/s].
-        omega_door: Angular velocity of the door after the contact [rad/s].
-        peak_force: [N].
-        duration: Of the first contact [s].
+        contact: First contact of robot and door.
+        contacts_before_peak: Number of contacts up to the door's largest angle.
+        peak: Index of the door's largest angle in the log.
+        v_rb: Speed of point B towards the door just before the contact [m/s].
+        v_rb_post: Speed of point B towards the door just after the contact [m/s].
+        omega_door: Angular velocity of the door just after the contact [rad/s].
+        peak_force: Largest normal force in the contact [N].
+        duration: Duration of the contact [s].
         restitution: Speed of separation over speed of approach.
     """
 
@@ -70,10 +59,10 @@ class Impact:
 
 
 def find_contacts(t: Array, force: Array) -> list[Contact]:
-    """Contacts by the definition: above 5 N, after 20 ms without.
+    """Finds the contacts: the force is above 5 N, and 20 ms without it separate two contacts.
 
     Args:
-        t: Times (n,) [s].
+        t: Sample times (n,) [s].
         force: Normal force of the robot on the door (n,) [N].
     """
     touching = np.flatnonzero(force > CONTACT_FORCE)
@@ -86,11 +75,11 @@ def find_contacts(t: Array, force: Array) -> list[Contact]:
 
 
 def impact(motion: Motion, l_b: float) -> Impact:
-    """Evaluates the first contact.
+    """Evaluates the first contact of robot and door.
 
     Args:
-        motion: The log.
-        l_b: Distance of B from the hinge [m].
+        motion: The simulation's log.
+        l_b: Distance of point B from the hinge [m].
 
     Raises:
         DemoError: The robot never touched the door.
@@ -99,7 +88,7 @@ def impact(motion: Motion, l_b: float) -> Impact:
     if not contacts:
         raise DemoError("the robot never touched the door")
     first = contacts[0]
-    # The door's first fall ends its opening; what the hand does to it later does not count.
+    # The door has opened when it first falls back; what the hand does to it later does not count.
     falling = np.flatnonzero(motion.door_velocity[first.end:] <= 0.0)
     peak = first.end + int(falling[0]) if falling.size else len(motion.t) - 1
     before, after = max(first.start - 1, 0), min(first.end, len(motion.t) - 1)
@@ -119,11 +108,14 @@ def impact(motion: Motion, l_b: float) -> Impact:
 
 
 def centred_mean(values: Array, samples: int) -> Array:
-    """Mean over a centred window along the first axis; shorter at the ends.
+    """Averages over a centred window along the first axis; at both ends the window is shorter.
 
     Args:
-        values: (n, k).
+        values: Samples (n, k).
         samples: Length of the window.
+
+    Returns:
+        Means (n, k).
     """
     half = samples // 2
     total = np.vstack([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
@@ -135,12 +127,12 @@ def centred_mean(values: Array, samples: int) -> Array:
 
 
 def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
-    """ZMP from the foot wrenches, and its margin.
+    """Computes the ZMP from the wrenches on the feet, the support polygon and the ZMP's margin.
 
     Args:
-        motion: The log.
-        robot: For its soles.
-        window: Length of the mean of the wrenches [s]; 0 for none.
+        motion: The simulation's log.
+        robot: The robot, for its mass and its soles.
+        window: Length of the centred mean of the wrenches [s]; 0 takes each sample as it is.
     """
     samples = max(1, round(window / float(np.median(np.diff(motion.t)))))
     wrenches = [centred_mean(w, samples) if samples > 1 else w
@@ -151,18 +143,20 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
     moment = sum(
         np.stack([s[:, 0] * w[:, 2] - w[:, 4], s[:, 1] * w[:, 2] + w[:, 3]], axis=1)
         for s, w in zip(soles, wrenches, strict=True))
+    loaded = total[:, None] > _LEAST_LOAD * robot.mass * GRAVITY
     with np.errstate(divide="ignore", invalid="ignore"):
-        zmp = np.where(total[:, None] > 0.2 * robot.mass * GRAVITY, moment / total[:, None], np.nan)
+        zmp = np.where(loaded, moment / total[:, None], np.nan)
     bears = load > BEARS_WEIGHT * total
     margin, low, high = (np.full(len(total), np.nan) for _ in range(3))
-    # Feet stand still most of the time: one polygon for each place they stood on, to 0.1 mm.
+    # The feet stand still most of the time: one polygon is made for each pair of places, rounded
+    # to 0.1 mm, and not one for each sample.
     place = np.round(np.hstack([soles[0][:, :2], soles[1][:, :2], bears.T]), 4)
     places, index = np.unique(place, axis=0, return_inverse=True)
     index = index.reshape(-1)
     for number, row in enumerate(places):
         here = index == number
         corners = [sole_corners(robot.soles[side], np.append(row[2 * k:2 * k + 2], 0.0))
-                   for k, side in enumerate(("left", "right")) if row[4 + k]]
+                   for k, side in enumerate(SIDES) if row[4 + k]]
         if not corners:
             continue
         hull = support_polygon(*corners)
@@ -173,19 +167,35 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
 
 def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, float]],
                      ) -> dict[str, float]:
-    """Smallest margin of each phase [m], the unit of `margin`."""
+    """Finds the smallest ZMP margin of each phase [m].
+
+    Args:
+        t: Sample times (n,) [s].
+        margin: ZMP margins (n,) [m].
+        phases: Start and end of each phase [s]; a phase without a sample is left out.
+    """
     return {name: float(np.nanmin(margin[(t >= start) & (t < end)]))
             for name, (start, end) in phases.items() if ((t >= start) & (t < end)).any()}
 
 
 def tilt(orientation: Array) -> Array:
-    """Angle between base_link's z axis and the vertical (n,) [rad], from quaternions (n, 4)."""
+    """Computes the angle between base_link's z axis and the vertical (n,) [rad].
+
+    Args:
+        orientation: Orientation of base_link in odom, quaternions x, y, z, w (n, 4).
+    """
     x, y = orientation[:, 0], orientation[:, 1]
     return np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0))
 
 
 def slip(motion: Motion, start: float, end: float) -> float:
-    """Largest distance that a sole moved over the floor between two times [m]."""
+    """Computes the largest distance that a sole moved over the floor [m].
+
+    Args:
+        motion: The simulation's log.
+        start: Time from which the distance is measured [s].
+        end: Time until which the distance is measured [s].
+    """
     window = (motion.t >= start) & (motion.t < end)
     return max(float(np.linalg.norm(s[window][:, :2] - s[window][0, :2], axis=1).max())
                for s in (motion.left_sole, motion.right_sole))
