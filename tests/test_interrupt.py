@@ -1,4 +1,4 @@
-"""A demonstration that is interrupted leaves nothing behind."""
+"""An interrupted demonstration leaves no process and touches no earlier result."""
 
 import signal
 import time
@@ -10,22 +10,25 @@ import pytest
 
 
 def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
-    """A demonstration amid its pushes: every node runs."""
+    """Starts a demonstration and waits until it pushes the door: then every node runs."""
     started = start("run", "door_impact_evaluation", "demo", "--out", str(out))
     started.wait_for_text("push 1 of 5")
     assert len(started.family()) >= 10  # the demonstration, the launcher, every node
     return started
 
 
-@pytest.mark.parametrize("how", [
-    "Ctrl-C", *(pytest.param(how, marks=pytest.mark.nightly("another signal"))
-                for how in ("Ctrl-C twice", "SIGTERM"))])
-def test_an_interrupted_demo_leaves_no_process_and_no_result(
-        start: Callable[..., Any], tmp_path: Path, how: str) -> None:
-    """Its status tells, nothing of the graph runs on, and there is no summary.json."""
+@pytest.mark.parametrize(("how", "earlier"), [
+    ("Ctrl-C", {"summary.json": "{}", "report.html": "earlier"}),
+    pytest.param("Ctrl-C twice", {}, marks=pytest.mark.nightly("another signal")),
+    pytest.param("SIGTERM", {"summary.json": "{}", "run.mcap": "earlier"},
+                 marks=pytest.mark.nightly("another signal"))])
+def test_an_interrupted_demo_leaves_no_process_and_no_result_of_its_own(
+        start: Callable[..., Any], tmp_path: Path, how: str, earlier: dict[str, str]) -> None:
+    """Its status is not 0, no node runs on, and the results are those of an earlier run or none."""
     out = tmp_path / "out"
     out.mkdir()
-    (out / "summary.json").write_text("{}")  # of an earlier run: it must not pass for this one
+    for name, content in earlier.items():
+        (out / name).write_text(content)
     started = at_the_pushes(start, out)
     # The group, as a terminal does and `timeout`: ROS 2's `ros2 run` passes nothing on.
     started.signal_group(signal.SIGTERM if how == "SIGTERM" else signal.SIGINT)
@@ -34,5 +37,7 @@ def test_an_interrupted_demo_leaves_no_process_and_no_result(
         started.signal_group(signal.SIGINT)
     assert started.wait() != 0
     assert started.left_over() == []
-    assert not (out / "summary.json").exists()
+    results = {path.name: path.read_text() for path in out.iterdir() if path.is_file()}
+    assert results == earlier
+    assert not (out / "unfinished_run" / "summary.json").exists()
     assert "Traceback" not in started.text()

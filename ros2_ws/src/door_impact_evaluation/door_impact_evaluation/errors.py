@@ -1,4 +1,4 @@
-"""Errors of the demonstration and of what is measured."""
+"""Errors of the demonstration, the benchmarks and the evaluation of runs."""
 
 from door_impact_common.errors import DoorImpactError
 
@@ -11,5 +11,5 @@ class DemoError(EvaluationError):
     """The demonstration cannot go on; the message says why and what to do."""
 
 
-class NodeEndedError(DemoError):
-    """One of the nodes has ended by itself."""
+class BenchError(EvaluationError):
+    """A benchmark could not be measured, or its result is not that of its peer."""

@@ -1,17 +1,20 @@
-"""Options of the demonstration."""
+"""Options of the demonstration, as a command and as a node."""
+
+from pathlib import Path
 
 import pytest
 import rclpy
 from door_impact_common.errors import SettingError
-from door_impact_evaluation.demo import demo
-from door_impact_evaluation.demo.demo_runner_node import target_of
+from door_impact_evaluation.demo import demo, demo_runner_node
+from door_impact_evaluation.demo.demo_runner_node import settings_of
+from door_impact_evaluation.demo.settings import DemoSettings
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 
 @pytest.mark.parametrize("hits", ["0", "6", "-1", "1.5", "two", ""])
 def test_a_number_of_hits_outside_1_to_5_is_refused(tmp_path, capsys, hits):
-    """Before anything is started or written."""
+    """The command ends with status 2 before anything is started or written."""
     with pytest.raises(SystemExit) as ended:
         demo.main(["--hits", hits, "--out", str(tmp_path / "out")])
     assert ended.value.code == 2
@@ -20,32 +23,52 @@ def test_a_number_of_hits_outside_1_to_5_is_refused(tmp_path, capsys, hits):
 
 
 @pytest.mark.parametrize(("arguments", "hits"), [([], 1), (["--hits", "1"], 1), (["--hits=5"], 5)])
-def test_the_demonstration_hits_as_often_as_it_was_told(tmp_path, monkeypatch, arguments, hits):
-    """Once by itself."""
-    told = []
-    monkeypatch.setattr(demo, "_run", lambda options: told.append(options.hits))
+def test_the_demonstration_hits_as_often_as_requested(tmp_path, monkeypatch, arguments, hits):
+    """Without the option it hits once."""
+    received = []
+    monkeypatch.setattr(demo, "_demonstrate", lambda settings, gui: received.append(settings.hits))
     monkeypatch.setattr(demo.signal, "signal", lambda *_: None)
     assert demo.main([*arguments, "--out", str(tmp_path)]) == 0
-    assert told == [hits]
+    assert received == [hits]
 
 
 @pytest.fixture
 def runner():
-    """Makes the demonstration's node with a parameter target_deg."""
+    """Makes the demonstration's node with the given parameters."""
     rclpy.init(args=[])
-    yield lambda value: Node(
-        "demo_runner", parameter_overrides=[Parameter("target_deg", value=value)]
-    )
+    yield lambda **given: Node("demo_runner", parameter_overrides=[
+        Parameter(name, value=value) for name, value in given.items()])
     rclpy.shutdown()
 
 
+def test_the_nodes_parameters_have_the_commands_defaults(runner):
+    """The paper's door is hit once for 25 deg and held."""
+    assert settings_of(runner()) == DemoSettings(
+        "paper", 25.0, "hold", "mcv50", 1, Path("out/demo"))
+
+
 def test_the_target_may_be_an_integer(runner):
-    """As `target_deg:=15` of the launch file is."""
-    assert (target_of(runner(15)), target_of(runner(15.5))) == (15.0, 15.5)
+    """`target_deg:=15` of the launch file is an integer."""
+    found = settings_of(runner(target_deg=15)), settings_of(runner(target_deg=15.5))
+    assert [settings.target_deg for settings in found] == [15.0, 15.5]
 
 
 @pytest.mark.parametrize("value", ["far", True, [15.0]])
 def test_a_target_that_is_no_number_is_refused(runner, value):
-    """With its name and what was given."""
-    with pytest.raises(SettingError, match=r"^target_deg is .*, must be a number of degrees$"):
-        target_of(runner(value))
+    """The error has the parameter's name and value."""
+    with pytest.raises(SettingError, match=r"^target_deg is .*, must be a finite number$") as found:
+        settings_of(runner(target_deg=value))
+    assert found.value.value == value
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("hits", 0), ("hits", 1.5), ("ending", "run"), ("run_up", "fast"), ("target_deg", "far")])
+def test_the_node_reports_a_wrong_parameter_in_one_line(tmp_path, capfd, name, value):
+    """Its status is 1, and nothing is written."""
+    out = tmp_path / "out"
+    assert demo_runner_node.main(
+        ["--ros-args", "-p", f"{name}:={value}", "-p", f"out_dir:={out}"]) == 1
+    error = capfd.readouterr().err
+    assert error.startswith(f"demo: {name} is {value}, must be ")
+    assert error.count("\n") == 1
+    assert not out.exists()

@@ -1,1 +1,1 @@
-"""The demonstration: every node, one door, one result."""
+"""The demonstration: it identifies a door, opens it by a hit and reports the result."""

@@ -8,16 +8,20 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
-from door_impact_bringup.mcap_file import partial_folder
+from door_impact_common.errors import DoorImpactError
 from door_model.door.config import load_door
-from door_model.errors import DoorModelError
 
-from door_impact_evaluation.errors import DemoError, NodeEndedError
+from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
+from door_impact_evaluation.demo.settings import ENDINGS, RUN_UPS, DemoSettings
+from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
 
-GRACE = 15.0  # [s] that the launcher gets to stop its nodes before it is ended
+_GRACE = 15.0  # time that the launcher has to stop its nodes before all are killed [s]
+_SHOWN = 2000  # characters of the nodes' log that an error shows at most
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def _angle(text: str) -> float:
@@ -26,112 +30,137 @@ def _angle(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or value <= 0.0:
-        raise argparse.ArgumentTypeError(f"an opening angle is a number above 0 deg, got {text}")
+        raise argparse.ArgumentTypeError(
+            f"the opening angle is {text}, it must be a number above 0 deg")
     return value
 
 
 def _switch(text: str) -> bool:
     if text not in ("0", "1"):
-        raise argparse.ArgumentTypeError(f"0 or 1, got {text}")
+        raise argparse.ArgumentTypeError(f"it is {text}, it must be 0 or 1")
     return text == "1"
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="demo",
-        description="Finds out the door, plans the hit, opens the door, shows the result.")
+        description="Identifies the door, plans the hit, opens the door and reports the result.")
     parser.add_argument("--door", default="paper",
                         help="paper, size2, size3, size4 or a YAML file (default: paper)")
     parser.add_argument("--target-deg", type=_angle, default=25.0,
                         help="desired opening angle [deg] (default: 25)")
-    parser.add_argument("--ending", choices=("hold", "retreat"), default="hold",
+    parser.add_argument("--ending", choices=ENDINGS, default="hold",
                         help="what the robot does with the open door (default: hold)")
-    parser.add_argument("--run-up", choices=("mcv50", "zmp_limited"), default="mcv50",
-                        help="mcv50, as the paper, or zmp_limited, for doors that take a faster "
+    parser.add_argument("--run-up", choices=RUN_UPS, default="mcv50",
+                        help="mcv50, the paper's, or zmp_limited, for doors that need a faster "
                         "hit (default: mcv50)")
     parser.add_argument("--hits", type=int, choices=range(1, 6), default=1, metavar="N",
-                        help="how often the door is hit, 1 to 5; each hit learns from the one "
-                        "before, the results are the last one's (default: 1)")
+                        help="number of hits, 1 to 5; each hit learns from the hit before, the "
+                        "results are those of the last one (default: 1)")
     parser.add_argument("--gui", type=_switch, default=False, help="1 opens a PyBullet window")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
-                        help="where the results are written (default: out/demo)")
+                        help="folder in which the results are written (default: out/demo)")
     return parser
 
 
 def _ros2() -> str:
-    """The ros2 command beside this interpreter, or the one on the path."""
-    beside = Path(sys.executable).parent / "ros2"
-    command = str(beside) if beside.exists() else shutil.which("ros2")
+    """Finds the ros2 command next to this interpreter, or else on the PATH.
+
+    Raises:
+        DemoError: There is none.
+    """
+    own = Path(sys.executable).parent / "ros2"
+    command = str(own) if own.exists() else shutil.which("ros2")
     if command is None:
         raise DemoError("the ros2 command was not found: run `make setup`, or source ROS 2")
     return command
 
 
 def _stop(launcher: subprocess.Popen[bytes]) -> None:
-    """Ends the launcher and whatever it has left."""
+    """Stops the launcher and all its nodes, within `_GRACE` and whatever signals arrive."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     if launcher.poll() is None:
         launcher.send_signal(signal.SIGINT)
         with suppress(subprocess.TimeoutExpired):
-            launcher.wait(GRACE)
+            launcher.wait(_GRACE)
     with suppress(ProcessLookupError):
         os.killpg(launcher.pid, signal.SIGKILL)
     launcher.wait()
 
 
-def _run(options: argparse.Namespace) -> None:
-    try:
-        load_door(options.door)
-    except DoorModelError as error:
-        raise DemoError(str(error)) from error
-    from door_impact_evaluation.demo.demo_runner_node import refuse_running_graph, run
+def _demonstrate(settings: DemoSettings, gui: bool) -> None:
+    """Runs a demonstration from the start of the nodes until the results are in their place.
 
-    out: Path = options.out
-    out.mkdir(parents=True, exist_ok=True)
-    for name in report.FILES:  # an old result must not pass for this one
-        (out / name).unlink(missing_ok=True)
-    simulation_log, recording = ((out / name).resolve()
-                                 for name in ("simulation.npz", report.RECORDING))
-    shutil.rmtree(partial_folder(recording), ignore_errors=True)  # of one that was killed
+    Raises:
+        DoorImpactError: The demonstration could not be run, or its motion failed.
+        KeyboardInterrupt: It was interrupted.
+    """
+    load_door(settings.door)  # its errors are reported before anything is started
+    # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
+    from door_impact_evaluation.demo.demo_runner_node import refuse_running_graph
+
     refuse_running_graph()
-    with (out / "nodes.log").open("wb") as log:
+    folder = ResultFolder(settings.out)
+    folder.begin()
+    try:
+        _run_with_nodes(replace(settings, out=folder.unfinished), gui)
+    finally:
+        if folder.is_complete():
+            folder.replace()
+            print(f"See {folder.path / 'report.html'} for the figures and the animation.",
+                  flush=True)
+        else:
+            print(f"demo: {folder.path} is left as it was; the files of this run are in "
+                  f"{folder.unfinished}", file=sys.stderr)
+
+
+def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:
+    from door_impact_evaluation.demo.demo_runner_node import run
+
+    simulation_log, recording = ((settings.out / name).resolve()
+                                 for name in ("simulation.npz", report.RECORDING))
+    with (settings.out / LOG).open("wb") as log:
         launcher = subprocess.Popen(
             [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
-             f"door:={options.door}", f"gui:={int(options.gui)}", "paced:=false",
+             f"door:={settings.door}", f"gui:={int(gui)}", "paced:=false",
              f"log_file:={simulation_log}", f"record:={recording}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
-            run(door=options.door, target_deg=options.target_deg, ending=options.ending,
-                run_up=options.run_up, hits=options.hits, out=out,
-                nodes_alive=lambda: launcher.poll() is None)
-        except NodeEndedError as error:
+            run(settings, nodes_alive=lambda: launcher.poll() is None)
+        except DemoError as error:
+            if launcher.poll() is None:
+                raise
             _stop(launcher)
-            raise DemoError(f"{error}\n{_complaints(out / 'nodes.log')}") from error
+            raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
         finally:
             _stop(launcher)
 
 
 def _complaints(log: Path) -> str:
-    """The last lines of a log that are no mere information, indented."""
+    """The last lines of the nodes' log that are warnings or errors, indented."""
     lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
-    return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[-2000:]
+    return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[-_SHOWN:]
 
 
 def main(args: list[str] | None = None) -> int:
     """Runs the demonstration.
 
     Args:
-        args: Command line, without the program's name; the process's own by default.
+        args: Command line without the program's name; None means the process's own.
 
     Returns:
-        0 when the door was opened, 1 when something failed, 130 after Ctrl-C.
+        0 if the door was opened, 1 if something failed, 130 after Ctrl-C.
     """
     options = _parser().parse_args(args)
-    # A terminal closed or a supervisor's SIGTERM must end the nodes as Ctrl-C does.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    signal.signal(signal.SIGHUP, signal.default_int_handler)
+    # A closed terminal or a supervisor's SIGTERM must end the nodes as Ctrl-C does.
+    for number in _SIGNALS[1:]:
+        signal.signal(number, signal.default_int_handler)
+    settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
+                            options.hits, options.out)
     try:
-        _run(options)
-    except DemoError as error:
+        _demonstrate(settings, options.gui)
+    except DoorImpactError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

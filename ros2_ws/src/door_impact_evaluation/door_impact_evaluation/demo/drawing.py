@@ -1,4 +1,4 @@
-"""Draws every picture of a demonstration from what the nodes published and the simulation logged."""
+"""Draws the pictures of a demonstration from the nodes' messages and the simulation's log."""
 
 from collections.abc import Sequence
 from pathlib import Path

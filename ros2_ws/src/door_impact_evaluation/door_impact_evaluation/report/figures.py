@@ -58,7 +58,8 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
         path: Picture to write.
     """
     figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
-    axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6, label="range of the pushes by hand")
+    axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6,
+                 label="range of the pushes by hand")
     draw_restoring_torque(
         axes, true, np.linspace(0.0, largest_shown(true.closer), 200), color="k", lw=2.5,
         alpha=0.35, label="simulated door")

@@ -1,0 +1,28 @@
+"""Settings of a demonstration, which a command line or a node's parameters fill in."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+ENDINGS = ("hold", "retreat")
+RUN_UPS = ("mcv50", "zmp_limited")
+
+
+@dataclass(frozen=True)
+class DemoSettings:
+    """What a demonstration shall do.
+
+    Attributes:
+        door: Name or YAML file of the simulated door; its parameters are compared with those found.
+        target_deg: Desired opening angle [deg].
+        ending: Motion after the door's peak, hold or retreat.
+        run_up: Profile of the run-up, mcv50 or zmp_limited.
+        hits: Number of hits; robot and door start anew before each, the results are the last one's.
+        out: Folder in which the results are written.
+    """
+
+    door: str
+    target_deg: float
+    ending: str
+    run_up: str
+    hits: int
+    out: Path

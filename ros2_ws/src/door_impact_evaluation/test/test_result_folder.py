@@ -1,0 +1,112 @@
+"""The results of a demonstration stay until those of a new one replace them as a whole."""
+
+import signal
+
+import pytest
+from door_impact_evaluation.demo import demo, demo_runner_node
+from door_impact_evaluation.demo.result_folder import LOG, UNFINISHED, ResultFolder
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.report import report
+
+RESULTS = (*report.FILES, LOG)
+
+
+def files(folder):
+    """Contents of the files in a folder by their names; folders inside it are left out."""
+    return {path.name: path.read_text() for path in folder.iterdir() if path.is_file()}
+
+
+@pytest.fixture
+def out(tmp_path):
+    """A folder with the results of a demonstration, and with a file that is none of its own."""
+    for name in (*RESULTS, "my_notes.txt"):
+        (tmp_path / name).write_text("old")
+    return tmp_path
+
+
+@pytest.fixture
+def demonstrate(out, monkeypatch):
+    """Runs the command with a demonstration that writes some files and ends in a given way."""
+    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", lambda: None)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+
+    def run(names, error=None):
+        def run_with_nodes(settings, gui):
+            for name in names:
+                (settings.out / name).write_text("new")
+            if error is not None:
+                raise error
+
+        monkeypatch.setattr(demo, "_run_with_nodes", run_with_nodes)
+        return demo.main(["--out", str(out)])
+
+    return run
+
+
+@pytest.mark.parametrize(("error", "status"), [
+    (KeyboardInterrupt(), 130), (DemoError("a node ended"), 1)])
+@pytest.mark.parametrize("written", [(), (LOG, "simulation.npz", "zmp.png", "report.html")])
+def test_a_run_without_results_leaves_those_of_the_run_before(
+        demonstrate, out, capsys, error, status, written):
+    """Interrupted or failed: every file is as it was, and a line says where the new log is."""
+    before = files(out)
+    assert demonstrate(written, error) == status
+    assert files(out) == before
+    assert sorted(files(out / UNFINISHED)) == sorted(written)
+    assert str(out / UNFINISHED) in capsys.readouterr().err
+
+
+def test_a_finished_run_replaces_all_results(demonstrate, out, capsys):
+    """No old result is left, nor the folder of the unfinished run; files of others stay."""
+    assert demonstrate(RESULTS) == 0
+    assert files(out) == dict.fromkeys(RESULTS, "new") | {"my_notes.txt": "old"}
+    assert not (out / UNFINISHED).exists()
+    assert str(out / "report.html") in capsys.readouterr().out
+
+
+def test_a_failed_motion_has_results_too(demonstrate, out):
+    """The status is 1, and the report in the folder is that of the motion that failed."""
+    assert demonstrate(RESULTS, DemoError("the motion failed: it fell")) == 1
+    assert files(out) == dict.fromkeys(RESULTS, "new") | {"my_notes.txt": "old"}
+
+
+def test_an_old_file_does_not_pass_for_a_new_result(demonstrate, out):
+    """A file that the new run did not write is removed with the results that it belonged to."""
+    written = [name for name in RESULTS if name != report.RECORDING]
+    assert demonstrate(written) == 0
+    assert not (out / report.RECORDING).exists()
+
+
+def test_what_an_interrupted_run_left_is_removed_by_the_next(demonstrate, out):
+    """Its unfinished recording cannot stop the next recorder."""
+    assert demonstrate(["run.mcap.partial"], KeyboardInterrupt()) == 130
+    assert demonstrate(RESULTS) == 0
+    assert not (out / UNFINISHED).exists()
+
+
+def test_a_demonstration_beside_another_one_touches_nothing(out, monkeypatch, capsys):
+    """It is refused before the unfinished files of the other one are removed."""
+    running = ResultFolder(out)
+    running.begin()
+    (running.unfinished / LOG).write_text("running")
+
+    def refuse():
+        raise DemoError("already running: recorder")
+
+    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", refuse)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    before = files(out)
+    assert demo.main(["--out", str(out)]) == 1
+    assert files(out) == before
+    assert files(running.unfinished) == {LOG: "running"}
+    assert capsys.readouterr().err == "demo: already running: recorder\n"
+
+
+def test_a_folder_that_cannot_be_made_is_reported_in_one_line(tmp_path, monkeypatch, capsys):
+    """The path leads through a file; the file stays."""
+    (tmp_path / "file").write_text("kept")
+    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", lambda: None)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    assert demo.main(["--out", str(tmp_path / "file" / "out")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert files(tmp_path) == {"file": "kept"}
