@@ -1,1 +1,1 @@
-"""Launch files, parameters and the demonstration of hrp2_door_impact."""
+"""Launch files, parameters, the door for viewers and the recorder of hrp2_door_impact."""

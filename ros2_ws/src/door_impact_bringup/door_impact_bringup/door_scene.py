@@ -1,8 +1,8 @@
-"""The door as a viewer sees it: its URDF, and where the frames of frame and leaf are.
+"""The door for viewers: its URDF, and the poses of its frames door_frame and door_leaf.
 
-``door_frame`` stands where the hinge axis meets the floor, its axes parallel to odom's; the closed
-leaf's face lies in its plane y = 0. ``door_leaf`` shares its origin and opens about -z, as in the
-simulation.
+The origin of ``door_frame`` is the point where the hinge axis meets the floor. Its axes are
+parallel to those of odom, and the face of the closed leaf lies in its plane y = 0. ``door_leaf``
+has the same origin and turns about -z when the door opens, as in the simulation.
 """
 
 import math
@@ -13,38 +13,48 @@ from door_model.door.config import DoorConfig
 
 FRAME, LEAF, JOINT = "door_frame", "door_leaf", "door_hinge"
 _POST = 0.08  # width of posts and lintel [m]
-_GAP = 0.01   # between leaf and frame [m]
+_GAP = 0.01   # gap between the leaf and the posts and lintel [m]
 _COLORS = {"wood": "0.72 0.53 0.35 1", "frame": "0.45 0.45 0.48 1"}
 
-Row = tuple[float, float, float, float, float, float, float]
+Pose = tuple[float, float, float, float, float, float, float]
+"""Position x, y, z [m] and orientation as a quaternion x, y, z, w."""
+
+Triple = tuple[float, float, float]
 
 
-def frame_pose(door_distance: float, hinge_x: float) -> Row:
-    """Pose of door_frame in odom.
+def frame_pose(door_distance: float, hinge_x: float) -> Pose:
+    """Returns the pose of door_frame in odom.
 
     Args:
-        door_distance: From the origin of odom to the closed leaf's face, to -y [m].
+        door_distance: Distance from the origin of odom to the closed leaf's face, along -y [m].
         hinge_x: x of the hinge in odom [m].
 
-    Returns:
-        x, y, z [m] and the quaternion x, y, z, w.
-
     Raises:
-        SettingError: One of them is not finite.
+        SettingError: A number is not finite.
     """
     for name, value in (("door_distance", door_distance), ("hinge_x", hinge_x)):
         if not math.isfinite(value):
-            raise SettingError(name, value, "where the door stands, a finite number of metres")
+            raise SettingError(name, value, "the place of the door, a finite number of metres")
     return hinge_x, -door_distance, 0.0, 0.0, 0.0, 0.0, 1.0
 
 
-def leaf_pose(angle: float) -> Row:
-    """Pose of door_leaf in door_frame at an opening angle [rad], as `frame_pose` gives one."""
+def leaf_pose(angle: float) -> Pose:
+    """Returns the pose of door_leaf in door_frame.
+
+    Args:
+        angle: Opening angle of the door [rad].
+    """
     return 0.0, 0.0, 0.0, 0.0, 0.0, -math.sin(0.5 * angle), math.cos(0.5 * angle)
 
 
 def door_urdf(door: DoorConfig) -> str:
-    """URDF of a door: the leaf, which also collides, and posts and lintel around it to look at."""
+    """Makes the URDF of a door.
+
+    The leaf has a visual and a collision shape; posts and lintel are there to be looked at only.
+
+    Args:
+        door: The door.
+    """
     robot = ET.Element("robot", name=f"door_{door.name}")
     for name, color in _COLORS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=color)
@@ -60,17 +70,14 @@ def door_urdf(door: DoorConfig) -> str:
     ET.SubElement(joint, "child", link=LEAF)
     ET.SubElement(joint, "axis", xyz="0 0 -1")
     widest = f"{door.linkage.opening_limit():.6f}"
-    # URDF asks for limits that a door does not have.
+    # URDF requires limits of effort and velocity; a door has none.
     ET.SubElement(joint, "limit", lower="0", upper=widest, effort="0", velocity="0")
     ET.indent(robot)
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-Triple = tuple[float, float, float]
-
-
 def _frame_boxes(door: DoorConfig) -> list[tuple[Triple, Triple]]:
-    """Sizes and centers [m] of both posts and the lintel, in door_frame."""
+    """Lists size and centre of both posts and of the lintel, in door_frame [m]."""
     leaf = door.leaf
     _, depth_center, middle = leaf.center()
     top = middle + 0.5 * leaf.height + _GAP

@@ -1,4 +1,4 @@
-"""Definitions of messages as a recording carries them: ROS 2's own, and those of other packages."""
+"""Definitions of messages for a recording: those of ROS 2 and those of any other package."""
 
 from pathlib import Path
 from typing import Any
@@ -7,39 +7,28 @@ from ament_index_python.packages import PackageNotFoundError, get_package_share_
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from door_impact_bringup.errors import BringupError
-
-
-class DefinitionError(BringupError):
-    """There is no definition of a message.
-
-    Attributes:
-        name: Of the message.
-    """
-
-    def __init__(self, name: str, why: str) -> None:
-        super().__init__(f"no definition of {name}: {why}")
-        self.name = name
+from door_impact_bringup.errors import DefinitionError
 
 
 class MessageDefinitions:
-    """Messages of Jazzy as rosbags has them, and any other from ``share/PACKAGE/msg``.
+    """Jazzy's messages, which rosbags contains, and others, read from ``share/PACKAGE/msg``.
 
     Attributes:
-        store: What is known so far; rosbags takes texts and type hashes (RIHS01) from it.
+        store: The definitions known until now; rosbags takes texts and type hashes (RIHS01) from
+            it.
     """
 
     def __init__(self) -> None:
         self.store: Typestore = get_typestore(Stores.ROS2_JAZZY)
 
     def require(self, name: str) -> None:
-        """Makes a message known, with all that it refers to.
+        """Adds the definition of a message and of all messages that it contains.
 
         Args:
-            name: ``package/msg/Name``.
+            name: Name of the message, ``package/msg/Name``.
 
         Raises:
-            DefinitionError: There is no file that defines it, or it makes no sense.
+            DefinitionError: No file defines the message, or the file cannot be understood.
         """
         found: dict[str, Any] = {}
         wanted = [name]
@@ -62,7 +51,11 @@ def _file(name: str) -> Path:
 
 
 def _references(kind: Any) -> list[str]:
-    """The messages in a field's type: (node, details), where rows nest another such pair."""
+    """Lists the messages in the type of a field.
+
+    Args:
+        kind: Type as rosbags has it, (node, details); the details of an array are such a pair.
+    """
     node, details = kind
     if node.name in ("ARRAY", "SEQUENCE"):
         return _references(details[0])

@@ -1,4 +1,4 @@
-"""Node ``recorder``: every topic of the graph in one MCAP file, as `ros2 bag record -a` does."""
+"""Node ``recorder``: writes every topic of the graph into one MCAP file."""
 
 import sys
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from typing import Any
 import rclpy
 from door_impact_common.errors import SettingError
 from door_impact_common.node import run_node
-from rcl_interfaces.msg import ParameterDescriptor
+from door_impact_common.parameters import Parameters
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -24,21 +24,26 @@ from rosbags.interfaces import (
     QosTime,
 )
 
+from door_impact_bringup.errors import DefinitionError
 from door_impact_bringup.mcap_file import McapFile
-from door_impact_bringup.message_definitions import DefinitionError, MessageDefinitions
+from door_impact_bringup.message_definitions import MessageDefinitions
 
-POLL = 0.1    # between two looks at the graph [s]
-QUEUE = 1000  # messages of a topic that may wait: 5 s at 200 Hz
+POLL = 0.1    # time between two searches for new topics [s]
+QUEUE = 1000  # messages of a topic that may wait to be written: 5 s at 200 Hz
 _INFINITE = QosTime(9223372036, 854775807)
+_PARAMETERS = {"file": ("", "MCAP file to write")}
 
 
 class Recorder(Node):
-    """Subscribes to whatever appears, and writes the bytes as they come."""
+    """Subscribes to every topic that has a publisher, and writes the messages as they arrive.
+
+    Raises:
+        SettingError: The parameter `file` is empty.
+    """
 
     def __init__(self) -> None:
         super().__init__("recorder")
-        described = ParameterDescriptor(description="MCAP file to write", read_only=True)
-        name = self.declare_parameter("file", "", described).value
+        name = Parameters(self, _PARAMETERS).text("file")
         if not name:
             raise SettingError("file", name, "the MCAP file to write: -p file:=run.mcap")
         self._path = Path(name)
@@ -46,30 +51,32 @@ class Recorder(Node):
         self._known: set[str] = set()
 
     def run(self) -> None:
-        """Records until the node is told to end; then the file is complete.
+        """Records until the node is stopped; then the file is complete.
 
         Raises:
-            RecordingError: The file exists or cannot be written.
+            SettingError: The name of the file does not end in ``.mcap``.
+            McapWriteError: The file exists or cannot be written.
         """
         self._file = McapFile(self._path)
         self.get_logger().info(f"recording to {self._path}")
-        # On the steady clock: simulated time may stand still.
-        self.create_timer(POLL, self._look_around, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        # The timer uses the steady clock: simulated time may stand still.
+        self.create_timer(POLL, self._search, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
             rclpy.spin(self)
         finally:
             self._file.close()
 
-    def _look_around(self) -> None:
+    def _search(self) -> None:
+        """Starts to record topics that are new in the graph."""
         if not self.get_clock().now().nanoseconds:
-            return  # simulated time has not begun: nothing could be stamped
+            return  # simulated time has not begun, so no message could be stamped
         for topic, kinds in self.get_topic_names_and_types():
             if topic in self._known or _is_hidden(topic):
                 continue
-            ends = self.get_publishers_info_by_topic(topic)
-            if ends:  # without a publisher nobody knows what will be offered
+            publishers = self.get_publishers_info_by_topic(topic)
+            if publishers:  # before the first publisher, the quality of service is unknown
                 self._known.add(topic)
-                self._record(topic, kinds, [end.qos_profile for end in ends])
+                self._record(topic, kinds, [end.qos_profile for end in publishers])
 
     def _record(self, topic: str, kinds: Sequence[str], offers: Sequence[QoSProfile]) -> None:
         try:
@@ -90,7 +97,11 @@ class Recorder(Node):
 
 
 def request_for(offers: Sequence[QoSProfile]) -> QoSProfile:
-    """The strongest quality of service that every one of the offers meets."""
+    """Chooses the strongest quality of service that all publishers of a topic can serve.
+
+    Args:
+        offers: Quality of service of each publisher.
+    """
     reliable = all(offer.reliability != ReliabilityPolicy.BEST_EFFORT for offer in offers)
     latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
     return QoSProfile(
@@ -100,7 +111,10 @@ def request_for(offers: Sequence[QoSProfile]) -> QoSProfile:
 
 
 def _recorded(offer: QoSProfile) -> Qos:
-    """An offer as the file has it; deadlines and lifespans, which nobody here sets, as infinite."""
+    """Converts an offer for the file; deadline, lifespan and lease are written as infinite.
+
+    No node of this project sets these three.
+    """
     return Qos(
         QosHistory[offer.history.name], offer.depth, QosReliability[offer.reliability.name],
         QosDurability[offer.durability.name], _INFINITE, _INFINITE,
@@ -120,7 +134,14 @@ def _message_class(name: str) -> Any:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Runs the node until it is stopped.
+
+    Args:
+        args: Command line; None means the process's own.
+
+    Returns:
+        0 after Ctrl-C or SIGTERM, 1 if the node cannot run.
+    """
     return run_node(Recorder, args=args, spin=Recorder.run)
 
 

@@ -1,4 +1,4 @@
-"""The door for viewers stands and opens where the simulation's does."""
+"""The door for viewers stands where the simulated door stands, and opens like it."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -18,12 +18,12 @@ from pybullet_utils.bullet_client import BulletClient
 
 DISTANCE, HINGE_X = 0.753, -0.4056
 DOOR = load_door("paper")
-SURFACE = ContactDesign(1e5, 1e3, 0.5, 0.015, 47.0)  # of no influence on where the leaf is
+SURFACE = ContactDesign(1e5, 1e3, 0.5, 0.015, 47.0)  # has no influence on the place of the leaf
 
 
 @pytest.fixture
 def clients() -> Iterator[tuple[Any, Any]]:
-    """Two empty worlds."""
+    """Makes two empty worlds."""
     pair = BulletClient(pybullet.DIRECT), BulletClient(pybullet.DIRECT)
     yield pair
     for client in pair:
@@ -31,7 +31,7 @@ def clients() -> Iterator[tuple[Any, Any]]:
 
 
 def hits(client: Any) -> np.ndarray:
-    """Where 60 horizontal and 60 vertical rays meet the leaf (120, 3) [m]."""
+    """Returns the points where 60 horizontal and 60 vertical rays meet the leaf (120, 3) [m]."""
     along = np.linspace(-0.6, 0.6, 60)
     side = [([x, -0.2, 1.0], [x, -2.0, 1.0]) for x in along]
     above = [([x, y, 3.0], [x, y, -1.0]) for x in along[::6] for y in np.linspace(-0.75, -1.4, 6)]
@@ -40,22 +40,22 @@ def hits(client: Any) -> np.ndarray:
                      for hit in client.rayTestBatch(starts, ends)])
 
 
-def place(client: Any, row: door_scene.Row) -> tuple[Any, Any]:
-    """A row as PyBullet's position and orientation."""
-    return client.multiplyTransforms(row[:3], row[3:], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
+def place(client: Any, pose: door_scene.Pose) -> tuple[Any, Any]:
+    """Returns a pose as PyBullet's position and orientation."""
+    return client.multiplyTransforms(pose[:3], pose[3:], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
 
 
 @pytest.mark.parametrize("angle_deg", [0.0, 12.0, 25.0, 60.0])
 def test_the_shown_leaf_is_where_the_simulated_one_is(
         clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
-    """Rays from in front and from above meet URDF with transforms as they meet the simulation."""
+    """Rays from the front and from above hit the shown leaf where they hit the simulated one."""
     angle = math.radians(angle_deg)
     simulated, shown = clients
     body = DoorBody(simulated, DOOR, DISTANCE, HINGE_X, SURFACE).body
     simulated.resetJointState(body, HINGE, angle)
     path = tmp_path / "door.urdf"
     path.write_text(door_scene.door_urdf(DOOR))
-    # As viewers do: the transforms put the leaf in its place, not the URDF's joint.
+    # Viewers place the leaf by the transforms, not by the joint of the URDF.
     pose = shown.multiplyTransforms(*place(shown, door_scene.frame_pose(DISTANCE, HINGE_X)),
                                     *place(shown, door_scene.leaf_pose(angle)))
     shown.loadURDF(str(path), *pose, useFixedBase=True)
@@ -65,7 +65,7 @@ def test_the_shown_leaf_is_where_the_simulated_one_is(
 
 
 def test_the_closed_leafs_face_lies_where_it_was_surveyed(clients: tuple[Any, Any]) -> None:
-    """In the plane y = -door_distance, from the hinge to the free edge, 1 cm above the floor."""
+    """It lies in y = -door_distance, from the hinge to the free edge, 1 cm above the floor."""
     client, _ = clients
     DoorBody(client, DOOR, DISTANCE, HINGE_X, SURFACE)
     edges = ((-0.01, 1.0), (0.01, 1.0), (0.89, 1.0), (0.90, 1.0), (0.4, 0.005), (0.4, 0.015),
@@ -77,9 +77,9 @@ def test_the_closed_leafs_face_lies_where_it_was_surveyed(clients: tuple[Any, An
 
 
 @pytest.mark.parametrize("angle_deg", [0.0, 40.0])
-def test_the_urdfs_joint_opens_as_the_transform_says(
+def test_the_urdfs_joint_opens_like_the_transform(
         clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
-    """A viewer that moves the joint door_hinge itself gets the leaf's pose of /tf."""
+    """A viewer that moves the joint door_hinge itself shows the leaf in its pose on /tf."""
     client, _ = clients
     path = tmp_path / "door.urdf"
     path.write_text(door_scene.door_urdf(DOOR))
@@ -91,8 +91,8 @@ def test_the_urdfs_joint_opens_as_the_transform_says(
     np.testing.assert_allclose([*position, *turn], row, atol=1e-6)
 
 
-def test_the_frame_leaves_the_leaf_room() -> None:
-    """No post and no lintel reaches into the closed leaf, and each stands on the floor or above."""
+def test_posts_and_lintel_leave_room_for_the_leaf() -> None:
+    """No post and no lintel reaches into the closed leaf or below the floor."""
     robot = ET.fromstring(door_scene.door_urdf(DOOR))
     boxes = [(np.array([*map(float, v.find("origin").attrib["xyz"].split())]),
               np.array([*map(float, v.find("geometry/box").attrib["size"].split())]))

@@ -1,9 +1,9 @@
-"""One MCAP file: what is in it, when it is there, and what is refused."""
+"""An MCAP file: its contents, when it appears under its name, and which paths are refused."""
 
 from pathlib import Path
 
 import pytest
-from door_impact_bringup.errors import RecordingError
+from door_impact_bringup.errors import McapWriteError
 from door_impact_bringup.mcap_file import McapFile, partial_folder
 from door_impact_common.errors import SettingError
 from rosbags.highlevel import AnyReader
@@ -27,12 +27,12 @@ LATCHED = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TR
 
 
 def cdr(text: str) -> bytes:
-    """A String on the wire."""
+    """Returns a String message in CDR."""
     return bytes(STORE.serialize_cdr(STORE.types[STRING](data=text), STRING))
 
 
 def written(path: Path, texts: dict[int, str]) -> Path:
-    """A file with texts at times [ns]."""
+    """Writes a file with texts, by the times at which they were received [ns]."""
     file = McapFile(path)
     topic = file.add_topic("/text", STRING, STORE, [LATCHED])
     for stamp, text in texts.items():
@@ -42,16 +42,16 @@ def written(path: Path, texts: dict[int, str]) -> Path:
 
 
 def test_messages_come_back_with_their_times(tmp_path: Path) -> None:
-    """Topic, type, stamps in nanoseconds and contents are what was written."""
+    """Topic, stamps in nanoseconds and contents are those that were written."""
     path = written(tmp_path / "run.mcap", {5: "five", 1_000_000_007: "later"})
     with AnyReader([path], default_typestore=STORE) as reader:
-        heard = [(c.topic, t, reader.deserialize(data, c.msgtype).data)
+        read = [(c.topic, t, reader.deserialize(data, c.msgtype).data)
                  for c, t, data in reader.messages()]
-    assert heard == [("/text", 5, "five"), ("/text", 1_000_000_007, "later")]
+    assert read == [("/text", 5, "five"), ("/text", 1_000_000_007, "later")]
 
 
 def test_the_file_carries_definition_hash_and_quality_of_service(tmp_path: Path) -> None:
-    """A reader without ROS 2 can decode it, and `ros2 bag play` offers what was offered."""
+    """A reader without ROS 2 can decode it, and `ros2 bag play` can offer the same quality."""
     path = written(tmp_path / "run.mcap", {1: "one"})
     reader = McapReader(path)
     reader.open()
@@ -65,7 +65,7 @@ def test_the_file_carries_definition_hash_and_quality_of_service(tmp_path: Path)
 
 
 def test_one_file_is_left_and_only_when_it_is_complete(tmp_path: Path) -> None:
-    """Until `close` there is only the unfinished folder; afterwards there is only the file."""
+    """Until `close` there is only the .partial folder; afterwards there is only the file."""
     path = tmp_path / "deep" / "run.mcap"
     file = McapFile(path)
     assert not path.exists()
@@ -75,7 +75,7 @@ def test_one_file_is_left_and_only_when_it_is_complete(tmp_path: Path) -> None:
 
 
 def test_a_recording_without_messages_is_a_file(tmp_path: Path) -> None:
-    """It opens, names its topic and starts at time zero."""
+    """It can be opened, names its topic and contains no message."""
     path = written(tmp_path / "run.mcap", {})
     with AnyReader([path], default_typestore=STORE) as reader:
         assert [(c.topic, c.msgcount) for c in reader.connections] == [("/text", 0)]
@@ -96,25 +96,25 @@ def test_long_recordings_go_to_disk_in_chunks(tmp_path: Path) -> None:
         assert sum(1 for _ in reader.messages()) == 8000
 
 
-@pytest.mark.parametrize("there", ["run.mcap", "run.mcap.partial"])
-def test_what_exists_is_not_overwritten(tmp_path: Path, there: str) -> None:
-    """Neither a recording nor what a killed recorder left; the error names it."""
-    (tmp_path / there).write_text("precious")
-    with pytest.raises(RecordingError, match=f"{there}: exists already"):
+@pytest.mark.parametrize("existing", ["run.mcap", "run.mcap.partial"])
+def test_an_existing_recording_is_not_overwritten(tmp_path: Path, existing: str) -> None:
+    """A recording or the folder of a killed recorder stays; the error names it."""
+    (tmp_path / existing).write_text("precious")
+    with pytest.raises(McapWriteError, match=f"{existing}: exists already"):
         McapFile(tmp_path / "run.mcap")
-    assert (tmp_path / there).read_text() == "precious"
+    assert (tmp_path / existing).read_text() == "precious"
 
 
 def test_an_impossible_place_is_an_error(tmp_path: Path) -> None:
-    """A folder that is a file: the error names the recording and the reason."""
+    """If a folder of the path is a file, the error names the recording and the reason."""
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordingError, match=r"run\.mcap: cannot be written: Not a dir"):
+    with pytest.raises(McapWriteError, match=r"run\.mcap: cannot be written: Not a dir"):
         McapFile(tmp_path / "file" / "run.mcap")
 
 
 @pytest.mark.parametrize("name", ["run", "run.bag", ".mcap"])
 def test_only_mcap_files_are_written(tmp_path: Path, name: str) -> None:
-    """Another ending, or nothing before it, is refused."""
+    """A name with another ending, or with nothing before the ending, is refused."""
     with pytest.raises(SettingError, match=r"\.mcap") as caught:
         McapFile(tmp_path / name)
     assert caught.value.setting == "file"

@@ -1,13 +1,14 @@
 """Definitions and type hashes of messages."""
 
 import pytest
-from door_impact_bringup.message_definitions import DefinitionError, MessageDefinitions
+from door_impact_bringup.errors import DefinitionError
+from door_impact_bringup.message_definitions import MessageDefinitions
 
 PLAN = "door_impact_msgs/msg/ImpactPlan"
 
 
 def test_a_package_message_brings_what_it_refers_to() -> None:
-    """A plan's definition contains its phases and a trajectory's points, down to plain numbers."""
+    """The definition of a plan contains those of its phases and of its trajectories' points."""
     definitions = MessageDefinitions()
     assert PLAN not in definitions.store.fielddefs
     definitions.require(PLAN)
@@ -18,7 +19,7 @@ def test_a_package_message_brings_what_it_refers_to() -> None:
 
 
 def test_the_hash_of_a_ros_message_is_the_published_one() -> None:
-    """sensor_msgs/msg/JointState as Jazzy's own packages have it."""
+    """The hash of sensor_msgs/msg/JointState is the one in Jazzy's own packages."""
     definitions = MessageDefinitions()
     definitions.require("sensor_msgs/msg/JointState")
     assert definitions.store.hash_rihs01("sensor_msgs/msg/JointState") == (
@@ -26,8 +27,8 @@ def test_the_hash_of_a_ros_message_is_the_published_one() -> None:
 
 
 @pytest.mark.parametrize("name", ["CloserParameters", "EncoderSamples", "ImpactPlan"])
-def test_the_hash_of_our_messages_is_the_one_on_the_wire(name: str) -> None:
-    """Two implementations of RIHS01, rosbags' and the embedded runtime's, agree."""
+def test_two_implementations_compute_the_same_hash_of_our_messages(name: str) -> None:
+    """rosbags and the embedded runtime, which writes RIHS01 on the wire, agree."""
     typehash = pytest.importorskip("ros2_embedded.typehash")
     definitions = MessageDefinitions()
     definitions.require(f"door_impact_msgs/msg/{name}")
@@ -37,7 +38,7 @@ def test_the_hash_of_our_messages_is_the_one_on_the_wire(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["nowhere_msgs/msg/Thing", "door_impact_msgs/msg/Thing"])
 def test_an_unknown_message_is_an_error(name: str) -> None:
-    """No such package, or no such file in it: the error names the message."""
+    """If the package or its file does not exist, the error names the message."""
     with pytest.raises(DefinitionError, match=name) as caught:
         MessageDefinitions().require(name)
     assert caught.value.name == name

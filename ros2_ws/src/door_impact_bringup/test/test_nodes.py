@@ -1,4 +1,4 @@
-"""The nodes scene_publisher and recorder, in this process."""
+"""The nodes scene_publisher and recorder, run in the process of the test."""
 
 import math
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 @pytest.fixture
 def pair() -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
-    """scene_publisher, another node, and what spins both."""
+    """Returns scene_publisher, another node, and the executor that spins both."""
     rclpy.init(args=["--ros-args", "-p", "door_distance:=0.753", "-p", "hinge_x:=-0.4056"])
     nodes = scene_publisher_node.ScenePublisher(), Node("viewer")
     executor = SingleThreadedExecutor()
@@ -34,25 +34,25 @@ def pair() -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
     rclpy.shutdown()
 
 
-def spin_until(executor: Any, heard: list[Any]) -> Any:
-    """The first message."""
+def first_message(executor: Any, received: list[Any]) -> Any:
+    """Spins until there is a message, and returns it."""
     for _ in range(2000):
-        if heard:
-            return heard[0]
+        if received:
+            return received[0]
         executor.spin_once(timeout_sec=0.01)
-    raise AssertionError("nothing was heard")
+    raise AssertionError("no message was received")
 
 
 def test_a_late_viewer_gets_description_and_place_of_the_door(
         pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
-    """Both are latched; the hinge stands at (hinge_x, -door_distance) in odom."""
+    """Both topics are latched; the hinge is at (hinge_x, -door_distance) in odom."""
     _, viewer, executor = pair
     descriptions: list[String] = []
     places: list[TFMessage] = []
     viewer.create_subscription(String, "/door_description", descriptions.append, LATCHED)
     viewer.create_subscription(TFMessage, "/tf_static", places.append, LATCHED)
-    assert '<joint name="door_hinge"' in spin_until(executor, descriptions).data
-    (standing,) = spin_until(executor, places).transforms
+    assert '<joint name="door_hinge"' in first_message(executor, descriptions).data
+    (standing,) = first_message(executor, places).transforms
     assert (standing.header.frame_id, standing.child_frame_id) == ("odom", "door_frame")
     place = standing.transform.translation
     assert (place.x, place.y, place.z) == (-0.4056, -0.753, 0.0)
@@ -60,7 +60,7 @@ def test_a_late_viewer_gets_description_and_place_of_the_door(
 
 def test_the_leaf_turns_with_the_doors_angle(
         pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
-    """A door open by 30 deg gives a turn of -30 deg about z, at the angle's own stamp."""
+    """An opening angle of 30 deg turns the leaf by -30 deg about z, at the angle's stamp."""
     _, viewer, executor = pair
     moves: list[TFMessage] = []
     viewer.create_subscription(TFMessage, "/tf", moves.append, 10)
@@ -84,7 +84,7 @@ def test_the_leaf_turns_with_the_doors_angle(
 ])  # fmt: skip
 def test_an_unknown_door_or_place_ends_the_scene_publisher(
         parameters: tuple[str, ...], words: str, capfd: pytest.CaptureFixture[str]) -> None:
-    """One line names what is missing, and the status is 1."""
+    """The node reports the missing or wrong parameter in one line and ends with status 1."""
     assert scene_publisher_node.main(["--ros-args", *parameters]) == 1
     error = capfd.readouterr().err
     assert words in error
@@ -92,17 +92,17 @@ def test_an_unknown_door_or_place_ends_the_scene_publisher(
 
 
 def test_a_recorder_without_a_file_ends(capfd: pytest.CaptureFixture[str]) -> None:
-    """One line says how to give one."""
+    """The node reports in one line how a file is given, and ends with status 1."""
     assert recorder_node.main([]) == 1
     assert "file:=run.mcap" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("there", ["a file", "no folder"])
+@pytest.mark.parametrize("path_is", ["a file", "below a file"])
 def test_a_recorder_that_cannot_write_ends(
-        there: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """An old recording, or a path through a file: one line names it, and the status is 1."""
+        path_is: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """For an existing file or a path through a file, one line names it; the status is 1."""
     (tmp_path / "old.mcap").write_text("old")
-    path = tmp_path / "old.mcap" if there == "a file" else tmp_path / "old.mcap" / "run.mcap"
+    path = tmp_path / "old.mcap" if path_is == "a file" else tmp_path / "old.mcap" / "run.mcap"
     assert recorder_node.main(["--ros-args", "-p", f"file:={path}"]) == 1
     error = capfd.readouterr().err
     assert f"recorder: {path}: " in error
@@ -118,7 +118,7 @@ def test_a_recorder_that_cannot_write_ends(
 ])  # fmt: skip
 def test_the_recorder_asks_for_what_every_publisher_offers(
         offers: tuple[QoSProfile, ...], reliable: bool, latched: bool) -> None:
-    """The strongest request that each of them meets, with room for 5 s at 200 Hz."""
+    """The request is the strongest that each offer meets, with room for 5 s at 200 Hz."""
     request = recorder_node.request_for(offers)
     assert (request.reliability == ReliabilityPolicy.RELIABLE) is reliable
     assert (request.durability == DurabilityPolicy.TRANSIENT_LOCAL) is latched
