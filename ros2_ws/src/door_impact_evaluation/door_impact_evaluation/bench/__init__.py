@@ -1,1 +1,1 @@
-"""Benchmarks, each beside a peer in the same run."""
+"""Benchmarks; each measures this project and, in the same run, a peer."""

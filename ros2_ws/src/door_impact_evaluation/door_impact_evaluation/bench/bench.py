@@ -1,4 +1,4 @@
-"""`make bench`: how fast it is, beside a peer measured in the same run."""
+"""`make bench`: measures speeds and, in the same run, those of a peer."""
 
 import argparse
 import json
@@ -12,20 +12,20 @@ from door_impact_evaluation.bench import bridge as bench_bridge
 from door_impact_evaluation.bench import door as bench_door
 from door_impact_evaluation.bench import planner as bench_planner
 from door_impact_evaluation.bench import topics as bench_topics
-from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.errors import EvaluationError
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A figure and its peer's.
+    """The figure of a benchmark and that of its peer.
 
     Attributes:
-        value: What was measured.
-        unit: Its unit.
-        higher_is_better: Whether more of it is better.
-        peer: What the peer is; None where there is none.
-        peer_value: The peer's figure in the same run.
-        reference: Published figures or targets, as a sentence.
+        value: Measured figure.
+        unit: Unit of the figure, and what was measured.
+        higher_is_better: Whether a larger figure is better.
+        peer: Description of the peer; None if there is none.
+        peer_value: Figure of the peer in the same run; None if there is no peer.
+        reference: Published figures or targets, in words.
     """
 
     value: float
@@ -37,7 +37,7 @@ class Measurement:
 
     @property
     def ratio(self) -> float | None:
-        """Above 1 where it is better than the peer."""
+        """Ratio above 1 if this is better than the peer; None if there is no peer."""
         if self.peer_value is None:
             return None
         better = self.value / self.peer_value
@@ -49,7 +49,7 @@ def _identify_five_swings(_: Path) -> Measurement:
     return Measurement(
         ours, "ms for five swings of 1,500 samples", False,
         "solve_ivp in least_squares, finite differences, from a guess 20 % off", peer,
-        "at least 20 times as fast as its peer, and under 100 ms")
+        "target: at least 20 times as fast as the peer, and under 100 ms")
 
 
 def _identify_twenty_swings(_: Path) -> Measurement:
@@ -68,15 +68,15 @@ def _simulate_1000_doors(_: Path) -> Measurement:
     ours, peer = bench_door.simulate_1000_doors()
     return Measurement(
         ours, "ms for 1,000 doors to their peaks", False,
-        "one solve_ivp a door", peer, "at least 50 times as fast as its peer")
+        "one solve_ivp for each door", peer, "target: at least 50 times as fast as the peer")
 
 
 def _plan_service(_: Path) -> Measurement:
     ours, peer = bench_planner.plan_service()
     return Measurement(
-        ours, "ms a request, median over random angles, messages included", False,
+        ours, "ms for a request, median over random angles, messages included", False,
         "inverse kinematics, Newton-Euler and ZMP sample by sample, without hold, checks, search",
-        peer, "under 100 ms; 250 ms are published for whole-body pushing postures")
+        peer, "target: under 100 ms; 250 ms are published for whole-body pushing postures")
 
 
 def _plan_longer(_: Path) -> Measurement:
@@ -89,7 +89,7 @@ def _plan_retime(_: Path) -> Measurement:
     ours, peer = bench_planner.plan_retime()
     return Measurement(
         ours, "ms to time the run-up anew for another v_rB, median", False,
-        "inverse kinematics, Newton-Euler and ZMP sample by sample", peer, "under 10 ms")
+        "inverse kinematics, Newton-Euler and ZMP sample by sample", peer, "target: under 10 ms")
 
 
 def _bridge_overhead(out: Path) -> Measurement:
@@ -97,20 +97,20 @@ def _bridge_overhead(out: Path) -> Measurement:
     return Measurement(
         bridge, "s of wall time for a simulated second", False,
         "stepSimulation alone, same world and steps", bare,
-        "the bridge may take 15 % more than its peer: a ratio of 0.870")
+        "target: at most 15 % more than the peer, a ratio of 0.870")
 
 
 def _real_time_factor(out: Path) -> Measurement:
     return Measurement(
         bench_bridge.real_time_factor(out / "demo"), "simulated over wall time, all nodes", True,
-        reference="at least 1 on 2 cores")
+        reference="target: at least 1 on 2 cores")
 
 
 def _talk(
     measure: Callable[[bench_topics.Layer], float], unit: str, reference: str,
     higher_is_better: bool = False,
 ) -> Callable[[Path], Measurement]:
-    """A benchmark of two processes that talk, with a peer if there is one."""
+    """Makes a benchmark of two processes that exchange messages, with a peer if there is one."""
 
     def benchmark(_: Path) -> Measurement:
         peer = bench_topics.peer()
@@ -131,12 +131,12 @@ TALKS: dict[str, Callable[[Path], Measurement]] = {
         lambda layer: bench_topics.at_200_hz()[layer]["p99"], "ms one way, 99th percentile", ""),
     "topic_cpu_200hz": _talk(
         lambda layer: bench_topics.at_200_hz()[layer]["listener"], "% of a core, subscriber",
-        "rclpy on rmw_cyclonedds_cpp: 19 %; at most half of it"),
+        "rclpy on rmw_cyclonedds_cpp: 19 %; target: at most half of it"),
     "publisher_cpu_200hz": _talk(
         lambda layer: bench_topics.at_200_hz()[layer]["publisher"], "% of a core, publisher", ""),
     "topic_rate": _talk(
-        bench_topics.largest_rate, "messages a second that arrive, all and in time", "", True),
-    "service_round_trip": _talk(bench_topics.round_trip, "ms a call, median", ""),
+        bench_topics.largest_rate, "messages per second, all of which arrive in time", "", True),
+    "service_round_trip": _talk(bench_topics.round_trip, "ms for a call, median", ""),
     "start_to_first_message": _talk(
         bench_topics.start_to_first_message,
         "s from the start of a process to its first callback", ""),
@@ -157,7 +157,7 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
 
 
 def table(measured: dict[str, Measurement]) -> str:
-    """The measurements as a table for a terminal."""
+    """Formats the measurements as a table for a terminal."""
     lines = [f"{'':24}{'value':>10}{'peer':>10}{'ratio':>8}"]
     for name, row in measured.items():
         peer = "-" if row.peer_value is None else f"{row.peer_value:.4g}"
@@ -169,7 +169,18 @@ def table(measured: dict[str, Measurement]) -> str:
 
 
 def run(names: list[str], out: Path) -> dict[str, Any]:
-    """Measures, prints the table and writes ``summary.json``; returns what was written."""
+    """Measures, prints the table and writes ``summary.json``.
+
+    Args:
+        names: Names of the benchmarks to run.
+        out: Folder of the results.
+
+    Returns:
+        The contents of ``summary.json``.
+
+    Raises:
+        EvaluationError: A benchmark could not be measured.
+    """
     out.mkdir(parents=True, exist_ok=True)
     measured = {}
     for name in names:
@@ -185,20 +196,24 @@ def main(args: list[str] | None = None) -> int:
     """Runs the benchmarks.
 
     Args:
-        args: Command line, without the program's name; the process's own by default.
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        0 if all were measured, 1 if one failed.
     """
     parser = argparse.ArgumentParser(
-        prog="bench", description="Measures speeds, each beside a peer in the same run.")
+        prog="bench", description="Measures speeds and, in the same run, those of a peer.")
     parser.add_argument("names", nargs="*", metavar="NAME",
-                        help=f"of {', '.join(BENCHMARKS)} (default: all)")
-    parser.add_argument("--out", type=Path, default=Path("out/bench"))
+                        help=f"benchmarks: {', '.join(BENCHMARKS)} (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"),
+                        help="folder of the results (default: out/bench)")
     options = parser.parse_args(args)
     unknown = [name for name in options.names if name not in BENCHMARKS]
     if unknown:
-        parser.error(f"no benchmark {unknown[0]}: there are {', '.join(BENCHMARKS)}")
+        parser.error(f"there is no benchmark {unknown[0]}; there are {', '.join(BENCHMARKS)}")
     try:
         run(options.names or list(BENCHMARKS), options.out)
-    except DemoError as error:
+    except EvaluationError as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
     return 0

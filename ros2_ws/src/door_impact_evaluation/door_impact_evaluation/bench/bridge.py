@@ -1,4 +1,4 @@
-"""How much the bridge adds to PyBullet, and how fast the whole graph runs."""
+"""Measures the time that the bridge adds to PyBullet, and the speed of the whole graph."""
 
 import json
 import signal
@@ -11,25 +11,21 @@ from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import TICK
 from hrp2_sim_bridge.world import World
 
-from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.errors import BenchError
 from door_impact_evaluation.run.rehearsal import rehearse
 
-_BLOCK = 5  # ticks of the bridge, then as many of the bare simulator
-_TARGET_DEG = 25.0
-
-
-class BenchError(DemoError):
-    """A benchmark could not be measured."""
+_BLOCK = 5  # ticks of the bridge before as many ticks of PyBullet alone
+_TARGET_DEG = 25.0  # desired opening angle of the hit [deg]
 
 
 class _TurnTaker:
-    """Measures some ticks of the bridge, then as many bare steps of the same world.
+    """Measures some ticks of the bridge, then PyBullet alone for the same simulated time.
 
-    The bare steps are taken back: the motion goes on as if they had not been.
+    After PyBullet's own steps the state before them is restored, so they do not change the motion.
 
     Attributes:
         bridge: Wall time of the ticks [s].
-        bare: Wall time of the bare steps [s].
+        bare: Wall time of PyBullet's steps alone [s].
         ticks: Number of ticks.
     """
 
@@ -37,7 +33,7 @@ class _TurnTaker:
         self.bridge, self.bare, self.ticks = 0.0, 0.0, 0
 
     def __call__(self, world: World, sample: TickSample) -> None:
-        """After the first tick: measure all those to come."""
+        """Begins after the first tick to measure every further tick."""
         if self.ticks:
             return
         step = world.step
@@ -70,13 +66,13 @@ class _TurnTaker:
 
 
 def overhead(log: Path) -> tuple[float, float]:
-    """Wall time of a simulated second over the whole motion and hit.
+    """Measures the wall time of a simulated second, over the whole motion and hit.
 
     Args:
-        log: Where the simulation's log is written.
+        log: File for the simulation's log.
 
     Returns:
-        Of the bridge, and of PyBullet's steps alone [s].
+        Wall time of the bridge, and wall time of PyBullet's steps alone [s].
     """
     taker = _TurnTaker()
     rehearse(_TARGET_DEG, log, watch=taker)
@@ -85,24 +81,24 @@ def overhead(log: Path) -> tuple[float, float]:
 
 
 def real_time_factor(out: Path) -> float:
-    """Simulated over wall time of a demonstration with every node, not paced.
+    """Measures simulated over wall time in a demonstration with every node, as fast as possible.
 
     Args:
-        out: Where the demonstration writes its results.
+        out: Folder of the demonstration's results.
 
     Raises:
-        BenchError: It failed.
+        BenchError: The demonstration failed.
     """
     command = [sys.executable, "-m", "door_impact_evaluation.demo.demo", "--out", str(out)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                           text=True) as demo:
         try:
-            _, said = demo.communicate()
+            _, complaint = demo.communicate()
         except KeyboardInterrupt:
-            demo.send_signal(signal.SIGINT)  # it has nodes to end
+            demo.send_signal(signal.SIGINT)  # it must stop its nodes
             demo.wait()
             raise
     if demo.returncode:
-        raise BenchError(f"the demonstration ended with {demo.returncode}: {said}")
+        raise BenchError(f"the demonstration ended with {demo.returncode}: {complaint}")
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     return float(summary["run"]["real_time_factor"])

@@ -1,4 +1,4 @@
-"""How fast doors are identified and simulated, beside scipy's integrator one door at a time."""
+"""Measures how fast doors are identified and simulated; the peer is scipy, one door at a time."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -18,30 +18,27 @@ from door_model.recording.synthetic import five_swings, quantise, simulate_pushe
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.errors import BenchError
 
-_PEAKS_DEG = (9.0, 13.0, 17.0, 21.0, 25.0)
-_SAMPLES = 1500
-_DOORS = 1000
-_PEERS = 50  # doors that the peer simulates: its time is that of one door
-_RTOL = 1e-8
-_SAME = 1e-3
-_REPEATS = 5
-_GUESS_OFF = 1.2  # of the peer's first guess; ours makes its own
-
-
-class DisagreementError(DemoError):
-    """A benchmark and its peer do not give the same answer."""
+_PEAKS_DEG = (9.0, 13.0, 17.0, 21.0, 25.0)  # largest angles of the swings [deg]
+_SAMPLES = 1500   # samples of each swing, at 1 kHz
+_DOORS = 1000     # doors that are simulated together
+_PEERS = 50       # doors that the peer simulates; its time for all doors is scaled from these
+_RTOL = 1e-8      # tolerance of the peer's integrator
+_SAME = 1e-3      # largest relative difference between the two results
+_REPEATS = 5      # runs, of which the fastest counts
+_GUESS_OFF = 1.2  # ratio of the peer's first guess to the true values; our fit finds its own guess
 
 
 def identify_five_swings() -> tuple[float, float]:
-    """Wall time of a fit by eq. (6) of five swings of 1,500 samples [ms].
+    """Measures the fit by eq. (6) of five swings of 1,500 samples.
 
     Returns:
-        Ours, and that of `solve_ivp` inside `least_squares` with finite differences.
+        Wall time of our fit, and of `solve_ivp` inside `least_squares` with finite differences
+        [ms].
 
     Raises:
-        DisagreementError: The two find different doors.
+        BenchError: The two find different doors.
     """
     closer, swings = load_door("paper").linkage, _swings(_PEAKS_DEG)
     ours, fit = _best(lambda: fit_ratios(closer, swings), _REPEATS)
@@ -51,14 +48,14 @@ def identify_five_swings() -> tuple[float, float]:
 
 
 def identify_more(*, swings: int = 1, samples: int = 1) -> tuple[float, float]:
-    """Wall time of a fit of more swings, or of more samples in each [ms].
+    """Measures the fit of more swings, or of more samples in each swing.
 
     Args:
-        swings: How many times five.
-        samples: How many times 1,500, in the same time.
+        swings: Number of swings over five.
+        samples: Number of samples of a swing over 1,500; the duration of a swing stays the same.
 
     Returns:
-        That of these, and that of five swings of 1,500 samples.
+        Wall time of this fit, and of the fit of five swings of 1,500 samples [ms].
     """
     closer = load_door("paper").linkage
     few = _swings(_PEAKS_DEG)
@@ -70,13 +67,13 @@ def identify_more(*, swings: int = 1, samples: int = 1) -> tuple[float, float]:
 
 
 def simulate_1000_doors() -> tuple[float, float]:
-    """Wall time of simulating 1,000 free doors from the hit to their peaks [ms].
+    """Measures the simulation of 1,000 free doors from the hit to their peaks.
 
     Returns:
-        Ours, and that of one `solve_ivp` a door.
+        Wall time of our simulation, and of one `solve_ivp` for each door [ms].
 
     Raises:
-        DisagreementError: The two find different peaks.
+        BenchError: The two find different peaks.
     """
     link = load_door("paper").linkage.numbers()
     random = np.random.default_rng(0)
@@ -95,7 +92,7 @@ def simulate_1000_doors() -> tuple[float, float]:
 
 
 def _best(work: Callable[[], Any], repeats: int) -> tuple[float, Any]:
-    """Shortest wall time of some runs [s], and the answer of the last."""
+    """Returns the shortest wall time of some runs [s], and the result of the last run."""
     times = []
     for _ in range(repeats):
         begin = perf_counter()
@@ -107,11 +104,17 @@ def _best(work: Callable[[], Any], repeats: int) -> tuple[float, Any]:
 def _require_same(what: str, ours: Array, theirs: Array) -> None:
     worst = float(np.max(np.abs(ours / theirs - 1.0)))
     if not worst < _SAME:
-        raise DisagreementError(f"{what} is {worst:.2%} off its peer's, {_SAME:.1%} are allowed")
+        raise BenchError(
+            f"{what} differs from its peer's by {worst:.2%}, at most {_SAME:.1%} is allowed")
 
 
 def _swings(peaks_deg: Sequence[float], rate: int = 1) -> list[FreeSwing]:
-    """Pushes on the paper's door as its encoder shows them, 1,500 samples of each at 1 kHz."""
+    """Makes swings of the paper's door as its encoder measures them.
+
+    Args:
+        peaks_deg: Largest angle of each swing [deg].
+        rate: Sampling rate [kHz].
+    """
     door = load_door("paper").door()
     pushes, duration = five_swings(door, np.radians(peaks_deg).tolist())
     motion = simulate_pushes(door, pushes, duration, period=1e-3 / rate)
@@ -123,7 +126,7 @@ def _swings(peaks_deg: Sequence[float], rate: int = 1) -> list[FreeSwing]:
 
 
 def _law(link: Any, ratios: Array) -> Callable[[float, Array], tuple[float, float]]:
-    """Eq. (1) of a free door for scipy."""
+    """Returns eq. (1) of a free door in the form that scipy integrates."""
     opening, closing, *_, spring, preload = ratios
 
     def slope(_t: float, x: Array) -> tuple[float, float]:
@@ -135,7 +138,7 @@ def _law(link: Any, ratios: Array) -> Callable[[float, Array], tuple[float, floa
 
 
 def _peak(link: Any, ratios: Array, speed: float) -> float:
-    """Angle at which one door turns round [rad]."""
+    """Returns the largest angle of one door after a hit [rad]."""
 
     def top(_t: float, x: Array) -> float:
         return float(x[1])
@@ -147,7 +150,7 @@ def _peak(link: Any, ratios: Array, speed: float) -> float:
 
 
 def _fit_by_differences(closer: FourBarCloser, swings: list[FreeSwing]) -> Array:
-    """The same fit as a user of scipy would write it; gives the ratios (4,)."""
+    """Fits the ratios (4,) as a user of scipy would, with finite differences."""
     link = closer.numbers()
 
     def residuals(x: Array) -> Array:
@@ -158,7 +161,7 @@ def _fit_by_differences(closer: FourBarCloser, swings: list[FreeSwing]) -> Array
                 _law(link, x[:4]), (0.0, t[-1]), start, rtol=_RTOL, atol=_RTOL, t_eval=t)
             theta = solution.y[0]
             top = int(np.argmax(theta))
-            shown = theta - x[4]  # the encoder's play, as ours has it
+            shown = theta - x[4]  # the encoder's play, as in our fit
             shown[top:] = np.minimum(theta[top:], theta[top] - x[4])
             parts.append(shown - swing.theta)
         return np.concatenate(parts)

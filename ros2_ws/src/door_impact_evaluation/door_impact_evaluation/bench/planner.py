@@ -1,4 +1,4 @@
-"""How fast a hit is planned and timed anew, beside a naive loop over the same samples."""
+"""Measures how fast hits are planned; the peer is a simple loop over the same samples."""
 
 import math
 from collections.abc import Iterator
@@ -23,30 +23,32 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
 
-from door_impact_evaluation.bench.door import DisagreementError
+from door_impact_evaluation.errors import BenchError
 
-_REQUESTS = 40
-_RANGE_DEG = (12.0, 30.0)
-_PEER_REQUEST = math.radians(25.0)
-_SAME_ZMP = 5e-4  # rms [m]
-_RETIMED = 20
-_RETIME_SPEEDS = (0.3, 0.5)  # of B [m/s]
-_IK_TOLERANCE, _IK_PASSES = 1e-7, 20
+_REQUESTS = 40  # plans of random angles
+_RANGE_DEG = (12.0, 30.0)  # range of these angles [deg]
+_PEER_REQUEST = math.radians(25.0)  # angle of the plan that the peer computes, too [rad]
+_SAME_ZMP = 5e-4  # largest rms difference between the two ZMPs [m]
+_RETIMED = 20  # run-ups that are timed
+_RETIME_SPEEDS = (0.3, 0.5)  # range of the speeds of B in these run-ups [m/s]
+_LONGER = 11  # plans of each kind in plan_longer, of which the median counts
+_IK_TOLERANCE = 1e-7  # error at which the peer's inverse kinematics ends [m, rad]
+_IK_PASSES = 20  # iterations of the peer's inverse kinematics at most
 
 
 def plan_service() -> tuple[float, float]:
-    """Wall time of a request: the plan, its answer and its topic's message, median [ms].
+    """Measures a request: the plan, the service's response and the topic's message.
 
     Returns:
-        Ours over random angles of the paper's door, nothing cached; and the naive loop's over the
-        samples of one such plan.
+        Median wall time over random angles of the paper's door, nothing cached, and the wall time
+        of the simple loop over the samples of one such plan [ms].
 
     Raises:
-        DisagreementError: The two find different ZMPs.
+        BenchError: The two find different ZMPs.
     """
     robot, known = _robot(), _door()
     angles = np.radians(np.random.default_rng(0).uniform(*_RANGE_DEG, _REQUESTS))
-    plan_impact(PlanRequest(float(angles[0])), known, robot)  # what is loaded once
+    plan_impact(PlanRequest(float(angles[0])), known, robot)  # the first one also loads files
     times = []
     for angle in angles:
         begin = perf_counter()
@@ -64,14 +66,18 @@ def plan_service() -> tuple[float, float]:
 
 
 def plan_longer() -> tuple[float, float]:
-    """Wall time of plans whose slow phases take twice as long, and of the usual ones [ms]."""
+    """Measures plans whose slow phases last twice as long.
+
+    Returns:
+        Median wall time of these plans, and of the usual ones [ms].
+    """
     robot, known, usual = _robot(), _door(), PlannerSettings()
     slow = replace(usual.timing, **{
         name: 2.0 * getattr(usual.timing, name) for name in ("prepare", "shift", "step", "back")})
 
     def median(settings: PlannerSettings) -> float:
         times = []
-        for _ in range(11):
+        for _ in range(_LONGER):
             begin = perf_counter()
             plan_impact(PlanRequest(_PEER_REQUEST), known, robot, settings)
             times.append(perf_counter() - begin)
@@ -82,13 +88,14 @@ def plan_longer() -> tuple[float, float]:
 
 
 def plan_retime() -> tuple[float, float]:
-    """Wall time of timing a run-up anew for another v_rB, median [ms].
+    """Measures timing a run-up anew for another v_rB.
 
     Returns:
-        Ours over random speeds, and the naive loop's over the samples of one run-up.
+        Median wall time over random speeds, and the wall time of the simple loop over the samples
+        of one run-up [ms].
 
     Raises:
-        DisagreementError: The two find different ZMPs.
+        BenchError: The two find different ZMPs.
     """
     robot, known = _robot(), _door()
     plan = plan_impact(PlanRequest(_PEER_REQUEST), known, robot)
@@ -117,21 +124,24 @@ def _door() -> KnownDoor:
 
 
 def _require_same(plan: ImpactPlan, phase: PhasePlan, zmp: Array) -> None:
-    # Differences at the ends are one-sided; the stop after a missed contact is a last resort.
+    # Finite differences are one-sided at the ends, so these samples are left out. In the run-up the
+    # samples after the planned contact are left out, too: they are an emergency stop.
     last = int(np.searchsorted(phase.time, plan.contact_time)) if phase.name == "cam" else -4
     inner = slice(4, last)
     off = float(np.sqrt(np.mean((zmp[inner] - phase.zmp_samples[inner]) ** 2)))
     if not off < _SAME_ZMP:
-        raise DisagreementError(
-            f"the ZMP in {phase.name} is {1e3 * off:.2f} mm (rms) off its peer's, "
-            f"{1e3 * _SAME_ZMP:.1f} mm are allowed")
+        raise BenchError(
+            f"the ZMP in {phase.name} differs from its peer's by {1e3 * off:.2f} mm (rms), at most "
+            f"{1e3 * _SAME_ZMP:.1f} mm is allowed")
 
 
 def _naive(robot: RobotModel, plan: ImpactPlan, phase: PhasePlan) -> Array:
-    """ZMP of a phase, sample by sample: iterated inverse kinematics, differences, Newton-Euler.
+    """Computes the ZMP of a phase sample by sample.
+
+    It uses iterated inverse kinematics, finite differences and the Newton-Euler algorithm.
 
     Returns:
-        (N, 2) [m].
+        ZMP in odom (N, 2) [m].
     """
     time = phase.time
     q = np.array(list(_iterated(robot, plan, phase)))
@@ -149,7 +159,7 @@ def _naive(robot: RobotModel, plan: ImpactPlan, phase: PhasePlan) -> Array:
 
 
 def _iterated(robot: RobotModel, plan: ImpactPlan, phase: PhasePlan) -> Iterator[Array]:
-    """Base and joints at each sample by Newton's method on feet, CoM and height, (3 + J,)."""
+    """Finds base and joints (3 + J,) at each sample by Newton's method on feet, CoM and height."""
     joints = phase.knots.at(phase.time)[0]
     legs = np.concatenate([robot.leg_columns[side] for side in SIDES])
     free = np.concatenate([np.arange(3), robot.v_index[legs]])
@@ -174,7 +184,7 @@ def _iterated(robot: RobotModel, plan: ImpactPlan, phase: PhasePlan) -> Iterator
 def _tasks(
     robot: RobotModel, q: Array, com: Array, height: float, feet: tuple[Array, Array], base: Array
 ) -> tuple[Array, Array]:
-    """Errors of both soles' poses, the CoM over the floor and the waist's height, (15,)."""
+    """Returns errors (15,) of CoM, waist height and both soles' poses, and their Jacobian."""
     jacobian = [np.array(pin.jacobianCenterOfMass(robot.model, robot.data, q))[:2]]
     error = [com[:2] - np.array(robot.data.com[0])[:2], np.array([height - base[2]])]
     waist = np.zeros((1, robot.model.nv))

@@ -1,11 +1,13 @@
-"""One of the two processes that the benchmarks of topics and services have talk.
+"""One of the two processes between which the benchmarks of topics and services measure.
 
-It runs on whichever rclpy is importable, or with Cyclone DDS's Python API alone, and needs nothing
-else of this package, so that a ROS 2 can run it by its path. It is told what to do, and tells what
-it measured, by lines on its standard streams. Times are of the machine's monotonic clock.
+It runs on whichever rclpy can be imported, or on the Python API of Cyclone DDS alone. It imports
+nothing else of this project, so that a ROS 2 installation can run it by its path. It reads commands
+from its standard input, one a line, and writes its measurements to its standard output, one JSON
+object a line. All times are those of the machine's monotonic clock.
 """
 
 import json
+import os
 import resource
 import statistics
 import sys
@@ -15,31 +17,51 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Protocol
 
-JOINTS = 30
-DEPTH = 1000
+JOINTS = 30   # number of joints in a message
+DEPTH = 1000  # messages that may wait on either side
 SERVICE = "bench_flip"
+# All participants are on this machine, also where the network has no multicast.
+_LOCAL = (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast></General><Discovery>"
+    "<ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>')
 
-Heard = Callable[[int], None]  # when a message was sent [ns]
+OnMessage = Callable[[int], None]
+"""Function that is called with the time at which a message was sent [ns]."""
 
 
 class Layer(Protocol):
-    """What the processes talk through."""
+    """Software through which the two processes exchange messages and requests."""
 
     def publisher(self) -> Callable[[int], None]:
-        """Makes a publisher of 30 joints' states; what it returns publishes one, with its time."""
+        """Creates a publisher of the states of 30 joints.
 
-    def listen(self, heard: Heard) -> None:
-        """Hands over the time of each message; does not return."""
+        Returns:
+            A function that publishes one message, stamped with the given time [ns].
+        """
+
+    def listen(self, on_message: OnMessage) -> None:
+        """Subscribes and passes on the time of each message; does not return."""
 
     def serve(self) -> None:
-        """Answers requests with the opposite; does not return."""
+        """Responds to each request with its opposite; does not return."""
 
     def caller(self) -> Callable[[bool], bool]:
-        """Waits for the server; what it returns sends a request and waits for the answer."""
+        """Creates a client and waits for the server.
+
+        Returns:
+            A function that sends a request and waits for the response.
+        """
 
 
 class RclpyLayer:
-    """A node."""
+    """A node of rclpy.
+
+    Args:
+        topic: Name of the topic.
+    """
 
     def __init__(self, topic: str) -> None:
         import rclpy
@@ -52,7 +74,7 @@ class RclpyLayer:
         self._executor.add_node(self._node)
 
     def publisher(self) -> Callable[[int], None]:
-        """See Layer."""
+        """Creates a publisher of the states of 30 joints."""
         from sensor_msgs.msg import JointState
 
         message = JointState(**joints())
@@ -64,19 +86,19 @@ class RclpyLayer:
 
         return publish
 
-    def listen(self, heard: Heard) -> None:
-        """See Layer."""
+    def listen(self, on_message: OnMessage) -> None:
+        """Subscribes and passes on the time of each message."""
         from sensor_msgs.msg import JointState
 
-        def take(message: Any) -> None:
+        def receive(message: Any) -> None:
             stamp = message.header.stamp
-            heard(stamp.sec * 1_000_000_000 + stamp.nanosec)
+            on_message(stamp.sec * 1_000_000_000 + stamp.nanosec)
 
-        self._node.create_subscription(JointState, self._topic, take, DEPTH)
+        self._node.create_subscription(JointState, self._topic, receive, DEPTH)
         self._executor.spin()
 
     def serve(self) -> None:
-        """See Layer."""
+        """Responds to each request with its opposite."""
         from std_srvs.srv import SetBool
 
         def flip(request: Any, response: Any) -> Any:
@@ -87,7 +109,7 @@ class RclpyLayer:
         self._executor.spin()
 
     def caller(self) -> Callable[[bool], bool]:
-        """See Layer."""
+        """Creates a client and waits for the server."""
         from std_srvs.srv import SetBool
 
         client = self._node.create_client(SetBool, SERVICE)
@@ -97,17 +119,24 @@ class RclpyLayer:
 
 
 class DdsLayer:
-    """Cyclone DDS's Python API, without any of ROS."""
+    """The Python API of Cyclone DDS, without ROS.
+
+    Args:
+        topic: Name of the topic.
+    """
 
     def __init__(self, topic: str) -> None:
         from cyclonedds.core import Policy, Qos
+        from cyclonedds.domain import Domain, DomainParticipant
         from cyclonedds.idl import make_idl_struct
         from cyclonedds.idl import types as idl
         from cyclonedds.util import duration
-        from ros2_embedded.domain import Discovery, domain_id, join_domain
 
         self._topic = topic
-        self._domain, self._participant = join_domain(domain_id(), Discovery())
+        number = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        self._domain = Domain(number, ",".join(filter(None, (
+            _LOCAL, os.environ.get("CYCLONEDDS_URI")))))
+        self._participant = DomainParticipant(number)
         self._qos = Qos(Policy.Reliability.Reliable(duration(infinite=True)),
                         Policy.History.KeepLast(DEPTH))
         kinds: Any = idl
@@ -136,7 +165,7 @@ class DdsLayer:
         return DataWriter(self._participant, Topic(self._participant, name, kind), self._qos)
 
     def publisher(self) -> Callable[[int], None]:
-        """See Layer."""
+        """Creates a publisher of the states of 30 joints."""
         sample = self._joints(stamp=0, frame_id="", **joints())
         writer = self._writer(self._topic, self._joints)
 
@@ -146,9 +175,10 @@ class DdsLayer:
 
         return publish
 
-    def listen(self, heard: Heard) -> None:
-        """See Layer."""
-        self._each(*self._reader(self._topic, self._joints), lambda sample: heard(sample.stamp))
+    def listen(self, on_message: OnMessage) -> None:
+        """Subscribes and passes on the time of each message."""
+        reader = self._reader(self._topic, self._joints)
+        self._each(*reader, lambda sample: on_message(sample.stamp))
 
     def _each(self, reader: Any, waitset: Any, do: Callable[[Any], None]) -> None:
         from cyclonedds.util import duration
@@ -160,14 +190,14 @@ class DdsLayer:
                     do(sample)
 
     def serve(self) -> None:
-        """See Layer."""
+        """Responds to each request with its opposite."""
         writer = self._writer(f"{SERVICE}_reply", self._flip)
         reader = self._reader(f"{SERVICE}_request", self._flip)
         self._each(*reader, lambda sample: writer.write(
             self._flip(number=sample.number, data=not sample.data)))
 
     def caller(self) -> Callable[[bool], bool]:
-        """See Layer."""
+        """Creates a client and waits for the server."""
         from cyclonedds.util import duration
 
         writer = self._writer(f"{SERVICE}_request", self._flip)
@@ -186,47 +216,56 @@ class DdsLayer:
 
 
 def joints() -> dict[str, Any]:
-    """The fields of 30 joints' states, without their header."""
+    """Returns the fields of a message with the states of 30 joints, without its header."""
     values = [0.001 * i for i in range(JOINTS)]
     return {"name": [f"JOINT_{i:02d}" for i in range(JOINTS)],
             "position": values, "velocity": values, "effort": values}
 
 
-def tell(**told: Any) -> None:
-    """Writes a line for the process that measures."""
-    print(json.dumps(told), flush=True)
+def report(**figures: Any) -> None:
+    """Writes a line with figures for the process that runs the benchmark."""
+    print(json.dumps(figures), flush=True)
 
 
 class Ledger:
-    """What a process used and heard since it was last asked."""
+    """Counts the CPU time and the messages of this process.
+
+    Attributes:
+        ages: Time from sending to receiving of each message since the last `close` [ns].
+    """
 
     def __init__(self) -> None:
         self.ages: list[int] = []
         self._cpu = time.process_time()
 
     def close(self) -> dict[str, Any]:
-        """The figures since the last time: CPU time [s], messages, their ages [ms], memory."""
+        """Returns the figures since the last call and starts to count anew.
+
+        Returns:
+            CPU time [s], number of messages, memory [MB] and, of two messages or more, median,
+            99th percentile and median of the last quarter of their ages [ms].
+        """
         ages, self.ages = [1e-6 * age for age in self.ages], []
         now = time.process_time()
-        told = {"cpu_s": now - self._cpu, "count": len(ages), "memory_mb": memory()}
+        figures = {"cpu_s": now - self._cpu, "count": len(ages), "memory_mb": memory()}
         self._cpu = now
         if len(ages) > 1:
-            told |= {"median_ms": statistics.median(ages),
-                     "p99_ms": statistics.quantiles(ages, n=100)[98],
-                     "last_ms": statistics.median(ages[-len(ages) // 4:])}
-        return told
+            figures |= {"median_ms": statistics.median(ages),
+                        "p99_ms": statistics.quantiles(ages, n=100)[98],
+                        "last_ms": statistics.median(ages[-len(ages) // 4:])}
+        return figures
 
 
 def memory() -> float:
-    """What this process has in memory now [MB]."""
+    """Returns the memory that this process occupies now [MB]."""
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
 
 def talk(layer: Layer) -> None:
-    """Publishes at the rates [1/s] and for the times [s] that lines of standard input give."""
+    """Publishes; each line of standard input is a rate [1/s] and a duration [s]."""
     publish, ledger = layer.publisher(), Ledger()
-    tell(ready=True)
+    report(ready=True)
     for line in sys.stdin:
         rate, seconds = map(float, line.split())
         ledger.close()
@@ -236,43 +275,46 @@ def talk(layer: Layer) -> None:
             if late > 0.0:
                 time.sleep(late)
             publish(time.monotonic_ns())
-        tell(took=time.monotonic() - begin, **ledger.close())
+        report(took=time.monotonic() - begin, **ledger.close())
 
 
 def listen(layer: Layer) -> None:
-    """Tells for each line of standard input of the messages since the last, and of the first."""
+    """Subscribes; for each line of standard input it reports the messages since the last line.
+
+    Each report also has the time of the first message of all [s].
+    """
     ledger = Ledger()
     first: list[float] = []
 
-    def heard(sent: int) -> None:
+    def on_message(sent: int) -> None:
         if not first:
             first.append(time.monotonic())
         ledger.ages.append(time.monotonic_ns() - sent)
 
-    def report() -> None:
+    def respond() -> None:
         for _ in sys.stdin:
-            tell(first=first[0] if first else None, **ledger.close())
+            report(first=first[0] if first else None, **ledger.close())
 
-    threading.Thread(target=report, daemon=True).start()
-    layer.listen(heard)
+    threading.Thread(target=respond, daemon=True).start()
+    layer.listen(on_message)
 
 
 def call(layer: Layer) -> None:
-    """Makes as many calls as each line of standard input says."""
+    """Calls the service; each line of standard input is a number of calls."""
     ask = layer.caller()
-    tell(ready=True)
+    report(ready=True)
     for line in sys.stdin:
         ledger = Ledger()
         for i in range(int(float(line))):
             begin = time.monotonic_ns()
             if ask(bool(i % 2)) is bool(i % 2):
-                raise SystemExit("a wrong answer")
+                raise SystemExit("the service gave a wrong response")
             ledger.ages.append(time.monotonic_ns() - begin)
-        tell(**ledger.close())
+        report(**ledger.close())
 
 
 def main() -> None:
-    """Runs `bench_talk.py rclpy|dds talk|listen|serve|call TOPIC`."""
+    """Runs `talk.py rclpy|dds talk|listen|serve|call TOPIC`."""
     layer: Layer = (RclpyLayer if sys.argv[1] == "rclpy" else DdsLayer)(sys.argv[3])
     role = {"talk": talk, "listen": listen, "call": call, "serve": lambda it: it.serve()}
     with suppress(KeyboardInterrupt):
