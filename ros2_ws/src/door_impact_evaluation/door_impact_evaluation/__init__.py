@@ -1,1 +1,1 @@
-"""Runs of the whole system and what is measured in them: demonstration, benchmarks, sweeps."""
+"""Runs of the whole system and their evaluation: demonstration, benchmarks, sweeps, studies."""

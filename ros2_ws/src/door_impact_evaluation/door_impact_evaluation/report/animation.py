@@ -1,4 +1,4 @@
-"""An animation of the hit, rendered from the simulation's log with PyBullet's software renderer."""
+"""Renders an animation of the hit from the simulation's log, with PyBullet's software renderer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,20 +10,20 @@ from door_impact_common.arrays import Array
 from hrp2_sim_bridge.physics.engine import connect
 from PIL import Image, ImageDraw, ImageFont
 
-SIZE = (520, 480)  # [pixel]
+SIZE = (520, 480)  # width and height of a frame [pixel]
 FLOOR_COLOUR = (0.80, 0.82, 0.84, 1.0)
 LEAF_COLOUR = (0.63, 0.47, 0.30, 1.0)
 FRAME_COLOUR = (0.45, 0.47, 0.50, 1.0)
-CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))  # from, to [m]
+CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))  # place of the camera and its target, in odom [m]
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands where.
+    """The robot, the door and its place.
 
     Attributes:
         urdf: Path of the robot's URDF.
-        joint_names: Names for the columns of the joint angles.
+        joint_names: Names of the joints, in the order of the columns of the joint angles.
         leaf: Width, height and thickness of the leaf [m].
         hinge_x: x of the hinge in odom [m].
         door_distance: Distance of the closed leaf's face from the origin of odom [m].
@@ -38,14 +38,14 @@ class Scene:
 
 @dataclass(frozen=True)
 class Poses:
-    """States to draw.
+    """Poses of robot and door over time.
 
     Attributes:
-        t: (n,) [s].
-        joints: (n, 30) [rad].
-        base_position: Of base_link in odom (n, 3) [m].
-        base_orientation: Quaternions x, y, z, w (n, 4).
-        door_angle: (n,) [rad].
+        t: Sample times (n,) [s].
+        joints: Joint angles (n, 30) [rad].
+        base_position: Position of base_link in odom (n, 3) [m].
+        base_orientation: Orientation of base_link in odom, quaternions x, y, z, w (n, 4).
+        door_angle: Opening angle of the door (n,) [rad].
     """
 
     t: Array
@@ -60,14 +60,14 @@ def hit(scene: Scene, poses: Poses, contact_time: float, path: Path, *, before: 
     """Writes a GIF of the run-up, the hit, the opening and the hold.
 
     Args:
-        scene: What stands where.
-        poses: States of the whole motion.
-        contact_time: Of the hit [s].
-        path: Where to write the GIF.
-        before: How long before the hit it begins [s].
-        after: How long after the hit it ends [s].
-        slow_motion: How much slower than real time it plays.
-        rate: Frames a second of playing.
+        scene: The robot, the door and its place.
+        poses: Poses over the whole motion.
+        contact_time: Time of the hit [s].
+        path: GIF file to write.
+        before: Time before the hit at which the animation begins [s].
+        after: Time after the hit at which the animation ends [s].
+        slow_motion: Factor by which it plays slower than real time.
+        rate: Frames per second of playing [1/s].
     """
     end = min(contact_time + after, float(poses.t[-1]))
     times = np.arange(contact_time - before, end, 1.0 / (rate * slow_motion))
@@ -79,7 +79,14 @@ def hit(scene: Scene, poses: Poses, contact_time: float, path: Path, *, before: 
 
 
 def still(scene: Scene, poses: Poses, time: float, path: Path) -> None:
-    """Writes a picture of one instant [s]."""
+    """Writes a picture of one instant.
+
+    Args:
+        scene: The robot, the door and its place.
+        poses: Poses over the whole motion.
+        time: Time of the picture [s].
+        path: Picture to write.
+    """
     for frame in _render(scene, poses, np.array([time])):
         frame.save(path)
 
@@ -109,7 +116,12 @@ def _render(scene: Scene, poses: Poses, times: Array) -> Iterator[Image.Image]:
 
 
 def _build(client: Any, scene: Scene) -> tuple[int, list[int], tuple[Array, Array], int]:
-    """Robot, its joints, the offset of its inertial frame, and the leaf."""
+    """Loads the scene.
+
+    Returns:
+        The robot's body, the indices of its joints, the pose of its inertial frame in base_link,
+        and the leaf's body.
+    """
     robot = client.loadURDF(scene.urdf, useFixedBase=True)
     info = client.getDynamicsInfo(robot, -1)
     joints = range(client.getNumJoints(robot))
@@ -118,7 +130,7 @@ def _build(client: Any, scene: Scene) -> tuple[int, list[int], tuple[Array, Arra
     _box(client, (1.8, 1.6, 0.01), (0.3, -0.6, -0.01), FLOOR_COLOUR)
     y = -scene.door_distance - thickness / 2
     _box(client, (0.035, 0.05, height / 2), (scene.hinge_x - 0.04, y, height / 2), FRAME_COLOUR)
-    # Where the closed leaf stands, so that one sees how far it has opened.
+    # A line on the floor marks the closed leaf, so that the opening angle can be seen.
     _box(client, (width / 2, 0.012, 0.001), (scene.hinge_x + width / 2, y, 0.0), FRAME_COLOUR)
     leaf = _box(client, (width / 2, thickness / 2, height / 2), (0, 0, 0), LEAF_COLOUR)
     return robot, [index[name] for name in scene.joint_names], (info[3], info[4]), leaf
@@ -133,7 +145,7 @@ def _box(client: Any, half: tuple[float, float, float],
 
 def _leaf_pose(client: Any, scene: Scene, theta: float) -> tuple[Array, Array]:
     width, height, thickness = scene.leaf
-    c, s = np.cos(-theta), np.sin(-theta)  # opening turns about -z
+    c, s = np.cos(-theta), np.sin(-theta)  # the door opens about -z
     x, y = width / 2, -thickness / 2
     position = np.array([scene.hinge_x + c * x - s * y, -scene.door_distance + s * x + c * y,
                          height / 2 + 0.01])

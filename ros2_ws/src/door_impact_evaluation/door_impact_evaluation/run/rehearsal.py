@@ -1,4 +1,4 @@
-"""The whole motion in the simulation without nodes: planner, execution, driver and physics."""
+"""Runs a whole motion in the simulation without nodes: planner, execution, driver, physics."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,21 +31,23 @@ from impact_planner.task.settings import configured_placement, make_settings
 from door_impact_evaluation.run import evaluation, simulation_log
 
 Watch = Callable[[World, TickSample], None]
+"""Function that is called after each tick with the world and the sample of its sensors."""
+
 BATCH = 20  # samples of the door's encoder
-LONGEST = 40.0  # [s] of simulated time
-AFTERWARDS = 2.0  # [s] watched after the end of the execution: a fall takes its time
+LONGEST = 40.0  # simulated time after which a run ends [s]
+AFTERWARDS = 2.0  # simulated time after the end of the execution, in which a fall would show [s]
 
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """A whole motion and what became of it.
+    """A whole motion and its results.
 
     Attributes:
-        plan: What was planned.
-        execution: After its end.
-        log: Of the simulation.
-        impact: The hit; None where the robot never touched the door.
-        known: What was known of the door.
+        plan: Plan that was executed.
+        execution: Execution of the plan, after its end.
+        log: The simulation's log.
+        impact: The hit; None if the robot never touched the door.
+        known: What the planner knew of the door.
     """
 
     plan: ImpactPlan
@@ -55,12 +57,12 @@ class Rehearsal:
     known: KnownDoor
 
     def learned(self) -> Experience:
-        """What the executor's own measurements teach about the next hit on this door."""
+        """Returns what the executor's measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)
         measured = self.execution.measured
         try:
             hit = observed_hit(self.plan, self.known, measured.peak_angle, measured.v_rb_post)
-        except DoorModelError:  # as where no hit was felt
+        except DoorModelError:  # for instance because no hit was detected
             return before
         return learn(before, hit)
 
@@ -71,22 +73,23 @@ def rehearse(
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
     **settings: Any,
 ) -> Rehearsal:
-    """Plans a hit and executes it; the execution hears what a robot would tell it.
+    """Plans a hit and executes it; the execution gets the sensor data that a robot would send.
 
     Args:
         target_deg: Desired opening angle [deg].
-        path: Where the simulation's log is written.
-        door: The simulated door, its name or its file.
-        known: What the planner knows of it; None: all, as configured.
-        door_offset: How much farther away the simulated door stands than surveyed [m].
-        run_up: mcv50 or zmp_limited.
-        ending: hold or retreat.
-        stop_before: A stop is asked for so long before the planned contact [s]; None: none is.
-        watch: Called after each tick with the world and what its sensors said.
-        settings: Of the simulated world (`WorldSettings`).
+        path: File for the simulation's log.
+        door: The simulated door, or its name or file.
+        known: What the planner knows of the door; None means that it knows the configured door.
+        door_offset: Distance by which the door stands farther away than surveyed [m].
+        run_up: Profile of the run-up, mcv50 or zmp_limited.
+        ending: Motion after the door's peak, hold or retreat.
+        stop_before: Time before the planned contact at which a stop is requested [s]; None means
+            no stop.
+        watch: Function that is called after each tick.
+        settings: Settings of the simulated world (`WorldSettings`).
 
     Raises:
-        PlannerError: The angle cannot be reached.
+        PlannerError: There is no such plan.
         SettingError: A setting of the world is out of its range.
     """
     config = load_robot_config()
@@ -111,7 +114,7 @@ def rehearse(
 
 
 def _nobody(world: World, sample: TickSample) -> None:
-    """Watches nothing."""
+    """Does nothing after a tick."""
 
 
 def _run(

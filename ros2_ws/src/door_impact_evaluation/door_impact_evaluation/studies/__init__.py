@@ -1,1 +1,1 @@
-"""Studies of the simulated physics, the source of docs/physics.md."""
+"""Studies of the simulated physics, from which docs/physics.md is made."""

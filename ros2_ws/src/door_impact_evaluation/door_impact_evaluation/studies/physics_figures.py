@@ -1,4 +1,4 @@
-"""Pictures of docs/physics.md."""
+"""Draws the pictures of docs/physics.md."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,15 +13,15 @@ from matplotlib.axes import Axes
 
 from door_impact_evaluation.report.figures import BLUE, GREEN, RED
 
-_SIZE = (7.2, 3.6)
+_SIZE = (7.2, 3.6)  # width and height of a picture [inch]
 
 
 def draw(summary: Mapping[str, Any], out: Path) -> None:
-    """Draws what the summary of the study holds.
+    """Draws a picture of each part of the study that was run.
 
     Args:
-        summary: As `physics_study.study` returns it.
-        out: Folder.
+        summary: Contents of summary.json, as `physics_study.study` returns them.
+        out: Folder of the pictures.
     """
     sweeps = summary["sweeps"]
     _effective_mass(summary["effective_mass"], out / "effective_mass.png")
@@ -76,10 +76,11 @@ def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
             left.plot(wanted, shown, "o-", color=color, label=f"{speed:g} m/s")
             off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
             right.plot(wanted, off, "o-", color=color, label=f"{speed:g} m/s")
-        left.set(title="free ball on the leaf", xlabel="restitution asked for", ylabel="shown")
+        left.set(title="free ball on the leaf", xlabel="requested restitution",
+                 ylabel="measured restitution")
         right.axhspan(-15, 15, color=GREEN, alpha=0.1)
-        right.set(title="difference (band: ±0.015)", xlabel="restitution asked for",
-                  ylabel="shown less asked for, 10⁻³")
+        right.set(title="difference (band: ±0.015)", xlabel="requested restitution",
+                  ylabel="measured less requested, 10⁻³")
         left.legend(fontsize=8)
 
     _pair(path, fill)
@@ -94,9 +95,9 @@ def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
             left.semilogx(step, _column(rows, "peak_deg"), "o-", color=color, label=label)
             error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
             right.semilogx(step, error, "o-", color=color, label=label)
-        left.set(title="largest opening angle", xlabel="step [ms]", ylabel="[deg]")
+        left.set(title="largest opening angle", xlabel="step [ms]", ylabel="angle [deg]")
         right.set(title="speed of B before the hit", xlabel="step [ms]",
-                  ylabel="off the planned speed, at most [%]")
+                  ylabel="largest error of the speed [%]")
         left.legend(fontsize=8)
 
     _pair(path, fill)
@@ -108,10 +109,10 @@ def _contact(summary: Mapping[str, Any], path: Path) -> None:
         duration = [1e3 * value for value in _column(rows, "contact_duration")]
         left.plot(duration, _column(rows, "peak_deg"), "o-", color=BLUE)
         left.set(title="stiffness of the leaf's surface", ylabel="largest opening angle [deg]",
-                 xlabel="duration of contact it is designed for [ms]")
+                 xlabel="duration of contact of the design [ms]")
         rows = summary["sweeps"]["restitution"]
         right.plot(_column(rows, "restitution"), _column(rows, "peak_deg"), "o-", color=BLUE)
-        right.set(title="restitution (planned: 0.5)", xlabel="of the leaf's surface",
+        right.set(title="restitution (planned: 0.5)", xlabel="restitution of the leaf's surface",
                   ylabel="largest opening angle [deg]")
 
     _pair(path, fill)
@@ -123,7 +124,7 @@ def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
         ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
         ("servo_time_constant", 1e3, "time constant of the servos [ms]"),
         ("friction", 1.0, "friction of the soles"),
-        ("door_offset", 1e3, "door farther away than surveyed by [mm]"),
+        ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
     ), strict=True):
         rows = summary["sweeps"][name]
         axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),

@@ -1,4 +1,4 @@
-"""What the simulated hit depends on: the figures of docs/physics.md, measured anew."""
+"""Measures what the simulated hit depends on: the figures of docs/physics.md."""
 
 import argparse
 import json
@@ -24,9 +24,12 @@ from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from door_impact_evaluation.studies.physics_figures import draw
 
-TARGET_DEG = 25.0
-BALL = 47.0  # [kg]
-ROTOR_SCALES = (0.0, 0.5, 1.0, 1.5, 2.0)
+TARGET_DEG = 25.0  # desired opening angle of every hit [deg]
+BALL = 47.0   # mass of the ball in the drop tests [kg]
+LEVER = 0.42  # distance from the hinge at which the ball hits [m]
+RESTITUTIONS = (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # requested in the drop tests
+SPEEDS = (0.2, 0.5, 0.9)  # speeds of the ball in the drop tests [m/s]
+ROTOR_SCALES = (0.0, 0.5, 1.0, 1.5, 2.0)  # factors of the rotors' inertia
 SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "fine_step": (("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),),
     "both_steps": (("time_step_coarse", (1e-3, 5e-4, 2.5e-4, 1.25e-4)),
@@ -41,15 +44,16 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "brace": (("brace", (True, False)),),
     "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
 }
+"""Settings of the simulated world that each sweep changes, with their values run by run."""
 
 
 @dataclass(frozen=True)
 class Posture:
-    """The plan's posture at the hit.
+    """Posture of the robot.
 
     Attributes:
-        joints: (30,) [rad].
-        base: Of base_link in odom (3,) [m].
+        joints: Joint angles (30,) [rad].
+        base: Position of base_link in odom (3,) [m].
     """
 
     joints: NDArray[np.float64]
@@ -57,13 +61,18 @@ class Posture:
 
 
 def posture_at_hit(plan: ImpactPlan) -> Posture:
-    """Posture at the planned contact."""
+    """Returns the posture at the planned contact."""
     joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
     return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
 
 
 def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any]:
-    """Effective mass at point B: by eq. (3), spatial, and measured in the pull test [kg]."""
+    """Computes the effective mass at point B by eq. (3), spatially and by the pull test [kg].
+
+    Args:
+        plan: Plan whose posture at the contact is taken.
+        scales: Factors of the rotors' inertia.
+    """
     config = load_robot_config()
     robot, posture = RobotModel(config), posture_at_hit(plan)
     q = robot.configuration(posture.base, posture.joints)
@@ -82,7 +91,14 @@ def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any
 
 
 def figures_of(run: Rehearsal) -> dict[str, Any]:
-    """What a run showed."""
+    """Evaluates a run.
+
+    Args:
+        run: The run.
+
+    Returns:
+        Figures of the run; those of the hit only if the robot touched the door.
+    """
     motion, hit, plan = run.log.motion, run.impact, run.plan
     support = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW)
     inside = (motion.t > 0.1) & (motion.t < motion.t[-1] - 0.05)
@@ -118,15 +134,14 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
 
 
 def drop_tests() -> list[dict[str, float]]:
-    """Restitution that the leaf's surface shows beside the one asked for."""
+    """Measures the restitution of the leaf's surface for each requested one."""
     door, step = load_door("paper"), WorldSettings.time_step_fine
-    lever = 0.42
     rows = []
-    for wanted in (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8):
+    for wanted in RESTITUTIONS:
         design = design_contact(
-            wanted, reduced_mass(BALL, door.i_a / lever**2), WorldSettings.contact_duration, step)
-        for speed in (0.2, 0.5, 0.9):
-            shown = drop_test(door, design, mass=BALL, lever=lever, speed=speed, step=step)
+            wanted, reduced_mass(BALL, door.i_a / LEVER**2), WorldSettings.contact_duration, step)
+        for speed in SPEEDS:
+            shown = drop_test(door, design, mass=BALL, lever=LEVER, speed=speed, step=step)
             rows.append({"wanted": wanted, "speed": speed, "shown": shown.restitution,
                          "momentum_ratio": shown.momentum_ratio})
     return rows
@@ -136,8 +151,11 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
     """Runs the sweeps and writes ``summary.json`` and the pictures.
 
     Args:
-        out: Folder.
-        names: Of `SWEEPS`.
+        out: Folder of the results.
+        names: Names of the sweeps to run, keys of `SWEEPS`.
+
+    Returns:
+        The contents of ``summary.json``.
     """
     out.mkdir(parents=True, exist_ok=True)
     log = out / "run.npz"
@@ -167,19 +185,23 @@ def main(args: list[str] | None = None) -> int:
     """Runs the study.
 
     Args:
-        args: Command line, without the program's name; the process's own by default.
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        0, the exit status.
     """
     parser = argparse.ArgumentParser(
         prog="physics_study",
-        description="Measures what the simulated hit depends on (docs/physics.md); all of it takes "
-                    "some fifteen minutes.")
+        description="Measures what the simulated hit depends on (docs/physics.md); all sweeps take "
+                    "about fifteen minutes.")
     parser.add_argument("sweeps", nargs="*", metavar="SWEEP",
-                        help=f"of {', '.join(SWEEPS)} (default: all)")
-    parser.add_argument("--out", type=Path, default=Path("out/physics"))
+                        help=f"sweeps: {', '.join(SWEEPS)} (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("out/physics"),
+                        help="folder of the results (default: out/physics)")
     options = parser.parse_args(args)
     unknown = [name for name in options.sweeps if name not in SWEEPS]
     if unknown:
-        parser.error(f"no sweep {unknown[0]}: there are {', '.join(SWEEPS)}")
+        parser.error(f"there is no sweep {unknown[0]}; there are {', '.join(SWEEPS)}")
     study(options.out, options.sweeps or list(SWEEPS))
     print(f"written to {options.out}")
     return 0

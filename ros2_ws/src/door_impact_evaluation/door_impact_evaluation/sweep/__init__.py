@@ -1,1 +1,1 @@
-"""Sweeps: many runs of perturbed doors and robots."""
+"""Sweeps: many simulated hits with perturbed doors and robots."""

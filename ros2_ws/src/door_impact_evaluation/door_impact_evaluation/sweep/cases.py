@@ -1,4 +1,4 @@
-"""What a sweep runs: doors, targets and perturbations, drawn from a seed."""
+"""Cases of a sweep: doors, desired angles and perturbations, drawn at random from a seed."""
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -10,39 +10,42 @@ from door_model.identification.scale import scale_from_leaf
 from door_model.recording.synthetic import synthetic_recording
 from impact_planner.task.known_door import KnownDoor
 
-DOOR_OFF = 0.02          # [m] farther or nearer than surveyed
-CLOSER = 0.1             # share of c_c, k_c, tau'_c0
-RESTITUTION = 0.03       # of that of a first hit
-ROTORS = (0.9, 1.1)
-FRICTION = (0.5, 1.0)    # of the soles
-ROUGH_RESTITUTION = 0.1  # where a hit before has taught
-ROUGH_ROTORS = (0.7, 1.4)
-PEAKS_DEG = (10.0, 32.0)  # of the pushes by hand
-PUSHES = 5
+DOOR_OFF = 0.02            # largest error of the surveyed distance of the door [m]
+CLOSER = 0.1               # largest relative change of c_c, k_c and tau'_c0
+RESTITUTION = 0.03         # largest change of the coefficient of restitution in group perturbed
+ROTORS = (0.9, 1.1)        # range of the factor of the rotors' inertia in group perturbed
+FRICTION = (0.5, 1.0)      # range of the friction coefficient of the soles
+ROUGH_RESTITUTION = 0.1    # largest change of the coefficient of restitution in group rough
+ROUGH_ROTORS = (0.7, 1.4)  # range of the factor of the rotors' inertia in group rough
+PEAKS_DEG = (10.0, 32.0)   # range of the largest angles of the pushes by hand [deg]
+PUSHES = 5                 # pushes by hand from which a door is identified
 
+# Door, desired angle [deg] and run-up of each nominal case.
 NOMINAL = tuple(("paper", target, "mcv50") for target in (15.0, 20.0, 25.0, 30.0)) + tuple(
     (door, 25.0, "zmp_limited") for door in ("size2", "size3"))
 
 
 @dataclass(frozen=True)
 class Case:
-    """A door, how it is known, and how often it is hit.
+    """One simulated door, the hits on it and the perturbations, which the planner does not know.
 
     Attributes:
-        group: nominal; perturbed: unknown before the hit; rough: less known, with a hit before.
-        index: Number in its group.
-        door: Name.
-        target_deg: Desired angle [deg].
-        run_up: mcv50 or zmp_limited.
-        hits: The later ones with what those before taught.
-        seed: Of the sensors' noise; other for each hit.
-        door_offset: How much farther the door stands than surveyed [m].
-        closer: Factors of c_c, k_c and tau'_c0.
-        restitution: Of the leaf; None: as configured.
-        rotor_scale: Of the rotors' inertia.
-        friction: Of the soles.
-        pushes_deg: Peaks of the swings that the door is identified from; none: known exactly.
-        phase: Where the closed door stands within its count.
+        group: nominal, without perturbations; perturbed, hit once; or rough, with larger
+            perturbations and a second hit that uses what the first has taught.
+        index: Number within the group, from 0.
+        door: Name of the door.
+        target_deg: Desired opening angle [deg].
+        run_up: Profile of the run-up, mcv50 or zmp_limited.
+        hits: Number of hits; each plan uses what the hits before have taught.
+        seed: Seed of the sensors' noise in the first hit; later hits add their number to it.
+        door_offset: Distance by which the door stands farther away than surveyed [m].
+        closer: Factors by which c_c, k_c and tau'_c0 differ from the configured door's.
+        restitution: Coefficient of restitution; None means the configured one.
+        rotor_scale: Factor by which the rotors' inertia differs from the model's.
+        friction: Friction coefficient of the soles.
+        pushes_deg: Largest angles of the swings from which the door is identified [deg]; if empty,
+            the planner knows the door exactly.
+        phase: Angle of the closed door within an encoder count, from 0 to 1.
     """
 
     group: str
@@ -62,18 +65,21 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Its name within a sweep."""
+        """Name of the case, unique within a sweep."""
         return f"{self.group}-{self.index}"
 
     def config(self) -> DoorConfig:
-        """The simulated door."""
+        """Returns the simulated door."""
         plain = load_door(self.door)
         c_c, k_c, tau = self.closer
         return replace(plain, c_c=c_c * plain.c_c, k_c=k_c * plain.k_c,
                        tau_c0_prime=tau * plain.tau_c0_prime)
 
     def known(self) -> KnownDoor:
-        """What is known of it before the first hit: identified from its own swings."""
+        """Returns what the planner knows of the door before the first hit.
+
+        It is identified from the door's own simulated swings, or known exactly without pushes.
+        """
         config = self.config()
         if not self.pushes_deg:
             return KnownDoor.configured(config)
@@ -85,19 +91,27 @@ class Case:
         return KnownDoor(config.name, found.door, leaf.width, found.names, found.covariance)
 
     def world(self, hit: int) -> dict[str, Any]:
-        """Settings of the simulated world for a hit, 0 being the first."""
+        """Returns the settings of the simulated world.
+
+        Args:
+            hit: Number of the hit, from 0.
+        """
         return {"seed": self.seed + hit, "restitution": self.restitution,
                 "rotor_scale": self.rotor_scale, "friction": self.friction}
 
     def as_json(self) -> dict[str, Any]:
-        """For the record."""
+        """Returns the case as it is written to a record."""
         return asdict(self) | {"closer": list(self.closer), "pushes_deg": list(self.pushes_deg)}
 
 
 def cases(n: int, seed: int) -> list[Case]:
-    """All cases of a sweep: the nominal doors, n perturbed ones and n rough ones.
+    """Draws the cases of a sweep.
 
-    The first ones of a longer sweep are those of a shorter one.
+    A longer sweep of the same seed begins, in each group, with the cases of a shorter one.
+
+    Args:
+        n: Number of cases in the group perturbed and in the group rough.
+        seed: Seed of the random numbers.
     """
     nominal = [Case("nominal", index, door=door, target_deg=target, run_up=run_up, hits=2)
                for index, (door, target, run_up) in enumerate(NOMINAL)]

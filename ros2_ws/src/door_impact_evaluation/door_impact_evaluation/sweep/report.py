@@ -1,4 +1,4 @@
-"""What a sweep found: table, figure and worst runs."""
+"""Reports the results of a sweep: table, worst runs and figure."""
 
 import json
 from pathlib import Path
@@ -10,22 +10,24 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-WORST = 5
+WORST = 5  # runs with the largest errors that the table lists
+AFTER = ("post", "hold", "retreat")  # phases after the hit
 _CAUSES = (
-    ("door off [mm]", lambda case: 1e3 * case["door_offset"]),
-    ("closer torque", lambda case: case["closer"][2]),
-    ("restitution", lambda case: case["restitution"]),
-    ("rotors' inertia", lambda case: case["rotor_scale"]),
+    ("door farther than surveyed [mm]", lambda case: 1e3 * case["door_offset"]),
+    ("factor of the closer's torque tau'_c0", lambda case: case["closer"][2]),
+    ("coefficient of restitution", lambda case: case["restitution"]),
+    ("factor of the rotors' inertia", lambda case: case["rotor_scale"]),
     ("friction of the soles", lambda case: case["friction"]),
 )
+"""Name and value of each perturbation against which the figure shows the errors."""
 
 
 def write(found: dict[str, Any], out: Path) -> None:
     """Prints the table and writes summary.json, report.txt and sweep.png.
 
     Args:
-        found: As `sweep.summary` has it.
-        out: Folder.
+        found: Contents of summary.json, as `sweep.summary` makes them.
+        out: Folder of the results.
     """
     text = table(found)
     print(text)
@@ -37,9 +39,13 @@ def write(found: dict[str, Any], out: Path) -> None:
 
 
 def table(found: dict[str, Any]) -> str:
-    """The sweep for a terminal."""
-    lines = ["nominal doors, known exactly      first hit   after it   smallest margin before, "
-             "after   v_rB   momentum"]
+    """Formats the results as a table for a terminal.
+
+    Args:
+        found: Contents of summary.json.
+    """
+    lines = [f"{'nominal doors, known exactly':34}{'1st hit':>9}  {'2nd hit':>9}  "
+             f"{'margin before':>14}, after{'v_rB':>11}  {'momentum':>7}"]
     by_name: dict[str, list[dict[str, Any]]] = {}
     for record in found["nominal"]:
         by_name.setdefault(record["name"], []).append(record)
@@ -71,7 +77,8 @@ def _nominal(records: list[dict[str, Any]]) -> str:
     label = f"  {case['door']}, {case['target_deg']:g} deg, {case['run_up']}"
     if "error_deg" not in records[0]:
         return f"{label:34}{records[0].get('refused') or records[0]['outcome']}"
-    records = [record for record in records if "error_deg" in record]  # a later one: refused
+    # The plan of the second hit may have been refused.
+    records = [record for record in records if "error_deg" in record]
     angles = "".join(f"{record['error_deg']:+9.2f}  " for record in records)
     margins = [record["margin_mm"] for record in records]
     before = min(value for each in margins for name, value in each.items() if name not in AFTER)
@@ -80,9 +87,6 @@ def _nominal(records: list[dict[str, Any]]) -> str:
     return (f"{label:34}{angles}{before:14.0f}, {after:.0f} mm"
             f"{100.0 * (first['v_rb'] / first['planned']['v_rb'] - 1.0):+14.1f} %"
             f"{100.0 * (first['momentum_ratio'] - 1.0):+7.1f} %")
-
-
-AFTER = ("post", "hold", "retreat")
 
 
 def _worst(record: dict[str, Any]) -> str:
@@ -97,7 +101,12 @@ def _worst(record: dict[str, Any]) -> str:
 
 
 def figure(found: dict[str, Any], path: Path) -> None:
-    """Distributions of the errors and of the margins, and what the errors go with."""
+    """Draws the distributions of errors, margins and latencies, and errors over perturbations.
+
+    Args:
+        found: Contents of summary.json.
+        path: Picture to write.
+    """
     runs = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
     series = [(label, colour, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
               for label, colour, key in (
@@ -111,7 +120,7 @@ def figure(found: dict[str, Any], path: Path) -> None:
     bins = np.linspace(min(*every, -1.0) - 0.1, max(*every, 1.0) + 0.1, 25).tolist()
     for (label, colour, _), values in zip(series, errors, strict=True):
         spread.hist(values, bins, histtype="step", color=colour, label=label, linewidth=1.5)
-    spread.set(xlabel="peak less desired angle [deg]", ylabel="runs")
+    spread.set(xlabel="error: largest less desired angle [deg]", ylabel="runs")
     spread.legend(fontsize=8)
     for axis, (name, value) in zip(axes.flat[1:6], _CAUSES, strict=True):
         for _, colour, rows in series:
@@ -126,8 +135,8 @@ def figure(found: dict[str, Any], path: Path) -> None:
     margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
     margins.set(ylabel="smallest ZMP margin of a run [mm]")
     late = axes[1, 3]
-    felt = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
-    late.hist(felt, 20, color="tab:blue")
-    late.set(xlabel="contact to switch [ms]", ylabel="runs")
+    latencies = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
+    late.hist(latencies, 20, color="tab:blue")
+    late.set(xlabel="from the contact to the switch of the motion [ms]", ylabel="runs")
     drawing.savefig(path, dpi=110)
     plt.close(drawing)

@@ -1,4 +1,4 @@
-"""Command ``sweep``: many hits on doors that are not quite what they were said to be."""
+"""Command ``sweep``: many hits on doors that differ from what the planner knows of them."""
 
 import argparse
 import hashlib
@@ -29,12 +29,19 @@ PACKAGES = ("door_encoder", "door_impact_common", "door_impact_evaluation", "doo
             "hrp2_description", "hrp2_sim_bridge", "humanoid_motion", "impact_planner")
 ROBOT_FILES = ("config/robot.yaml", "config/hrp2_links.yaml", "urdf/hrp2.urdf")
 RECORD = "runs.jsonl"
-UPRIGHT = np.radians(5.0)  # tilt of a robot that stands
-HELD_OVER = 0.5            # [s] at the end, whose mean is the held angle
+UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
+HELD_OVER = 0.5            # time at the end over which the held angle is averaged [s]
 
 
 def run_case(case: Case) -> list[dict[str, Any]]:
-    """Hits a door as often as its case says; one record a hit."""
+    """Runs the hits of a case.
+
+    Args:
+        case: The case.
+
+    Returns:
+        One record for each hit. A refused plan or a miss is the last.
+    """
     known = case.known()
     records: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as folder:
@@ -54,7 +61,15 @@ def run_case(case: Case) -> list[dict[str, Any]]:
 
 
 def measured(run: Rehearsal) -> dict[str, Any]:
-    """What became of a run, by the simulation's log; angles in deg, margins and ways in mm."""
+    """Evaluates a run by the simulation's log.
+
+    Args:
+        run: The run.
+
+    Returns:
+        Figures of the run in SI units; angles in degrees, lengths in millimetres and times in
+        milliseconds where the key says so.
+    """
     plan, motion, execution = run.plan, run.log.motion, run.execution
     found: dict[str, Any] = {
         "outcome": execution.outcome.value,
@@ -76,7 +91,7 @@ def measured(run: Rehearsal) -> dict[str, Any]:
     margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
     pushed = evaluation.centred_mean(motion.contact_force[hit.peak:, None], 20)
     opened = float(np.degrees(motion.door_angle[hit.peak]))
-    felt = execution.measured
+    by_robot = execution.measured
     return found | {
         "peak_deg": opened,
         "error_deg": opened - float(np.degrees(plan.desired_opening_angle)),
@@ -90,12 +105,16 @@ def measured(run: Rehearsal) -> dict[str, Any]:
             run.known.door.i_a * hit.omega_door),
         "slip_mm": 1e3 * evaluation.slip(motion, contact, contact + 0.1),
         "hand_force_n": float(pushed.max()),
-        "switch_latency_ms": float(1e3 * (felt.contact_time + felt.switch_latency - contact)),
+        "switch_latency_ms": float(
+            1e3 * (by_robot.contact_time + by_robot.switch_latency - contact)),
     }
 
 
 def sources() -> str:
-    """Digest of code, robot and doors that a run rests on: results of others are not taken up."""
+    """Computes a digest of all code, of the robot and of the doors.
+
+    Records with another digest are of other code; a sweep runs their cases anew.
+    """
     digest = hashlib.sha256()
     for package in PACKAGES:
         folder = Path(str(import_module(package).__file__)).parent
@@ -108,7 +127,15 @@ def sources() -> str:
 
 
 def load_records(path: Path, digest: str) -> dict[str, list[dict[str, Any]]]:
-    """Records of an earlier run of the same code, by case; a line half written is left out."""
+    """Reads the records of earlier runs of the same code.
+
+    Args:
+        path: File of the records; it need not exist.
+        digest: Digest of the code, as `sources` computes it.
+
+    Returns:
+        The records by case; incomplete lines are left out.
+    """
     found: dict[str, list[dict[str, Any]]] = {}
     if path.exists():
         for line in path.read_text(encoding="utf-8").splitlines():
@@ -122,14 +149,17 @@ def load_records(path: Path, digest: str) -> dict[str, list[dict[str, Any]]]:
 
 
 def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
-    """Runs what has not been run yet, as many at a time as there are cores.
+    """Runs the cases that have no records yet, as many at a time as there are cores.
 
     Args:
         wanted: The cases.
-        out: Folder; what is done is kept there at once.
+        out: Folder of the results; the records of each case are written as soon as it is done.
 
     Returns:
-        The records, in the order of the cases.
+        The records of all cases, in their order.
+
+    Raises:
+        OSError: The folder cannot be written.
     """
     out.mkdir(parents=True, exist_ok=True)
     digest, path = sources(), out / RECORD
@@ -138,19 +168,19 @@ def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
     missing = [case for case in wanted if keys[case] not in done]
     bar = tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="door",
                disable=not missing)
-    # A fresh interpreter each: PyBullet and its threads are not to be forked. What is under way
-    # ends with the pool.
-    with path.open("a", encoding="utf-8") as record, bar, get_context("spawn").Pool(
+    # Each process is a new interpreter, because PyBullet and its threads cannot be forked. After an
+    # interrupt the pool ends the cases that are running.
+    with path.open("a", encoding="utf-8") as file, bar, get_context("spawn").Pool(
             os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
-        if record.tell() and not path.read_bytes().endswith(b"\n"):
-            record.write("\n")  # ends a line half written
+        if file.tell() and not path.read_bytes().endswith(b"\n"):
+            file.write("\n")  # ends an incomplete line
         for case, records in pool.imap_unordered(_with_case, missing):
             done[keys[case]] = records
             entry = {"digest": digest, "case": case.as_json(), "records": records}
-            record.write(json.dumps(entry) + "\n")
-            record.flush()
+            file.write(json.dumps(entry) + "\n")
+            file.flush()
             bar.update()
-    return [one for case in wanted for one in done[keys[case]]]
+    return [record for case in wanted for record in done[keys[case]]]
 
 
 def _with_case(case: Case) -> tuple[Case, list[dict[str, Any]]]:
@@ -158,7 +188,14 @@ def _with_case(case: Case) -> tuple[Case, list[dict[str, Any]]]:
 
 
 def statistics(errors: Iterable[float]) -> dict[str, float | None]:
-    """Mean, standard deviation, 95th percentile and largest size of errors [deg]."""
+    """Computes the mean and the standard deviation of errors, p95 and maximum of their sizes.
+
+    Args:
+        errors: Errors [deg].
+
+    Returns:
+        The statistics [deg]; each is None without errors.
+    """
     found = np.array(list(errors))
     if not len(found):
         return dict.fromkeys(("mean", "sd", "p95", "max"))
@@ -168,7 +205,13 @@ def statistics(errors: Iterable[float]) -> dict[str, float | None]:
 
 
 def summary(records: list[dict[str, Any]], n: int, seed: int) -> dict[str, Any]:
-    """The contract's summary.json of a sweep, the nominal doors beside it."""
+    """Makes the contents of summary.json.
+
+    Args:
+        records: Records of all cases.
+        n: Number of cases in each group.
+        seed: Seed of the sweep.
+    """
     def of(group: str, hit: int) -> list[dict[str, Any]]:
         return [r for r in records if r["case"]["group"] == group and r["hit"] == hit]
 
@@ -200,17 +243,24 @@ def main(args: list[str] | None = None) -> int:
     """Runs a sweep and writes its report.
 
     Args:
-        args: Command line, without the program's name; the process's own by default.
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        0 when the sweep is complete, 1 if its folder cannot be written, 130 after Ctrl-C.
     """
     parser = argparse.ArgumentParser(
-        prog="sweep", description="Hits perturbed doors in the simulation and tells how far they "
-        "opened; what was done before by the same code is taken up.")
-    parser.add_argument("-n", type=int, default=50, help="doors of each kind (default: 50)")
-    parser.add_argument("--seed", type=int, default=1, help="of what is drawn (default: 1)")
-    parser.add_argument("--out", type=Path, default=Path("out/sweep"), help="folder")
+        prog="sweep", description="Hits perturbed doors in the simulation and reports how far they "
+        "opened; cases that the same code has run before are not run again.")
+    parser.add_argument("-n", type=int, default=50,
+                        help="perturbed and rough doors, each (default: 50)")
+    parser.add_argument("--seed", type=int, default=1,
+                        help="seed of the random numbers (default: 1)")
+    parser.add_argument("--out", type=Path, default=Path("out/sweep"),
+                        help="folder of the results (default: out/sweep)")
     options = parser.parse_args(args)
     if options.n < 1 or options.seed < 0:
-        parser.error(f"-n must be 1 or more and --seed 0 or more, not {options.n}, {options.seed}")
+        parser.error(f"-n is {options.n}, it must be 1 or more; --seed is {options.seed}, "
+                     "it must be 0 or more")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         records = run(cases(options.n, options.seed), options.out)
@@ -218,7 +268,8 @@ def main(args: list[str] | None = None) -> int:
         print(f"sweep: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f"sweep: interrupted; what was done is kept in {options.out}", file=sys.stderr)
+        print(f"sweep: interrupted; the cases that were done are kept in {options.out}",
+              file=sys.stderr)
         return 130
     from door_impact_evaluation.sweep import report as sweep_report
 
