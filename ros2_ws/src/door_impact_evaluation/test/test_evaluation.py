@@ -1,4 +1,4 @@
-"""The evaluation of a run: figures must come from the log, and notice when it is wrong."""
+"""The evaluation of a run finds contacts, speeds, ZMP, slip and tilt in a log made by hand."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ WEIGHT = ROBOT.mass * GRAVITY
 
 
 def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> Motion:
-    """A robot that stands still with a share of its weight on the left sole."""
+    """Makes the log of a robot that stands still, with a share of its weight on the left sole."""
     t = 0.001 * np.arange(n)
     left, right = np.zeros((n, 6)), np.zeros((n, 6))
     left[:, 2], right[:, 2] = share_left * WEIGHT, (1.0 - share_left) * WEIGHT
@@ -30,7 +30,7 @@ def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> M
 
 
 def hit(omega: float = 0.6, v: float = 0.45, v_post: float = 0.05) -> Motion:
-    """A contact of 15 ms at 0.2 s, after which the door opens and falls shut."""
+    """Makes the log of a contact of 15 ms at 0.2 s, after which the door opens and falls shut."""
     motion = standing()
     t = motion.t
     touching = (t >= 0.2) & (t < 0.215)
@@ -44,6 +44,7 @@ def hit(omega: float = 0.6, v: float = 0.45, v_post: float = 0.05) -> Motion:
 
 
 def test_two_touches_within_20_ms_are_one_contact_and_beyond_are_two() -> None:
+    """A gap of 15 ms does not end a contact, one of 30 ms does."""
     t = 0.001 * np.arange(200)
     for gap, contacts in ((15, 1), (30, 2)):
         force = np.zeros(200)
@@ -52,11 +53,13 @@ def test_two_touches_within_20_ms_are_one_contact_and_beyond_are_two() -> None:
 
 
 def test_a_force_of_4_n_is_no_contact() -> None:
+    """A contact needs more than 5 N."""
     t = 0.001 * np.arange(50)
     assert evaluation.find_contacts(t, np.full(50, 4.0)) == []
 
 
 def test_impact_reads_speeds_before_and_after_the_contact() -> None:
+    """Speeds of B and of the door give the coefficient of restitution."""
     found = evaluation.impact(hit(), l_b=0.42)
     assert found.contacts_before_peak == 1
     assert found.v_rb == pytest.approx(0.45)
@@ -67,17 +70,20 @@ def test_impact_reads_speeds_before_and_after_the_contact() -> None:
 
 
 def test_a_second_touch_before_the_peak_is_counted() -> None:
+    """Two contacts are reported if the robot touches the opening door again."""
     motion = hit()
     motion.contact_force[300:320] = 50.0
     assert evaluation.impact(motion, l_b=0.42).contacts_before_peak == 2
 
 
 def test_no_contact_is_an_error() -> None:
+    """The error says that the robot never touched the door."""
     with pytest.raises(DemoError, match="never touched"):
         evaluation.impact(standing(), l_b=0.42)
 
 
 def test_even_weight_puts_the_zmp_midway_between_the_feet() -> None:
+    """The polygon then reaches to the outer edge of the sole."""
     found = evaluation.support(standing(), ROBOT, window=0.0)
     np.testing.assert_allclose(found.zmp, 0.0, atol=1e-12)
     inner = ROBOT.soles["left"]
@@ -85,6 +91,7 @@ def test_even_weight_puts_the_zmp_midway_between_the_feet() -> None:
 
 
 def test_a_sole_with_4_percent_of_the_weight_is_not_in_the_support_polygon() -> None:
+    """A sole with 6 percent of the weight is in the polygon."""
     both = evaluation.support(standing(share_left=0.94), ROBOT, window=0.0)
     left = evaluation.support(standing(share_left=0.96), ROBOT, window=0.0)
     assert both.high[0] > 0.0
@@ -92,13 +99,15 @@ def test_a_sole_with_4_percent_of_the_weight_is_not_in_the_support_polygon() -> 
     assert left.margin[0] < both.margin[0]
 
 
-def test_margin_is_negative_where_the_zmp_leaves_the_polygon() -> None:
+def test_the_margin_is_negative_if_the_zmp_leaves_the_polygon() -> None:
+    """A torque that no sole can bear moves the ZMP out of the polygon."""
     motion = standing()
-    motion.left_wrench[:, 3] = 300.0  # a torque about x that no sole could bear
+    motion.left_wrench[:, 3] = 300.0  # a torque about x that no sole can bear
     assert evaluation.support(motion, ROBOT, window=0.0).margin.max() < 0.0
 
 
 def test_the_window_averages_wrenches_before_the_zmp() -> None:
+    """A peak of one millisecond changes the averaged margin less than the raw one."""
     motion = standing()
     motion.left_wrench[500, 3] = 60.0  # one millisecond
     raw = evaluation.support(motion, ROBOT, window=0.0).margin.min()
@@ -107,7 +116,8 @@ def test_the_window_averages_wrenches_before_the_zmp() -> None:
     assert raw < mean <= still
 
 
-def test_slip_and_tilt_are_seen() -> None:
+def test_slip_and_tilt_are_measured() -> None:
+    """A sole that moves by 3 mm and a base that is tilted by 5 deg are found."""
     motion = standing()
     motion.right_sole[600:, 1] += 0.003
     assert evaluation.slip(motion, 0.5, 0.9) == pytest.approx(0.003)

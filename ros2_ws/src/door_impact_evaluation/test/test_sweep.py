@@ -1,4 +1,4 @@
-"""A sweep's statistics, what it keeps, and what it writes; nothing is simulated here."""
+"""Statistics, records and report of a sweep; nothing is simulated here."""
 
 import json
 import math
@@ -24,7 +24,7 @@ REFUSED, MISSED = "refused", "missed"
 
 
 def record(case, hit, error):
-    """What a hit might leave behind: an error [deg], a refusal or a miss."""
+    """Makes the record of a hit from its error [deg], `REFUSED` or `MISSED`."""
     found = {"name": case.name, "hit": hit, "case": json.loads(json.dumps(case.as_json()))}
     if error == REFUSED:
         return found | {"refused": "no such posture"}
@@ -42,20 +42,20 @@ def record(case, hit, error):
 
 
 def made_up(case, errors=None):
-    """Records of a case, by default each its own."""
+    """Makes the records of a case; without `errors`, each case has its own."""
     errors = errors or [0.1 * (case.index + 1) * (-1) ** hit for hit in range(case.hits)]
     return [record(case, hit, error) for hit, error in enumerate(errors)]
 
 
 def every(n, **special):
-    """Records of a sweep, some cases of which ended as stated by `group_index`."""
+    """Makes the records of a sweep; `special` has the errors of some cases by `group_index`."""
     return [each for case in cases(n, 1)
             for each in made_up(case, special.get(case.name.replace("-", "_")))]
 
 
 @given(st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=40))
 def test_statistics_are_those_of_a_textbook(errors):
-    """Mean with its sign, sample standard deviation, 95 % and largest of the sizes."""
+    """They are the mean, the sample standard deviation, and 95 % and maximum of the sizes."""
     found = sweep.statistics(iter(errors))
     n = len(errors)
     mean = sum(errors) / n
@@ -72,13 +72,13 @@ def test_statistics_are_those_of_a_textbook(errors):
 
 
 def test_statistics_of_one_and_of_none():
-    """No spread; nothing at all."""
+    """One error has no spread; without errors there are no statistics."""
     assert sweep.statistics([-0.5]) == {"mean": -0.5, "sd": 0.0, "p95": 0.5, "max": 0.5}
     assert sweep.statistics([]) == dict.fromkeys(STATISTICS)
 
 
 def test_the_summary_has_the_contracts_keys_and_figures():
-    """First hits and hits after one apart; who was refused or missed is in no error."""
+    """First and second hits are apart; refused and missed hits are in no statistics."""
     records = every(4, perturbed_1=[REFUSED], perturbed_2=[MISSED], rough_0=[0.7, REFUSED],
                     rough_3=[MISSED])
     for each in records:
@@ -100,7 +100,7 @@ def test_the_summary_has_the_contracts_keys_and_figures():
 
 
 def test_a_robot_that_fell_does_not_count_as_standing():
-    """Of the first hits on perturbed doors; others are not counted."""
+    """Only the first hits on perturbed doors are counted."""
     records = every(5)
     assert sweep.summary(records, 5, 1)["stood"] == 5
     for each in records:
@@ -109,7 +109,7 @@ def test_a_robot_that_fell_does_not_count_as_standing():
 
 
 def test_a_refused_case_keeps_what_came_before(monkeypatch):
-    """The second hit is refused: its reason, after the first one's figures."""
+    """If the second hit is refused, its reason stands after the first hit's figures."""
     case = cases(1, 1)[0]
     learned, asked = object(), []
 
@@ -129,8 +129,8 @@ def test_a_refused_case_keeps_what_came_before(monkeypatch):
 
 
 @pytest.mark.parametrize("peak", [math.nan, 0.0, 3.0])
-def test_a_hit_that_was_not_felt_teaches_nothing_and_ends_no_sweep(peak):
-    """Nor one to an angle that the linkage does not allow."""
+def test_a_hit_that_was_not_detected_teaches_nothing_and_ends_no_sweep(peak):
+    """The same holds for a hit to an angle that the linkage does not allow."""
     plan = SimpleNamespace(initial_angle=0.0, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
                            braking=0.07, restitution=0.5)
     execution = SimpleNamespace(measured=SimpleNamespace(peak_angle=peak, v_rb_post=math.nan))
@@ -142,7 +142,7 @@ def test_a_hit_that_was_not_felt_teaches_nothing_and_ends_no_sweep(peak):
 
 
 class Pool:
-    """A pool that runs at once, here."""
+    """A pool of processes that runs its tasks at once in this process."""
 
     def __init__(self, *_):
         pass
@@ -154,13 +154,13 @@ class Pool:
         pass
 
     def imap_unordered(self, task, arguments):
-        """What the tasks answer, in their order."""
+        """Returns the results of the tasks in their order."""
         return map(task, arguments)
 
 
 @pytest.fixture
 def ran(monkeypatch):
-    """Names of the cases that were run, in order."""
+    """Returns the names of the cases that were run, in order."""
     names = []
 
     def run_case(case):
@@ -174,7 +174,7 @@ def ran(monkeypatch):
 
 
 def test_what_was_run_before_is_not_run_again(ran, tmp_path):
-    """A longer sweep runs what is new; the records are those of one sweep, in its order."""
+    """A longer sweep runs only the new cases; its records are in the order of its cases."""
     sweep.run(cases(2, 1), tmp_path)
     assert len(ran) == 10
     ran.clear()
@@ -183,11 +183,11 @@ def test_what_was_run_before_is_not_run_again(ran, tmp_path):
     assert found == every(3)
     ran.clear()
     sweep.run(cases(3, 2), tmp_path)
-    assert len(ran) == 6  # of another seed, but the nominal ones
+    assert len(ran) == 6  # the cases of another seed; the nominal ones are the same
 
 
 def test_results_of_other_code_are_run_again_and_kept(ran, tmp_path, monkeypatch):
-    """Back at the old code, they are there."""
+    """When the old code is back, its records are used again."""
     sweep.run(cases(1, 1), tmp_path)
     ran.clear()
     monkeypatch.setattr(sweep, "sources", lambda: "others")
@@ -200,13 +200,13 @@ def test_results_of_other_code_are_run_again_and_kept(ran, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("left", [1, 30, -2, -1])
-def test_a_line_half_written_costs_that_case_alone(ran, tmp_path, left):
-    """A run killed in the middle of a line; what is written next is not lost by it either."""
+def test_an_incomplete_line_costs_that_case_alone(ran, tmp_path, left):
+    """After a kill in the middle of a line, the next line that is written is not lost."""
     sweep.run(cases(1, 1), tmp_path)
     path = tmp_path / sweep.RECORD
     *lines, last = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines) + last[:left])
-    lost = left != -1  # else only the end of the line
+    lost = left != -1  # with -1 only the line's end is missing
     ran.clear()
     assert sweep.run(cases(1, 1), tmp_path) == every(1)
     assert len(ran) == lost
@@ -219,7 +219,7 @@ def test_a_line_half_written_costs_that_case_alone(ran, tmp_path, left):
 
 
 def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
-    """Status 130; the next sweep goes on."""
+    """The status is 130, and the next sweep runs only the cases that are missing."""
     keep = sweep.run_case
 
     def interrupted(case):
@@ -236,7 +236,7 @@ def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
 
 
 def test_the_digest_is_that_of_code_robot_and_doors(tmp_path, monkeypatch):
-    """The same again; another where a file of the robot is another."""
+    """It is the same again, and another one if a robot's or door's file or a package differs."""
     before = sweep.sources()
     assert sweep.sources() == before
     other = tmp_path / "robot.yaml"
@@ -251,8 +251,8 @@ def test_the_digest_is_that_of_code_robot_and_doors(tmp_path, monkeypatch):
     assert sweep.sources() != before
 
 
-def test_the_command_writes_what_the_contract_says(ran, tmp_path, capsys):
-    """summary.json, report.txt and a figure; the table is printed, too."""
+def test_the_command_writes_summary_report_and_figure(ran, tmp_path, capsys):
+    """They are summary.json, report.txt and sweep.png; the table is printed, too."""
     assert sweep.main(["-n", "2", "--seed", "1", "--out", str(tmp_path / "deep")]) == 0
     found = json.loads((tmp_path / "deep" / "summary.json").read_text())
     assert found == sweep.summary(every(2), 2, 1)
@@ -264,7 +264,7 @@ def test_the_command_writes_what_the_contract_says(ran, tmp_path, capsys):
     (["-n", "0"], "1 or more"), (["-n", "-3"], "1 or more"), (["--seed", "-1"], "0 or more"),
     (["-n", "many"], "many"), (["-n", "1.5"], "1.5")])
 def test_a_sweep_of_nothing_is_refused(ran, tmp_path, capsys, arguments, word):
-    """Before anything is run or written."""
+    """The command ends with status 2 before anything is run or written."""
     with pytest.raises(SystemExit) as ended:
         sweep.main([*arguments, "--out", str(tmp_path / "out")])
     assert ended.value.code == 2
@@ -274,7 +274,7 @@ def test_a_sweep_of_nothing_is_refused(ran, tmp_path, capsys, arguments, word):
 
 
 def test_the_table_names_the_worst_runs_first(tmp_path):
-    """By the size of the error, then those refused or fallen, each once; causes beside them."""
+    """They are sorted by error; refused and fallen ones follow, each once and with its causes."""
     records = every(9, perturbed_3=[-7.25], rough_2=[0.1, 6.5], perturbed_5=[REFUSED])
     for each in records:
         each["stood"] = each.get("stood", True) and each["name"] != "perturbed-3"
@@ -298,7 +298,7 @@ ENDS = {
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("ends", ENDS.values(), ids=ENDS)
 def test_a_report_is_written_however_a_sweep_of_one_ended(tmp_path, ends):
-    """Table, figure and summary.json."""
+    """Table, figure and summary.json are written, without a warning."""
     records = every(1, **ends)
     sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
     text = (tmp_path / "report.txt").read_text()
@@ -309,8 +309,8 @@ def test_a_report_is_written_however_a_sweep_of_one_ended(tmp_path, ends):
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_a_contact_that_was_never_felt_does_not_cost_the_report(tmp_path):
-    """Its latency is no number."""
+def test_a_contact_that_was_never_detected_does_not_cost_the_report(tmp_path):
+    """The latency of such a hit is NaN."""
     records = every(1)
     for each in records:
         each["switch_latency_ms"] = math.nan
@@ -318,13 +318,15 @@ def test_a_contact_that_was_never_felt_does_not_cost_the_report(tmp_path):
     assert (tmp_path / "sweep.png").exists()
 
 
-def test_lines_that_are_no_records_are_passed_over(tmp_path):
+def test_lines_that_are_no_records_are_left_out(tmp_path):
+    """JSON of another form does not end the sweep."""
     path = tmp_path / sweep.RECORD
     path.write_text('null\n{"x": 1}\n[1]\n"digest"\n{"digest": "these"}\n')
     assert sweep.load_records(path, "these") == {}
 
 
-def test_a_folder_that_cannot_be_one_is_told_in_a_line(ran, tmp_path, capsys):
+def test_a_folder_that_cannot_be_made_is_reported_in_one_line(ran, tmp_path, capsys):
+    """The file in its place stays, and no case is run."""
     out = tmp_path / "file"
     out.write_text("kept")
     assert sweep.main(["-n", "1", "--out", str(out)]) == 1

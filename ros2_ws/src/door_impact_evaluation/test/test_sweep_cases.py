@@ -1,4 +1,4 @@
-"""What a sweep draws: the same for a seed, within what is stated, and known as a robot knows it."""
+"""The cases that a sweep draws are the same for the same seed, and within the stated ranges."""
 
 from dataclasses import replace
 
@@ -14,14 +14,14 @@ PAPER = load_door("paper")
 
 
 def drawn(n, seed):
-    """Those that are not nominal."""
+    """Returns the cases that are not nominal."""
     return [case for case in cases(n, seed) if case.group != "nominal"]
 
 
 @given(st.integers(1, 12), st.integers(0, 12), seeds)
 @settings(phases=[Phase.generate])  # a seed has nothing to shrink
 def test_a_longer_sweep_begins_with_the_shorter_ones_cases(n, more, seed):
-    """In each group, and the same again for the same seed; no two cases are alike."""
+    """This holds in each group; the same seed draws the same cases, and no two are alike."""
     short, long = cases(n, seed), cases(n + more, seed)
     assert cases(n, seed) == short
     for group, size in (("nominal", 6), ("perturbed", n), ("rough", n)):
@@ -35,7 +35,7 @@ def test_a_longer_sweep_begins_with_the_shorter_ones_cases(n, more, seed):
 @given(seeds, st.integers(1, 5))
 @settings(phases=[Phase.generate])  # a seed has nothing to shrink
 def test_other_seeds_draw_other_cases(seed, off):
-    """Not one is shared, whatever its number; the nominal ones are."""
+    """Two seeds share the nominal cases and no other one."""
     ours, theirs = ({each.pushes_deg for each in drawn(6, s)} for s in (seed, seed + off))
     assert len(ours) == 12
     assert not ours & theirs
@@ -44,8 +44,8 @@ def test_other_seeds_draw_other_cases(seed, off):
 
 @given(seeds)
 @settings(phases=[Phase.generate])  # a seed has nothing to shrink
-def test_every_draw_is_within_what_is_stated(seed):
-    """And rough ones are drawn wider and hit twice."""
+def test_every_draw_is_within_its_range(seed):
+    """The ranges of rough cases are wider, and these doors are hit twice."""
     for case in drawn(20, seed):
         rough = case.group == "rough"
         assert case.hits == 1 + rough
@@ -62,7 +62,7 @@ def test_every_draw_is_within_what_is_stated(seed):
 
 
 def test_the_draws_fill_their_ranges():
-    """A hundred come near both ends of each."""
+    """A hundred draws come near both ends of each range."""
     for name, low, high in (("door_offset", -0.02, 0.02), ("restitution", 0.4, 0.6),
                             ("rotor_scale", 0.7, 1.4), ("friction", 0.5, 1.0)):
         found = [getattr(case, name) for case in drawn(100, 3) if case.group == "rough"]
@@ -75,7 +75,7 @@ def test_the_draws_fill_their_ranges():
 
 
 def test_nominal_doors_are_known_exactly_and_simulated_as_they_are():
-    """As configured, without a covariance."""
+    """The planner knows the configured door, without a covariance."""
     for case in cases(1, 1)[:6]:
         known = case.known()
         assert case.config() == load_door(case.door)
@@ -86,7 +86,7 @@ def test_nominal_doors_are_known_exactly_and_simulated_as_they_are():
 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_a_perturbed_door_is_known_by_its_own_swings(number):
-    """tau'_c0 to 2 % and I_A to 1 % of the simulated door's; the paper's is up to 10 % off it."""
+    """tau'_c0 is known to 2 % and I_A to 1 %, although the door is up to 10 % off the paper's."""
     case = replace(drawn(3, 1)[number], closer=(1.1, 0.95, (0.9, 1.05, 1.1)[number]))
     door, known = case.config().door(), case.known()
     assert door.tau_c0_prime == pytest.approx(case.closer[2] * PAPER.tau_c0_prime)
@@ -98,7 +98,7 @@ def test_a_perturbed_door_is_known_by_its_own_swings(number):
 
 
 def test_each_hit_of_a_case_has_other_noise_and_the_same_door():
-    """Only the sensors' seed changes."""
+    """From hit to hit only the sensors' seed changes."""
     case = Case("rough", 0, seed=7, restitution=0.55, rotor_scale=0.8, friction=0.6)
     first, second = case.world(0), case.world(1)
     assert first["seed"] != second["seed"]
@@ -107,7 +107,7 @@ def test_each_hit_of_a_case_has_other_noise_and_the_same_door():
 
 
 def test_names_within_a_sweep_are_unique():
-    """They name the worst runs."""
+    """The table names the worst runs by them."""
     names = [case.name for case in cases(30, 1)]
     assert len(set(names)) == len(names) == 66
     assert sweep_cases.NOMINAL[0][0] == "paper"
