@@ -50,11 +50,14 @@ def declared(package: Path, *kinds: str) -> set[str]:
 
 
 def launched(package: Path) -> set[str]:
-    """The packages whose nodes its launch files start, and those that launch them."""
+    """Packages whose nodes or launch files it starts, and the packages that launch them."""
     files = list(package.glob("launch/*.yaml"))
     text = "".join(path.read_text(encoding="utf-8") for path in files)
     packages = re.findall(r"pkg: (\w+)", text)
-    return {*packages, "launch", "launch_ros", "ros2launch"} if files else set()
+    modules = (package / package.name).rglob("*.py")
+    code = "".join(path.read_text(encoding="utf-8") for path in modules)
+    started = set(re.findall(r'"launch", "(\w+)"', code))
+    return started | ({*packages, "launch", "launch_ros", "ros2launch"} if files else set())
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)

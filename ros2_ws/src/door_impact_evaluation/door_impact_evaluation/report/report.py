@@ -4,13 +4,13 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
-from door_impact_evaluation.report.table import NOTE, Row
+from door_impact_evaluation.report.table import NOTES, Row
 
 _STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem}
 table{border-collapse:collapse;margin:1rem 0}
 td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd}
-th{text-align:left}td.n{text-align:right;font-variant-numeric:tabular-nums}
+th{text-align:left}th.n,td.n{text-align:right;font-variant-numeric:tabular-nums}
 figure{margin:1.5rem 0}img{max-width:100%}figcaption{color:#555}
 """
 
@@ -63,7 +63,7 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
         f"<style>{_STYLE}</style><h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>"
-        "<table><tr><th>quantity</th><th>paper</th><th>measured</th><th>unit</th></tr>"
-        f"{cells}</table><p>{html.escape(NOTE)}</p>{remarks}{pictures}"
+        "<table><tr><th>quantity</th><th class=n>paper</th><th class=n>measured</th><th>unit</th></tr>"
+        f"{cells}</table><p>{html.escape(' '.join(NOTES))}</p>{remarks}{pictures}"
         f"<p>Files in the same folder:</p><ul>{others}</ul></html>\n",
         encoding="utf-8")

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-NOTE = ("A dash means that the paper gives no figure, or that there is nothing to measure. "
-        "The paper's m_re of 47.92 kg follows from its eqs. (3) and (5).")
+NOTES = ("A dash means that the paper gives no figure, or that there is nothing to measure.",
+         "The paper's m_re of 47.92 kg follows from its eqs. (3) and (5).")
+"""Sentences below the table."""
+
 _INSIDE = 1.0  # ZMP margin above which the ZMP counts as inside, not on the edge [mm]
 _UNIT_WIDTH = 12  # width of the column of units [characters]
 
@@ -121,5 +123,4 @@ def text(lines: Sequence[Row]) -> str:
         return (f"{row.name:<{widths[0]}}  {row.paper:>{widths[1]}}  "
                 f"{row.measured:>{widths[2]}}  {row.unit}").rstrip()
 
-    return "\n".join([rule, line(header), rule, *(line(row) for row in lines), rule,
-                      NOTE.replace(". ", ".\n")])
+    return "\n".join([rule, line(header), rule, *map(line, lines), rule, *NOTES])
