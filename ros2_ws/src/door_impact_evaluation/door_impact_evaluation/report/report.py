@@ -63,7 +63,8 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
         f"<style>{_STYLE}</style><h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>"
-        "<table><tr><th>quantity</th><th class=n>paper</th><th class=n>measured</th><th>unit</th></tr>"
+        "<table><tr><th>quantity</th><th class=n>paper</th><th class=n>measured</th>"
+        "<th>unit</th></tr>"
         f"{cells}</table><p>{html.escape(' '.join(NOTES))}</p>{remarks}{pictures}"
         f"<p>Files in the same folder:</p><ul>{others}</ul></html>\n",
         encoding="utf-8")
