@@ -45,14 +45,17 @@ def table(found: dict[str, Any]) -> str:
         found: Contents of summary.json.
     """
     lines = [f"{'nominal doors, known exactly':34}{'1st hit':>9}  {'2nd hit':>9}  "
-             f"{'margin before':>14}, after{'v_rB':>11}  {'momentum':>7}"]
+             f"{'margin before':>14}, after{'v_rB':>11}  {'momentum':>7}",
+             "  (errors of the largest angle [deg]; smallest ZMP margin before and after the hit; "
+             "v_rB and momentum, measured against planned)"]
     by_name: dict[str, list[dict[str, Any]]] = {}
     for record in found["nominal"]:
         by_name.setdefault(record["name"], []).append(record)
     lines += [_nominal(records) for records in by_name.values()]
     lines += ["", f"{found['n']} perturbed doors, seed {found['seed']}, for 25 deg"
               "     mean      sd     95 %     max"]
-    for label, key in (("first hit", "error_deg"), ("rough, first hit", "before_learning"),
+    for label, key in (("perturbed, first hit", "error_deg"),
+                       ("rough, first hit", "before_learning"),
                        ("rough, after a hit", "after_learning")):
         row = found[key]
         lines.append(f"  {label:40}" + "".join(
@@ -110,7 +113,7 @@ def figure(found: dict[str, Any], path: Path) -> None:
     runs = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
     series = [(label, colour, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
               for label, colour, key in (
-                  ("first hit", "tab:blue", ("perturbed", 0)),
+                  ("perturbed, first hit", "tab:blue", ("perturbed", 0)),
                   ("rough, first hit", "tab:orange", ("rough", 0)),
                   ("rough, after a hit", "tab:green", ("rough", 1)))]
     drawing, axes = plt.subplots(2, 4, figsize=(15.0, 7.0), layout="constrained")
@@ -137,6 +140,6 @@ def figure(found: dict[str, Any], path: Path) -> None:
     late = axes[1, 3]
     latencies = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
     late.hist(latencies, 20, color="tab:blue")
-    late.set(xlabel="from the contact to the switch of the motion [ms]", ylabel="runs")
+    late.set(xlabel="time from contact to switch [ms]", ylabel="runs")
     drawing.savefig(path, dpi=110)
     plt.close(drawing)
