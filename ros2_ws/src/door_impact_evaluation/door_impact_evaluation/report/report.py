@@ -4,6 +4,8 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
+from door_impact_bringup.mcap_file import partial_folder
+
 from door_impact_evaluation.report.table import NOTES, Row
 
 _STYLE = """
@@ -41,7 +43,7 @@ FILES = (*(name for name, _ in (*PICTURES, *OTHERS)), "report.html")
 
 
 def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -> None:
-    """Writes the page into the folder of its pictures.
+    """Writes the page into the folder of its pictures; it links the recording if there is one.
 
     Args:
         rows: Rows of the table.
@@ -58,7 +60,10 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -
         "</figcaption></figure>" for name, text in PICTURES)
     remarks = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     remarks = f"<p>Warnings:</p><ul>{remarks}</ul>" if remarks else ""
-    others = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS)
+    recording = path.with_name(RECORDING)
+    recorded = recording.exists() or partial_folder(recording).exists()  # it may still grow
+    others = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS
+                     if recorded or name != RECORDING)
     path.write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
