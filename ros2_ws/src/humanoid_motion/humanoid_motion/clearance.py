@@ -294,6 +294,7 @@ def require_clearance(found: Clearance, phase: str) -> None:
         quantity="clearance [m]",
         value=found.distance,
         limit=found.limit,
+        phase=phase,
     )
 
 

@@ -1,4 +1,4 @@
-"""Errors: one class for each error code of the service PlanDoorImpact, and of the executor."""
+"""Errors of planning and execution; `reason` is the error code of the service or action."""
 
 from __future__ import annotations
 
@@ -6,52 +6,45 @@ from door_impact_common.errors import DoorImpactError
 from humanoid_motion.errors import HumanoidMotionError
 
 
-class ImpactError(DoorImpactError):
-    """Base of this package's errors."""
-
-
-class PlannerError(ImpactError):
-    """A plan cannot be made; `reason` is the error code of the service, in small letters."""
+class PlannerError(DoorImpactError):
+    """A plan cannot be made; `reason` is the service's error code in small letters."""
 
     reason = "invalid_request"
 
 
 class InvalidRequest(PlannerError):
-    """A request that holds no number, a number outside its range or an unknown word."""
-
-    reason = "invalid_request"
-
-
-class ExperienceUnreadable(PlannerError):
-    """The file of what hits have taught is none."""
+    """A request, a setting or a file holds a value outside its range or an unknown word."""
 
     reason = "invalid_request"
 
 
 class NoDoor(PlannerError):
-    """Nothing is known of the door: neither identified nor configured."""
+    """No parameters of the door are available: it is neither identified nor configured."""
 
     reason = "no_door"
 
 
 class AngleUnreachable(PlannerError):
-    """The linkage does not assemble at the angle, or the arm does not reach the leaf there."""
+    """The door does not open to the angle, or the arm cannot hold the leaf there.
+
+    `phase` is ``hold`` where the arm is the limit, and empty where the door is.
+    """
 
     reason = "angle_unreachable"
 
 
 class SpeedUnreachable(PlannerError):
-    """The run-up to the speed of B would take the ZMP out of the support polygon."""
+    """No run-up reaches the speed of B, or the door would not leave the robot after the hit."""
 
     reason = "speed_unreachable"
 
 
 PLANNING_ERRORS = (PlannerError, HumanoidMotionError)
-"""What planning raises: the request cannot be met, or the robot's body cannot do it."""
+"""What `plan_impact` raises: the request cannot be met, or the robot's body cannot do it."""
 
 
-class GoalRefused(ImpactError):
-    """A goal cannot be executed; `reason` is the error code of the action, in small letters."""
+class GoalRefused(DoorImpactError):
+    """A goal cannot be executed; `reason` is the action's error code in small letters."""
 
     def __init__(
         self,

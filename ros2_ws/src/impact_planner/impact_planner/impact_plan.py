@@ -1,4 +1,4 @@
-"""A plan of a hit: what it is, and what came of one that was executed."""
+"""A plan of a hit, and what an executed plan teaches about the door."""
 
 from __future__ import annotations
 
@@ -7,132 +7,308 @@ from dataclasses import dataclass
 from door_impact_common.arrays import Array
 from door_model.motion.dynamics import initial_velocity
 
-from impact_planner.hit.floor_load import FloorLoad
 from impact_planner.hit.learning import ObservedHit
+from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import ResolvedRequest
+from impact_planner.task.settings import PlannerSettings
 
 
 @dataclass(frozen=True)
 class ImpactPlan:
-    """A plan; the letters are the paper's, the fields those of the message ImpactPlan.
+    """A plan: the design of the hit, its trajectories and what it was made from.
+
+    The properties are the fields of the message ImpactPlan and have their names, so that message,
+    text and executor read them by name. Letters such as v_rb and a_r are the paper's. What has no
+    property is reached through its part, such as ``plan.hit.stance.step``.
 
     Attributes:
-        left_foot: Sole at the hit in odom, (3,) [m]; soles are parallel to odom.
-        right_foot: The same for the right one.
-        contact_point: B at the hit in odom, (3,) [m].
-        step: Length of the right foot's step [m].
-        y_start: y of the CoM at the start of the run-up [m].
-        door_distance: Planned with [m].
-        hinge_x: Planned with [m].
-        slow_down: From `switch_time` until the legs have taken up v'_rB [s].
-        planning_time: [s].
-        floor: What the feet must bear in the hit.
-        brace: Impulse of the torque that the brace carries at each of its joints [N m s].
-        braking: Angular impulse that the closer takes from the hit [N m s].
-        effective_mass_model: At B, by the model alone [kg].
-        learned_hits: From so many hits on this door effective mass and restitution were learned.
-        steady_way: At constant speed around the nominal contact [m].
-        branches: What if the door is not where it was said to be.
-        retreat: In place of the last phase, for a cancel past the point of no return.
+        plan_id: Name of the plan, the same for the same numbers.
+        known: Door that the plan is for.
+        request: Request that the plan fulfils, with defaults filled in.
+        settings: Configuration that the plan was made with.
+        hit: Design of the hit.
+        phases: Phases of the motion in order, each checked against the limits.
+        retreat: Phase that replaces the last one after a cancel past the point of no return.
+        branches: Margins for a door that does not stand where it was reported.
+        warnings: Sentences for the user about what the plan does not achieve.
+        planning_time: Wall time that planning took [s].
     """
 
     plan_id: str
-    door: str
-    run_up: str
-    ending: str
-    desired_opening_angle: float
-    initial_angle: float
-    omega_door: float
-    restitution: float
-    v_rb: float
-    v_rb_post: float
-    v_com: float
-    v_com_post: float
-    effective_mass: float
-    effective_mass_planar: float
-    effective_mass_model: float
-    learned_hits: int
-    required_impulse: float
-    braking: float
-    required_friction: float
-    floor: FloorLoad
-    brace: dict[str, float]
-    a_r: float
-    b_r: float
-    b_r_percussion: float
-    l_b: float
-    i_rob: float
-    waist_height: float
-    left_foot: Array
-    right_foot: Array
-    contact_point: Array
-    contact_time: float
-    switch_time: float
-    slow_down: float
-    peak_time: float
-    peak_time_std: float
-    peak_angle: float
-    peak_angle_std: float
-    branches: Branches
-    steady_way: float
-    warnings: tuple[str, ...]
+    known: KnownDoor
+    request: ResolvedRequest
+    settings: PlannerSettings
+    hit: HitDesign
     phases: tuple[PhasePlan, ...]
-    step: float
-    y_start: float
-    door_distance: float
-    hinge_x: float
-    planning_time: float
     retreat: PhasePlan
-
-    @property
-    def point_of_no_return(self) -> float:
-        """See `Branches` [s]."""
-        return self.branches.point_of_no_return
-
-    @property
-    def stop_duration(self) -> float:
-        """See `Branches` [s]."""
-        return self.branches.stop_duration
-
-    @property
-    def rest_duration(self) -> float:
-        """See `Branches` [s]."""
-        return self.branches.rest_duration
-
-    @property
-    def hardest_braced(self) -> tuple[str, float]:
-        """The joint at which the brace carries most, and its impulse [N m s]."""
-        joint = max(self.brace, key=lambda name: abs(self.brace[name]), default="")
-        return joint, self.brace.get(joint, 0.0)
+    branches: Branches
+    warnings: tuple[str, ...]
+    planning_time: float
 
     @property
     def all_phases(self) -> tuple[PhasePlan, ...]:
-        """The phases, and the retreat where it is not one of them."""
+        """The phases, followed by the retreat where it is not the last phase already."""
         if self.ending == self.retreat.name:
             return self.phases
         return (*self.phases, self.retreat)
 
     @property
     def zmp_margins(self) -> dict[str, float]:
-        """Smallest predicted margin by phase [m]."""
+        """Smallest predicted ZMP margin by phase [m]."""
         return {phase.name: phase.margin for phase in self.phases}
 
     def phase(self, name: str) -> PhasePlan:
-        """The phase of a name."""
+        """The phase with a given name, which must be one of the plan's."""
         return next(phase for phase in self.phases if phase.name == name)
+
+    # The request and the door.
+
+    @property
+    def door(self) -> str:
+        """Name of the door."""
+        return self.known.name
+
+    @property
+    def run_up(self) -> str:
+        """Time law of the run-up, ``mcv50`` or ``zmp_limited``."""
+        return self.request.run_up
+
+    @property
+    def ending(self) -> str:
+        """Last phase of the motion, ``hold`` or ``retreat``."""
+        return self.request.ending
+
+    @property
+    def desired_opening_angle(self) -> float:
+        """Opening angle that the door is to reach [rad]."""
+        return self.request.angle
+
+    @property
+    def initial_angle(self) -> float:
+        """Opening angle of the door at the hit [rad]."""
+        return self.request.initial_angle
+
+    @property
+    def restitution(self) -> float:
+        """Coefficient of restitution e that the plan uses."""
+        return self.request.restitution
+
+    @property
+    def learned_hits(self) -> int:
+        """Number of hits on this door from which mass and restitution were learned."""
+        return 0 if self.known.experience is None else self.known.experience.hits
+
+    # Sections II.C.2 and II.C.3.
+
+    @property
+    def omega_door(self) -> float:
+        """Angular velocity w' of the door after the hit [rad/s]."""
+        return self.hit.door.omega
+
+    @property
+    def v_rb(self) -> float:
+        """Speed v_rB of point B before the hit, eq. (4) corrected [m/s]."""
+        return self.hit.transfer.speeds.v_rb
+
+    @property
+    def v_rb_post(self) -> float:
+        """Speed v'_rB of point B after the hit, positive towards the door [m/s]."""
+        return self.hit.transfer.speeds.v_rb_post
+
+    @property
+    def v_com(self) -> float:
+        """Speed of the CoM before the hit [m/s]."""
+        return self.hit.run_up.law.speed
+
+    @property
+    def v_com_post(self) -> float:
+        """Speed of the CoM after the hit, in the ratio of B's speeds [m/s]."""
+        return self.hit.run_up.law.speed * self.hit.transfer.speeds.ratio
+
+    @property
+    def effective_mass(self) -> float:
+        """Effective mass m_re at B that the plan uses [kg]."""
+        return self.hit.transfer.mass
+
+    @property
+    def effective_mass_planar(self) -> float:
+        """Effective mass at B by eq. (3) [kg]."""
+        return self.hit.transfer.planar_mass
+
+    @property
+    def effective_mass_model(self) -> float:
+        """Effective mass at B by the model alone [kg]."""
+        return self.hit.transfer.model_mass
+
+    @property
+    def required_impulse(self) -> float:
+        """Impulse that the robot gives to the door, eq. (2) [N s]."""
+        return self.hit.transfer.speeds.impulse
+
+    @property
+    def required_friction(self) -> float:
+        """Largest coefficient of friction that the soles need in any phase or the hit."""
+        phases = (phase.friction for phase in self.phases)
+        return max(self.hit.transfer.floor.friction, *phases)
+
+    @property
+    def foot_impulse(self) -> float:
+        """Horizontal impulse of the floor on the robot in the hit [N s]."""
+        return self.hit.transfer.floor.impulse
+
+    @property
+    def foot_impulse_planar(self) -> float:
+        """Impulse of the floor at C by planar mechanics, 0 where eq. (5) holds [N s]."""
+        return self.hit.transfer.floor.impulse_planar
+
+    @property
+    def foot_yaw_impulse(self) -> float:
+        """Impulse of the floor's moment about the vertical through the CoM [N m s]."""
+        return self.hit.transfer.floor.yaw_impulse
+
+    @property
+    def brace_joint(self) -> str:
+        """Joint at which the brace carries the largest impulse; empty without a brace."""
+        brace = self.hit.transfer.brace
+        return max(brace, key=lambda joint: abs(brace[joint]), default="")
+
+    @property
+    def brace_impulse(self) -> float:
+        """Impulse of the brace's torque at `brace_joint` [N m s]."""
+        return self.hit.transfer.brace.get(self.brace_joint, 0.0)
+
+    # Posture at the hit, sections II.C.1 and II.C.4.
+
+    @property
+    def a_r(self) -> float:
+        """Height of B above the CoM [m]."""
+        return self.hit.stance.posture.a_r
+
+    @property
+    def b_r(self) -> float:
+        """Height of the CoM above the floor [m]."""
+        return self.hit.stance.posture.b_r
+
+    @property
+    def b_r_percussion(self) -> float:
+        """Height of the CoM that eq. (5) demands [m]."""
+        return self.hit.stance.posture.b_r_percussion
+
+    @property
+    def l_b(self) -> float:
+        """Distance of B from the hinge along the leaf [m]."""
+        return self.hit.contact.l_b
+
+    @property
+    def i_rob(self) -> float:
+        """Moment of inertia I_rob about the x axis through the CoM [kg m^2]."""
+        return self.hit.stance.posture.i_rob
+
+    @property
+    def waist_height(self) -> float:
+        """Height of base_link above the floor [m]."""
+        return self.hit.stance.posture.waist_height
+
+    @property
+    def left_foot(self) -> Array:
+        """Place of the left sole at the hit in odom, (3,) [m]."""
+        return self.hit.stance.feet["left"]
+
+    @property
+    def right_foot(self) -> Array:
+        """Place of the right sole at the hit in odom, (3,) [m]."""
+        return self.hit.stance.feet["right"]
+
+    @property
+    def contact_point(self) -> Array:
+        """Place of B at the hit in odom, (3,) [m]."""
+        return self.hit.contact.point
+
+    # Predictions.
+
+    @property
+    def contact_time(self) -> float:
+        """Time from the start of the phase cam to the nominal contact [s]."""
+        return self.hit.run_up.contact_time
+
+    @property
+    def switch_time(self) -> float:
+        """Time from the start of the phase cam to the start of post [s]."""
+        return self.hit.run_up.contact_time + self.settings.switch_delay
+
+    @property
+    def slow_down(self) -> float:
+        """Time after the switch in which the legs take up v'_rB [s]."""
+        return self.settings.slow_down
+
+    @property
+    def rest_duration(self) -> float:
+        """Time from the end of `slow_down` to rest [s]."""
+        return self.branches.rest_duration
+
+    @property
+    def peak_time(self) -> float:
+        """Time from the hit to the largest opening angle [s]."""
+        return self.hit.door.peak_time
+
+    @property
+    def peak_time_std(self) -> float:
+        """Standard deviation of `peak_time` [s]."""
+        return self.hit.door.peak_time_std
+
+    @property
+    def peak_angle(self) -> float:
+        """Predicted largest opening angle [rad]."""
+        return self.hit.door.peak_angle
+
+    @property
+    def peak_angle_std(self) -> float:
+        """Standard deviation of `peak_angle` [rad]."""
+        return self.hit.door.peak_angle_std
+
+    @property
+    def steady_way(self) -> float:
+        """Distance at constant speed, centred on the nominal contact [m]."""
+        return 2.0 * self.settings.door_uncertainty
+
+    @property
+    def point_of_no_return(self) -> float:
+        """Latest start of a safe stop, as time before the contact [s]."""
+        return self.branches.point_of_no_return
+
+    @property
+    def stop_duration(self) -> float:
+        """Time that such a stop takes to rest [s]."""
+        return self.branches.stop_duration
+
+    @property
+    def early_margin(self) -> float:
+        """Smallest ZMP margin after hitting a door that stands nearer than planned [m]."""
+        return self.branches.early_margin
+
+    @property
+    def late_margin(self) -> float:
+        """Smallest ZMP margin after hitting a door that stands farther than planned [m]."""
+        return self.branches.late_margin
+
+    @property
+    def missed_margin(self) -> float:
+        """Capture point's distance inside the soles after a missed contact [m]."""
+        return self.branches.missed_margin
 
 
 def observed_hit(
     plan: ImpactPlan, known: KnownDoor, peak_angle: float, v_rb_post: float
 ) -> ObservedHit:
-    """What a hit has shown, from its plan and what came of it.
+    """Compute what a hit has shown, from its plan and the measured outcome.
 
     Args:
-        plan: The plan that was executed.
-        known: The door that it was made for.
+        plan: Plan that was executed.
+        known: Door that was hit.
         peak_angle: Largest opening angle of the door [rad].
-        v_rb_post: Speed of B after the hit [m/s]; NaN: not known.
+        v_rb_post: Speed of B after the hit [m/s]; NaN means that it was not measured.
 
     Raises:
         DoorModelError: The door cannot have opened to that angle.
@@ -140,4 +316,4 @@ def observed_hit(
     omega = float(initial_velocity(known.door, peak_angle, plan.initial_angle))
     return ObservedHit(
         plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, v_rb_post, omega,
-        plan.braking)
+        plan.hit.transfer.braking)

@@ -39,7 +39,7 @@ def test_the_papers_door(plan):
     assert plan.v_rb_post == pytest.approx(0.068, abs=0.002)
     assert 45.0 < plan.effective_mass_planar < 48.0
     assert plan.l_b == pytest.approx(0.42, abs=1e-6)
-    assert plan.step == pytest.approx(0.20, abs=1e-4)
+    assert plan.hit.stance.step == pytest.approx(0.20, abs=1e-4)
 
 
 def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
@@ -55,17 +55,16 @@ def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
 def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
     """v_rB = (w' (I_A + m l^2) + braking) / ((1 + e) m l), whatever the mass is made of."""
     m, l_b, i_a = plan.effective_mass, plan.l_b, known.door.i_a
-    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.braking) / (1.5 * m * l_b)
+    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.hit.transfer.braking) / (1.5 * m * l_b)
     assert plan.v_rb == pytest.approx(v_rb, rel=1e-9)
     assert plan.v_rb_post == pytest.approx(plan.omega_door * l_b - 0.5 * v_rb, rel=1e-9)
 
 
 def test_equations_hold_between_the_stated_numbers(robot, known, plan):
     """(2), (3), (5), restitution, and the door peaks at the target."""
+    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
     assert plan.v_rb == pytest.approx(
-        (known.door.i_a * plan.omega_door + plan.braking) / (plan.effective_mass * plan.l_b)
-        + plan.v_rb_post
-    )
+        gained / (plan.effective_mass * plan.l_b) + plan.v_rb_post)
     assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
     assert plan.required_impulse == pytest.approx(
         plan.effective_mass * (plan.v_rb - plan.v_rb_post)
@@ -150,7 +149,7 @@ def test_hand_ends_on_the_leaf_at_the_target(robot, plan):
     joints = plan.phase("hold").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     shift = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
-    leaf = LeafFrame(np.array([plan.hinge_x, -plan.door_distance]), TARGET)
+    leaf = LeafFrame(plan.hit.placement.hinge, TARGET)
     hand = robot.frame_position(q, robot.config.hand_link) + shift
     assert leaf.gap(hand) == pytest.approx(robot.hand_radius(), abs=1e-3)
     assert 0.7 < leaf.radius(hand) < 0.896
@@ -167,16 +166,17 @@ def test_other_numbers_of_the_request_are_used(robot, known, plan):
     assert livelier.v_rb < plan.v_rb
     further = plan_impact(PlanRequest(TARGET, l_b=0.5), known, robot)
     assert further.l_b == pytest.approx(0.5, abs=1e-6)
-    assert further.hinge_x == pytest.approx(plan.hinge_x - 0.08, abs=1e-6)
+    assert further.hit.placement.hinge_x == pytest.approx(
+        plan.hit.placement.hinge_x - 0.08, abs=1e-6)
     nearer = plan_impact(PlanRequest(TARGET, door_distance=0.72), known, robot)
-    assert nearer.step < plan.step
+    assert nearer.hit.stance.step < plan.hit.stance.step
     assert nearer.contact_point[1] == pytest.approx(-0.72, abs=1e-4)
 
 
 def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
     """B lies on the leaf at the initial angle, and less speed is needed to go on from there."""
     ajar = plan_impact(PlanRequest(TARGET, initial_angle=math.radians(3.0)), known, robot)
-    leaf = LeafFrame(np.array([ajar.hinge_x, -ajar.door_distance]), math.radians(3.0))
+    leaf = LeafFrame(ajar.hit.placement.hinge, math.radians(3.0))
     assert leaf.gap(ajar.contact_point) == pytest.approx(0.0, abs=1e-4)
     assert leaf.radius(ajar.contact_point) == pytest.approx(ajar.l_b, abs=1e-4)
     assert ajar.omega_door < predict(known, TARGET, 0.0).omega
@@ -189,7 +189,7 @@ def test_b_is_where_it_was_asked_for_however_far_the_door_is_ajar(robot, known, 
     plan = plan_impact(
         PlanRequest(initial + 0.2, initial_angle=initial, l_b=0.42, ending="retreat"), known, robot)
     assert plan.l_b == pytest.approx(0.42, abs=2e-6)
-    leaf = LeafFrame(np.array([plan.hinge_x, -plan.door_distance]), initial)
+    leaf = LeafFrame(plan.hit.placement.hinge, initial)
     assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -236,7 +236,7 @@ def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot
     plan = plan_impact(PlanRequest(TARGET, ending="retreat"), known, robot)
     assert [phase.name for phase in plan.phases] == [*ORDER[:-1], "retreat"]
     retreat = plan.phase("retreat")
-    assert retreat.com_samples[-1, 1] == pytest.approx(plan.y_start, abs=1e-6)
+    assert retreat.com_samples[-1, 1] == pytest.approx(plan.hit.run_up.y_start, abs=1e-6)
     assert not np.any(retreat.knots.velocity[[0, -1]])
     assert retreat.clearances[1].distance > 0.1
 
@@ -338,5 +338,5 @@ def test_nominal_placement_asks_for_the_nominal_step(robot, known, plan):
         robot,
         PlannerSettings(door_distance=nominal.door_distance, hinge_x=nominal.hinge_x),
     )
-    assert placed.step == pytest.approx(plan.step, abs=1e-5)
+    assert placed.step == pytest.approx(plan.hit.stance.step, abs=1e-5)
     assert placed.v_rb == pytest.approx(plan.v_rb, rel=1e-6)

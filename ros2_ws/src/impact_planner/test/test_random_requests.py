@@ -127,11 +127,11 @@ def require_equations(known, plan):
     """Eqs. (2) to (4), restitution, B on the leaf, and the door's peak."""
     impulse = plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     assert impulse == pytest.approx(plan.required_impulse)
-    gained = known.door.i_a * plan.omega_door + plan.braking
+    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
     assert gained == pytest.approx(plan.l_b * impulse)
     parting = plan.omega_door * plan.l_b - plan.v_rb_post
     assert parting == pytest.approx(plan.restitution * plan.v_rb, abs=1e-12)
-    leaf = LeafFrame(np.array([plan.hinge_x, -plan.door_distance]), plan.initial_angle)
+    leaf = LeafFrame(plan.hit.placement.hinge, plan.initial_angle)
     assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)
     assert leaf.radius(plan.contact_point) == pytest.approx(plan.l_b, abs=1e-6)
     summit = peak(known.door, plan.initial_angle, plan.omega_door)
@@ -188,7 +188,7 @@ def require_zmp(robot, plan):
         motion = on_left_sole(robot, knots, np.arange(0.0, end, PERIOD), plan.left_foot)
         feet = {"left": plan.left_foot, "right": plan.right_foot}
         if name == "shift":
-            feet["right"] = plan.right_foot + np.array([0.0, plan.step, 0.0])
+            feet["right"] = plan.right_foot + np.array([0.0, plan.hit.stance.step, 0.0])
         zmp = inverse_dynamics(robot, motion).zmp
         assert margins(robot, zmp, feet, SIDES).min() >= MARGIN - 1e-3, name
 

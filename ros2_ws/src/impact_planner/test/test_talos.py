@@ -87,7 +87,7 @@ def test_the_papers_door_is_planned_for(talos, talos_plan):
     )
     assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
     assert plan.b_r == pytest.approx(plan.b_r_percussion, abs=1e-5)
-    assert plan.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
+    assert plan.hit.stance.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
 
 
 def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
@@ -99,7 +99,7 @@ def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
 def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
     """I_A w' + braking = l_B m_re (v_rB - v'_rB); the legs go on at v'_rB."""
     plan = talos_plan
-    gained = known.door.i_a * plan.omega_door + plan.braking
+    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
     assert gained == pytest.approx(plan.l_b * plan.required_impulse)
     lost = plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     assert lost == pytest.approx(plan.required_impulse)
@@ -154,7 +154,7 @@ def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
     """Its sphere touches the face, elbow and wrist keep clear of it."""
     q = talos.configuration(np.zeros(3), talos_plan.phase("hold").knots.position[-1])
     shift = talos_plan.left_foot - talos.frame_position(q, talos.feet["left"].frame)
-    leaf = LeafFrame(np.array([talos_plan.hinge_x, -talos_plan.door_distance]), TARGET)
+    leaf = LeafFrame(talos_plan.hit.placement.hinge, TARGET)
     config = talos.config
     hand = talos.frame_position(q, config.hand_link) + shift
     assert leaf.gap(hand) == pytest.approx(talos.hand_radius(), abs=1e-3)
@@ -170,4 +170,4 @@ def test_the_command_takes_its_robot_yaml(capsys, talos_plan):
     assert plan_cli.main(["--angle-deg", "25", "--robot", str(YAML), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["plan_id"] == talos_plan.plan_id
-    assert found["door_distance"] == pytest.approx(talos_plan.door_distance)
+    assert found["door_distance"] == pytest.approx(talos_plan.hit.placement.door_distance)

@@ -99,7 +99,7 @@ def plan_retime() -> tuple[float, float]:
     """
     robot, known = _robot(), _door()
     plan = plan_impact(PlanRequest(_PEER_REQUEST), known, robot)
-    stance = stance_for_step(robot, plan.step, PlannerSettings().com_inside_edge)
+    stance = stance_for_step(robot, plan.hit.stance.step, PlannerSettings().com_inside_edge)
     table = PostureTable(robot, stance, 0.05)
     wish = RunUpWish("mcv50", 0.4, 0.02, 0.025, 0.02, 0.9, 0.005)
     times = []

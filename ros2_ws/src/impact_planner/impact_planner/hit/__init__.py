@@ -1,1 +1,1 @@
-"""The hit itself: momentum, effective mass, stance and posture, eqs. (2) to (5)."""
+"""The hit: eqs. (2) to (5) in `momentum`, stance (Fig. 5) in `stance`, posture in `posture`."""

@@ -1,4 +1,4 @@
-"""What the door does after the hit, sections II.B and II.C.2, and how sure that is."""
+"""Motion of the door after the hit, sections II.B and II.C.2, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from door_model.motion.free_motion import FreeMotion
 from impact_planner.errors import AngleUnreachable, InvalidRequest
 from impact_planner.task.known_door import KnownDoor
 
-_FOLLOWED = 12.0  # the swing, if it does not fall shut before that [s]
+_FOLLOWED = 12.0  # longest simulated swing, which ends earlier where the door falls shut [s]
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,12 @@ class DoorPrediction:
     """Motion of the door after the hit.
 
     Attributes:
-        omega: Angular velocity after the hit, w' [rad/s].
-        peak_time: From the hit to the largest angle [s].
-        peak_time_std: Standard deviation for an exact w' [s].
-        peak_angle: [rad].
-        peak_angle_std: Standard deviation for an exact w' [rad].
-        swing: Free motion from the hit on, until some time after the peak.
+        omega: Angular velocity w' after the hit [rad/s].
+        peak_time: Time from the hit to the largest angle [s].
+        peak_time_std: Standard deviation of the peak's time for an exact w' [s].
+        peak_angle: Largest opening angle [rad].
+        peak_angle_std: Standard deviation of the largest angle for an exact w' [rad].
+        swing: Free motion from the hit until some time after the peak.
     """
 
     omega: float
@@ -40,25 +40,28 @@ class DoorPrediction:
     swing: FreeMotion
 
     def angle_at(self, time: Array) -> Array:
-        """Angle at times after the hit, (N,) [rad]; before and after the swing as at its ends."""
+        """Opening angle at times (N,) [s] after the hit, (N,) [rad].
+
+        Before and after the swing, the angle is that of the swing's start and end.
+        """
         return self.swing.at(np.maximum(time, 0.0))[0][:, 0]
 
 
 def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPrediction:
-    """The angular velocity that opens the door to an angle, and how sure the angle is.
+    """Find the angular velocity w' that opens the door to an angle, by eq. (1).
 
-    The standard deviations carry the covariance of the identified parameters through eq. (1), with
-    w' as planned.
+    The standard deviations follow from the covariance of the identified parameters by eq. (1)
+    with the planned w'.
 
     Args:
         known: The door.
         angle: Desired opening angle [rad].
-        initial_angle: At the hit [rad].
+        initial_angle: Opening angle at the hit [rad].
 
     Raises:
-        AngleUnreachable: The closer's linkage does not assemble there, or the door does not
-            come to rest there; value and limit are angles [rad].
-        InvalidRequest: The angles are no numbers or in the wrong order.
+        AngleUnreachable: The closer's linkage does not assemble at the angle, or the door does
+            not come to rest there. Value and limit are angles [rad].
+        InvalidRequest: The angles are not finite, or the desired angle is not the larger one.
     """
     door = known.door
     try:
@@ -75,8 +78,8 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
     except DoorModelError as error:
         limit = opening_limit(door)
         raise AngleUnreachable(
-            f"{math.degrees(angle):.1f} deg: {error}; the linkage opens to "
-            f"{math.degrees(limit):.1f} deg",
+            f"the door cannot open to {math.degrees(angle):.1f} deg: {error}; its linkage opens to "
+            f"{math.degrees(limit):.1f} deg, so request a smaller angle",
             quantity="desired_opening_angle [rad]",
             value=angle,
             limit=limit,
@@ -86,7 +89,7 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
 
 
 def opening_limit(door: Door) -> float:
-    """Largest angle that the linkage allows; 0 where it allows none [rad]."""
+    """Largest opening angle that the closer's linkage allows [rad]; 0 where it allows none."""
     try:
         return float(door.closer.opening_limit())
     except DoorModelError:

@@ -1,4 +1,4 @@
-"""What the feet must bear in the hit without slipping: that is what eq. (5) is for."""
+"""Load of the hit on the feet, which eq. (5) is to keep small, and the check against slip."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from impact_planner.hit import momentum
 from impact_planner.hit.hit_response import HitResponse
 from impact_planner.hit.posture import HitPosture
 
-LARGEST_SLIP = 0.002  # of the soles in the hit [m]
+LARGEST_SLIP = 0.002  # largest allowed slip of the soles in the hit [m]
 
 
 @dataclass(frozen=True)
 class FloorLoad:
-    """The floor's part in the hit, both feet together.
+    """Load of the floor on both feet together in the hit.
 
     Attributes:
-        impulse: Horizontal impulse of the floor on the whole robot [N s].
-        impulse_planar: The same of a rigid robot that turns about C and is hit on a smooth leaf: 0
-            where eq. (5) holds [N s].
-        yaw_impulse: Impulse of its moment about the vertical through the CoM [N m s].
-        friction: Ratio of its horizontal to its vertical impulse over the contact.
-        slip: Way of the soles, with the friction that they are taken to have [m].
+        impulse: Horizontal impulse of the floor on the robot [N s].
+        impulse_planar: Horizontal impulse of the floor on a rigid robot that turns about C and
+            hits a smooth leaf; 0 where eq. (5) holds [N s].
+        yaw_impulse: Impulse of the floor's moment about the vertical through the CoM [N m s].
+        friction: Ratio of the floor's horizontal to its vertical impulse during the contact.
+        slip: Distance that the soles slip with the assumed friction [m].
     """
 
     impulse: float
@@ -44,16 +44,16 @@ def floor_load(
     contact: float,
     available: float,
 ) -> FloorLoad:
-    """What an impulse on the door asks of the floor.
+    """Compute the load of a hit on the floor.
 
-    Where it asks for more friction than there is, what is missing sets the soles in motion; the
-    mean speed of that is taken for the length of the contact.
+    Where the hit needs more friction than the soles have, the missing impulse accelerates the
+    soles. Their slip is the mean speed of this motion times the duration of the contact.
 
     Args:
-        mass: Of the robot [kg].
-        posture: At the hit.
-        response: What 1 N s does.
-        impulse: Given to the door [N s].
+        mass: Mass of the robot [kg].
+        posture: Posture at the hit.
+        response: Response of the robot to 1 N s at B.
+        impulse: Impulse given to the door [N s].
         contact: Duration of the contact [s].
         available: Coefficient of friction of the soles.
     """
@@ -67,29 +67,37 @@ def floor_load(
 
 
 def require_no_slip(load: FloorLoad, available: float) -> None:
-    """Check that the soles hardly slip in the hit.
+    """Check that the soles slip by at most `LARGEST_SLIP` in the hit.
+
+    Args:
+        load: Load of the hit on the feet.
+        available: Coefficient of friction of the soles, for the message.
 
     Raises:
-        PostureUnreachable: They slip by more than `LARGEST_SLIP`.
+        PostureUnreachable: The soles slip further.
     """
     if load.slip > LARGEST_SLIP:
         raise PostureUnreachable(
-            f"the feet would slip by {1e3 * load.slip:.1f} mm in the hit: a friction of "
-            f"{load.friction:.2f} is needed, the soles are taken to have {available:.2f}; "
-            f"{1e3 * LARGEST_SLIP:g} mm are allowed",
+            f"the feet would slip by {1e3 * load.slip:.1f} mm in the hit, {1e3 * LARGEST_SLIP:g} "
+            f"mm are allowed: it needs a friction of {load.friction:.2f}, sole_friction is "
+            f"{available:.2f}; request a smaller angle",
             quantity="slip [m]", value=load.slip, limit=LARGEST_SLIP)
 
 
 def require_grip(friction: float, available: float) -> None:
-    """Check that the soles do not slip.
+    """Check that the soles do not slip outside the hit.
+
+    Args:
+        friction: Coefficient of friction that the motion needs.
+        available: Coefficient of friction of the soles.
 
     Raises:
-        PostureUnreachable: More friction is needed than there is.
+        PostureUnreachable: The motion needs more friction than is available.
     """
     if friction > available:
         raise PostureUnreachable(
-            f"the feet would slip: a friction of {friction:.2f} is needed, the soles are taken to "
-            f"have {available:.2f}",
+            f"the feet would slip: the motion needs a friction of {friction:.2f}, sole_friction "
+            f"is {available:.2f}; request a smaller angle",
             quantity="friction",
             value=friction,
             limit=available,

@@ -1,10 +1,10 @@
-"""What a hit on point B meets: the robot in one piece, on soles that give way.
+"""Response of the robot to an impulse at point B: effective mass, and impulses of floor and brace.
 
-The drives keep the speed of the run-up while the contact lasts and the brace holds the arm, so the
-robot turns as a rigid body. Its soles do not slip; their rubber gives way along the vertical and
-in tilt. The elbow slides on the leaf as the robot turns, and friction presses it down. Where the
-robot is hit at its center of percussion and the leaf is smooth this is eq. (3), for the floor then
-has no part in it.
+The drives keep the speed of the run-up during the contact and the brace holds the arm, so the
+robot turns as one rigid body. Its soles do not slip, but their rubber yields along the vertical
+and in tilt. The elbow slides along the leaf as the robot turns, and friction acts against the
+slide. If the robot is hit at its center of percussion and the leaf is smooth, the floor exerts no
+horizontal impulse, and the effective mass is that of eq. (3).
 """
 
 from __future__ import annotations
@@ -19,20 +19,21 @@ from humanoid_motion.robot_model import RobotModel
 from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
-_STEPS = 60  # of a contact
-_BASE = slice(0, 6)  # of Pinocchio's v
+_STEPS = 60  # number of integration steps in a contact
+_BASE = slice(0, 6)  # entries of the free base in Pinocchio's velocity vector
 
 
 @dataclass(frozen=True)
 class HitResponse:
-    """What 1 N s against point B does, along the leaf's normal.
+    """Response of the robot to 1 N s at point B along the leaf's normal.
 
     Attributes:
         mass: Effective mass at B [kg].
-        floor: Impulse of the floor's force on the robot, axes of odom, (3,) [-].
-        floor_yaw: Impulse of its moment about the vertical through the CoM [m].
-        brace: Impulse of the torque at each braced joint [m].
-        slide: Speed that the soles would take up if the floor did not hold them [1/kg].
+        floor: Impulse of the floor's force on the robot per impulse at B, axes of odom, (3,) [-].
+        floor_yaw: Impulse of the floor's moment about the vertical through the CoM per impulse at
+            B [m].
+        brace: Impulse of the torque at each braced joint per impulse at B [m].
+        slide: Speed that the soles would reach per impulse at B without friction [1/kg].
     """
 
     mass: float
@@ -45,17 +46,17 @@ class HitResponse:
 def hit_response(
     robot: RobotModel, q: Array, *, normal: ArrayLike, leaf_friction: float, duration: float
 ) -> HitResponse:
-    """Follow the robot through a half sine of force.
+    """Integrate the motion of the robot through a force at B that is a half sine over time.
 
-    Without friction and rubber the effective mass is that of a rigid body, Khatib's
-    ``1 / (J M^-1 J^T)`` (1987) with its soles' horizontal places as constraints.
+    Without friction and rubber, the effective mass is that of a rigid body, Khatib's
+    ``1 / (J M^-1 J^T)`` (1987) with the horizontal places of the soles as constraints.
 
     Args:
         robot: The robot.
-        q: Configuration at the hit, soles level.
-        normal: Of the leaf in odom, into the door, (3,).
+        q: Configuration at the hit with level soles.
+        normal: Normal of the leaf in odom, pointing into the door, (3,); any length.
         leaf_friction: Coefficient of friction between elbow and leaf.
-        duration: Of the contact [s].
+        duration: Duration of the contact [s].
     """
     n = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     inertia = robot.mass_matrix(q)
@@ -63,28 +64,30 @@ def hit_response(
     touched = _contact_point_jacobian(robot, q, n)
     point = touched[:, _BASE]
     grip, stiffness, damping = _soles(robot, q)
-    free = null_space(grip)  # what the soles let the body do
+    free = null_space(grip)  # motions of the base that the soles allow
     reduced = free.T @ whole @ free
-    outer = _force(reduced, point @ free, n, leaf_friction)  # of the leaf, for 1 N
+    outer = _force(reduced, point @ free, n, leaf_friction)  # force of the leaf for 1 N
     pushed = free.T @ point.T @ outer
-    soft, dull = free.T @ stiffness @ free, free.T @ damping @ free
+    soft, damped = free.T @ stiffness @ free, free.T @ damping @ free
     step = duration / _STEPS
-    ahead = np.linalg.inv(reduced + step * dull + step**2 * soft)
-    way, speed = np.zeros(len(pushed)), np.zeros(len(pushed))
-    rubber = np.zeros(6)
+    # Implicit Euler: the rubber is too stiff for an explicit step.
+    ahead = np.linalg.inv(reduced + step * damped + step**2 * soft)
+    moved, speed = np.zeros(len(pushed)), np.zeros(len(pushed))
+    rubber = np.zeros(6)  # impulse of the rubber on the base
     force = 0.5 * np.pi / duration * np.sin(np.pi * (np.arange(_STEPS) + 0.5) / _STEPS)
-    for now in force / (step * force.sum()):  # 1 N s in all
-        speed = ahead @ (reduced @ speed + step * (pushed * now - soft @ way))
-        way = way + step * speed
-        rubber -= step * (stiffness @ free @ way + damping @ free @ speed)
+    for now in force / (step * force.sum()):  # the sum of all impulses is 1 N s
+        speed = ahead @ (reduced @ speed + step * (pushed * now - soft @ moved))
+        moved = moved + step * speed
+        rubber -= step * (stiffness @ free @ moved + damping @ free @ speed)
     change = free @ speed
+    # The momentum that leaf and rubber do not explain comes from the floor's grip.
     rest = whole @ change - point.T @ outer - rubber
     held = np.linalg.lstsq(grip.T, rest, rcond=None)[0]
     floor = rubber[:3] + grip.T[:3] @ held
     braced = robot.config.braced_joints
     rows = robot.v_index[robot.indices(braced)]
     torque = inertia[rows, _BASE] @ change - touched[:, rows].T @ outer
-    arm = robot.com(q) - q[:3]  # forces act on the base's origin
+    arm = robot.com(q) - q[:3]  # forces are about the base's origin
     loose = grip @ np.linalg.solve(whole, point.T @ outer)
     yaw = float((grip.T[3:] @ held + rubber[3:] - np.cross(arm, floor))[2])
     return HitResponse(
@@ -100,12 +103,13 @@ def _contact_point_jacobian(robot: RobotModel, q: Array, normal: Array) -> Array
 
 
 def _soles(robot: RobotModel, q: Array) -> tuple[Array, Array, Array]:
-    """What the soles do to the base.
+    """Constraints and forces of the soles on the base.
+
+    A rigid sole on rubber resists tilt in proportion to the square of half its length or width.
 
     Returns:
-        Rows of its motion that they prevent (3, 6); their rubber's stiffness and damping (6, 6).
-
-    A rigid sole on rubber resists tilt by the square of half its length or width.
+        Jacobian of the prevented motions, which are sliding along x and y and yaw, (3, 6); the
+        stiffness (6, 6) and the damping (6, 6) of the rubber for motions of the base.
     """
     known = robot.config.sole_rubber
     held, give, share = np.zeros((3, 6)), np.zeros((6, 6)), 1.0 / len(SIDES)
@@ -125,15 +129,15 @@ def _soles(robot: RobotModel, q: Array) -> tuple[Array, Array, Array]:
 
 
 def _force(reduced: Array, point: Array, normal: Array, friction: float) -> Array:
-    """Force of the leaf on the elbow for a normal force of 1 N, (3,).
+    """Force of the leaf on the elbow for a normal force of 1 N, (3,) [N].
 
-    Friction is along the way that the elbow slides, and no more than would stop it.
+    Friction acts against the sliding of the elbow and is at most what stops it.
 
     Args:
-        reduced: Mass matrix of what the soles let the body do, (F, F).
-        point: Jacobian of the point that is touched, (3, F).
-        normal: Into the door, (3,).
-        friction: Coefficient.
+        reduced: Mass matrix of the motions that the soles allow, (F, F).
+        point: Jacobian of the contact point for these motions, (3, F).
+        normal: Unit normal of the leaf, pointing into the door, (3,).
+        friction: Coefficient of friction between elbow and leaf.
     """
     mobility = point @ np.linalg.solve(reduced, point.T)
     slide = (np.eye(3) - np.outer(normal, normal)) @ mobility @ -normal

@@ -1,4 +1,4 @@
-"""Where the leaf is: points on its face at an opening angle."""
+"""Geometry of the leaf at an opening angle: its directions, and distances from its face."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class LeafFrame:
     """The leaf at an opening angle, or at several.
 
     Attributes:
-        hinge: x and y of the hinge in odom, (2,) [m]; it lies in the plane of the face.
+        hinge: x and y of the hinge in odom, (2,) [m]. The hinge lies in the plane of the face.
         angle: Opening angle, a number or (N,) [rad].
     """
 
@@ -23,13 +23,13 @@ class LeafFrame:
 
     @cached_property
     def along(self) -> Array:
-        """From the hinge to the free edge, (3,) or (N, 3)."""
+        """Unit vector from the hinge to the free edge in odom, (3,) or (N, 3)."""
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         return np.stack([cosine, -sine, np.zeros_like(sine)], axis=-1)
 
     @cached_property
     def normal(self) -> Array:
-        """Of the face, into the door, (3,) or (N, 3)."""
+        """Unit normal of the face in odom, pointing into the door, (3,) or (N, 3)."""
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         return np.stack([-sine, -cosine, np.zeros_like(sine)], axis=-1)
 
@@ -42,10 +42,15 @@ class LeafFrame:
         return self._across(self.along, point[..., :2] - self.hinge)
 
     def point(self, radius: float, height: float, gap: float) -> Array:
-        """Points at a distance from the hinge, a height and a distance from the face [m].
+        """Point at given distances from hinge and face, in odom.
+
+        Args:
+            radius: Distance from the hinge along the leaf [m].
+            height: Height above the floor [m].
+            gap: Distance from the face, positive on the robot's side [m].
 
         Returns:
-            (3,) or (N, 3) [m].
+            The point for each opening angle, (3,) or (N, 3) [m].
         """
         return np.append(self.hinge, height) + radius * self.along - gap * self.normal
 

@@ -1,9 +1,15 @@
-"""Momentum transfer from the robot to the door, section II.C.3 and eqs. (2) to (5).
+"""Momentum transfer from the robot to the door: eqs. (2) to (5) of sections II.C.3 and II.C.4.
 
-Eq. (4) is misprinted in the paper: with (2) and (3) it reads
-``v_rB = I_A w' / (m_re l_B) + v'_rB`` with ``m_re = I_rob m / (I_rob + a_r^2 m)``.
-It leaves v'_rB free; the coefficient of restitution e closes it:
-``w' l_B - v'_rB = e v_rB``. Speeds are positive towards the door.
+Speeds are positive towards the door. In the paper's letters:
+
+- eq. (2): ``m_re v_rB l_B = m_re v'_rB l_B + I_A w'``, angular momentum about the hinge A;
+- eq. (3): ``m_re = I_rob m / (I_rob + a_r^2 m)``, effective mass at B;
+- eq. (4): ``v_rB = I_A w' / (m_re l_B) + v'_rB``, which is misprinted in the paper and follows
+  from (2) and (3);
+- eq. (5): ``b_r = I_rob / (m a_r)``, center of percussion on the floor.
+
+Eq. (4) leaves v'_rB free. The coefficient of restitution e closes it:
+``w' l_B - v'_rB = e v_rB``.
 """
 
 from __future__ import annotations
@@ -19,7 +25,7 @@ class ImpactSpeeds:
     Attributes:
         v_rb: Speed of point B of the robot before the hit [m/s].
         v_rb_post: Speed of point B after the hit, v'_rB [m/s].
-        impulse: Impulse that the robot gives to the door [N s].
+        impulse: Impulse m_re (v_rB - v'_rB) that the robot gives to the door, eq. (2) [N s].
     """
 
     v_rb: float
@@ -28,7 +34,7 @@ class ImpactSpeeds:
 
     @property
     def ratio(self) -> float:
-        """Speed of B after the hit over that before it."""
+        """Speed of B after the hit divided by the speed before it."""
         return self.v_rb_post / self.v_rb
 
 
@@ -41,29 +47,59 @@ def effective_mass_planar(mass: float, i_rob: float, a_r: float) -> float:
         a_r: Height of B above the CoM [m].
 
     Returns:
-        m_re [kg].
+        The effective mass m_re [kg].
+
+    Raises:
+        ValueError: Mass or moment of inertia is not finite and positive.
     """
     _require_positive(mass=mass, i_rob=i_rob)
     return i_rob * mass / (i_rob + a_r**2 * mass)
 
 
 def percussion_height(mass: float, i_rob: float, a_r: float) -> float:
-    """Height of the CoM above the floor that puts the center of percussion there, eq. (5) [m]."""
+    """Height b_r of the CoM that puts the center of percussion on the floor, eq. (5) [m].
+
+    Args:
+        mass: Mass of the robot [kg].
+        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
+        a_r: Height of B above the CoM [m].
+
+    Raises:
+        ValueError: An argument is not finite and positive.
+    """
     _require_positive(mass=mass, i_rob=i_rob, a_r=a_r)
     return i_rob / (mass * a_r)
 
 
 def percussion_offset(mass: float, i_rob: float, b_r: float) -> float:
-    """Height of B above the CoM for a CoM height b_r: eq. (5) solved for a_r [m]."""
+    """Height a_r of B above the CoM for a given height b_r of the CoM: eq. (5) for a_r [m].
+
+    Args:
+        mass: Mass of the robot [kg].
+        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
+        b_r: Height of the CoM above the floor [m].
+
+    Raises:
+        ValueError: An argument is not finite and positive.
+    """
     _require_positive(mass=mass, i_rob=i_rob, b_r=b_r)
     return i_rob / (mass * b_r)
 
 
 def foot_impulse_planar(mass: float, i_rob: float, a_r: float, b_r: float) -> float:
-    """Impulse of the floor at C along the door's normal for 1 N s given to the door.
+    """Impulse of the floor at C along the door's normal for 1 N s given to the door [-].
 
-    A rigid robot that turns about C, a height b_r under its CoM: zero where eq. (5) holds;
-    positive where the floor pushes it on, towards the door.
+    The robot is a rigid body that turns about C, which is b_r below its CoM. The impulse is zero
+    where eq. (5) holds, and positive where the floor pushes the robot towards the door.
+
+    Args:
+        mass: Mass of the robot [kg].
+        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
+        a_r: Height of B above the CoM [m].
+        b_r: Height of the CoM above the floor [m].
+
+    Raises:
+        ValueError: Mass, moment of inertia or b_r is not finite and positive.
     """
     _require_positive(mass=mass, i_rob=i_rob, b_r=b_r)
     return (i_rob - mass * a_r * b_r) / (i_rob + mass * b_r**2)
@@ -78,7 +114,7 @@ def speeds_for(
     restitution: float,
     braking: float = 0.0,
 ) -> ImpactSpeeds:
-    """Speeds of B that give the door an angular velocity: eqs. (2), (4 corrected) and restitution.
+    """Speeds of B that give the door an angular velocity: eqs. (2) and (4), with restitution.
 
     Args:
         omega: Angular velocity w' of the door after the hit [rad/s].
@@ -86,31 +122,31 @@ def speeds_for(
         l_b: Distance of B from the hinge [m].
         effective_mass: m_re of the robot at B [kg].
         restitution: Coefficient of restitution e, 0 (plastic) to 1.
-        braking: Angular impulse of the closer that the hit must make up for besides, see
-            `closer_braking` [N m s].
+        braking: Angular impulse of `closer_braking`, which the hit must supply too [N m s].
 
     Returns:
         The speeds before and after the hit and the impulse.
 
     Raises:
-        ValueError: Something is not positive, or e is outside [0, 1].
+        ValueError: An argument is not finite and positive, or e is outside [0, 1].
     """
     _require_positive(omega=omega, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
     _require_restitution(restitution)
-    impulse = (i_a * omega + braking) / l_b
+    impulse = (i_a * omega + braking) / l_b  # eq. (2): m_re (v_rB - v'_rB) l_B = I_A w'
+    # Eq. (4) with v'_rB = w' l_B - e v_rB.
     v_rb = (impulse / effective_mass + omega * l_b) / (1.0 + restitution)
     return ImpactSpeeds(v_rb=v_rb, v_rb_post=omega * l_b - restitution * v_rb, impulse=impulse)
 
 
 def closer_braking(torque: float, duration: float) -> float:
-    """What the closer takes from a hit that lasts, beside one in an instant [N m s].
+    """Angular impulse that the closer takes from a hit of finite duration [N m s].
 
-    Force that rises and falls alike acts in the mean at half of the contact; a hit in an instant
-    there would find the closer still holding a door at rest.
+    Eq. (2) holds for an instantaneous hit. A force that is symmetric in time acts like one in the
+    middle of the contact; the closer's torque during the first half has to be supplied besides.
 
     Args:
-        torque: Of the closer, and of friction, where the door is hit [N m].
-        duration: Of the contact [s].
+        torque: Torque of closer and hinge friction at the angle of the hit [N m].
+        duration: Duration of the contact [s].
     """
     return 0.5 * torque * duration
 
@@ -124,7 +160,10 @@ def omega_for(
     restitution: float,
     braking: float = 0.0,
 ) -> float:
-    """Angular velocity w' of the door after a hit at the speed v_rB: inverse of `speeds_for`."""
+    """Angular velocity w' of the door after a hit at the speed v_rB [rad/s].
+
+    This is the inverse of `speeds_for`, with the same units and errors.
+    """
     _require_positive(v_rb=v_rb, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
     _require_restitution(restitution)
     reach = l_b * effective_mass

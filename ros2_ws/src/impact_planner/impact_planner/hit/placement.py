@@ -1,4 +1,4 @@
-"""Where the door is, where the feet go, and where the elbow meets the leaf."""
+"""Place of the door, and the stance that reaches it, section II.C.1."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from impact_planner.errors import InvalidRequest
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.posture import LegDemands
 from impact_planner.hit.stance import (
-    Contact,
-    Stance,
+    HitStance,
+    LeafContact,
     contact_with_leaf,
     elbow_y_at_contact,
     stance_for_contact,
@@ -25,16 +25,17 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import ResolvedRequest
 from impact_planner.task.settings import PlannerSettings
 
-_PASSES = 30  # of where the elbow meets a door that is ajar; each leaves a part of the error
+_PASSES = 30  # limit of iterations for a door that is ajar; each one reduces the error
+_CONVERGED = 1e-6  # change of elbow and hinge that ends the iterations [m]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where the door is.
+    """Place of the door in odom.
 
     Attributes:
-        door_distance: From the origin of odom to the closed leaf's face [m].
-        hinge_x: x of the hinge [m].
+        door_distance: Distance from the origin of odom to the closed leaf's face [m].
+        hinge_x: x of the hinge in odom [m].
     """
 
     door_distance: float
@@ -49,16 +50,16 @@ class Placement:
 def placement_for_step(
     robot: RobotModel, settings: PlannerSettings, step: float, initial_angle: float = 0.0
 ) -> Placement:
-    """Where a door stands that a step of a length [m] and the nominal l_B reach.
+    """Place of a door that the robot hits at the nominal l_B after a step of a given length.
 
     Args:
         robot: The robot.
         settings: Configuration.
-        step: Of the right foot towards the door [m].
-        initial_angle: Of the door at the hit [rad].
+        step: Length of the right foot's step towards the door [m].
+        initial_angle: Opening angle of the door at the hit [rad].
 
     Raises:
-        PostureUnreachable: The legs do not reach.
+        PostureUnreachable: The legs do not reach the stance at any height of the waist.
     """
     elbow = stance_for_step(robot, step, settings.com_inside_edge).posture.elbow
     leaf = LeafFrame(np.zeros(2), initial_angle)
@@ -74,19 +75,21 @@ def stand(
     settings: PlannerSettings,
     demands: LegDemands,
     step: float,
-) -> tuple[Placement, Stance, Contact]:
-    """Find the placement of the door, the stance and the contact of a request.
+) -> tuple[Placement, HitStance, LeafContact]:
+    """Find the place of the door, the stance and the contact for a request.
 
     Args:
         robot: The robot.
         known: The door.
         wanted: The request.
         settings: Configuration.
-        demands: What the legs must do past the hit.
-        step: With which a door is reached whose place is left open [m].
+        demands: Demands on the legs past the hit.
+        step: Length of the step that decides the place of the door where it is left open [m].
 
     Raises:
-        PostureUnreachable: The door is out of the step's reach, or B off the leaf.
+        InvalidRequest: hinge_x is not finite.
+        PostureUnreachable: The door is out of the step's reach, or B is not on the leaf.
+        JointLimit: The legs reach the stance but are too slow for `demands`.
     """
     distance, hinge_x = wanted.door_distance, settings.hinge_x
     if distance is None or hinge_x is None:
@@ -95,9 +98,9 @@ def stand(
         hinge_x = nominal.hinge_x if hinge_x is None else hinge_x
     if not math.isfinite(hinge_x):
         raise InvalidRequest(
-            f"hinge_x [m] must be a number, not {hinge_x}", quantity="hinge_x [m]", value=hinge_x
-        )
-    elbow_x = 0.0  # a first guess; it only matters for a door that is ajar
+            f"hinge_x [m] must be a finite number, not {hinge_x}", quantity="hinge_x [m]",
+            value=hinge_x)
+    elbow_x = 0.0  # first guess; it only matters for a door that is ajar
     radius = robot.config.contact_radius
     for _ in range(_PASSES):
         placement = Placement(distance, hinge_x)
@@ -110,12 +113,12 @@ def stand(
             moved += abs(contact.l_b - wanted.l_b)
             hinge_x += (contact.l_b - wanted.l_b) / math.cos(wanted.initial_angle)
         elbow_x = float(elbow[0])
-        if moved < 1e-6 or (wanted.initial_angle == 0.0 and wanted.l_b is None):
+        if moved < _CONVERGED or (wanted.initial_angle == 0.0 and wanted.l_b is None):
             break
     if not radius < contact.l_b <= known.width:
         raise PostureUnreachable(
-            f"B would be {contact.l_b:.3f} m from the hinge; the elbow meets the leaf from "
-            f"{radius:.3f} m to its free edge at {known.width:.3f} m",
+            f"B would be {contact.l_b:.3f} m from the hinge, but the elbow meets the leaf only "
+            f"from {radius:.3f} m to its free edge at {known.width:.3f} m; change hinge_x or l_b",
             quantity="l_b [m]",
             value=contact.l_b,
             limit=(radius, known.width),

@@ -1,4 +1,8 @@
-"""Posture at the hit, section II.C.4: the waist height that puts the center of percussion in C."""
+"""Posture at the hit, section II.C.4: the waist height that meets eq. (5).
+
+Eq. (5) puts the center of percussion on the floor at point C of Fig. 5, so that the feet do not
+slip in the hit.
+"""
 
 from __future__ import annotations
 
@@ -16,22 +20,24 @@ from scipy.optimize import brentq
 
 from impact_planner.hit import momentum
 
-_STEP = 0.02  # between heights of the waist that are tried [m]
-# A lifted foot needs a little more hip roll than one on the floor, and servos room to err [rad].
+_STEP = 0.02  # step between candidate heights of the waist [m]
+# Distance from the joints' limits [rad]: a lifted foot needs more hip roll than one on the floor,
+# and servos are not exact.
 RESERVE = 0.015
-_REFINEMENTS, _FINER = 2, 20  # of the step, where the legs' reach ends
-_DIFFERENCE = 1e-3  # between places of the CoM, for the joints' speeds [m]
+_REFINEMENTS = 2  # number of times that the step is refined where the legs' reach ends
+_FINER = 20  # factor by which each refinement divides the step
+_DIFFERENCE = 1e-3  # distance of the CoM's places in finite differences [m]
 
 
 @dataclass(frozen=True)
 class LegDemands:
-    """What the legs must do beyond standing at the hit.
+    """Demands on the legs beyond standing at the hit.
 
     Attributes:
-        beyond: Way of the CoM past the hit that they must reach [m].
-        speed: Of the CoM at the end of that way [m/s].
-        joint_speed: Largest speeds of the joints there, (J,) [rad/s]; None: any. A leg that is
-            nearly stretched has a fast knee.
+        beyond: Distance past the hit that the CoM must be able to travel [m].
+        speed: Speed of the CoM at the end of that distance [m/s].
+        joint_speed: Largest allowed speeds of the joints there, (J,) [rad/s]. A nearly stretched
+            leg has a fast knee. None means that any speed is allowed.
     """
 
     beyond: float = 0.02
@@ -44,18 +50,18 @@ PLAIN = LegDemands()
 
 @dataclass(frozen=True)
 class HitPosture:
-    """The robot at the hit.
+    """Posture of the robot at the hit, with the quantities of eqs. (3) and (5).
 
     Attributes:
-        waist_height: Of base_link above the floor [m].
-        joints: (30,) [rad].
-        base: base_link in odom, (3,) [m].
-        com: (3,) [m].
-        elbow: Centre of the contact body in odom, (3,) [m].
+        waist_height: Height of base_link above the floor [m].
+        joints: Angles of the joints, (J,) [rad].
+        base: Position of base_link in odom, (3,) [m].
+        com: Position of the CoM in odom, (3,) [m].
+        elbow: Centre of the contact body at the elbow in odom, (3,) [m].
         a_r: Height of B above the CoM [m].
         b_r: Height of the CoM above the floor [m].
         i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
-        b_r_percussion: Height of the CoM that eq. (5) asks for [m]; infinite for a_r <= 0.
+        b_r_percussion: Height of the CoM that eq. (5) demands [m]; infinite for a_r <= 0.
     """
 
     waist_height: float
@@ -70,17 +76,23 @@ class HitPosture:
 
     @property
     def percussion_error(self) -> float:
-        """How far the CoM is above the height that eq. (5) asks for [m]."""
+        """Height of the CoM above the height that eq. (5) demands [m]."""
         return self.b_r - self.b_r_percussion
 
 
 def posture_at(
     robot: RobotModel, waist_height: float, com_xy: Array, feet: dict[str, Array]
 ) -> HitPosture:
-    """The braced robot with a given height of the waist and the CoM over a given point.
+    """Posture of the braced robot for a given height of the waist and place of the CoM.
+
+    Args:
+        robot: The robot.
+        waist_height: Height of base_link above the floor [m].
+        com_xy: Place of the CoM over the floor in odom, (2,) [m].
+        feet: Places of the soles in odom by side, (3,) each [m].
 
     Raises:
-        PostureUnreachable: A leg does not reach.
+        PostureUnreachable: A leg does not reach its foot.
     """
     joints, base = solve(
         robot,
@@ -93,7 +105,7 @@ def posture_at(
 
 
 def _figures(robot: RobotModel, waist_height: float, joints: Array, base: Array) -> HitPosture:
-    """What a posture means for the hit."""
+    """Quantities of eqs. (3) and (5) for joints (J,) [rad] and base (3,) [m]."""
     q = robot.configuration(base, joints)
     com, elbow = robot.com(q), robot.contact_position(q)
     i_rob = float(robot.inertia_about_com(q)[0, 0])
@@ -119,26 +131,27 @@ def percussion_posture(
     demands: LegDemands = PLAIN,
     also: Sequence[Array] = (),
 ) -> tuple[HitPosture, float]:
-    """The posture whose center of percussion lies on the floor, eq. (5).
+    """Find the posture whose center of percussion lies on the floor, eq. (5).
 
     Args:
         robot: The robot.
-        com_xy: CoM over the floor at the hit, (2,) [m].
-        feet: Soles at the hit, (3,) each [m].
-        demands: What the legs must do past the hit.
-        also: Other places of the CoM that the legs must reach at the same height of the waist,
-            with `RESERVE`, as the motion goes through them, (2,) each [m].
+        com_xy: Place of the CoM over the floor at the hit in odom, (2,) [m].
+        feet: Places of the soles at the hit in odom by side, (3,) each [m].
+        demands: Demands on the legs past the hit.
+        also: Other places of the CoM that the motion passes at the same height of the waist and
+            the legs must reach with `RESERVE`, (2,) each [m].
 
     Returns:
-        The posture, and by how much eq. (5) is missed [m]: 0, unless no height of which the legs
-        are capable meets it; then the height that comes nearest.
+        The posture, and the error of the CoM's height against eq. (5) [m]. The error is 0 where
+        a height within the legs' range meets eq. (5). Otherwise the posture is the one that
+        comes nearest.
 
     Raises:
-        PostureUnreachable: No height of the waist is within reach.
-        JointLimit: The legs reach, but not at the speed that is demanded.
+        PostureUnreachable: The legs reach no height of the waist.
+        JointLimit: The legs reach, but are too slow for the demanded speed.
     """
     lowest, highest = robot.waist_heights()
-    for step in (_STEP, _STEP / _FINER):  # the finer one where what is possible is little
+    for step in (_STEP, _STEP / _FINER):  # the finer step finds a narrow range of heights
         heights: Array = np.arange(lowest, highest + 1e-9, step)
         excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
         within = np.flatnonzero(excess.max(axis=1) <= 0.0)
@@ -151,7 +164,7 @@ def percussion_posture(
         near = int(abs(ends[1].percussion_error) < abs(ends[0].percussion_error))
         step = (-step, step)[near]
         last = ends[near].waist_height
-        for _ in range(_REFINEMENTS):  # as far towards eq. (5) as the legs allow
+        for _ in range(_REFINEMENTS):  # approaches eq. (5) as closely as the legs allow
             step /= _FINER
             finer: Array = last + step * np.arange(1.0, _FINER)
             excess, _, _ = _at_heights(robot, finer, com_xy, feet, demands, also)
@@ -167,7 +180,7 @@ def percussion_posture(
 
 
 def _bracket(postures: list[HitPosture]) -> list[HitPosture]:
-    """Neighbours between which eq. (5) is met; the first and the last where it is nowhere."""
+    """Neighbouring postures between which eq. (5) is met; else the first and the last posture."""
     for lower, upper in itertools.pairwise(postures):
         if lower.percussion_error * upper.percussion_error <= 0.0:
             return [lower, upper]
@@ -175,7 +188,7 @@ def _bracket(postures: list[HitPosture]) -> list[HitPosture]:
 
 
 def waist_per_com(robot: RobotModel, posture: HitPosture, feet: dict[str, Array]) -> float:
-    """Speed of the waist, so of point B, towards the door for a unit speed of the CoM."""
+    """Speed of waist and point B towards the door divided by the speed of the CoM."""
     half = np.array([0.0, 0.5 * _DIFFERENCE])
     _, base = solve(
         robot,
@@ -190,7 +203,7 @@ def waist_per_com(robot: RobotModel, posture: HitPosture, feet: dict[str, Array]
 def capable(
     robot: RobotModel, posture: HitPosture, feet: dict[str, Array], demands: LegDemands
 ) -> bool:
-    """Whether the legs can do what is demanded from a posture on."""
+    """Whether the legs meet the demands past a posture."""
     height = np.array([posture.waist_height])
     excess, _, _ = _at_heights(robot, height, posture.com[:2], feet, demands, ())
     return bool((excess <= 0.0).all())
@@ -204,11 +217,12 @@ def _at_heights(
     demands: LegDemands,
     also: Sequence[Array],
 ) -> tuple[Array, Array, Array]:
-    """What the legs can do at heights of the waist, (H,) [m].
+    """Check the demands on the legs at several heights of the waist, (H,) [m].
 
     Returns:
-        By what share of its limit each joint is too fast, (H, J), infinite where a leg does not
-        reach; joints (H, J) [rad] and base (H, 3) [m] with the CoM at `com_xy`.
+        Excess of each joint's speed over its limit as a share of the limit, (H, J), which is
+        infinite where a leg does not reach; joints (H, J) [rad] and base (H, 3) [m] with the CoM
+        at `com_xy`.
     """
     end = com_xy - np.array([0.0, demands.beyond])
     half = np.array([0.0, 0.5 * _DIFFERENCE])
@@ -234,12 +248,12 @@ def _at_heights(
 def _incapable(
     robot: RobotModel, excess: Array, feet: dict[str, Array], demands: LegDemands
 ) -> DoorImpactError:
-    """Why no height of the waist will do: out of reach, or a joint too slow."""
+    """The error of a stance that no height of the waist allows: out of reach, or a slow joint."""
     if demands.joint_speed is None or not np.isfinite(excess).any():
         right, (lowest, highest) = float(feet["right"][1]), robot.waist_heights()
         return PostureUnreachable(
             f"no waist height from {lowest:.2f} to {highest:.2f} m keeps the legs within their "
-            f"ranges with the right foot at y = {right:.3f} m",
+            f"ranges with the right foot at y = {right:.3f} m; a nearer door needs a shorter step",
             quantity="y of the right foot [m]",
             value=right,
             limit=(lowest, highest),
@@ -249,7 +263,7 @@ def _incapable(
     name, limit = robot.joint_names[joint], float(demands.joint_speed[joint])
     value = (1.0 + float(excess[best, joint])) * limit
     return JointLimit(
-        f"cam: {name} would turn at {value:.2f} rad/s {1e3 * demands.beyond:.0f} mm past the "
-        f"nominal contact, at any height of the waist that the legs reach; {limit:.2f} rad/s are "
-        "allowed",
+        f"cam: {name} would turn at {value:.2f} rad/s or more {1e3 * demands.beyond:.0f} mm past "
+        f"the nominal contact at every height of the waist, {limit:.2f} rad/s are allowed; request "
+        "a smaller angle or a shorter step",
         joint=name, phase="cam", quantity="speed [rad/s]", value=value, limit=limit)

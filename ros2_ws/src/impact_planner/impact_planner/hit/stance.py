@@ -1,7 +1,8 @@
-"""Where the robot stands at the hit, section II.C.1.
+"""Stance at the hit, section II.C.1 and Fig. 5.
 
-The left foot stays. The right foot steps towards the door, so far that the ground projection of
-the CoM is just inside its inner edge (point C of Fig. 5) when the elbow touches the leaf.
+The left foot stays. The right foot steps towards the door. The length of the step is chosen so that
+the ground projection of the CoM is just inside the right sole's inner edge (point C of Fig. 5) when
+the elbow touches the leaf.
 """
 
 from __future__ import annotations
@@ -19,23 +20,23 @@ from humanoid_motion.whole_body import solve
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.posture import PLAIN, HitPosture, LegDemands, percussion_posture
 
-# Of the nominal step, tried in this order where the door's place is left open: the shorter the
-# step, the slower the knees.
+# Shares of the nominal step, tried in this order where the door's place is left open. A shorter
+# step has slower knees.
 STEP_SHARES = (1.0, 0.9, 0.8, 0.7)
-SPARE_WAY = 0.005  # past the last contact that is planned for: the contact itself [m]
-# The CoM stays at least so far inside the left sole while the right foot is in the air [m].
+SPARE_DISTANCE = 0.005  # travel during the contact, past the farthest planned contact [m]
+# Smallest distance of the CoM inside the left sole while the right foot is in the air [m].
 SINGLE_SUPPORT_MARGIN = 0.03
-_ELBOW_TOLERANCE = 1e-7  # [m]
-_PASSES = 10
+_ELBOW_TOLERANCE = 1e-7  # largest error of the elbow's place [m]
+_PASSES = 10  # limit of iterations for the length of the step
 
 
 @dataclass(frozen=True)
-class Contact:
-    """How the leaf and the elbow meet.
+class LeafContact:
+    """Contact of the elbow with the leaf.
 
     Attributes:
-        point: B, where the elbow's surface touches the face, in odom, (3,) [m].
-        normal: Of the face, into the door, (3,).
+        point: Point B, where the elbow's surface touches the face, in odom, (3,) [m].
+        normal: Unit normal of the face, pointing into the door, (3,).
         l_b: Distance of B from the hinge along the leaf [m].
     """
 
@@ -45,15 +46,15 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Stance:
-    """Feet and posture at the hit.
+class HitStance:
+    """Feet and posture at the hit, Fig. 5.
 
     Attributes:
-        feet_start: Soles before the step, by side, (3,) each [m].
-        feet: Soles at the hit.
+        feet_start: Places of the soles before the step in odom by side, (3,) each [m].
+        feet: Places of the soles at the hit in odom by side, (3,) each [m].
         step: Length of the right foot's step towards the door [m].
-        posture: The robot at the hit.
-        percussion_error: How far eq. (5) is missed [m]; 0 where it is met.
+        posture: Posture of the robot at the hit.
+        percussion_error: Error of the CoM's height against eq. (5) [m]; 0 where eq. (5) is met.
     """
 
     feet_start: dict[str, Array]
@@ -64,7 +65,10 @@ class Stance:
 
 
 def initial_feet(robot: RobotModel) -> dict[str, Array]:
-    """Soles of half-sitting, with the origin of odom midway between them, (3,) each [m]."""
+    """Places of the soles in half-sitting by side, (3,) each [m].
+
+    The origin of odom is midway between them.
+    """
     q = robot.configuration(np.zeros(3), robot.config.half_sitting)
     soles = {side: robot.frame_position(q, robot.feet[side].frame) for side in SIDES}
     middle = 0.5 * (soles["left"] + soles["right"])
@@ -72,20 +76,20 @@ def initial_feet(robot: RobotModel) -> dict[str, Array]:
 
 
 def initial_base(robot: RobotModel) -> Array:
-    """base_link of half-sitting in odom, (3,) [m]."""
+    """Position of base_link in half-sitting in odom, (3,) [m]."""
     q = robot.configuration(np.zeros(3), robot.config.half_sitting)
     soles = [robot.frame_position(q, robot.feet[side].frame) for side in SIDES]
     return np.asarray(-0.5 * (soles[0] + soles[1]))
 
 
 def sole_edges(robot: RobotModel, feet: dict[str, Array]) -> tuple[float, float]:
-    """Lower and upper y of both soles [m]."""
+    """Lowest and highest y of both soles together, in odom [m]."""
     corners = [robot.feet[side].corners(feet[side])[:, 1] for side in SIDES]
     return float(np.min(corners)), float(np.max(corners))
 
 
 def com_x(robot: RobotModel) -> float:
-    """Where the CoM is kept along x: over the middle of the soles [m]."""
+    """x at which the CoM is kept, the middle of the soles [m]."""
     x_min, x_max = robot.feet["right"].rectangle[:2]
     return 0.5 * (x_min + x_max)
 
@@ -93,7 +97,21 @@ def com_x(robot: RobotModel) -> float:
 def braced_over(
     robot: RobotModel, y: Array, waist_z: float, feet: dict[str, Array], *, strict: bool = True
 ) -> tuple[Array, Array]:
-    """The braced robot with its CoM at `com_x` and places along y, (N,) [m]; see `solve`."""
+    """Postures of the braced robot with its CoM at `com_x` and given places along y.
+
+    Args:
+        robot: The robot.
+        y: Places of the CoM along y in odom, (N,) [m].
+        waist_z: Height of base_link above the floor [m].
+        feet: Places of the soles in odom by side, (3,) each [m].
+        strict: Whether an unreachable posture is an error; if not, its row is NaN.
+
+    Returns:
+        Joints (N, J) [rad] and base (N, 3) [m].
+
+    Raises:
+        PostureUnreachable: With `strict`, a leg does not reach.
+    """
     return solve(
         robot,
         upper=braced_upper_body(robot),
@@ -105,38 +123,52 @@ def braced_over(
 
 
 def com_at_hit(robot: RobotModel, right_foot: Array, inside_edge: float) -> Array:
-    """CoM over the floor at the hit: so far inside the right sole's inner edge, (2,) [m]."""
+    """Place of the CoM over the floor at the hit in odom, (2,) [m].
+
+    Args:
+        robot: The robot.
+        right_foot: Place of the right sole at the hit, (3,) [m].
+        inside_edge: Distance of the CoM inside the right sole's inner edge [m].
+    """
     inner = right_foot[1] + robot.feet["right"].rectangle[3]
     return np.array([com_x(robot), inner - inside_edge])
 
 
 def stance_for_step(
     robot: RobotModel, step: float, inside_edge: float, demands: LegDemands = PLAIN
-) -> Stance:
-    """Stance and posture for a given length of the step [m]; see `stance_for_contact`."""
+) -> HitStance:
+    """Find the stance for a given step; arguments and errors as for `stance_for_contact`.
+
+    Args:
+        robot: The robot.
+        step: Length of the right foot's step [m].
+        inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
+        demands: Demands on the legs past the hit.
+    """
     start = initial_feet(robot)
     feet = _stepped(start, step)
     com = com_at_hit(robot, feet["right"], inside_edge)
     inner_edge = float(robot.feet["left"].corners(feet["left"])[:, 1].min())
     over_left = np.array([com[0], inner_edge + SINGLE_SUPPORT_MARGIN])
     posture, error = percussion_posture(robot, com, feet, demands, [over_left])
-    return Stance(start, feet, step, posture, error)
+    return HitStance(start, feet, step, posture, error)
 
 
 def stance_for_contact(
     robot: RobotModel, elbow_y: float, inside_edge: float, demands: LegDemands = PLAIN
-) -> Stance:
-    """The step that brings the elbow to a place while the CoM is over its edge.
+) -> HitStance:
+    """Find the step that brings the elbow to a place while the CoM is near the sole's inner edge.
 
     Args:
         robot: The robot.
         elbow_y: y of the elbow's centre in odom at the hit [m].
-        inside_edge: How far the CoM is inside the right sole's inner edge at the hit [m].
-        demands: What the legs must do past the hit.
+        inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
+        demands: Demands on the legs past the hit.
 
     Raises:
-        PostureUnreachable: The step would be shorter or longer than `RobotConfig.step` says, or
-            out of the legs' reach; the limit is the range of elbow_y that can be reached [m].
+        PostureUnreachable: The step would be outside the range of `RobotConfig.step`, or out of
+            the legs' reach. Value and limit are the door's distance and its range [m].
+        JointLimit: The legs reach, but are too slow for the demanded speed.
     """
     allowed = robot.config.step
     step, last = allowed.nominal, None
@@ -148,7 +180,7 @@ def stance_for_contact(
         miss = float(stance.posture.elbow[1]) - elbow_y
         if abs(miss) < _ELBOW_TOLERANCE:
             return stance
-        # The elbow goes with the foot almost one to one; then by the secant.
+        # The first slope assumes that the elbow moves with the foot; then the secant method.
         slope = -1.0 if last is None else (miss - last[1]) / (step - last[0])
         last = step, miss
         step -= miss / slope
@@ -158,7 +190,10 @@ def stance_for_contact(
 
 
 def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:
-    """Furthest and nearest y of the elbow that a step within its limits reaches [m]."""
+    """Farthest and nearest y of the elbow that a step within its limits reaches [m].
+
+    Both are NaN where no step is within the legs' reach.
+    """
     reach, allowed = [], robot.config.step
     for step in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
         try:
@@ -176,35 +211,42 @@ def _stepped(start: dict[str, Array], step: float) -> dict[str, Array]:
 def _out_of_reach(
     robot: RobotModel, elbow_y: float, step: float, inside_edge: float
 ) -> PostureUnreachable:
+    """The error of a door that no allowed step reaches; lengths as for `stance_for_contact`."""
     far, near = elbow_range(robot, inside_edge)
     radius, allowed = robot.config.contact_radius, robot.config.step
     return PostureUnreachable(
-        f"a door {radius - elbow_y:.3f} m from the origin is out of reach: the elbow would have to "
-        f"be at y = {elbow_y:.3f} m, which needs a step of about "
-        f"{step:.3f} m; steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m put it at "
-        f"{near:.3f} to {far:.3f} m: a closed door must stand {radius - near:.3f} to "
-        f"{radius - far:.3f} m from the origin",
+        f"a door {radius - elbow_y:.3f} m from the origin of odom is out of reach: it needs a step "
+        f"of about {step:.3f} m, and steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m "
+        f"are allowed; a closed door must stand {radius - near:.3f} to {radius - far:.3f} m from "
+        "the origin",
         quantity="door_distance [m]",
         value=radius - elbow_y,
         limit=(radius - near, radius - far),
     )
 
 
-def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -> Contact:
-    """Where a sphere touches the leaf that stands at an angle.
+def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -> LeafContact:
+    """Contact of the elbow, a sphere, with the leaf at an opening angle.
 
     Args:
-        elbow: Centre of the sphere, (3,) [m].
-        radius: Its radius [m].
-        hinge: x and y of the hinge, which lies in the plane of the face, (2,) [m].
+        elbow: Centre of the sphere in odom, (3,) [m].
+        radius: Radius of the sphere [m].
+        hinge: x and y of the hinge in odom, which lies in the plane of the face, (2,) [m].
         angle: Opening angle of the door [rad].
     """
     leaf = LeafFrame(hinge, angle)
     point = elbow + radius * leaf.normal
-    return Contact(point=point, normal=leaf.normal, l_b=float(leaf.radius(point)))
+    return LeafContact(point=point, normal=leaf.normal, l_b=float(leaf.radius(point)))
 
 
 def elbow_y_at_contact(elbow_x: float, radius: float, hinge: Array, angle: float) -> float:
-    """y of the elbow's centre when it touches the leaf [m]; see `contact_with_leaf`."""
+    """y of the elbow's centre at which it touches the leaf [m].
+
+    Args:
+        elbow_x: x of the elbow's centre in odom [m].
+        radius: Radius of the elbow's sphere [m].
+        hinge: x and y of the hinge in odom, (2,) [m].
+        angle: Opening angle of the door [rad].
+    """
     face = float(hinge[1]) - (elbow_x - float(hinge[0])) * math.tan(angle)
     return face + radius / math.cos(angle)

@@ -1,1 +1,1 @@
-"""Motions before and after the hit, phase by phase, checked against every limit."""
+"""Motions before and after the hit, checked against every limit; Fig. 6 is in `cam_curve`."""

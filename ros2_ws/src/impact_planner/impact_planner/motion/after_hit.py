@@ -107,7 +107,7 @@ def _no_rest(
         where: Which door, where it is not the nominal one.
     """
     reach = hit.run_up.y_hit - hit.run_up.table.low
-    speed = hit.speeds.v_rb_post
+    speed = hit.transfer.speeds.v_rb_post
     begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
     if not math.isfinite(margin):
         y, _, _ = _to_rest(settings, hit, start, rest)
@@ -115,18 +115,19 @@ def _no_rest(
         return PostureUnreachable(
             f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
             f"{1e3 * reach:.0f} mm",
-            quantity="way to rest [m]", value=way, limit=reach)
+            quantity="way to rest [m]", value=way, limit=reach, phase="post")
     return PostureUnreachable(
         f"{begin}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
         f"{1e3 * settings.required_margin:.1f} mm are required",
-        quantity="ZMP margin [m]", value=margin, limit=settings.required_margin)
+        quantity="ZMP margin [m]", value=margin, limit=settings.required_margin, phase="post")
 
 
 def _along(
     run_up: RunUpPlan, hit: HitDesign, time: Array, start: float, rest: float, slow: float
 ) -> Motion:
     """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
-    return run_up.table.motion(time, *_course(run_up, hit.speeds.ratio, time, start, rest, slow))
+    course = _course(run_up, hit.transfer.speeds.ratio, time, start, rest, slow)
+    return run_up.table.motion(time, *course)
 
 
 def _course(
@@ -150,7 +151,7 @@ def _to_rest(
     """`_course` from when the legs have slowed down to rest, at `_TRIALS` samples."""
     slow = settings.slow_down
     time = slow + np.linspace(0.0, rest, _TRIALS)
-    return _course(hit.run_up, hit.speeds.ratio, time, start, rest, slow)
+    return _course(hit.run_up, hit.transfer.speeds.ratio, time, start, rest, slow)
 
 
 def _margin(
@@ -251,8 +252,9 @@ def require_leaving(settings: PlannerSettings, hit: HitDesign, post: Motion) -> 
     if pushed > _PUSHED:
         raise SpeedUnreachable(
             f"the door would not leave the robot: after the hit at v'_rB = "
-            f"{hit.speeds.v_rb_post:.3f} m/s it would be pushed on by {1e3 * pushed:.1f} mm",
-            quantity="pushed on [m]", value=pushed, limit=_PUSHED)
+            f"{hit.transfer.speeds.v_rb_post:.3f} m/s it would be pushed on by "
+            f"{1e3 * pushed:.1f} mm",
+            quantity="pushed on [m]", value=pushed, limit=_PUSHED, phase="post")
 
 
 def retreat_motion(

@@ -17,7 +17,7 @@ from humanoid_motion.whole_body import require_joint_limits, solve, within_range
 from impact_planner.hit.posture import RESERVE
 from impact_planner.hit.stance import (
     SINGLE_SUPPORT_MARGIN,
-    Stance,
+    HitStance,
     braced_over,
     com_x,
     initial_base,
@@ -47,7 +47,7 @@ class StandingPhase:
 
 
 def plan_approach(
-    robot: RobotModel, stance: Stance, y_run_up: float, timing: ApproachTiming, period: float
+    robot: RobotModel, stance: HitStance, y_run_up: float, timing: ApproachTiming, period: float
 ) -> list[StandingPhase]:
     """Everything from half-sitting to the start of the run-up.
 
@@ -85,7 +85,7 @@ def sample_times(duration: float, period: float) -> Array:
     return np.linspace(0.0, duration, max(8, int(np.ceil(duration / period - 1e-9)) + 1))
 
 
-def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
+def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
     """y of the CoM during the step: as near to the middle of the sole as the hip roll allows."""
     edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
     middle, inner = float(edges.mean()), float(edges.min())
@@ -101,7 +101,7 @@ def _over_left_foot(robot: RobotModel, stance: Stance) -> float:
 
 
 def _prepare(
-    robot: RobotModel, stance: Stance, com_end: Array, duration: float, period: float
+    robot: RobotModel, stance: HitStance, com_end: Array, duration: float, period: float
 ) -> Motion:
     time = sample_times(duration, _NODES)
     part = min_jerk(time, duration)[:, None]
@@ -133,7 +133,7 @@ def _sway(
 
 
 def _step(
-    robot: RobotModel, stance: Stance, com: Array, timing: ApproachTiming, period: float
+    robot: RobotModel, stance: HitStance, com: Array, timing: ApproachTiming, period: float
 ) -> Motion:
     time = sample_times(timing.step, _NODES)
     u = time / timing.step

@@ -1,14 +1,15 @@
 """Where the right hand meets the leaf, section II.C.1: as far from the hinge as the arm reaches.
 
 One small nonlinear programme chooses two postures of the arm at once, with the hand on the same
-spot of the leaf: one that stops the falling leaf, near enough to the braced arm to be reached
-in time, and one that holds it at the desired angle.
+spot of the leaf. The first posture stops the falling leaf and is near enough to the braced arm to
+be reached in time. The second posture holds the leaf at the desired angle.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -17,24 +18,29 @@ from scipy.optimize import minimize
 
 from impact_planner.hit.leaf import LeafFrame
 
-CLEARANCE = 0.02  # of elbow and wrist from the leaf beyond their radius [m]
-_RESERVE = np.deg2rad(4.0)  # kept from the joints' limits
-_EDGE = 0.02  # of the leaf beyond the hand [m]
-_EFFORT = 0.02  # [m]; weight of the joints' travel against distance from the hinge
-_TOLERANCE = 1e-5  # [m]
-_NEWTON_STEPS = 10  # they converge within seven, or the hand is out of reach
-_HAND = 0  # place in what `_places` gives: hand, elbow, wrist
+CLEARANCE = 0.02  # distance of elbow and wrist from the leaf beyond their radius [m]
+_RESERVE = np.deg2rad(4.0)  # distance kept from the joints' limits [rad]
+_EDGE = 0.02  # smallest part of the leaf beyond the hand [m]
+_EFFORT = 0.02  # weight of the joints' travel against the hand's distance from the hinge [m]
+_TOLERANCE = 1e-5  # largest distance of the hand from its target [m]
+_NEWTON_STEPS = 10  # limit of iterations: seven are enough wherever the hand can reach
+_LARGEST_VIOLATION = 1e-4  # of a constraint in an accepted solution [m]
+_HAND, _ELBOW, _WRIST = 0, 1, 2  # indices of the frames of `ArmReach`
+_EQUALITIES, _INEQUALITIES = 4, 7  # numbers of constraints
+
+FramePlace = tuple[Array, Array]
+"""Position of a frame in odom (3,) [m], and its Jacobian to scaled joints (3, A) [m]."""
 
 
 @dataclass(frozen=True)
 class HandOnLeaf:
-    """The two postures of the arm.
+    """Two postures of the arm with the hand on one spot of the leaf.
 
     Attributes:
-        nearest: The arm's joints where the leaf comes nearest to the robot, (A,) [rad].
-        final: The same at the desired angle.
+        nearest: Joints of the arm where the leaf comes nearest to the robot, (A,) [rad].
+        final: Joints of the arm at the desired angle, (A,) [rad].
         radius: Distance of the hand from the hinge along the leaf [m].
-        height: Of the hand [m].
+        height: Height of the hand above the floor [m].
     """
 
     nearest: Array
@@ -44,16 +50,27 @@ class HandOnLeaf:
 
 
 class ArmReach:
-    """Kinematics of the right arm for a base that stands still."""
+    """Kinematics of the right arm for a base that stands still.
+
+    Attributes:
+        columns: Columns of the arm's joints among the robot's joints, (A,).
+        hand_radius: Radius of the sphere that stands for the hand [m].
+        elbow_radius: Radius of the spheres that stand for elbow and wrist [m].
+        heights: Lowest and highest allowed height of the hand above the floor [m].
+        lower: Lower limits of the arm's joints with a reserve, (A,) [rad].
+        upper: Upper limits of the arm's joints with a reserve, (A,) [rad].
+    """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Look up the arm in the model."""
+        """Look up the arm of a robot."""
         self._robot = robot
         self.columns = robot.arm_columns
         self._v = robot.v_index[self.columns]
         self._frames = (
             robot.config.hand_link, robot.config.contact_link, robot.config.arm.wrist_link)
         self.hand_radius = robot.hand_radius()
+        self.elbow_radius = robot.config.contact_radius
+        self.heights = robot.config.arm.heights
         self.lower = robot.lower[self.columns] + _RESERVE
         self.upper = robot.upper[self.columns] - _RESERVE
         arm = robot.config.arm
@@ -61,20 +78,20 @@ class ArmReach:
         bound[arm.joints.index(arm.elbow)] = arm.straightest_elbow
 
     def furthest(self, width: float) -> float:
-        """Largest distance of the hand from the hinge on a leaf of a width [m]."""
+        """Largest distance of the hand from the hinge on a leaf of a given width [m]."""
         return width - _EDGE - self.hand_radius
 
     def follow(self, bases: Array, joints: Array, arm: Array, targets: Array) -> Array:
-        """Least change of the arm that puts the hand on targets; NaN where it does not get there.
+        """Find the smallest change of the arm that puts the hand on targets.
 
         Args:
-            bases: base_link (N, 3) [m].
-            joints: The robot (J,) [rad]; its arm is ignored.
-            arm: Postures of the arm near by (N, A) [rad].
-            targets: Middle of the hand (N, 3) [m].
+            bases: Positions of base_link in odom, (N, 3) [m].
+            joints: Joints of the robot, (J,) [rad]; the arm's are ignored.
+            arm: Postures of the arm to start from, (N, A) [rad].
+            targets: Targets for the middle of the hand in odom, (N, 3) [m].
 
         Returns:
-            (N, A) [rad].
+            Postures of the arm, (N, A) [rad]. A row is NaN where the hand does not reach.
         """
         chain = self._robot.hand_chain
         mine = np.array([list(chain.columns).index(column) for column in self.columns])
@@ -105,120 +122,163 @@ class ArmReach:
         """Choose the spot on the leaf and both postures.
 
         Args:
-            base: base_link (3,) [m].
-            joints: The robot with its arm braced, (J,) [rad].
-            leaf: The leaf where it comes nearest and at the end.
-            furthest: Largest distance of the hand from the hinge [m].
+            base: Position of base_link in odom, (3,) [m].
+            joints: Joints of the robot with its arm braced, (J,) [rad].
+            leaf: The leaf where it comes nearest to the robot, and the leaf at the end.
+            furthest: Largest allowed distance of the hand from the hinge [m].
             travel: How far each joint of the arm can turn before the catch, (A,) [rad].
 
         Returns:
-            The postures; None where there are none.
+            The postures; None where the arm has no such postures.
         """
         start = joints[self.columns]
-        n = len(start)
         low = np.concatenate([np.maximum(self.lower, start - travel), self.lower])
         high = np.concatenate([np.minimum(self.upper, start + travel), self.upper])
         if np.any(low > high):
             return None
-
-        # Unknowns in which the cost of travel is half their square, as SLSQP takes it at first.
-        unit = np.tile(travel, 2) / np.sqrt(_EFFORT)
-        low, high = ((bound - np.tile(start, 2)) / unit for bound in (low, high))
-
-        @lru_cache(maxsize=2)  # cost, constraints and their slopes are asked for in turn
-        def places(x: bytes) -> list[list[tuple[Array, Array]]]:
-            """Hand, elbow and wrist at both leaves: position and Jacobian to the unknowns."""
-            arms = start + (np.frombuffer(x) * unit).reshape(2, n)
-            return [self._places(base, joints, arm, unit[:n]) for arm in arms]
-
-        def both(x: Array, frame: int) -> list[tuple[Array, Array]]:
-            return [place[frame] for place in places(x.tobytes())]
-
-        def cost(x: Array) -> tuple[float, Array]:
-            (_, _), (final, jacobian) = both(x, _HAND)
-            slope = x.copy()
-            slope[n:] -= leaf[1].along @ jacobian
-            return 0.5 * float(x @ x) - float(leaf[1].radius(final)), slope
-
+        programme = _HandProgramme(self, base, joints, leaf, furthest, travel)
+        low, high = ((bound - np.tile(start, 2)) / programme.unit for bound in (low, high))
         result = minimize(
-            cost,
+            programme.cost,
             np.clip(0.0, low, high),
             jac=True,
             method="SLSQP",
             bounds=list(zip(low, high, strict=True)),
-            constraints=self._constraints(both, leaf, furthest, n),
+            constraints=programme.constraints(),
             options={"maxiter": 120, "ftol": 1e-5},
         )
-        x = np.asarray(result.x)
-        equal, clear = self._constraints(both, leaf, furthest, n)
-        if np.max(np.abs(equal["fun"](x))) > 1e-4 or np.min(clear["fun"](x)) < -1e-4:
-            return None
-        final = both(x, _HAND)[1][0]
-        radius = float(leaf[1].radius(final))
-        if radius < self.hand_radius + _EDGE:
-            return None  # behind the hinge, where there is no leaf
-        nearest, last = start + (x * unit).reshape(2, n)
-        return HandOnLeaf(nearest, last, radius, float(final[2]))
+        return programme.solution(np.asarray(result.x))
 
-    def _places(
-        self, base: Array, joints: Array, arm: Array, unit: Array
-    ) -> list[tuple[Array, Array]]:
-        """Position (3,) [m] of hand, elbow and wrist, Jacobian to joints over units (A,) [m]."""
+    def places(self, base: Array, joints: Array, arm: Array, unit: Array) -> list[FramePlace]:
+        """Places of hand, elbow and wrist for one posture of the arm.
+
+        Args:
+            base: Position of base_link in odom, (3,) [m].
+            joints: Joints of the robot, (J,) [rad]; the arm's are replaced.
+            arm: Joints of the arm, (A,) [rad].
+            unit: Change of each joint of the arm that counts as 1, (A,) [rad].
+        """
         full = joints.copy()
         full[self.columns] = arm
         q = self._robot.configuration(base, full)
         return [(place, jacobian[:3, self._v] * unit)
                 for place, jacobian in self._robot.frames_at(q, self._frames)]
 
-    def _constraints(self, both, leaf, furthest, n):  # type: ignore[no-untyped-def]
-        """Hand on the face and on one spot; elbow and wrist clear of the leaf; on the leaf."""
-        robot, radius = self._robot, self.hand_radius
-        hand, elbow, wrist = _HAND, 1, 2
-        lowest, highest = robot.config.arm.heights
 
-        def equal(x: Array) -> Array:
-            (a, _), (b, _) = both(x, hand)
-            return np.array(
-                [
-                    leaf[0].gap(a) - radius,
-                    leaf[1].gap(b) - radius,
-                    leaf[0].radius(a) - leaf[1].radius(b),
-                    a[2] - b[2],
-                ]
-            )
+class _HandProgramme:
+    """The nonlinear programme: unknowns are the joints of both postures, (2 A,), without unit.
 
-        def equal_slope(x: Array) -> Array:
-            (_, ja), (_, jb) = both(x, hand)
-            out = np.zeros((4, 2 * n))
-            out[0, :n] = -leaf[0].normal @ ja
-            out[1, n:] = -leaf[1].normal @ jb
-            out[2, :n], out[2, n:] = leaf[0].along @ ja, -leaf[1].along @ jb
-            out[3, :n], out[3, n:] = ja[2], -jb[2]
-            return out
+    An unknown is a joint's change from the braced arm over `unit`, so that the cost of travel is
+    half of the squared unknowns: SLSQP starts with the unit matrix as its Hessian.
+    """
 
-        def clear(x: Array) -> Array:
-            gaps = [
-                leaf[i].gap(place[i][0]) - robot.config.contact_radius - CLEARANCE
-                for place in (both(x, elbow), both(x, wrist))
-                for i in (0, 1)
-            ]
-            final = both(x, hand)[1][0]
-            room = furthest - leaf[1].radius(final)
-            return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
+    def __init__(
+        self,
+        reach: ArmReach,
+        base: Array,
+        joints: Array,
+        leaf: tuple[LeafFrame, LeafFrame],
+        furthest: float,
+        travel: Array,
+    ) -> None:
+        """State the programme; arguments as for `ArmReach.choose`."""
+        self._reach, self._base, self._joints = reach, base, joints
+        self._leaf, self._furthest = leaf, furthest
+        self._start = joints[reach.columns]
+        self._n = len(self._start)
+        self.unit = np.tile(travel, 2) / np.sqrt(_EFFORT)
+        # SLSQP asks for cost, constraints and slopes at the same unknowns in turn.
+        self._cached = lru_cache(maxsize=2)(self._compute)
 
-        def clear_slope(x: Array) -> Array:
-            out = np.zeros((7, 2 * n))
-            row = 0
-            for place in (both(x, elbow), both(x, wrist)):
-                for i in (0, 1):
-                    out[row, i * n : (i + 1) * n] = -leaf[i].normal @ place[i][1]
-                    row += 1
-            jb = both(x, hand)[1][1]
-            out[4, n:] = -leaf[1].along @ jb
-            out[5, n:], out[6, n:] = jb[2], -jb[2]
-            return out
+    def cost(self, x: Array) -> tuple[float, Array]:
+        """Travel of the joints less the hand's distance from the hinge, and the slope of that."""
+        (_, _), (final, jacobian) = self._both(x, _HAND)
+        leaf = self._leaf[1]
+        slope = x.copy()
+        slope[self._n:] -= leaf.along @ jacobian
+        return 0.5 * float(x @ x) - float(leaf.radius(final)), slope
 
+    def constraints(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """The constraints in the form of `scipy.optimize.minimize`."""
         return (
-            {"type": "eq", "fun": equal, "jac": equal_slope},
-            {"type": "ineq", "fun": clear, "jac": clear_slope},
+            {"type": "eq", "fun": self._equal, "jac": self._equal_slope},
+            {"type": "ineq", "fun": self._clear, "jac": self._clear_slope},
         )
+
+    def solution(self, x: Array) -> HandOnLeaf | None:
+        """The postures of a solution (2 A,); None where it breaks a constraint."""
+        if np.max(np.abs(self._equal(x))) > _LARGEST_VIOLATION:
+            return None
+        if np.min(self._clear(x)) < -_LARGEST_VIOLATION:
+            return None
+        final = self._both(x, _HAND)[1][0]
+        radius = float(self._leaf[1].radius(final))
+        if radius < self._reach.hand_radius + _EDGE:
+            return None  # the hand is behind the hinge, where the leaf has no face
+        nearest, last = self._arms(x)
+        return HandOnLeaf(nearest, last, radius, float(final[2]))
+
+    def _arms(self, x: Array) -> Array:
+        """Joints of the arm in both postures, (2, A) [rad]."""
+        return np.asarray(self._start + (x * self.unit).reshape(2, self._n))
+
+    def _compute(self, x: bytes) -> list[list[FramePlace]]:
+        unit = self.unit[:self._n]
+        return [
+            self._reach.places(self._base, self._joints, arm, unit)
+            for arm in self._arms(np.frombuffer(x))]
+
+    def _both(self, x: Array, frame: int) -> list[FramePlace]:
+        """Place of a frame in both postures."""
+        return [place[frame] for place in self._cached(x.tobytes())]
+
+    def _equal(self, x: Array) -> Array:
+        """Zero where the hand is on the face in both postures, and on the same spot, (4,) [m]."""
+        (a, _), (b, _) = self._both(x, _HAND)
+        leaf, radius = self._leaf, self._reach.hand_radius
+        return np.array([
+            leaf[0].gap(a) - radius,
+            leaf[1].gap(b) - radius,
+            leaf[0].radius(a) - leaf[1].radius(b),
+            a[2] - b[2],
+        ])
+
+    def _equal_slope(self, x: Array) -> Array:
+        (_, ja), (_, jb) = self._both(x, _HAND)
+        leaf, n = self._leaf, self._n
+        out = np.zeros((_EQUALITIES, 2 * n))
+        out[0, :n] = -leaf[0].normal @ ja
+        out[1, n:] = -leaf[1].normal @ jb
+        out[2, :n], out[2, n:] = leaf[0].along @ ja, -leaf[1].along @ jb
+        out[3, :n], out[3, n:] = ja[2], -jb[2]
+        return out
+
+    def _clear(self, x: Array) -> Array:
+        """Positive where elbow and wrist clear the leaf and the hand is within bounds, (7,) [m].
+
+        In order: elbow at both leaves, wrist at both leaves, distance to the furthest spot, and
+        the hand's distance to its lowest and highest place.
+        """
+        leaf, reach = self._leaf, self._reach
+        gaps = [
+            leaf[i].gap(place[i][0]) - reach.elbow_radius - CLEARANCE
+            for place in (self._both(x, _ELBOW), self._both(x, _WRIST))
+            for i in (0, 1)
+        ]
+        final = self._both(x, _HAND)[1][0]
+        lowest, highest = reach.heights
+        room = self._furthest - leaf[1].radius(final)
+        return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
+
+    def _clear_slope(self, x: Array) -> Array:
+        leaf, n = self._leaf, self._n
+        out = np.zeros((_INEQUALITIES, 2 * n))
+        row = 0
+        for place in (self._both(x, _ELBOW), self._both(x, _WRIST)):
+            for i in (0, 1):
+                out[row, i * n : (i + 1) * n] = -leaf[i].normal @ place[i][1]
+                row += 1
+        jb = self._both(x, _HAND)[1][1]
+        out[4, n:] = -leaf[1].along @ jb
+        out[5, n:], out[6, n:] = jb[2], -jb[2]
+        return out

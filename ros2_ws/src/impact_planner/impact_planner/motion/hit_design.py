@@ -1,41 +1,32 @@
-"""All that is decided about the hit before trajectories are made."""
+"""All decisions about the hit that precede the trajectories, sections II.C.1 to II.C.4."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from impact_planner.hit import momentum
 from impact_planner.hit.door_prediction import DoorPrediction
-from impact_planner.hit.floor_load import FloorLoad
 from impact_planner.hit.placement import Placement
-from impact_planner.hit.stance import Contact, Stance
+from impact_planner.hit.stance import HitStance, LeafContact
+from impact_planner.hit.transfer import MomentumTransfer
 from impact_planner.motion.run_up import RunUpPlan
 
 
 @dataclass(frozen=True)
 class HitDesign:
-    """The hit.
+    """The design of a hit: where the robot stands, how fast it hits, and how it gets there.
 
     Attributes:
-        placement: Where the door is.
-        stance: Feet and posture.
-        contact: Where the elbow meets the leaf.
-        door: What the door does.
-        mass: Effective mass planned with [kg].
-        model_mass: The same by the model alone [kg].
-        speeds: Of B, along the leaf's normal.
-        floor: What the feet must bear.
-        brace: Impulse of the torque at each braced joint [N m s].
-        run_up: The run-up.
+        placement: Place of the door, section II.C.1.
+        stance: Feet and posture at the hit, sections II.C.1 and II.C.4.
+        contact: Place where the elbow meets the leaf.
+        door: Predicted motion of the door, section II.C.2.
+        transfer: Effective mass, speeds of B and loads of the hit, section II.C.3.
+        run_up: Motion of the CoM that brings B to its speed, section II.C.4.
     """
 
     placement: Placement
-    stance: Stance
-    contact: Contact
+    stance: HitStance
+    contact: LeafContact
     door: DoorPrediction
-    mass: float
-    model_mass: float
-    speeds: momentum.ImpactSpeeds
-    floor: FloorLoad
-    brace: dict[str, float]
+    transfer: MomentumTransfer
     run_up: RunUpPlan

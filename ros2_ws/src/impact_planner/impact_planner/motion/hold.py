@@ -197,6 +197,7 @@ def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
             quantity="hand force [N]",
             value=force,
             limit=task.force_limit,
+            phase="hold",
         )
     return force
 
@@ -254,6 +255,7 @@ def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
         quantity="desired_opening_angle [rad]",
         value=task.angle,
         limit=min(known, key=lambda angle: abs(angle - task.angle), default=0.0),
+        phase="hold",
     )
 
 
@@ -312,6 +314,7 @@ def _require_followed(arc: Array, angles: Array, time: Array) -> None:
             quantity="leaf angle [rad]",
             value=at,
             limit=kept,
+            phase="hold",
         )
 
 

@@ -90,6 +90,7 @@ def checked_phase(
             quantity="ZMP margin [m]",
             value=margin,
             limit=limits.margin,
+            phase=phase.name,
         )
     torque = joint_torques(robot, motion, dynamics, phase.feet, phase.sides)
     require_torque_limits(robot, torque[counted], phase.name, share=limits.share)

@@ -21,7 +21,7 @@ from humanoid_motion.zmp import floor_wrenches
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
-from impact_planner.hit.stance import Stance, braced_over
+from impact_planner.hit.stance import HitStance, braced_over
 
 _STEP = 0.005  # [m]
 _FEWEST = 8  # places that a spline needs
@@ -44,7 +44,7 @@ class PostureTable:
         PostureUnreachable: The legs reach no start of a run-up.
     """
 
-    def __init__(self, robot: RobotModel, stance: Stance, overrun: float) -> None:
+    def __init__(self, robot: RobotModel, stance: HitStance, overrun: float) -> None:
         self._robot = robot
         self.y_hit = float(stance.posture.com[1])
         lowest, highest = robot.config.run_up_start

@@ -11,7 +11,7 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.door_prediction import opening_limit
 from impact_planner.hit.placement import Placement
-from impact_planner.hit.stance import Stance
+from impact_planner.hit.stance import HitStance
 from impact_planner.motion.hold import HoldTask, can_hold, hold_task
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import PlannerSettings
@@ -25,7 +25,7 @@ def largest_angle(
     known: KnownDoor,
     settings: PlannerSettings,
     placement: Placement,
-    stance: Stance,
+    stance: HitStance,
 ) -> float:
     """The largest angle at which the arm can catch and hold the door from a stance, to 0.25 deg.
 
@@ -55,7 +55,7 @@ def largest_angle(
     if found is None:
         raise AngleUnreachable(
             "the arm can hold the door at no angle from here",
-            quantity="desired_opening_angle [rad]", value=limit, limit=0.0)
+            quantity="desired_opening_angle [rad]", value=limit, limit=0.0, phase="hold")
     return found
 
 
@@ -64,7 +64,7 @@ def furthest_contact(
     known: KnownDoor,
     settings: PlannerSettings,
     placement: Placement,
-    stance: Stance,
+    stance: HitStance,
     angle: float,
 ) -> float:
     """The largest l_B from which the arm can hold the door at an angle, to 2.5 mm.
@@ -99,12 +99,12 @@ def furthest_contact(
     if found is None:
         raise AngleUnreachable(
             f"the arm can hold the door at {np.degrees(angle):.1f} deg from no l_B",
-            quantity="l_b [m]", value=angle, limit=(nearest, known.width))
+            quantity="l_b [m]", value=angle, limit=(nearest, known.width), phase="hold")
     return found
 
 
 def _task(
-    known: KnownDoor, settings: PlannerSettings, placement: Placement, stance: Stance
+    known: KnownDoor, settings: PlannerSettings, placement: Placement, stance: HitStance
 ) -> HoldTask:
     """Holding from the posture at the hit; the angle is still open."""
     start = stance.posture.joints, stance.posture.base

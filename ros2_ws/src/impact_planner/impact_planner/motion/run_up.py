@@ -17,7 +17,7 @@ from humanoid_motion.zmp import Dynamics, edge_margin, inverse_dynamics, margins
 from scipy.optimize import brentq, minimize_scalar
 
 from impact_planner.errors import InvalidRequest, SpeedUnreachable
-from impact_planner.hit.stance import Stance, sole_edges
+from impact_planner.hit.stance import HitStance, sole_edges
 from impact_planner.motion.cam_curve import RunUp
 from impact_planner.motion.post import path_time
 from impact_planner.motion.posture_table import PostureTable
@@ -89,7 +89,7 @@ class RunUpPlan:
         return self.law.duration
 
 
-def plan_run_up(robot: RobotModel, stance: Stance, wish: RunUpWish) -> RunUpPlan:
+def plan_run_up(robot: RobotModel, stance: HitStance, wish: RunUpWish) -> RunUpPlan:
     """Plan the run-up that brings point B to a speed at the contact.
 
     Args:
@@ -108,7 +108,7 @@ def plan_run_up(robot: RobotModel, stance: Stance, wish: RunUpWish) -> RunUpPlan
 
 
 def time_run_up(
-    robot: RobotModel, stance: Stance, table: PostureTable, wish: RunUpWish
+    robot: RobotModel, stance: HitStance, table: PostureTable, wish: RunUpWish
 ) -> RunUpPlan:
     """Time a run-up along postures that are known; arguments and errors as `plan_run_up`."""
     edges = sole_edges(robot, stance.feet)
@@ -168,6 +168,7 @@ def _require_room_and_speed(wish: RunUpWish, y_hit: float) -> None:
             quantity="y_start [m]",
             value=wish.y_start,
             limit=y_hit + _SHORTEST_WAY,
+            phase="cam",
         )
     if wish.v_rb < _SLOWEST:
         raise SpeedUnreachable(
@@ -176,6 +177,7 @@ def _require_room_and_speed(wish: RunUpWish, y_hit: float) -> None:
             quantity="v_rb [m/s]",
             value=wish.v_rb,
             limit=_SLOWEST,
+            phase="cam",
         )
 
 
@@ -228,7 +230,7 @@ def _mcv50(
 
 def _timed(
     robot: RobotModel,
-    stance: Stance,
+    stance: HitStance,
     table: PostureTable,
     chosen: _Candidate,
     overrun: float,
@@ -274,6 +276,7 @@ def _too_fast(
         quantity="v_rb [m/s]",
         value=wish.v_rb,
         limit=reached,
+        phase="cam",
     )
 
 
@@ -293,7 +296,7 @@ def _fastest(table: PostureTable, edges: tuple[float, float], wish: RunUpWish) -
 
 
 def capture_reserve(
-    robot: RobotModel, stance: Stance, plan: RunUpPlan, way: Array, speed: Array
+    robot: RobotModel, stance: HitStance, plan: RunUpPlan, way: Array, speed: Array
 ) -> Array:
     """Distance of the capture point to the soles' edge towards the door, (N,) [m].
 

@@ -27,16 +27,10 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 
 WORLD_FRAME = "odom"
-# Names of the fields that the plan and its message share.
-_NUMBERS = (
-    "desired_opening_angle", "initial_angle", "omega_door", "restitution", "v_rb", "v_rb_post",
-    "v_com", "v_com_post", "effective_mass", "effective_mass_planar",
-    "effective_mass_model", "required_impulse",
-    "required_friction", "a_r", "b_r", "b_r_percussion", "l_b", "i_rob", "waist_height",
-    "contact_time", "switch_time", "slow_down", "rest_duration", "peak_time", "peak_time_std",
-    "peak_angle", "peak_angle_std", "point_of_no_return", "stop_duration", "steady_way",
-)  # fmt: skip
-_TEXTS = ("plan_id", "door", "run_up", "ending")
+# The message's fields of numbers and texts, which the plan has under the same names.
+_SAME_NAME = tuple(
+    name for name, kind in ImpactPlanMessage.get_fields_and_field_types().items()
+    if kind in ("double", "uint32", "string"))
 
 
 def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
@@ -99,18 +93,9 @@ def plan_message(
     message = ImpactPlanMessage()
     message.header.stamp = stamp
     message.header.frame_id = WORLD_FRAME
-    for field in _NUMBERS:
-        setattr(message, field, float(getattr(plan, field)))
-    for field in _TEXTS:
-        setattr(message, field, getattr(plan, field))
-    message.learned_hits = plan.learned_hits
-    message.foot_impulse = plan.floor.impulse
-    message.foot_impulse_planar = plan.floor.impulse_planar
-    message.foot_yaw_impulse = plan.floor.yaw_impulse
-    message.brace_joint, message.brace_impulse = plan.hardest_braced
-    message.early_margin = plan.branches.early_margin
-    message.late_margin = plan.branches.late_margin
-    message.missed_margin = plan.branches.missed_margin
+    for field in _SAME_NAME:
+        kind = type(getattr(message, field))
+        setattr(message, field, kind(getattr(plan, field)))
     message.left_foot = _pose(plan.left_foot)
     message.right_foot = _pose(plan.right_foot)
     message.contact_point = _point(plan.contact_point)

@@ -1,1 +1,1 @@
-"""What a plan is made from: the request, the door that is known, settings and experience."""
+"""What a plan is made from: the request, the known door, settings and experience."""

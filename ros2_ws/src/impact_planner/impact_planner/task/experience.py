@@ -1,4 +1,4 @@
-"""What earlier hits on a door have taught, and the file that keeps it."""
+"""Effective mass and restitution learned from earlier hits on a door, and the file for them."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import numpy as np
 import yaml
 from door_impact_common.arrays import Array
 
-from impact_planner.errors import ExperienceUnreadable
+from impact_planner.errors import InvalidRequest
 
-MASS_FACTORS = (0.3, 3.0)  # of the effective mass that are believed
-_MASS_STD = 0.1  # before any hit, as a share
-_RESTITUTION_STD = 0.1  # the same
+MASS_FACTORS = (0.3, 3.0)  # least and largest plausible factor on the model's effective mass
+_MASS_STD = 0.1  # relative standard deviation of the effective mass before any hit
+_RESTITUTION_STD = 0.1  # standard deviation of the restitution before any hit
 
 
 @dataclass(frozen=True)
 class Experience:
-    """What is known of hits on a door.
+    """Knowledge from hits on one door.
 
     Attributes:
-        hits: How many taught it.
-        mass_factor: Of the effective mass that the model says.
+        hits: Number of hits that the knowledge comes from.
+        mass_factor: Factor on the model's effective mass at B.
         restitution: Coefficient of restitution.
-        covariance: Of the factor's logarithm and the restitution, (2, 2).
+        covariance: Covariance of the factor's logarithm and the restitution, (2, 2).
     """
 
     hits: int
@@ -35,15 +35,15 @@ class Experience:
 
     @classmethod
     def none(cls, restitution: float) -> Experience:
-        """Before the first hit, with the restitution that is configured."""
+        """The state before the first hit, with the configured restitution."""
         return cls(0, 1.0, restitution, np.diag([_MASS_STD, _RESTITUTION_STD]) ** 2)
 
 
 def load(path: Path) -> dict[str, Experience]:
-    """Experience by door; none where there is no file.
+    """Read the experience of each door; a missing or empty file holds none.
 
     Raises:
-        ExperienceUnreadable: The file is not one of `save`.
+        InvalidRequest: The file cannot be read, or its content is not what `save` writes.
     """
     try:
         if not path.exists():
@@ -54,14 +54,19 @@ def load(path: Path) -> dict[str, Experience]:
         return {str(door): _checked(**entry) for door, entry in document.items()}
     except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, ValueError, AttributeError,
             RecursionError, OverflowError) as error:
-        raise ExperienceUnreadable(
-            f"{path} holds no experience of hits: {error}", quantity="experience_file",
-            value=str(path)) from error
+        raise InvalidRequest(
+            f"experience_file {path} cannot be read as experience of hits: {error}; correct or "
+            "remove the file", quantity="experience_file", value=str(path)) from error
 
 
 def _checked(
     hits: int, mass_factor: float, restitution: float, covariance: list[list[float]]
 ) -> Experience:
+    """An entry of the file as experience.
+
+    Raises:
+        ValueError: A value is outside its range.
+    """
     spread = np.array(covariance, dtype=float)
     sound = (spread.shape == (2, 2) and bool(np.isfinite(spread).all())
              and bool(np.allclose(spread, spread.T, atol=0.0))
@@ -74,10 +79,10 @@ def _checked(
 
 
 def save(path: Path, known: Mapping[str, Experience]) -> None:
-    """Writes experience by door, whole or not at all.
+    """Write the experience of each door; an interrupted write leaves the old file as it was.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     document = {

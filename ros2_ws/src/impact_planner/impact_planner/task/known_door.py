@@ -1,4 +1,4 @@
-"""What is known of the door when a hit is planned."""
+"""The door as the planner knows it: identified or configured parameters, and experience."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from impact_planner.task.experience import Experience
 
 @dataclass(frozen=True)
 class KnownDoor:
-    """What is known of the door.
+    """A door and the uncertainty of its parameters.
 
     Attributes:
-        name: Name.
+        name: Name of the door.
         door: Parameters of eq. (1).
-        width: Of the leaf, hinge to free edge [m].
-        parameters: Names of what was identified (P,), such as "k_c".
-        covariance: Of these, (P, P) in SI units; None: taken as exact.
-        warnings: Of the identification.
-        experience: What hits on it have taught; None: nothing yet.
+        width: Width of the leaf from the hinge to the free edge [m].
+        parameters: Names of the identified parameters, (P,), such as "k_c".
+        covariance: Covariance of the identified parameters, (P, P) in SI units. None means that
+            all parameters are taken as exact.
+        warnings: Warnings of the identification.
+        experience: Knowledge from earlier hits on this door; None before the first hit.
     """
 
     name: str
@@ -35,5 +36,5 @@ class KnownDoor:
 
     @classmethod
     def configured(cls, config: DoorConfig) -> KnownDoor:
-        """A door that is exactly as its configuration says."""
+        """A door whose configured parameters are taken as exact."""
         return cls(config.name, config.door(), config.leaf.width)

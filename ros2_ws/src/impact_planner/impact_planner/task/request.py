@@ -1,4 +1,4 @@
-"""The request for a plan, checked and filled in from the configuration."""
+"""The request for a plan: its check, and the defaults for what it leaves open."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """A request; None means "as configured or as last identified".
+    """A request; None stands for the learned or configured value.
 
     Attributes:
-        desired_opening_angle: [rad].
-        initial_angle: Of the door at the hit [rad].
-        restitution: Coefficient of restitution.
-        effective_mass: Of the robot at B, in place of the model's [kg].
-        door_distance: From the origin of odom to the closed leaf's face [m].
-        l_b: From the hinge to B along the leaf [m].
-        run_up: One of `RUN_UPS`.
-        ending: One of `ENDINGS`.
+        desired_opening_angle: Largest opening angle that the door is to reach [rad].
+        initial_angle: Opening angle of the door at the hit [rad].
+        restitution: Coefficient of restitution, 0 (plastic) to 1.
+        effective_mass: Effective mass of the robot at B, in place of the model's [kg].
+        door_distance: Distance from the origin of odom to the closed leaf's face [m].
+        l_b: Distance from the hinge to B along the leaf [m]; None means that the configured place
+            of the hinge decides.
+        run_up: Time law of the run-up, a member of `RUN_UPS`.
+        ending: Last phase of the motion, a member of `ENDINGS`.
     """
 
     desired_opening_angle: float
@@ -38,10 +39,19 @@ class PlanRequest:
 
 @dataclass(frozen=True)
 class ResolvedRequest:
-    """A checked request; None where only the stance can tell. Fields as in `PlanRequest`.
+    """A checked request with defaults filled in; units as in `PlanRequest`.
 
     Attributes:
-        mass_factor: Of the effective mass that the model says.
+        angle: Largest opening angle that the door is to reach [rad].
+        initial_angle: Opening angle of the door at the hit [rad].
+        restitution: Coefficient of restitution.
+        effective_mass: Effective mass at B [kg]; None means that the model decides.
+        mass_factor: Learned factor on the model's effective mass.
+        door_distance: Distance from the origin of odom to the closed leaf's face [m]; None means
+            that the door stands where the step ends.
+        l_b: Distance from the hinge to B [m]; None means that the place of the hinge decides.
+        run_up: Time law of the run-up.
+        ending: Last phase of the motion.
     """
 
     angle: float
@@ -58,10 +68,15 @@ class ResolvedRequest:
 def resolve(
     request: PlanRequest, settings: PlannerSettings, known: KnownDoor
 ) -> ResolvedRequest:
-    """Fill in a request from what hits have taught and from the settings, and check it.
+    """Fill in a request from experience and settings, in this order, and check every value.
+
+    Args:
+        request: The request.
+        settings: Configuration with the defaults.
+        known: Door with the experience from earlier hits.
 
     Raises:
-        InvalidRequest: A number is not finite or outside its range, a word is unknown.
+        InvalidRequest: A number is not finite or outside its range, or a word is unknown.
     """
     angle = _number("desired_opening_angle [rad]", request.desired_opening_angle, 0.0, math.inf)
     initial = _number(
@@ -99,6 +114,7 @@ def _first(value: float | None, default: float) -> float:
 
 
 def _optional(name: str, value: float | None, default: float | None) -> float | None:
+    """The value or its default as a number above 0; None where both are None."""
     chosen = default if value is None else value
     return None if chosen is None else _number(name, chosen, 0.0, math.inf)
 
@@ -112,6 +128,11 @@ def _number(
     low_included: bool = False,
     high_included: bool = False,
 ) -> float:
+    """The value as a finite number between two bounds.
+
+    Raises:
+        InvalidRequest: It is not finite or outside the bounds.
+    """
     number = float(value)
     above = number >= low if low_included else number > low
     below = number <= high if high_included else number < high
@@ -129,6 +150,11 @@ def _number(
 
 
 def _word(name: str, value: str, known: tuple[str, ...]) -> str:
+    """The value, which must be a known word.
+
+    Raises:
+        InvalidRequest: The word is unknown.
+    """
     if value not in known:
         raise InvalidRequest(
             f"{name} must be {' or '.join(known)}, not {value!r}",

@@ -1,4 +1,4 @@
-"""The planner's configuration from parameters, and where the door is placed by default."""
+"""Configuration of the planner: its parameters, their ranges, and the default place of the door."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ ENDINGS = ("hold", "retreat")
 
 @dataclass(frozen=True)
 class ApproachTiming:
-    """Durations of the slow phases [s].
+    """Durations of the slow phases before the run-up.
 
     Attributes:
-        prepare: Half-sitting to the waist height of the run-up, right arm to the brace.
-        shift: CoM over the left foot.
-        step: Right foot to its place at the hit.
-        back: CoM to the start of the run-up.
+        prepare: Duration from half-sitting to the run-up's waist height with the arm braced [s].
+        shift: Duration of moving the CoM over the left foot [s].
+        step: Duration of moving the right foot to its place at the hit [s].
+        back: Duration of moving the CoM to the start of the run-up [s].
     """
 
     prepare: float = 2.0
@@ -38,32 +38,34 @@ class PlannerSettings:
     """Configuration of the planner.
 
     Attributes:
-        door_distance: From the origin of odom to the closed leaf's face [m]; None: where the
-            nominal step ends.
-        hinge_x: x of the hinge in odom [m]; None: `nominal_l_b` behind B.
-        nominal_l_b: See `hinge_x` [m]; the paper's.
-        initial_angle: Of the door at the hit [rad].
-        restitution: Coefficient of restitution.
-        effective_mass: At B [kg]; None: from the model.
-        run_up: Default of the request.
-        ending: Default of the request.
-        com_inside_edge: How far inside the right sole's inner edge the CoM is at the hit [m].
-        y_start: y of the CoM at the start of the run-up [m]; None: largest ZMP margin.
-        door_uncertainty: By so much the door may be nearer or farther than planned [m]; the
-            run-up keeps its speed so far before and past the nominal contact.
-        overrun: Way of the run-up past the nominal contact that is wished for [m].
-        required_margin: Smallest ZMP margin of a phase [m].
-        limit_share: Of the joints' speed and torque limits that a plan may use.
-        post_duration: From the end of `slow_down` to rest [s].
-        sole_friction: Coefficient of friction that soles and floor are taken to have.
+        door_distance: Distance from the origin of odom to the closed leaf's face [m]. None places
+            the door where the nominal step ends.
+        hinge_x: x of the hinge in odom [m]. None places the hinge `nominal_l_b` behind B.
+        nominal_l_b: Distance of B from the hinge where nothing else decides it, the paper's [m].
+        initial_angle: Opening angle of the door at the hit [rad].
+        restitution: Coefficient of restitution before the first hit on a door.
+        effective_mass: Effective mass at B [kg]; None means that the model decides.
+        run_up: Time law of the run-up where the request names none.
+        ending: Last phase of the motion where the request names none.
+        com_inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
+        y_start: y of the CoM at the start of the run-up [m]. None chooses the start with the
+            largest ZMP margin.
+        door_uncertainty: Largest error of the door's reported distance [m]. The run-up keeps its
+            speed over this distance before and past the nominal contact.
+        overrun: Desired distance of the run-up past the nominal contact [m].
+        required_margin: Smallest allowed ZMP margin of a phase [m].
+        limit_share: Share of the joints' speed and torque limits that a plan may use.
+        post_duration: Time from the end of `slow_down` to rest [s].
+        sole_friction: Assumed coefficient of friction between soles and floor.
         contact_duration: Expected duration of the contact [s].
         leaf_friction: Coefficient of friction between elbow and leaf.
-        switch_delay: So long after the contact's begin the legs keep their speed [s]: it is felt a
-            few ms late, and a switch while the leaf still pushes would take w' from the door.
-        slow_down: In which the legs then take up v'_rB [s].
+        switch_delay: Time after the start of the contact in which the legs keep their speed [s].
+            The contact is detected a few ms late, and a switch while the leaf still pushes would
+            take angular velocity from the door.
+        slow_down: Time after the switch in which the legs take up v'_rB [s].
         period: Sampling period of the motions [s].
         timing: Durations of the slow phases.
-        hand_force_limit: Largest force of the door on the hand while it is held [N].
+        hand_force_limit: Largest allowed force of the held door on the hand [N].
     """
 
     door_distance: float | None = None
@@ -92,59 +94,64 @@ class PlannerSettings:
 
 
 _DEFAULTS = PlannerSettings()
+# Parameters for which a negative number, or NaN, leaves the choice to the planner.
 _OWN_CHOICE_BELOW_ZERO = ("door_distance", "effective_mass")
 _OWN_CHOICE_NAN = ("hinge_x", "y_start")
 
 
 def _default(name: str) -> float:
-    """Default of a parameter; what `PlannerSettings` leaves open is NaN or below zero."""
+    """Default of a parameter; NaN or a negative number stands for None in `PlannerSettings`."""
     value = getattr(_DEFAULTS, name)
     if value is None:
         return math.nan if name in _OWN_CHOICE_NAN else -1.0
     return float(value)
 
 
-# name: (least value, largest value, what it is).
+# Parameter's name: (least value, largest value, description).
 _RANGES: dict[str, tuple[float, float, str]] = {
-    "door_distance": (-math.inf, math.inf, "of the closed leaf's face from the origin of odom "
-                      "[m]; negative: where a nominal step ends"),
+    "door_distance": (-math.inf, math.inf, "distance of the closed leaf's face from the origin of "
+                      "odom [m]; negative: the door stands where a nominal step ends"),
     "hinge_x": (-math.inf, math.inf, "x of the hinge in odom [m]; NaN: the paper's l_B behind B"),
-    "restitution": (0.0, 1.0, "coefficient of restitution, until a hit on the door has taught it"),
-    "effective_mass": (-math.inf, math.inf, "of the robot at B [kg]; negative: the model's"),
-    "initial_angle": (0.0, math.pi, "of the door at the hit [rad]"),
-    "com_inside_edge": (-0.05, 0.10, "CoM inside the right sole's inner edge at the hit [m]"),
-    "y_start": (-0.2, 0.2, "y of the CoM where the run-up starts [m]; NaN: where the ZMP margin "
-                "is largest"),
-    "door_uncertainty": (0.0, 0.05, "the door may be so much nearer or farther than planned [m]"),
-    "overrun": (0.0, 0.2, "way of the run-up past the nominal contact [m]"),
-    "required_margin": (-0.05, 0.10, "smallest ZMP margin of a phase [m]"),
-    "limit_share": (0.1, 1.0, "of the joints' speed and torque limits that a plan may use"),
-    "post_duration": (0.05, 2.0, "from the end of slow_down to rest [s]"),
-    "sole_friction": (0.05, 2.0, "coefficient of friction that soles and floor are taken to have"),
+    "restitution": (0.0, 1.0, "coefficient of restitution before the first hit on a door"),
+    "effective_mass": (-math.inf, math.inf, "effective mass of the robot at B [kg]; negative: the "
+                       "model's"),
+    "initial_angle": (0.0, math.pi, "opening angle of the door at the hit [rad]"),
+    "com_inside_edge": (-0.05, 0.10, "distance of the CoM inside the right sole's inner edge at "
+                        "the hit [m]"),
+    "y_start": (-0.2, 0.2, "y of the CoM at the start of the run-up [m]; NaN: the start with the "
+                "largest ZMP margin"),
+    "door_uncertainty": (0.0, 0.05, "largest error of the door's distance [m]"),
+    "overrun": (0.0, 0.2, "distance of the run-up past the nominal contact [m]"),
+    "required_margin": (-0.05, 0.10, "smallest allowed ZMP margin of a phase [m]"),
+    "limit_share": (0.1, 1.0, "share of the joints' speed and torque limits that a plan may use"),
+    "post_duration": (0.05, 2.0, "time from the end of slow_down to rest [s]"),
+    "sole_friction": (0.05, 2.0, "assumed coefficient of friction between soles and floor"),
     "contact_duration": (0.001, 0.1, "expected duration of the contact [s]"),
     "leaf_friction": (0.0, 2.0, "coefficient of friction between elbow and leaf"),
-    "switch_delay": (0.0, 0.05, "the legs keep their speed so long after the contact's begin [s]"),
-    "slow_down": (0.0, 0.1, "in which the legs then take up v'_rB [s]"),
-    "hand_force_limit": (0.0, 500.0, "largest force of the held door on the hand [N]"),
+    "switch_delay": (0.0, 0.05, "time after the start of the contact in which the legs keep their "
+                     "speed [s]"),
+    "slow_down": (0.0, 0.1, "time after the switch in which the legs take up v'_rB [s]"),
+    "hand_force_limit": (0.0, 500.0, "largest allowed force of the held door on the hand [N]"),
 }  # fmt: skip
-# name: (default, least value, largest value, what it is).
+# Parameter's name: (default, least value, largest value, description).
 NUMBERS: dict[str, tuple[float, float, float, str]] = {
     name: (_default(name), *rest) for name, rest in _RANGES.items()
 }
+# Parameter's name: (default, allowed words, description).
 WORDS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "run_up": (_DEFAULTS.run_up, RUN_UPS, "time law of the run-up"),
-    "ending": (_DEFAULTS.ending, ENDINGS, "what follows the door's peak"),
+    "ending": (_DEFAULTS.ending, ENDINGS, "phase that follows the door's largest angle"),
 }
 
 
 def make_settings(values: Mapping[str, Any]) -> PlannerSettings:
-    """Settings from parameters; what is missing has its default.
+    """Make settings from parameters; a missing parameter has its default.
 
     Args:
-        values: Parameters by name, of `NUMBERS` and `WORDS`.
+        values: Values by the names in `NUMBERS` and `WORDS`.
 
     Raises:
-        InvalidRequest: A value is of the wrong kind or outside its range.
+        InvalidRequest: A value has the wrong type or is outside its range.
     """
     chosen: dict[str, Any] = {}
     for name, (default, low, high, _) in NUMBERS.items():
@@ -163,6 +170,11 @@ def make_settings(values: Mapping[str, Any]) -> PlannerSettings:
 
 
 def _number(name: str, value: Any, low: float, high: float) -> float | None:
+    """A parameter as a number in its range; None where its value leaves the choice open.
+
+    Raises:
+        InvalidRequest: The value is no number, or outside its range.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InvalidRequest(
             f"{name} must be a number, not {value!r}", quantity=name, value=str(value)
@@ -183,10 +195,13 @@ def _number(name: str, value: Any, low: float, high: float) -> float | None:
 
 
 def configured_placement() -> dict[str, float]:
-    """door_distance and hinge_x of the installed bringup's parameter file; empty without one.
+    """Read door_distance and hinge_x from the installed bringup's parameter file.
 
-    The graph gives both to every node from that file, so a plan on the command line stands where
-    the demo does.
+    Every node of the graph reads both from that file, so a plan made on the command line uses the
+    same place of the door as the demo.
+
+    Returns:
+        The values by name [m]; empty where the file is not installed or has no such values.
     """
     try:
         from ament_index_python.packages import (

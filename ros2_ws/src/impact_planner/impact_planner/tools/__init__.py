@@ -1,1 +1,1 @@
-"""Command lines of this package, and what they print and draw."""
+"""The commands `plan` and `impact_map`, with their texts and figures."""

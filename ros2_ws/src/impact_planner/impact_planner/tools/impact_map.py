@@ -37,6 +37,12 @@ LIMITS = {
     "linkage": "the door does not get there",
     "request": "the request itself",
 }
+# Keys of `LIMITS` by the reason of an error, then by its quantity.
+_REASONS = {
+    AngleUnreachable.reason: "linkage",
+    JointLimit.reason: "joint",
+    InvalidRequest.reason: "request",
+}
 _QUANTITIES = {
     "v_rb [m/s]": "run-up",
     "way to rest [m]": "rest",
@@ -45,6 +51,8 @@ _QUANTITIES = {
     "friction": "grip",
     "slip [m]": "grip",
 }
+_MARGIN = "ZMP margin [m]"  # its limit depends on the phase
+_MARGIN_LIMITS = {"cam": "run-up", "post": "rest"}
 
 
 @dataclass(frozen=True)
@@ -180,7 +188,7 @@ def _planned(cell: Cell, plan: ImpactPlan) -> Cell:
     margins = plan.zmp_margins
     return replace(
         cell, v_rb=plan.v_rb, cam_margin=margins["cam"], margin=min(margins.values()),
-        step=plan.step)
+        step=plan.hit.stance.step)
 
 
 def _last_refusal(
@@ -201,19 +209,12 @@ def _last_refusal(
 
 
 def limit_of(error: DoorImpactError) -> str:
-    """What stops a plan, of `LIMITS`; refusals of a phase begin with its name."""
-    phase = str(error).partition(":")[0]
-    if phase in ENDINGS:
+    """What stops a plan, a key of `LIMITS`, by the error's phase, reason and quantity."""
+    if error.phase in ENDINGS:
         return "ending"
-    if isinstance(error, AngleUnreachable):
-        return "linkage" if "linkage opens to" in str(error) else "ending"
-    if isinstance(error, JointLimit):
-        return "joint"
-    if isinstance(error, InvalidRequest):
-        return "request"
-    if error.quantity == "ZMP margin [m]":
-        return {"cam": "run-up", "post": "rest"}.get(phase, "balance")
-    return _QUANTITIES.get(error.quantity, "reach")
+    if error.quantity == _MARGIN:
+        return _MARGIN_LIMITS.get(error.phase, "balance")
+    return _REASONS.get(error.reason) or _QUANTITIES.get(error.quantity, "reach")
 
 
 def largest_angles(cells: Sequence[Cell]) -> list[Largest]:

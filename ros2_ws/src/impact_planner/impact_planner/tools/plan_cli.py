@@ -17,7 +17,6 @@ from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import AngleUnreachable
-from impact_planner.hit.placement import Placement
 from impact_planner.hit.stance import stance_for_step
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.reach import furthest_contact, largest_angle
@@ -159,8 +158,8 @@ def _reach(
     plan: ImpactPlan, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
 ) -> dict[str, float | None]:
     """How far the door could be opened and held from the plan's stance."""
-    placement = Placement(plan.door_distance, plan.hinge_x)
-    stance = stance_for_step(robot, plan.step, settings.com_inside_edge)
+    placement = plan.hit.placement
+    stance = stance_for_step(robot, plan.hit.stance.step, settings.com_inside_edge)
     found: dict[str, float | None] = {"largest_held_angle_deg": None, "furthest_l_b": None}
     with suppress(AngleUnreachable):  # a retreat may be planned where nothing can be held
         found["largest_held_angle_deg"] = math.degrees(

@@ -8,33 +8,42 @@ from typing import Any
 
 from impact_planner.impact_plan import ImpactPlan
 
-# The contract's keys of `plan` in summary.json.
-_JSON_KEYS = (
+# Keys of the object `plan` in summary.json that are properties of the plan.
+_SUMMARY_KEYS = (
     "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
     "i_rob", "l_b",
 )  # fmt: skip
+_TEXT_KEYS = ("plan_id", "door", "run_up", "ending")
+# Further properties of the plan, before and after the figures of its placement.
 _MORE_KEYS = (
     "restitution", "v_com", "required_impulse", "required_friction", "b_r_percussion",
-    "waist_height", "step", "door_distance", "hinge_x", "contact_time", "peak_time", "steady_way",
-    "point_of_no_return",
+    "waist_height",
+)  # fmt: skip
+_LAST_KEYS = (
+    "contact_time", "peak_time", "steady_way", "point_of_no_return", "foot_impulse",
+    "foot_impulse_planar", "foot_yaw_impulse",
 )  # fmt: skip
 
 
 def plan_object(plan: ImpactPlan) -> dict[str, Any]:
-    """The contract's `plan` object and what else a caller may want."""
-    found: dict[str, Any] = {key: float(getattr(plan, key)) for key in _JSON_KEYS}
-    found["planning_ms"] = 1e3 * plan.planning_time
-    found |= {key: getattr(plan, key) for key in ("plan_id", "door", "run_up", "ending")}
-    found["target_deg"] = math.degrees(plan.desired_opening_angle)
-    found |= {key: float(getattr(plan, key)) for key in _MORE_KEYS}
-    found |= {
-        "foot_impulse": plan.floor.impulse,
-        "foot_impulse_planar": plan.floor.impulse_planar,
-        "foot_yaw_impulse": plan.floor.yaw_impulse,
-        "brace_impulse_nms": plan.brace,
-        "early_margin_mm": 1e3 * plan.branches.early_margin,
-        "late_margin_mm": 1e3 * plan.branches.late_margin,
-        "missed_margin_mm": 1e3 * plan.branches.missed_margin,
+    """The plan as a JSON object: the object `plan` of summary.json, and further figures."""
+
+    def figures(names: tuple[str, ...]) -> dict[str, float]:
+        return {name: float(getattr(plan, name)) for name in names}
+
+    return figures(_SUMMARY_KEYS) | {
+        "planning_ms": 1e3 * plan.planning_time,
+        **{name: getattr(plan, name) for name in _TEXT_KEYS},
+        "target_deg": math.degrees(plan.desired_opening_angle),
+        **figures(_MORE_KEYS),
+        "step": plan.hit.stance.step,
+        "door_distance": plan.hit.placement.door_distance,
+        "hinge_x": plan.hit.placement.hinge_x,
+        **figures(_LAST_KEYS),
+        "brace_impulse_nms": plan.hit.transfer.brace,
+        "early_margin_mm": 1e3 * plan.early_margin,
+        "late_margin_mm": 1e3 * plan.late_margin,
+        "missed_margin_mm": 1e3 * plan.missed_margin,
         "planned_margin_mm": {name: 1e3 * m for name, m in plan.zmp_margins.items()},
         "speed_ratio": {phase.name: phase.speed_ratio for phase in plan.phases},
         "torque_ratio": {phase.name: phase.torque_ratio for phase in plan.phases},
@@ -42,11 +51,10 @@ def plan_object(plan: ImpactPlan) -> dict[str, Any]:
         "leaf_clearance_mm": {p.name: 1e3 * p.clearances[1].distance for p in plan.phases},
         "warnings": list(plan.warnings),
     }
-    return found
 
 
 def finite(value: Any) -> Any:
-    """A JSON value with null where a number is not finite, as JSON has no such numbers."""
+    """A JSON value with null in place of numbers that are not finite, which JSON lacks."""
     if isinstance(value, dict):
         return {key: finite(each) for key, each in value.items()}
     if isinstance(value, float) and not math.isfinite(value):
@@ -79,7 +87,8 @@ def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("door, opening angle", "",
          f"{plan.door}, {math.degrees(plan.desired_opening_angle):.1f} deg"),
         ("stance", "II.C.1, Fig. 5",
-         f"step {plan.step:.3f} m, door {plan.door_distance:.3f} m from the origin, "
+         f"step {plan.hit.stance.step:.3f} m, door {plan.hit.placement.door_distance:.3f} m from "
+         "the origin, "
          f"l_B {plan.l_b:.3f} m"),
         ("w' of the door", "(1), II.C.2", f"{plan.omega_door:.3f} rad/s"),
         ("predicted peak", "(1)", f"{peak} deg, {plan.peak_time:.2f} s after the hit"),
@@ -87,7 +96,7 @@ def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
 
 
 def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    floor, (joint, carried) = plan.floor, plan.hardest_braced
+    floor = plan.hit.transfer.floor
     return [
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
@@ -103,20 +112,19 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("feet in the hit", "(5)",
          f"{floor.impulse:.1f} N s across ({abs(floor.impulse_planar):.1f} by (5) alone), "
          f"{floor.yaw_impulse:.2f} N m s about the vertical, friction {floor.friction:.2f}"),
-        ("brace", "II.C.1", f"{joint} carries {abs(carried):.1f} N m s"),
+        ("brace", "II.C.1", f"{plan.brace_joint} carries {abs(plan.brace_impulse):.1f} N m s"),
     ]  # fmt: skip
 
 
 def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    branches, back = plan.branches, 1e3 * plan.point_of_no_return
-    missed = 1e3 * branches.missed_margin
+    back, missed = 1e3 * plan.point_of_no_return, 1e3 * plan.missed_margin
     return [
         ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
          f"{plan.run_up}, CoM to {plan.v_com:.3f} m/s in {plan.contact_time:.2f} s, steady over "
          f"{1e3 * plan.steady_way:.0f} mm"),
         ("door nearer, farther", "",
-         f"by {500.0 * plan.steady_way:.0f} mm: ZMP margin {1e3 * branches.early_margin:.0f}, "
-         f"{1e3 * branches.late_margin:.0f} mm"),
+         f"by {500.0 * plan.steady_way:.0f} mm: ZMP margin {1e3 * plan.early_margin:.0f}, "
+         f"{1e3 * plan.late_margin:.0f} mm"),
         ("point of no return", "",
          f"{back:.0f} ms before the contact; a stop before it takes {plan.stop_duration:.1f} s"),
         ("missed contact", "",

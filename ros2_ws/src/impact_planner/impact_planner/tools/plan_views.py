@@ -183,8 +183,8 @@ def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
     _soles(axis, robot, scene)
     com, zmp, (first, last) = scene.com_course, scene.zmp_course, scene.steady
     axis.text(0.5 * (scene.feet_start["right"][1] + scene.feet["right"][1]),
-              _step_x(robot, scene), f"step {plan.step:.3f} m", ha="center", va="center",
-              zorder=9, bbox=_HALO)
+              _step_x(robot, scene), f"step {plan.hit.stance.step:.3f} m", ha="center",
+              va="center", zorder=9, bbox=_HALO)
     axis.add_patch(Rectangle(
         (last[1], last[0] - 0.02), first[1] - last[1], 0.04, color=PINK, alpha=0.4,
         linewidth=0.0, zorder=5, label="steady stretch"))

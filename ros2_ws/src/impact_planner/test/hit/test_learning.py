@@ -14,7 +14,7 @@ from door_model.errors import DoorModelError
 from door_model.motion.dynamics import peak
 from hypothesis import given
 from hypothesis import strategies as st
-from impact_planner.errors import ExperienceUnreadable
+from impact_planner.errors import InvalidRequest
 from impact_planner.hit import momentum
 from impact_planner.hit.learning import ObservedHit, learn
 from impact_planner.impact_plan import observed_hit
@@ -126,8 +126,9 @@ def test_v_post_that_is_no_number_is_left_out(v_post):
 
 
 def _told(door, initial, angle):
+    transfer = SimpleNamespace(braking=0.07)
     plan = SimpleNamespace(initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
-                           braking=0.07)
+                           hit=SimpleNamespace(transfer=transfer))
     return observed_hit(plan, KnownDoor.configured(door), angle, 0.05)
 
 
@@ -212,7 +213,7 @@ def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content)
     """Whatever is wrong in it."""
     path = tmp_path / "precious.yaml"
     path.write_bytes(content)
-    with pytest.raises(ExperienceUnreadable, match=r"precious\.yaml") as caught:
+    with pytest.raises(InvalidRequest, match=r"precious\.yaml") as caught:
         load(path)
     assert caught.value.value == str(path)
     assert path.read_bytes() == content
@@ -222,7 +223,7 @@ def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content)
 @pytest.mark.parametrize("name", ["", "x" * 300])
 def test_a_path_that_cannot_be_read_is_refused_the_same(tmp_path, name):
     """A folder, a name that is too long."""
-    with pytest.raises(ExperienceUnreadable):
+    with pytest.raises(InvalidRequest):
         load(tmp_path / name)
 
 

@@ -20,7 +20,7 @@ TARGET = math.radians(25.0)
 @pytest.fixture(scope="module")
 def hinge(plan):
     """x and y of the hinge."""
-    return np.array([plan.hinge_x, -plan.door_distance])
+    return plan.hit.placement.hinge
 
 
 @pytest.fixture(scope="module")

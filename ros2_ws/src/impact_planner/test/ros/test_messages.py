@@ -22,6 +22,7 @@ from impact_planner.ros.messages import (
     request_from_message,
     trajectory_message,
 )
+from impact_planner.task.experience import Experience
 
 
 def closer(known, **changes):
@@ -81,7 +82,9 @@ def test_scalars_of_the_message_are_the_plan_s(robot, plan):
         assert getattr(short, name) == getattr(plan, name)
     assert short.effective_mass_model == plan.effective_mass_model > 0.0
     assert short.learned_hits == 0
-    taught = replace(plan, learned_hits=3, effective_mass_model=55.5)
+    known = replace(plan.known, experience=replace(Experience.none(0.5), hits=3))
+    hit = replace(plan.hit, transfer=replace(plan.hit.transfer, model_mass=55.5))
+    taught = replace(plan, known=known, hit=hit)
     message = plan_message(taught, robot.joint_names, Time(), trajectories=False)
     assert (message.learned_hits, message.effective_mass_model) == (3, 55.5)
     assert [m.phase for m in short.zmp_margins] == [phase.name for phase in plan.phases]

@@ -74,7 +74,7 @@ def test_a_cell_is_what_the_planner_says(robot, over, cells):
     plan = plan_impact(
         PlanRequest(cell.angle, restitution=cell.restitution, run_up=cell.run_up, ending="retreat"),
         door, robot)
-    assert (cell.v_rb, cell.step) == (plan.v_rb, plan.step)
+    assert (cell.v_rb, cell.step) == (plan.v_rb, plan.hit.stance.step)
     assert cell.cam_margin == plan.zmp_margins["cam"] >= cell.margin
     assert cell.margin == min(plan.zmp_margins.values())
 
@@ -126,20 +126,20 @@ def test_a_plan_has_figures_and_a_refusal_has_reasons(cells):
     [
         (SpeedUnreachable("too fast", quantity="v_rb [m/s]"), "run-up"),
         (SpeedUnreachable("pushed", quantity="pushed on [m]"), "pushes on"),
-        (PostureUnreachable("post: no rest", quantity="way to rest [m]"), "rest"),
-        (PostureUnreachable("post: no rest", quantity="ZMP margin [m]"), "rest"),
-        (PostureUnreachable("cam: near", quantity="ZMP margin [m]"), "run-up"),
-        (PostureUnreachable("back: near", quantity="ZMP margin [m]"), "balance"),
-        (PostureUnreachable("hold: near", quantity="clearance [m]"), "ending"),
-        (PostureUnreachable("post: near", quantity="clearance [m]"), "bodies"),
+        (PostureUnreachable("no rest", phase="post", quantity="way to rest [m]"), "rest"),
+        (PostureUnreachable("no rest", phase="post", quantity="ZMP margin [m]"), "rest"),
+        (PostureUnreachable("near", phase="cam", quantity="ZMP margin [m]"), "run-up"),
+        (PostureUnreachable("near", phase="back", quantity="ZMP margin [m]"), "balance"),
+        (PostureUnreachable("near", phase="hold", quantity="clearance [m]"), "ending"),
+        (PostureUnreachable("near", phase="post", quantity="clearance [m]"), "bodies"),
         (PostureUnreachable("slips", quantity="friction"), "grip"),
         (PostureUnreachable("slips", quantity="slip [m]"), "grip"),
         (PostureUnreachable("far", quantity="door_distance [m]"), "reach"),
-        (JointLimit("cam: fast", phase="cam", quantity="speed [rad/s]"), "joint"),
-        (JointLimit("hold: fast", phase="hold", quantity="speed [rad/s]"), "ending"),
-        (AngleUnreachable("strong", quantity="hand force [N]", limit=60.0), "ending"),
-        (AngleUnreachable("late", limit=(0.2, 1.0)), "ending"),
-        (AngleUnreachable("the linkage opens to 120 deg", limit=2.0), "linkage"),
+        (JointLimit("fast", phase="cam", quantity="speed [rad/s]"), "joint"),
+        (JointLimit("fast", phase="hold", quantity="speed [rad/s]"), "ending"),
+        (AngleUnreachable("strong", phase="hold", quantity="hand force [N]", limit=60.0), "ending"),
+        (AngleUnreachable("late", phase="hold", limit=(0.2, 1.0)), "ending"),
+        (AngleUnreachable("too far", limit=2.0), "linkage"),
         (InvalidRequest("nonsense"), "request"),
     ],
 )

@@ -117,7 +117,7 @@ def test_the_soles_are_on_the_floor_where_the_plan_has_them(case):
         for side, end in zip(robot.feet, ends, strict=True):
             np.testing.assert_allclose(end, scene.feet[side], atol=2e-4)
     way = scene.feet_start["right"] - scene.feet["right"]
-    np.testing.assert_allclose(way, [0.0, plan.step, 0.0], atol=1e-9)
+    np.testing.assert_allclose(way, [0.0, plan.hit.stance.step, 0.0], atol=1e-9)
 
 
 def test_bodies_stand_on_the_floor_on_the_robot_s_side_of_the_leaf(case):
@@ -157,7 +157,7 @@ def test_the_hand_that_holds_is_on_the_leaf(case):
 def test_the_run_up_goes_from_its_start_to_the_hit(case):
     """Through the middle of the stretch of constant speed, its ZMP within the soles."""
     plan, _, scene = case
-    assert scene.com_course[0, 1] == pytest.approx(plan.y_start, abs=1e-6)
+    assert scene.com_course[0, 1] == pytest.approx(plan.hit.run_up.y_start, abs=1e-6)
     np.testing.assert_allclose(scene.com_course[-1], scene.com, atol=5e-3)
     np.testing.assert_allclose(scene.steady.mean(axis=0), scene.com)
     low, high = scene.support.min(axis=0), scene.support.max(axis=0)
