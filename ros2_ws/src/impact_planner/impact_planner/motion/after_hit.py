@@ -1,9 +1,9 @@
-"""What follows the hit, section II.B: to rest from v'_rB, and what if the door stands elsewhere.
+"""Motion after the hit, section II.B: from v'_rB to rest, also for a door that stands elsewhere.
 
-The robot goes on along the run-up's postures from the reduced speed. The door must leave it
-(constraint 4 of section II.B), or w' would not be that of eqs. (2) to (4). Planned for besides:
-doors that are nearer or farther than stated, a contact that is missed, and the retreat of the
-paper's experiment.
+The robot continues along the run-up's postures from the reduced speed. The door must leave the
+robot (constraint 4 of section II.B); otherwise w' would not be that of eqs. (2) to (4). This module
+also plans for doors that stand nearer or farther than reported, for a missed contact, and for the
+retreat of the paper's experiment.
 """
 
 from __future__ import annotations
@@ -25,27 +25,28 @@ from impact_planner.hit.stance import sole_edges
 from impact_planner.motion.approach import sample_times
 from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.phase_plan import Branches
-from impact_planner.motion.post import knots_to_rest, path_time
-from impact_planner.motion.post import sample_times as slowing_times
+from impact_planner.motion.post import knots_to_rest, path_time, slowing_times
 from impact_planner.motion.run_up import RunUpPlan, capture_reserve
 from impact_planner.task.settings import PlannerSettings
 
-_REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # of the time to come to rest, tried in this order
-_BRANCH_SHARES = (1.0, 0.75, 0.5)  # of that of the nominal door, where the door is elsewhere
-_TRIALS = 60  # samples of a motion to rest that is tried
-_STOP_TIMES = (0.4, 0.5, 0.6)  # of a stop of the run-up, tried [s]
-_STOPS, _STOP_SAMPLES = 50, 30  # begins of a stop that are tried, and samples of each
-_PUSHED = 5e-4  # so far may the robot follow the door after the hit [m]
+_REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # shares of the time to rest, tried in this order
+# Shares of the nominal door's time to rest, tried for a door that stands elsewhere.
+_BRANCH_SHARES = (1.0, 0.75, 0.5)
+_TRIALS = 60  # number of samples of a candidate motion to rest
+_STOP_TIMES = (0.4, 0.5, 0.6)  # candidate durations of a stop of the run-up [s]
+_STOPS = 50  # number of candidate starts of a stop
+_STOP_SAMPLES = 30  # number of samples of a candidate stop
+_PUSHED = 5e-4  # largest distance by which the robot may push the door after the hit [m]
 
 
 @dataclass(frozen=True)
 class AfterHit:
-    """The phase `post`.
+    """The phase `post`, which begins at the switch.
 
     Attributes:
-        motion: From when the legs have slowed down on, while the door pushes back no longer.
-        knots: Of the whole phase, from the switch on.
-        rest: From there to rest [s].
+        motion: Samples from the end of `slow_down`, when the door no longer pushes back.
+        knots: Knots of the whole phase, from the switch.
+        rest: Time from the end of `slow_down` to rest [s].
     """
 
     motion: Motion
@@ -54,16 +55,16 @@ class AfterHit:
 
 
 def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: HitDesign) -> AfterHit:
-    """From the switch to the door's peak: on along the run-up's postures from v'_rB, to rest.
+    """Plan the motion from the switch to the door's peak, along the run-up's postures to rest.
 
     Args:
         robot: The robot.
         settings: Configuration.
-        hit: The hit.
+        hit: Design of the hit.
 
     Raises:
-        PostureUnreachable: The legs do not reach as far as it takes to come to rest, or the ZMP
-            would come too near to the soles' edge.
+        PostureUnreachable: The legs do not reach far enough to come to rest, or the ZMP would come
+            too near to the soles' edge.
     """
     run_up, slow = hit.run_up, settings.slow_down
     edges = sole_edges(robot, hit.stance.feet)
@@ -96,36 +97,36 @@ def _no_rest(
     settings: PlannerSettings, hit: HitDesign, start: float, rest: float, margin: float,
     where: str = "",
 ) -> PostureUnreachable:
-    """Why the robot does not come to rest after a switch at a path time [s].
+    """The error of a robot that does not come to rest after the switch.
 
     Args:
         settings: Configuration.
-        hit: The hit.
+        hit: Design of the hit.
         start: Path time at the switch [s].
-        rest: Shortest time in which it may come to rest [s].
-        margin: What its ZMP keeps [m]; -inf where the legs do not reach so far.
-        where: Which door, where it is not the nominal one.
+        rest: Shortest allowed time to rest [s].
+        margin: Best ZMP margin [m]; -inf where the legs do not reach far enough.
+        where: Words for the message that name the door where it is not the nominal one.
     """
     reach = hit.run_up.y_hit - hit.run_up.table.low
     speed = hit.transfer.speeds.v_rb_post
     begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
     if not math.isfinite(margin):
         y, _, _ = _to_rest(settings, hit, start, rest)
-        way = hit.run_up.y_hit - float(y.min())
+        distance = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
-            f"{begin} before it is {1e3 * way:.0f} mm past the nominal contact, the legs reach "
-            f"{1e3 * reach:.0f} mm",
-            quantity="way to rest [m]", value=way, limit=reach, phase="post")
+            f"{begin} before it is {1e3 * distance:.0f} mm past the nominal contact, the legs "
+            f"reach {1e3 * reach:.0f} mm; request a smaller angle",
+            quantity="way to rest [m]", value=distance, limit=reach, phase="post")
     return PostureUnreachable(
         f"{begin}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
-        f"{1e3 * settings.required_margin:.1f} mm are required",
+        f"{1e3 * settings.required_margin:.1f} mm are required; request a smaller angle",
         quantity="ZMP margin [m]", value=margin, limit=settings.required_margin, phase="post")
 
 
 def _along(
     run_up: RunUpPlan, hit: HitDesign, time: Array, start: float, rest: float, slow: float
 ) -> Motion:
-    """The run-up's postures from a switch at a path time on, at times after it (N,) [s]."""
+    """Motion along the run-up's postures at times (N,) [s] after a switch at path time `start`."""
     course = _course(run_up, hit.transfer.speeds.ratio, time, start, rest, slow)
     return run_up.table.motion(time, *course)
 
@@ -138,7 +139,10 @@ def _course(
     rest: float,
     slow: float,
 ) -> tuple[Array, Array, Array]:
-    """Place, speed and acceleration of the CoM along y; arguments and shapes as `path_time`."""
+    """Place [m], speed [m/s] and acceleration [m/s^2] of the CoM along y.
+
+    Arguments and shapes are as for `path_time`.
+    """
     scaled, rate, slope = path_time(time, start, ratio, rest, slow)
     course = run_up.law.at(scaled)
     return (run_up.y_start - course.s, -course.v * rate,
@@ -148,7 +152,7 @@ def _course(
 def _to_rest(
     settings: PlannerSettings, hit: HitDesign, start: float, rest: float
 ) -> tuple[Array, Array, Array]:
-    """`_course` from when the legs have slowed down to rest, at `_TRIALS` samples."""
+    """`_course` at `_TRIALS` samples from the end of `slow_down` to rest."""
     slow = settings.slow_down
     time = slow + np.linspace(0.0, rest, _TRIALS)
     return _course(hit.run_up, hit.transfer.speeds.ratio, time, start, rest, slow)
@@ -157,7 +161,7 @@ def _to_rest(
 def _margin(
     settings: PlannerSettings, hit: HitDesign, edges: tuple[float, float], start: float, rest: float
 ) -> float:
-    """Smallest margin after a switch at a path time; -inf where the legs do not reach [m]."""
+    """Smallest ZMP margin after a switch at path time `start` [m]; -inf beyond the legs' reach."""
     y, v, a = _to_rest(settings, hit, start, rest)
     if y.min() < hit.run_up.table.low - 1e-9:
         return -math.inf
@@ -170,31 +174,31 @@ def plan_branches(
     hit: HitDesign,
     rest: float,
 ) -> Branches:
-    """Doors nearer and farther, and a missed contact.
+    """Compute margins for a door that stands nearer or farther, and for a missed contact.
 
     Args:
         robot: The robot.
         settings: Configuration.
-        hit: The hit.
-        rest: From when the legs have slowed down to rest [s].
+        hit: Design of the hit.
+        rest: Time from the end of `slow_down` to rest [s].
 
     Raises:
-        PostureUnreachable: A door that is nearer or farther by the stated uncertainty would take
-            the ZMP too near to the soles' edge.
+        PostureUnreachable: With a door that stands nearer or farther by `door_uncertainty`, the
+            robot does not come to rest with the required ZMP margin.
     """
     run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
     nominal = run_up.contact_time + settings.switch_delay
     offset = settings.door_uncertainty / run_up.law.speed
     found = {}
-    for name, way in (("nearer", -offset), ("farther", offset)):
-        margin = max(_margin(settings, hit, edges, nominal + way, share * rest)
+    for name, shift in (("nearer", -offset), ("farther", offset)):
+        margin = max(_margin(settings, hit, edges, nominal + shift, share * rest)
                      for share in _BRANCH_SHARES)
         if margin < settings.required_margin:
             where = f" at a door {1e3 * settings.door_uncertainty:.0f} mm {name}"
             raise _no_rest(
-                settings, hit, nominal + way, min(_BRANCH_SHARES) * rest, margin, where)
+                settings, hit, nominal + shift, min(_BRANCH_SHARES) * rest, margin, where)
         found[name] = margin
-    # Where nothing stops it, the robot comes to the end of its legs nearly unslowed.
+    # Without a contact, the robot reaches the end of its legs' range at nearly full speed.
     end = np.array([run_up.y_start - run_up.table.low])
     speed = np.array([run_up.law.speed])
     missed = capture_reserve(robot, hit.stance, run_up, end, speed)
@@ -206,17 +210,19 @@ def plan_branches(
 def plan_stop(
     robot: RobotModel, settings: PlannerSettings, hit: HitDesign
 ) -> tuple[float, float]:
-    """How a run-up is stopped: on along its postures, the rate of its time falling to zero.
+    """Find the latest safe stop of the run-up.
+
+    A stop continues along the run-up's postures while the rate of its time falls to zero.
 
     Args:
         robot: The robot.
         settings: Configuration.
-        hit: The hit.
+        hit: Design of the hit.
 
     Returns:
-        Time from the stop's begin to rest, and the point of no return: begun later than so long
-        before the nominal contact, a stop would take the ZMP nearer to the soles' edge than
-        allowed, or B nearer to the leaf than bodies may be [s].
+        Duration of the stop [s], and the point of no return as time before the nominal contact
+        [s]. A stop begun later would take the ZMP nearer to the soles' edge, or B nearer to the
+        leaf, than allowed.
     """
     run_up, edges = hit.run_up, sole_edges(robot, hit.stance.feet)
     clear = run_up.law.distance - robot.config.clearance / run_up.table.waist_per_com(run_up.y_hit)
@@ -238,12 +244,12 @@ def require_leaving(settings: PlannerSettings, hit: HitDesign, post: Motion) -> 
 
     Args:
         settings: Configuration.
-        hit: The hit.
-        post: The motion from when the legs have slowed down on.
+        hit: Design of the hit.
+        post: Motion from the end of `slow_down`.
 
     Raises:
-        SpeedUnreachable: The robot would follow the door and push on, so that w' would not be that
-            of eqs. (2) to (4).
+        SpeedUnreachable: The robot would follow the door and keep pushing it, so that w' would
+            not be that of eqs. (2) to (4).
     """
     angle = hit.door.angle_at(post.time + settings.switch_delay)
     elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
@@ -251,24 +257,26 @@ def require_leaving(settings: PlannerSettings, hit: HitDesign, post: Motion) -> 
     pushed = float(gap[0] - gap.min())
     if pushed > _PUSHED:
         raise SpeedUnreachable(
-            f"the door would not leave the robot: after the hit at v'_rB = "
-            f"{hit.transfer.speeds.v_rb_post:.3f} m/s it would be pushed on by "
-            f"{1e3 * pushed:.1f} mm",
+            f"the door would not leave the robot: at v'_rB = "
+            f"{hit.transfer.speeds.v_rb_post:.3f} m/s after the hit the robot would push it "
+            f"another {1e3 * pushed:.1f} mm, {1e3 * _PUSHED:.1f} mm are allowed; request another "
+            "angle",
             quantity="pushed on [m]", value=pushed, limit=_PUSHED, phase="post")
 
 
 def retreat_motion(
     hit: HitDesign, y_end: float, duration: float, period: float
 ) -> Motion:
-    """Back along the run-up, from the end of `post` to its start, minimum jerk (Fig. 12 (f)).
+    """Motion back to the start of the run-up with minimum jerk (Fig. 12 (f)).
 
     Args:
-        hit: The hit.
-        y_end: y of the CoM where `post` ends [m].
-        duration: [s].
-        period: Of the samples [s].
+        hit: Design of the hit.
+        y_end: y of the CoM at the end of `post` [m].
+        duration: Duration of the retreat [s].
+        period: Sampling period [s].
     """
     time = sample_times(duration, period)
-    way = hit.run_up.y_start - y_end
+    distance = hit.run_up.y_start - y_end
     part, speed, acceleration = min_jerk_course(time, duration)
-    return hit.run_up.table.motion(time, y_end + way * part, way * speed, way * acceleration)
+    return hit.run_up.table.motion(
+        time, y_end + distance * part, distance * speed, distance * acceleration)

@@ -1,6 +1,6 @@
-"""The phases before the run-up: lower the waist, shift, step, go back.
+"""The phases before the run-up: prepare, shift, step and back.
 
-All are slow: the CoM follows minimum-jerk courses that begin and end at rest.
+All phases are slow: the CoM follows minimum-jerk courses that begin and end at rest.
 """
 
 from __future__ import annotations
@@ -24,20 +24,23 @@ from impact_planner.hit.stance import (
 )
 from impact_planner.task.settings import ApproachTiming
 
-# Part of the step's time in which the foot travels; it rises before and sinks after that.
+# Start and end of the foot's horizontal travel as shares of the step's time. The foot rises before
+# the travel and sinks after it.
 _TRAVEL = (0.12, 0.88)
-_NODES = 0.05  # postures are solved so often and a spline laid through them [s]
+_NODES = 0.05  # time between solved postures, which a spline connects [s]
+_FEWEST_SAMPLES = 8
+_CANDIDATE_STEP = 0.0025  # step between candidate places of the CoM during the step [m]
 
 
 @dataclass(frozen=True)
 class StandingPhase:
-    """A phase whose carrying feet do not move.
+    """A phase whose supporting feet do not move.
 
     Attributes:
         name: Name of the phase.
-        motion: Samples.
-        feet: Soles that carry, by side, (3,) each [m].
-        sides: Sides that carry.
+        motion: Samples of the motion.
+        feet: Places of the supporting soles in odom by side, (3,) each [m].
+        sides: Sides of the supporting feet.
     """
 
     name: str
@@ -49,21 +52,21 @@ class StandingPhase:
 def plan_approach(
     robot: RobotModel, stance: HitStance, y_run_up: float, timing: ApproachTiming, period: float
 ) -> list[StandingPhase]:
-    """Everything from half-sitting to the start of the run-up.
+    """Plan the motion from half-sitting to the start of the run-up.
 
     Args:
         robot: The robot.
         stance: Feet and posture at the hit.
-        y_run_up: y of the CoM where the run-up starts [m].
-        timing: Durations.
+        y_run_up: y of the CoM at the start of the run-up [m].
+        timing: Durations of the phases.
         period: Sampling period [s].
 
     Returns:
         The phases prepare, shift, step and back.
 
     Raises:
-        PostureUnreachable: A leg does not reach.
-        JointLimit: The step is too long for the hips while the left foot carries.
+        PostureUnreachable: A leg does not reach its foot.
+        JointLimit: The step exceeds the hips' range while the robot stands on its left foot.
     """
     start, placed = stance.feet_start, stance.feet
     x, height = com_x(robot), stance.posture.waist_height
@@ -82,20 +85,26 @@ def plan_approach(
 
 def sample_times(duration: float, period: float) -> Array:
     """Evenly spaced times from 0 to a duration, at most a period apart, (N,) [s]."""
-    return np.linspace(0.0, duration, max(8, int(np.ceil(duration / period - 1e-9)) + 1))
+    samples = max(_FEWEST_SAMPLES, int(np.ceil(duration / period - 1e-9)) + 1)
+    return np.linspace(0.0, duration, samples)
 
 
 def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
-    """y of the CoM during the step: as near to the middle of the sole as the hip roll allows."""
+    """y of the CoM during the step: as near to the left sole's middle as the hip roll allows [m].
+
+    Raises:
+        JointLimit: The hip roll allows no place with `SINGLE_SUPPORT_MARGIN`.
+    """
     edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
     middle, inner = float(edges.mean()), float(edges.min())
-    candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -0.0025)
+    candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -_CANDIDATE_STEP)
     height = stance.posture.waist_height
     joints, _ = braced_over(robot, candidates, height, stance.feet, strict=False)
     within = np.all(within_ranges(robot, joints, RESERVE), axis=1)
     if within.any():
         return float(candidates[np.argmax(within)])
-    joints, base = braced_over(robot, candidates[-1:], height, stance.feet)  # says why not
+    # No candidate is within range: these two raise the error that names leg or joint.
+    joints, base = braced_over(robot, candidates[-1:], height, stance.feet)
     require_joint_limits(robot, still(joints[0], base[0]), "step", reserve=RESERVE)
     return float(candidates[-1])
 
@@ -103,6 +112,7 @@ def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
 def _prepare(
     robot: RobotModel, stance: HitStance, com_end: Array, duration: float, period: float
 ) -> Motion:
+    """From half-sitting to the waist height of the run-up, with the right arm to the brace."""
     time = sample_times(duration, _NODES)
     part = min_jerk(time, duration)[:, None]
     begin = initial_base(robot)
@@ -126,6 +136,7 @@ def _sway(
     duration: float,
     period: float,
 ) -> Motion:
+    """Motion of the CoM along y between two places [m], at a constant height of the waist [m]."""
     time = sample_times(duration, _NODES)
     course = y[0] + min_jerk(time, duration) * (y[1] - y[0])
     joints, base = braced_over(robot, course, height, feet)
@@ -135,6 +146,7 @@ def _sway(
 def _step(
     robot: RobotModel, stance: HitStance, com: Array, timing: ApproachTiming, period: float
 ) -> Motion:
+    """Step of the right foot while the CoM rests over the left sole at `com`, (2,) [m]."""
     time = sample_times(timing.step, _NODES)
     u = time / timing.step
     travel = min_jerk((u - _TRAVEL[0]) / (_TRAVEL[1] - _TRAVEL[0]), 1.0)[:, None]

@@ -1,9 +1,9 @@
-"""The modified constant velocity cam curve MCV50 and the run-up that is made of its first half.
+"""The modified constant velocity cam curve MCV50 of Fig. 6, and the run-up along its first half.
 
-MCV50 is universal cam curve no. 27: the acceleration rises as a quarter sine in 1/16 of the time,
-falls as a quarter cosine until 1/4, is zero until 3/4 (the "50" per cent of constant velocity)
-and mirrors itself after that. Section II.C.4 of the paper uses the first half for the CoM, with
-the impact at half time.
+MCV50 is universal cam curve no. 27. Its acceleration rises as a quarter sine during the first 1/16
+of the time, falls as a quarter cosine until 1/4 and is zero until 3/4, which is the "50" per cent
+of constant velocity. The last quarter mirrors the first. Section II.C.4 of the paper moves the CoM
+along the first half, with the impact at half time.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike
 
-RISE_END = 1.0 / 16.0
-FALL_END = 1.0 / 4.0
-# Unit displacement at T = 1/2 by symmetry fixes the peak: Am (5/(32 pi) + 1/(8 pi^2)) = 1/2.
+RISE_END = 1.0 / 16.0  # normalised time at which the acceleration has its peak
+FALL_END = 1.0 / 4.0  # normalised time at which the velocity becomes constant
+# By symmetry the displacement is 1/2 at T = 1/2, which fixes the peak acceleration Am:
+# Am (5/(32 pi) + 1/(8 pi^2)) = 1/2.
 PEAK_ACCELERATION = 16.0 * np.pi**2 / (5.0 * np.pi + 4.0)
 PEAK_VELOCITY = PEAK_ACCELERATION / (2.0 * np.pi)
 PEAK_JERK = 8.0 * np.pi * PEAK_ACCELERATION
@@ -24,9 +25,15 @@ PEAK_JERK = 8.0 * np.pi * PEAK_ACCELERATION
 
 @dataclass(frozen=True)
 class CamSample:
-    """Displacement and its derivatives; arrays of the shape of the time that was asked for.
+    """Displacement and its derivatives by time, in arrays of the shape of the requested times.
 
-    Normalised for `mcv50`; in metres and seconds for `RunUp.at`.
+    They are normalised for `mcv50`, and in metres and seconds for the `at` of a run-up.
+
+    Attributes:
+        s: Displacement.
+        v: Velocity.
+        a: Acceleration.
+        jerk: Derivative of the acceleration.
     """
 
     s: Array
@@ -36,13 +43,13 @@ class CamSample:
 
 
 def mcv50(time: ArrayLike) -> CamSample:
-    """Normalised MCV50: rest at (0, 0), rest at (1, 1).
+    """Evaluate the normalised MCV50 from rest at (0, 0) to rest at (1, 1), Fig. 6.
 
     Args:
-        time: Normalised time T, any shape. Before 0 and after 1 the follower dwells.
+        time: Normalised times T of any shape. Before 0 and after 1 the follower rests.
 
     Returns:
-        s, v = ds/dT, a and jerk; the jerk at a break point is the one to its right.
+        s, v = ds/dT, a and jerk. The jerk at a break point is its limit from the right.
     """
     t_all = np.asarray(time, dtype=float)
     mirrored = t_all > 0.5
@@ -83,26 +90,29 @@ def _first_half(t: Array) -> tuple[Array, Array, Array, Array]:
 
 
 @dataclass(frozen=True)
-class RunUp:
-    """Run-up from rest to a constant speed: the first half of MCV50, then straight on.
+class CamRunUp:
+    """Run-up from rest to a constant speed: the first half of MCV50, then at constant speed.
 
     Attributes:
-        speed: Speed at the end of the first half, reached after half of its time [m/s].
-        distance: Way of the first half, half the stroke of the whole curve [m].
+        speed: Speed at the contact; the curve reaches it at a quarter of its period [m/s].
+        distance: Distance of the first half, which is half the stroke of the whole curve [m].
+
+    Raises:
+        ValueError: Speed or distance is not finite and positive.
     """
 
     speed: float
     distance: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no run-up."""
+        """Check speed and distance."""
         for name, value in (("speed", self.speed), ("distance", self.distance)):
             if not (np.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} of a run-up must be finite and above 0, not {value}")
 
     @property
     def cam_period(self) -> float:
-        """Time of the whole cam curve, of which the run-up uses half [s]."""
+        """Duration of the whole cam curve, of which the run-up uses half [s]."""
         return 2.0 * PEAK_VELOCITY * self.distance / self.speed
 
     @property
@@ -112,13 +122,13 @@ class RunUp:
 
     @property
     def peak_acceleration(self) -> float:
-        """Largest acceleration, Am v^2 / (2 d Vm^2) = 2.464 v^2 / d [m/s^2]."""
+        """Largest acceleration, Am v^2 / (2 d Vm^2) = 2.464 v^2 / d for distance d [m/s^2]."""
         return PEAK_ACCELERATION * self.speed**2 / (2.0 * self.distance * PEAK_VELOCITY**2)
 
     def at(self, time: ArrayLike) -> CamSample:
-        """Way, speed, acceleration and jerk at times from the start [s], any shape.
+        """Displacement, speed, acceleration and jerk at times from the start [s], any shape.
 
-        After `duration` the speed stays constant, so that a late contact is hit at full speed.
+        After `duration` the speed stays constant, so that a late contact is met at full speed.
         """
         t = np.asarray(time, dtype=float)
         period = self.cam_period

@@ -1,4 +1,4 @@
-"""Turning a sampled motion into a phase of a plan: limits, ZMP margin, torques, knots."""
+"""Check of a sampled motion against every limit, and its reduction to a phase of a plan."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from impact_planner.motion.phase_plan import PhasePlan
 
 @dataclass(frozen=True)
 class PhaseLimits:
-    """What a phase must keep.
+    """Limits of a phase.
 
     Attributes:
-        margin: Smallest ZMP margin [m].
-        share: Of the joints' speed and torque limits.
-        clearance: Smallest distance between bodies that are not to touch [m].
+        margin: Smallest allowed ZMP margin [m].
+        share: Largest allowed share of the joints' speed and torque limits.
+        clearance: Smallest allowed distance between bodies that must not touch [m].
     """
 
     margin: float
@@ -42,8 +42,8 @@ class LeafNearby:
     """The leaf during a phase.
 
     Attributes:
-        course: Where it is.
-        may_touch: Links that may touch it.
+        course: Places of the leaf at the samples of the motion.
+        may_touch: Names of the links that may touch the leaf.
     """
 
     course: LeafCourse
@@ -60,22 +60,22 @@ def checked_phase(
     load: Load | None = None,
     leaf: LeafNearby | None = None,
 ) -> PhasePlan:
-    """Check a motion against the limits of joints and floor, and reduce it to knots.
+    """Check a motion against the limits of joints, floor and bodies, and reduce it to knots.
 
     Args:
         robot: The robot.
-        phase: The motion and the soles that carry it.
-        limits: What it must keep.
-        until: Time up to which ZMP, friction, torques and the leaf count [s]; what follows is a
-            last resort.
-        knots: Knots of the motion where they are made elsewhere.
-        load: A force from outside.
-        leaf: The leaf, where it is near.
+        phase: The motion and the supporting soles.
+        limits: Limits to check against.
+        until: Time up to which ZMP, friction, torques and the leaf are checked [s]. The rest of
+            the motion is used only as a last resort.
+        knots: Knots of the motion; None means that they are made from its samples.
+        load: External force on the robot; None means that no force acts.
+        leaf: The leaf; None means that its clearance is not checked.
 
     Raises:
-        JointLimit: Position, speed or torque.
+        JointLimit: Position, speed or torque of a joint exceeds its limit.
         PostureUnreachable: The ZMP comes too near to the edge of the support polygon, or bodies
-            to each other.
+            come too near to each other or to the leaf.
     """
     motion = phase.motion
     require_joint_limits(robot, motion, phase.name, share=limits.share)
@@ -86,7 +86,7 @@ def checked_phase(
     if margin < limits.margin:
         raise PostureUnreachable(
             f"{phase.name}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the "
-            f"soles, {1e3 * limits.margin:.1f} mm are required",
+            f"soles, {1e3 * limits.margin:.1f} mm are required; request a smaller angle",
             quantity="ZMP margin [m]",
             value=margin,
             limit=limits.margin,
@@ -122,7 +122,11 @@ def _clear(
     until: float,
     leaf: LeafNearby | None,
 ) -> tuple[Clearance, ...]:
-    """Where bodies come nearest to each other and to the leaf."""
+    """Smallest distances between bodies and to the leaf.
+
+    Raises:
+        PostureUnreachable: A distance is below its limit.
+    """
     found = [bodies_of(robot).self_clearance(phase.motion, limits.clearance)]
     if leaf is not None:
         found.append(bodies_of(robot).leaf_clearance(
@@ -133,5 +137,5 @@ def _clear(
 
 
 def _at(time: Array, samples: Array, values: Array) -> Array:
-    """Columns of values (N, M) read at other times (K,)."""
+    """Values (N, M) at the times `samples` (N,) [s], interpolated at times (K,) [s]; (K, M)."""
     return np.column_stack([np.interp(time, samples, column) for column in values.T])

@@ -1,4 +1,4 @@
-"""A planned phase of the motion, and what would happen if the door stood elsewhere."""
+"""A planned phase of the motion, and the margins for a door that stands elsewhere."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ class PhasePlan:
     """A phase of a plan.
 
     Attributes:
-        name: As in the contract.
-        knots: Of the 30 joints; times count from the start of the phase.
-        com: At the knots, in odom, (K, 3) [m].
-        zmp: At the knots, on the floor in odom, (K, 2) [m].
-        time: Of the dense samples, (N,) [s].
-        com_samples: (N, 3) [m].
-        zmp_samples: (N, 2) [m].
-        margin: Smallest distance of the ZMP to the edge of the support polygon [m].
+        name: Name of the phase: prepare, shift, step, back, cam, post, hold or retreat.
+        knots: Knots of all joints; times count from the start of the phase.
+        com: Places of the CoM at the knots in odom, (K, 3) [m].
+        zmp: Places of the ZMP on the floor at the knots in odom, (K, 2) [m].
+        time: Times of the dense samples, (N,) [s].
+        com_samples: Places of the CoM at the dense samples in odom, (N, 3) [m].
+        zmp_samples: Places of the ZMP at the dense samples in odom, (N, 2) [m].
+        margin: Smallest distance of the ZMP from the edge of the support polygon [m].
         friction: Largest ratio of tangential to normal floor force.
         torque_ratio: Largest joint torque as a share of its limit.
         speed_ratio: Largest joint speed as a share of its limit.
-        clearances: Nearest bodies of the robot, and nearest body to the leaf where there is one.
-        leaf: Where the leaf is at the dense samples; None where it was not looked at. After the
-            peak it has fallen for `hold.LATE` more.
+        clearances: Smallest distance between bodies of the robot, and from a body to the leaf
+            where the leaf was checked.
+        leaf: Course of the leaf at the dense samples; None where the leaf was not checked. After
+            the peak, the leaf is shown as it has fallen `hold.LATE` later.
     """
 
     name: str
@@ -47,18 +48,19 @@ class PhasePlan:
 
 @dataclass(frozen=True)
 class Branches:
-    """What if the door is not where it was said to be.
+    """Margins for a door that does not stand where it was reported, and for a stop.
 
     Attributes:
-        early_margin: Smallest ZMP margin after the hit of a door that is nearer by the stated
-            uncertainty [m].
-        late_margin: The same for one that is farther.
-        point_of_no_return: A stop begun later than this before the contact no longer keeps the
-            ZMP margin, or comes to the leaf [s].
-        stop_duration: From the begin of a stop before that to rest [s].
-        missed_margin: Distance of the capture point to the soles' edge where the contact is missed
-            for good, where the legs reach no further [m]; negative: the robot falls.
-        rest_duration: From when the legs have slowed down after the hit to rest [s].
+        early_margin: Smallest ZMP margin after hitting a door that stands nearer by
+            `door_uncertainty` [m].
+        late_margin: Smallest ZMP margin after hitting a door that stands farther by
+            `door_uncertainty` [m].
+        point_of_no_return: Latest start of a safe stop, as time before the nominal contact [s]. A
+            later stop breaks the ZMP margin or touches the leaf.
+        stop_duration: Time from the start of a stop to rest [s].
+        missed_margin: Distance of the capture point inside the soles at the end of the legs'
+            reach, where no contact happened [m]. The robot falls where it is negative.
+        rest_duration: Time from the end of `slow_down` after the hit to rest [s].
     """
 
     early_margin: float
@@ -70,5 +72,5 @@ class Branches:
 
     @property
     def recovery_step(self) -> float:
-        """How much nearer to the door a foot would have to be put after a missed contact [m]."""
+        """Length of a step towards the door that would recover from a missed contact [m]."""
         return max(0.0, -self.missed_margin)

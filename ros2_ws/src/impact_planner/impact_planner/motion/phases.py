@@ -1,4 +1,4 @@
-"""The phases of a plan, from the run-up that was chosen."""
+"""The phases of a plan, made and checked for a designed hit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import ResolvedRequest
 from impact_planner.task.settings import PlannerSettings
 
-_RETREAT_TIMES = (1.5, 2.0, 1.2, 1.0, 0.8)  # tried in this order [s]
+_RETREAT_TIMES = (1.5, 2.0, 1.2, 1.0, 0.8)  # durations of the retreat, tried in this order [s]
 
 
 def plan_phases(
@@ -39,15 +39,23 @@ def plan_phases(
 ) -> tuple[tuple[PhasePlan, ...], PhasePlan, Branches]:
     """Plan and check prepare, shift, step, back, cam, post, and hold or retreat.
 
+    Args:
+        robot: The robot.
+        known: The door.
+        wanted: The request.
+        settings: Configuration.
+        hit: Design of the hit.
+
     Returns:
-        The phases; the retreat, which a cancel past the point of no return ends in; what if the
-        door is elsewhere.
+        The phases; the retreat for a cancel past the point of no return; the margins for a door
+        that stands elsewhere.
 
     Raises:
-        PlannerError: A phase breaks a limit.
+        PlannerError: The door would not leave the robot, or cannot be held.
+        HumanoidMotionError: A phase breaks a limit of joints, floor or bodies.
     """
     stance, run_up = hit.stance, hit.run_up
-    after = plan_after_hit(robot, settings, hit)  # first what refuses most
+    after = plan_after_hit(robot, settings, hit)  # first, because it refuses most often
     require_leaving(settings, hit, after.motion)
     branches = plan_branches(robot, settings, hit, after.rest)
     approach = plan_approach(robot, stance, run_up.y_start, settings.timing, settings.period)
@@ -55,7 +63,7 @@ def plan_phases(
         settings.required_margin, settings.limit_share, robot.config.clearance)
 
     def leaf_at(angle: Array, *may_touch: str) -> LeafNearby:
-        """The leaf at opening angles, (N,) [rad]."""
+        """The leaf at opening angles (N,) [rad], and the links that may touch it."""
         return LeafNearby(LeafCourse(hit.placement.hinge, angle, known.width), may_touch)
 
     def unmoved(motion: Motion) -> Array:
@@ -99,13 +107,23 @@ def _hold(
     limits: PhaseLimits,
     end: tuple[Array, Array],
 ) -> PhasePlan:
-    """The arm goes out and holds the door."""
+    """Plan the phase `hold`, in which the arm extends and holds the door.
+
+    Args:
+        robot: The robot.
+        known: The door.
+        wanted: The request.
+        settings: Configuration.
+        hit: Design of the hit.
+        limits: Limits to check against.
+        end: Joints (J,) [rad] and base (3,) [m] at the end of the phase `post`.
+    """
     task = hold_task(
         known, settings, hit.placement.hinge, hit.stance.feet, wanted.angle, end)
 
     def check(hold: HoldPlan) -> PhasePlan:
         time = hold.phase.motion.time
-        # Until the hand is there, the leaf where it is when its peak is felt late.
+        # Until the hand arrives, the leaf falls; its peak is detected `LATE` after it.
         falling = hit.door.angle_at(hit.door.peak_time + time + LATE)
         angle = np.where(
             time < hold.catch.reach, falling, hold.catch.angle_at(time, wanted.angle))
@@ -125,10 +143,14 @@ def _retreat(
     limits: PhaseLimits,
     end: tuple[Array, Array],
 ) -> PhasePlan:
-    """Back along the run-up, clear of the door that falls shut (Fig. 12 (f)).
+    """Plan the retreat along the run-up, clear of the closing door (Fig. 12 (f)).
+
+    Arguments are as for `_hold`.
 
     Raises:
-        PostureUnreachable: However fast, the door comes too near, or the ZMP to the soles' edge.
+        PostureUnreachable: At every duration the door comes too near to a body, or the ZMP too
+            near to the soles' edge.
+        JointLimit: At every duration a joint exceeds its limit.
     """
     com = robot.com(robot.configuration(end[1], end[0]))
     failure: DoorImpactError | None = None

@@ -1,10 +1,10 @@
-"""What follows the hit: the same path, from the reduced speed to rest.
+"""Time law of the motion after the hit: along the same path, from the reduced speed to rest.
 
-The run-up's spline goes on past the nominal contact. The legs keep its speed while the leaf pushes
-back: the robot, in one piece, is turned back about its soles by the impulse. Then it follows the
-path with time scaled: the rate of path time falls to what the hit has left of the speed, which
-stops that turn, and from there to zero. Going on at the speed before the hit would make the robot
-rock against a door that has taken its momentum.
+The run-up's spline continues past the nominal contact. While the leaf pushes back, the legs keep
+their speed, and the impulse turns the whole robot back about its soles. Then the robot follows the
+path with scaled time: the rate of path time falls to the ratio of the speeds after and before the
+hit, which stops that turn, and from there to zero. If the legs kept the speed before the hit, the
+robot would rock, because the door has taken its momentum.
 """
 
 from __future__ import annotations
@@ -14,29 +14,30 @@ from door_impact_common.arrays import Array
 from humanoid_motion.knots import TOLERANCE, Knots, from_samples
 from humanoid_motion.splice import concatenate
 
-_PERIOD = 0.005  # [s]
-_SAMPLES_OF_SLOWING = 11
+_PERIOD = 0.005  # sampling period of the motion to rest [s]
+_SAMPLES_OF_SLOWING = 11  # number of samples while the legs slow down
+_FEWEST_SAMPLES = 8  # smallest number of samples of the motion to rest
 _SHORTER = (1.0, 0.75, 0.5, 0.25)  # shares of the time to rest, tried in this order
-_STANDING = 0.1  # the share where none of them stays on the path
+_STANDING = 0.1  # share of the time to rest for a stop in place, where all of these leave the path
 
 
 def path_time(
     time: Array, start: float | Array, ratio: float, rest: float, slow: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Path time and its first two derivatives while the rate falls to zero.
+    """Path time and its first two derivatives while its rate falls to zero.
 
-    First the rate falls from 1 to `ratio` as half a cosine; then it follows
-    ratio (1 - (10 x^3 - 15 x^4 + 6 x^5)).
+    First the rate falls from 1 to `ratio` as half a cosine over `slow`. Then it follows
+    ratio (1 - (10 x^3 - 15 x^4 + 6 x^5)) with x from 0 to 1 over `rest`.
 
     Args:
-        time: From the switch to this motion, (N,) [s].
+        time: Times after the switch to this motion, (N,) [s].
         start: Path time at the switch, a number or (M, 1) [s].
-        ratio: Rate after the hit; negative where the robot bounces back.
-        rest: From when that is reached until rest [s].
-        slow: In which it is reached [s]; 0: at once.
+        ratio: Speed after the hit divided by that before it; negative where the robot bounces back.
+        rest: Time from the end of `slow` to rest [s].
+        slow: Time in which the rate falls to `ratio` [s]; 0 means at once.
 
     Returns:
-        Path time, (N,) or (M, N), its rate and the rate of that, (N,) each.
+        Path time, (N,) or (M, N) [s], its rate (N,) and the rate's derivative (N,) [1/s].
     """
     inside = time < slow
     phase = np.pi * np.where(inside, time, 0.0) / max(slow, 1e-12)
@@ -53,9 +54,13 @@ def path_time(
     return scaled, rate, slope
 
 
-def sample_times(rest: float, slow: float) -> Array:
-    """Times at which to sample the motion: densely while it is slowed down, then every 5 ms [s]."""
-    after = slow + np.linspace(0.0, rest, max(8, int(np.ceil(rest / _PERIOD)) + 1))
+def slowing_times(rest: float, slow: float) -> Array:
+    """Times of samples of the motion to rest, dense during `slow`, then every 5 ms, (N,) [s].
+
+    Arguments are as for `path_time`.
+    """
+    samples = max(_FEWEST_SAMPLES, int(np.ceil(rest / _PERIOD)) + 1)
+    after = slow + np.linspace(0.0, rest, samples)
     if slow == 0.0:
         return after
     return np.concatenate([np.linspace(0.0, slow, _SAMPLES_OF_SLOWING)[:-1], after])
@@ -65,17 +70,17 @@ def knots_to_rest(
     time: Array, position: Array, velocity: Array, acceleration: Array, slow: float,
     tolerance: float = TOLERANCE,
 ) -> Knots:
-    """Knots of a motion at `sample_times`, one of them where the slowing down ends.
+    """Reduce a motion at `slowing_times` to knots, with a knot at the end of the slowing down.
 
-    A spline across that would go on braking.
+    A spline across that time would continue the deceleration.
 
     Args:
-        time: (N,) [s].
-        position: (N, J) [rad].
-        velocity: (N, J) [rad/s].
-        acceleration: (N, J) [rad/s^2].
-        slow: See `path_time` [s].
-        tolerance: Of the knots [rad].
+        time: Times of the samples, (N,) [s].
+        position: Positions of the joints, (N, J) [rad].
+        velocity: Speeds of the joints, (N, J) [rad/s].
+        acceleration: Accelerations of the joints, (N, J) [rad/s^2].
+        slow: Time at which the slowing down ends [s].
+        tolerance: Largest error of the spline through the knots [rad].
     """
     end = int(np.searchsorted(time, slow - 1e-9))
     return concatenate([
@@ -88,31 +93,31 @@ def continue_from(
     path: Knots, start: float, ratio: float, rest: float, slow: float = 0.0,
     tolerance: float = TOLERANCE,
 ) -> Knots:
-    """Trajectory from a switch at a given time of the run-up to rest.
+    """Make the trajectory from a switch at a given time of the run-up to rest.
 
     Args:
-        path: The run-up with what follows it (phase `cam`).
-        start: Path time at the switch [s], by the clock of the run-up.
-        ratio: Speed along the path after the hit over that before it.
-        rest: See `path_time` [s].
-        slow: The same [s].
-        tolerance: Of the knots [rad].
+        path: Knots of the phase `cam`, the run-up with its continuation.
+        start: Path time at the switch, from the start of `cam` [s].
+        ratio: Speed along the path after the hit divided by that before it.
+        rest: Time from the end of `slow` to rest [s].
+        slow: Time in which the speed falls to that after the hit [s].
+        tolerance: Largest error of the spline through the knots [rad].
 
     Returns:
-        Knots from time 0 (the switch) on.
+        Knots whose time 0 is the switch.
 
     Raises:
-        ValueError: The path would be left at either end; or rest is not positive.
+        ValueError: The motion would leave the path at one of its ends, or rest is not positive.
     """
     if not (np.isfinite(rest) and rest > 0.0):
         raise ValueError(f"rest must be above 0, not {rest}")
-    time = sample_times(rest, slow)
+    time = slowing_times(rest, slow)
     scaled, rate, slope = path_time(time, start, ratio, rest, slow)
     low, high = float(path.time[0]), float(path.time[-1])
     if not (low <= scaled.min() and scaled.max() <= high):
         raise ValueError(
-            f"the path goes from {low:.3f} to {high:.3f} s, the motion after the hit would go "
-            f"from {scaled.min():.3f} to {scaled.max():.3f} s"
+            f"the path lasts from {low:.3f} to {high:.3f} s, the motion after the hit would need "
+            f"it from {scaled.min():.3f} to {scaled.max():.3f} s"
         )
     position, velocity, acceleration = path.at(scaled)
     return knots_to_rest(
@@ -123,10 +128,13 @@ def continue_from(
 def to_rest_within(
     path: Knots, start: float, ratio: float, rest: float, slow: float
 ) -> Knots:
-    """`continue_from`, to rest sooner where the path ends before."""
+    """Make the trajectory to rest as `continue_from`, with a shorter time where the path ends.
+
+    Where even the shortest time leaves the path, the robot stops almost in place.
+    """
     for share in _SHORTER:
         try:
             return continue_from(path, start, ratio, share * rest, slow)
         except ValueError:
             continue
-    return continue_from(path, start, 0.0, _STANDING * rest)  # where it is, at once
+    return continue_from(path, start, 0.0, _STANDING * rest)

@@ -1,9 +1,9 @@
-"""Postures of the run-up, and what the floor must bear, over the place of the CoM.
+"""Postures of the run-up and the wrench of the floor, tabulated over the place of the CoM.
 
 The upper body and the height of the hip are fixed (section II.C.4), so that every posture of the
-run-up is a point of a one-dimensional table q(y). Along it the wrench of the floor is
-``G(y) + C(y) v^2 + M(y) a`` for a speed v and an acceleration a of the CoM (the dynamics along a
-path of Bobrow, Dubowsky and Gibson, 1985), so that timing a run-up anew costs next to nothing.
+run-up is a point of a one-dimensional table q(y). Along the table, the wrench of the floor is
+``G(y) + C(y) v^2 + M(y) a`` for a speed v and an acceleration a of the CoM (dynamics along a path,
+Bobrow, Dubowsky and Gibson, 1985). The ZMP of another time law therefore costs almost nothing.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from scipy.interpolate import make_interp_spline
 
 from impact_planner.hit.stance import HitStance, braced_over
 
-_STEP = 0.005  # [m]
-_FEWEST = 8  # places that a spline needs
+_STEP = 0.005  # largest step between tabulated places of the CoM [m]
+_FEWEST = 8  # smallest number of places that the spline needs
 
 
 class PostureTable:
-    """Postures over the y coordinate of the CoM, as far as the legs reach.
+    """Postures over the y coordinate of the CoM, within the legs' reach.
 
     Args:
         robot: The robot.
         stance: Feet and posture at the hit.
-        overrun: Way past the nominal contact, as far as the legs reach [m].
+        overrun: Largest distance past the nominal contact; the legs' reach may shorten it [m].
 
     Attributes:
-        y_hit: y of the CoM at the nominal contact [m].
-        low: Where the overrun ends [m].
-        high: Leftmost start of a run-up [m].
+        y_hit: y of the CoM at the nominal contact in odom [m].
+        low: Smallest y of the table, at the end of the overrun [m].
+        high: Largest y of the table, at the farthest start of a run-up [m].
 
     Raises:
-        PostureUnreachable: The legs reach no start of a run-up.
+        PostureUnreachable: No start of a run-up is within the legs' reach.
     """
 
     def __init__(self, robot: RobotModel, stance: HitStance, overrun: float) -> None:
@@ -58,11 +58,12 @@ class PostureTable:
         rows = _around(inside, int(np.argmin(np.abs(y - self.y_hit))))
         if rows.stop - rows.start < _FEWEST or y[rows.stop - 1] < lowest:
             raise PostureUnreachable(
-                "the legs reach no start of a run-up between "
-                f"y = {lowest} and {highest} m",
+                f"the legs reach no start of a run-up between y = {lowest} and {highest} m; move "
+                "the door nearer",
                 quantity="y_start [m]",
                 value=float(y[rows][-1]) if rows.stop > rows.start else math.nan,
                 limit=(lowest, highest),
+                phase="cam",
             )
         self.low, self.high = float(y[rows][0]), float(y[rows][-1])
         self._nodes = y[rows]
@@ -70,46 +71,57 @@ class PostureTable:
         self._spline = (spline, spline.derivative(1), spline.derivative(2))
 
     def at(self, y: ArrayLike) -> Array:
-        """Joints and base at y, (N, J + 3)."""
+        """Joints [rad] and base [m] for places y of the CoM [m], (N, J + 3)."""
         return np.asarray(self._spline[0](np.asarray(y, dtype=float)))
 
     def motion(self, time: Array, y: Array, speed: Array, acceleration: Array) -> Motion:
-        """Motion along the table for a course y(t); all arguments (N,), SI units."""
+        """Motion along the table for a course of the CoM.
+
+        Args:
+            time: Times, (N,) [s].
+            y: Places of the CoM, (N,) [m].
+            speed: Speeds of the CoM along y, (N,) [m/s].
+            acceleration: Accelerations of the CoM along y, (N,) [m/s^2].
+        """
         slope = self._spline[1](y)
         curve = self._spline[2](y)
         v, a = speed[:, None], acceleration[:, None]
         return from_derivatives(time, self.at(y), slope * v, curve * v**2 + slope * a)
 
     def waist_per_com(self, y: float) -> float:
-        """Speed of the upper body, so of point B, for a unit speed of the CoM."""
+        """Speed of the upper body and point B divided by the speed of the CoM."""
         return float(self._spline[1](y)[-2])
 
     def joint_slopes(self, y: ArrayLike) -> Array:
-        """Speeds of the joints for a unit speed of the CoM, (N, J) [rad/m]."""
+        """Speeds of the joints divided by the speed of the CoM, (N, J) [rad/m]."""
         return np.asarray(self._spline[1](np.asarray(y, dtype=float))[..., :-3])
 
     def zmp(self, y: Array, v: Array, a: Array) -> Array:
-        """ZMP along y for places, speeds and accelerations of the CoM, all of one shape [m]."""
+        """y of the ZMP [m] for the CoM's places [m], speeds [m/s] and accelerations [m/s^2].
+
+        All arguments and the result have one shape.
+        """
         rows = self._wrench(y)
-        still, fast, pushed = (rows[..., i, :] for i in range(3))
-        wrench = still + fast * (v**2)[..., None] + pushed * a[..., None]
+        at_rest, by_speed, by_acceleration = (rows[..., i, :] for i in range(3))
+        wrench = at_rest + by_speed * (v**2)[..., None] + by_acceleration * a[..., None]
         return np.asarray(wrench[..., 1] / wrench[..., 0])
 
     @cached_property
     def _wrench(self):  # type: ignore[no-untyped-def]
-        """Spline of the floor's vertical force and moment about x, (N, 3, 2): G, C and M."""
+        """Spline of G, C and M over y: vertical force [N] and moment about x [N m], (N, 3, 2)."""
         y, n = self._nodes, len(self._nodes)
         zero, one = np.zeros(n), np.ones(n)
         found = []
         for v, a in ((zero, zero), (one, zero), (zero, one)):
             force, moment = floor_wrenches(self._robot, self.motion(zero, y, v, a))
             found.append(np.column_stack([force[:, 2], moment[:, 0]]))
-        still, fast, pushed = found
-        return make_interp_spline(y, np.stack([still, fast - still, pushed - still], axis=1), k=5)
+        at_rest, moving, accelerated = found
+        return make_interp_spline(
+            y, np.stack([at_rest, moving - at_rest, accelerated - at_rest], axis=1), k=5)
 
 
 def _around(inside: NDArray[np.bool_], middle: int) -> slice:
-    """The run of rows inside that holds a row; empty where that is outside."""
+    """The contiguous rows inside that contain the row `middle`; empty where it is outside."""
     outside = np.flatnonzero(~inside)
     first = outside[outside <= middle].max(initial=-1) + 1
     last = outside[outside >= middle].min(initial=len(inside))

@@ -1,4 +1,4 @@
-"""Section II.C.1 the other way round: how far a door can be opened and held from a stance."""
+"""Limits of the arm's reach from a given stance: largest angle and largest l_B, section II.C.1."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from impact_planner.motion.hold import HoldTask, can_hold, hold_task
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import PlannerSettings
 
-_ANGLE_STEP, _ANGLE_TOLERANCE = np.radians(5.0), np.radians(0.25)
-_WAY_STEP, _WAY_TOLERANCE = 0.05, 0.0025  # [m]
+_ANGLE_STEP, _ANGLE_TOLERANCE = np.radians(5.0), np.radians(0.25)  # of the search [rad]
+_DISTANCE_STEP, _DISTANCE_TOLERANCE = 0.05, 0.0025  # of the search [m]
 
 
 def largest_angle(
@@ -27,23 +27,23 @@ def largest_angle(
     placement: Placement,
     stance: HitStance,
 ) -> float:
-    """The largest angle at which the arm can catch and hold the door from a stance, to 0.25 deg.
+    """Find the largest angle at which the arm can catch and hold the door, to 0.25 deg.
 
-    By the arm's reach and the closer's torque alone: smaller angles may be out of reach, the hit
-    may be too fast, and a frame beside the door is not known.
+    Only the arm's reach and the closer's torque are checked. Smaller angles may be out of reach,
+    the hit may be too fast, and walls near the door are not modelled.
 
     Args:
         robot: The robot.
         known: The door.
-        settings: Configuration; its hand_force_limit is the force that the robot may hold.
-        placement: Where the door is.
+        settings: Configuration, of which hand_force_limit is used.
+        placement: Place of the door.
         stance: Feet and posture at the hit.
 
     Returns:
-        The angle [rad].
+        The largest opening angle [rad].
 
     Raises:
-        AngleUnreachable: The door can be held at none.
+        AngleUnreachable: The arm can hold the door at no angle.
     """
     task = _task(known, settings, placement, stance)
     limit = opening_limit(known.door)
@@ -54,7 +54,7 @@ def largest_angle(
     found = _last(held, np.arange(_ANGLE_STEP, limit, _ANGLE_STEP).tolist(), _ANGLE_TOLERANCE)
     if found is None:
         raise AngleUnreachable(
-            "the arm can hold the door at no angle from here",
+            "the arm can hold the door at no angle from this stance",
             quantity="desired_opening_angle [rad]", value=limit, limit=0.0, phase="hold")
     return found
 
@@ -67,24 +67,24 @@ def furthest_contact(
     stance: HitStance,
     angle: float,
 ) -> float:
-    """The largest l_B from which the arm can hold the door at an angle, to 2.5 mm.
+    """Find the largest l_B from which the arm can hold the door at an angle, to 2.5 mm.
 
-    The further from the hinge the robot hits, the further along the leaf it stands, and the less
-    of the opened leaf its arm reaches.
+    A robot that hits the leaf farther from the hinge stands farther from the hinge, and its arm
+    reaches less of the opened leaf.
 
     Args:
         robot: The robot.
         known: The door.
-        settings: Configuration.
-        placement: Where the door is.
+        settings: Configuration, of which hand_force_limit is used.
+        placement: Place of the door.
         stance: Feet and posture at the hit.
         angle: Desired opening angle [rad].
 
     Returns:
-        l_B [m].
+        The largest l_B [m].
 
     Raises:
-        AngleUnreachable: The door can be held there from no l_B.
+        AngleUnreachable: The arm can hold the door at the angle from no l_B.
     """
     task = replace(_task(known, settings, placement, stance), angle=angle)
     elbow = float(stance.posture.elbow[0])
@@ -95,10 +95,11 @@ def furthest_contact(
 
     nearest = robot.config.contact_radius
     found = _last(
-        held, np.arange(nearest, known.width + 1e-9, _WAY_STEP).tolist(), _WAY_TOLERANCE)
+        held, np.arange(nearest, known.width + 1e-9, _DISTANCE_STEP).tolist(),
+        _DISTANCE_TOLERANCE)
     if found is None:
         raise AngleUnreachable(
-            f"the arm can hold the door at {np.degrees(angle):.1f} deg from no l_B",
+            f"the arm can hold the door at {np.degrees(angle):.1f} deg from no l_B on the leaf",
             quantity="l_b [m]", value=angle, limit=(nearest, known.width), phase="hold")
     return found
 
@@ -106,13 +107,16 @@ def furthest_contact(
 def _task(
     known: KnownDoor, settings: PlannerSettings, placement: Placement, stance: HitStance
 ) -> HoldTask:
-    """Holding from the posture at the hit; the angle is still open."""
+    """The task of holding the door from the posture at the hit, with an angle of 0."""
     start = stance.posture.joints, stance.posture.base
     return hold_task(known, settings, placement.hinge, stance.feet, 0.0, start)
 
 
 def _last(held: Callable[[float], bool], tries: list[float], tolerance: float) -> float | None:
-    """The largest value that holds: the last of the tries that does, and on towards the next."""
+    """The largest value for which `held` is true, or None.
+
+    The last such value among the tries is refined by bisection towards the next try.
+    """
     good = next((i for i in range(len(tries) - 1, -1, -1) if held(tries[i])), None)
     if good is None:
         return None

@@ -1,10 +1,10 @@
-"""The run-up that the ZMP limits, ours: the course of the CoM with the largest margin.
+"""The run-up `zmp_limited`: the course of the CoM with the largest ZMP margin.
 
-The paper's cam curve puts all its acceleration into a third of the way. Here the course y(t) is a
-quintic spline whose coefficients a linear programme chooses: the largest distance of the ZMP from
-the edges of the soles, and of those courses one with a small jerk. The ZMP of the whole-body motion
-is linear in the acceleration and nearly so in place and speed, so that a few passes, each linear
-about the course of the one before, are enough.
+This time law is not the paper's. The paper's cam curve accelerates only in the first third of the
+distance. Here the course y(t) is a quintic spline whose coefficients a linear programme chooses: it
+maximises the distance of the ZMP from the soles' edges, less a small price for jerk. The ZMP of the
+whole-body motion is linear in the acceleration and nearly linear in place and speed. A few passes
+are therefore enough, each linearised about the course of the previous pass.
 """
 
 from __future__ import annotations
@@ -22,27 +22,29 @@ from scipy.optimize import linprog
 from impact_planner.motion.cam_curve import CamSample
 
 Zmp = Callable[[Array, Array, Array], Array]
+"""y of the ZMP (N,) [m] for places, speeds and accelerations of the CoM along y, (N,) each."""
 
-_DEGREE = 5
-_COEFFICIENTS = 14
-_SAMPLES = 60
-_PASSES = 3
-_MOST_JERK = 40.0  # [m/s^3]; at which the ZMP moves by some 3 m/s
-_JERK_PRICE = 5e-4  # [m] of margin for 1 m/s^3
-_RISE_TIMES = (0.7, 0.9, 1.1, 1.4)  # tried, rising [s]
-_TIE = 1e-4  # [m] of margin
-_STEPS = (1e-3, 1e-2, 1e-1)  # [m], [m/s], [m/s^2] of differences of the ZMP
+_DEGREE = 5  # of the spline
+_COEFFICIENTS = 14  # number of the spline's coefficients
+_SAMPLES = 60  # number of times at which the programme checks the ZMP
+_PASSES = 3  # number of linearisations in the search for the fastest course
+_MOST_JERK = 40.0  # largest jerk, with which the ZMP moves at about 3 m/s [m/s^3]
+_JERK_PRICE = 5e-4  # margin that is worth 1 m/s^3 of jerk [m]
+_RISE_TIMES = (0.7, 0.9, 1.1, 1.4)  # candidate times until the speed is constant, increasing [s]
+_TIE = 1e-4  # margins that differ by less count as equal [m]
+# Steps of the ZMP's finite differences in place [m], speed [m/s] and acceleration [m/s^2].
+_STEPS = (1e-3, 1e-2, 1e-1)
 
 
 @dataclass(frozen=True)
 class SmoothRunUp:
-    """Run-up from rest to a constant speed along a spline, then straight on.
+    """Run-up from rest to a constant speed along a spline, then at constant speed.
 
     Attributes:
         speed: Speed at the end of the spline [m/s].
-        distance: Way from the start to the nominal contact [m].
+        distance: Distance from the start to the nominal contact [m].
         rise: Time until the speed is constant [s].
-        way: Way over time, for 0 to `rise` [m].
+        way: Distance from the start over time, for times from 0 to `rise` [m].
     """
 
     speed: float
@@ -56,7 +58,7 @@ class SmoothRunUp:
         return self.rise + (self.distance - float(self.way(self.rise))) / self.speed
 
     def at(self, time: ArrayLike) -> CamSample:
-        """Way, speed, acceleration and jerk at times from the start [s], any shape."""
+        """Displacement, speed, acceleration and jerk at times from the start [s], any shape."""
         t = np.asarray(time, dtype=float)
         late = t > self.rise
         inside = np.clip(t, 0.0, self.rise)
@@ -78,18 +80,18 @@ def best_run_up(
     highest: float,
     steady: float,
 ) -> tuple[SmoothRunUp, float, float] | None:
-    """The run-up with the largest margin between two edges.
+    """Find the run-up with the largest ZMP margin between two edges.
 
     Args:
-        zmp: y of the ZMP (N,) [m] for places, speeds and accelerations of the CoM along y (N,).
+        zmp: y of the ZMP as a function of the CoM's motion.
         edges: Lower and upper y of the soles [m].
-        speed: Of the CoM at the contact, towards -y [m/s].
+        speed: Speed of the CoM at the contact, towards -y [m/s].
         y_hit: y of the CoM at the nominal contact [m].
         highest: Largest y that the legs reach [m].
-        steady: Way at constant speed before the nominal contact [m].
+        steady: Distance at constant speed before the nominal contact [m].
 
     Returns:
-        The run-up, y of its start [m] and the margin [m]; None where no course fulfils the
+        The run-up, y of its start [m] and the margin [m]; None where no course meets the
         conditions.
     """
     courses = [_Course(rise, y_hit + steady, highest) for rise in _RISE_TIMES]
@@ -100,10 +102,10 @@ def best_run_up(
             found.append((answer.worth, course, answer))
     if not found:
         return None
-    # Of courses that differ by less than _TIE the longest, so that no rounding decides.
+    # Among courses that differ by less than `_TIE`, the longest is taken; rounding must not decide.
     best = max(worth for worth, _, _ in found)
     _, course, answer = [one for one in found if one[0] > best - _TIE][-1]
-    # Once more, about what was found: there the ZMP is nearly what the programme takes it for.
+    # One more pass, linearised about the found course, where the linear ZMP is nearly exact.
     again = course.solve(zmp, edges, answer.coefficients, _Aim(speed=(speed, speed)))
     if again is not None and again.worth > answer.worth:
         answer = again
@@ -123,12 +125,19 @@ def fastest_run_up(
     highest: float,
     steady: float,
 ) -> float:
-    """Highest speed of the CoM at the contact that leaves a margin; 0 where none does [m/s].
+    """Find the highest speed of the CoM at the contact with a given ZMP margin [m/s].
 
     Args:
-        margin: Smallest distance of the ZMP from the edges [m].
-        most: Higher speeds are not looked for [m/s].
-        zmp, edges, y_hit, highest, steady: As for `best_run_up`.
+        zmp: y of the ZMP as a function of the CoM's motion.
+        edges: Lower and upper y of the soles [m].
+        margin: Required distance of the ZMP from the edges [m].
+        most: Upper bound of the search [m/s].
+        y_hit: y of the CoM at the nominal contact [m].
+        highest: Largest y that the legs reach [m].
+        steady: Distance at constant speed before the nominal contact [m].
+
+    Returns:
+        The speed; 0 where no speed has the margin.
     """
     aim = _Aim(speed=(0.0, most), margin=(margin, margin))
     fastest = 0.0
@@ -147,7 +156,12 @@ def fastest_run_up(
 
 @dataclass(frozen=True)
 class _Aim:
-    """Range of the speed at the end [m/s] and of the margin [m]: one of them is fixed."""
+    """Ranges for the linear programme, of which either speed or margin is fixed.
+
+    Attributes:
+        speed: Least and largest speed at the end of the course [m/s].
+        margin: Least and largest ZMP margin [m]; None means that there is no bound.
+    """
 
     speed: tuple[float, float]
     margin: tuple[float | None, float | None] = (None, None)
@@ -155,7 +169,14 @@ class _Aim:
 
 @dataclass(frozen=True)
 class _Answer:
-    """Coefficients of a course (C,), its speed [m/s], margin [m], and that less jerk's price."""
+    """Solution of the linear programme.
+
+    Attributes:
+        coefficients: Coefficients of the course's spline, (C,) [m].
+        speed: Speed at the end of the course [m/s].
+        margin: ZMP margin of the course [m].
+        worth: Margin less the price of the jerk [m].
+    """
 
     coefficients: Array
     speed: float
@@ -164,7 +185,13 @@ class _Answer:
 
 
 class _Course:
-    """A course y(t) of one duration: its spline and the linear programme."""
+    """Courses y(t) of one duration: their spline basis and the linear programme.
+
+    Args:
+        rise: Duration of the course [s].
+        y_end: y of the CoM at the end of the course [m].
+        highest: Largest y that the legs reach [m].
+    """
 
     def __init__(self, rise: float, y_end: float, highest: float) -> None:
         inner = np.linspace(0.0, rise, _COEFFICIENTS - _DEGREE + 1)
@@ -177,7 +204,7 @@ class _Course:
         self.range = (y_end, highest)
 
     def guess(self, speed: float) -> Array:
-        """Coefficients of a plain course to the speed, within reach, (C,)."""
+        """Coefficients of a simple course to a speed [m/s] within reach, (C,) [m]."""
         low, high = self.range
         middle = np.linspace(0.0, 1.0, _COEFFICIENTS) ** 3 * speed * self.rise / 3.0
         return np.clip(low + middle[-1] - middle, low, high)
@@ -185,10 +212,11 @@ class _Course:
     def solve(
         self, zmp: Zmp, edges: tuple[float, float], about: Array, aim: _Aim
     ) -> _Answer | None:
-        """The best course where the ZMP is taken as linear about another."""
+        """The best course for a ZMP that is linearised about the coefficients `about`, (C,)."""
         y, v, a = (row @ about for row in self.rows[:3])
         at = zmp(y, v, a)
-        step = np.where(y + _STEPS[0] > self.range[1], -_STEPS[0], _STEPS[0])  # within reach
+        # The step is backward where a forward one would leave the legs' reach.
+        step = np.where(y + _STEPS[0] > self.range[1], -_STEPS[0], _STEPS[0])
         slopes = (
             (zmp(y + step, v, a) - at) / step,
             (zmp(y, v + _STEPS[1], a) - at) / _STEPS[1],
@@ -209,7 +237,18 @@ class _Course:
     def _programme(
         self, linear: Array, offset: Array, edges: tuple[float, float], aim: _Aim
     ) -> Array | None:
-        """Coefficients, margin, jerk, speed of the best course (C + 3,); None: there is none."""
+        """Solve the linear programme.
+
+        Args:
+            linear: Slope of the ZMP by the coefficients, (N, C).
+            offset: ZMP for zero coefficients, (N,) [m].
+            edges: Lower and upper y of the soles [m].
+            aim: Ranges of speed and margin.
+
+        Returns:
+            Coefficients, margin, jerk and speed of the best course, (C + 3,); None where no
+            course meets the constraints.
+        """
         place, jerk = self.rows[0], self.rows[3]
         below = np.vstack([
             _beside(linear, margin=1.0), _beside(-linear, margin=1.0), _beside(place),
@@ -218,7 +257,8 @@ class _Course:
         limits = np.concatenate([
             edges[1] - offset, offset - edges[0], np.full(_SAMPLES, high), np.full(_SAMPLES, -low),
             np.zeros(2 * _SAMPLES)])
-        # From rest, without acceleration and jerk; to the speed likewise.
+        # The course starts at rest and ends at its place and speed, both without acceleration
+        # and jerk.
         equal = np.vstack([
             _beside(row) for row in (
                 *(row[:1] for row in self.rows[1:]), place[-1:],
@@ -227,7 +267,7 @@ class _Course:
         wanted = np.zeros(len(equal))
         wanted[3] = low
         cost = np.zeros(_COEFFICIENTS + 3)
-        cost[-3:] = -1.0, _JERK_PRICE, -1.0  # one of margin and speed is fixed
+        cost[-3:] = -1.0, _JERK_PRICE, -1.0  # either margin or speed is fixed by its bounds
         answer = linprog(
             cost, A_ub=below, b_ub=limits, A_eq=equal, b_eq=wanted, method="highs",
             bounds=[(None, None)] * _COEFFICIENTS + [aim.margin, (0.0, _MOST_JERK), aim.speed])
@@ -235,5 +275,5 @@ class _Course:
 
 
 def _beside(rows: Array, margin: float = 0.0, jerk: float = 0.0, speed: float = 0.0) -> Array:
-    """Rows of the coefficients with their factors of margin, jerk and speed, (N, C + 3)."""
+    """Rows for the coefficients, extended by the factors of margin, jerk and speed, (N, C + 3)."""
     return np.hstack([rows, np.tile([margin, jerk, speed], (len(rows), 1))])

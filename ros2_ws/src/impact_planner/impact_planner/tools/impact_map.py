@@ -1,4 +1,4 @@
-"""What can be planned over opening angle, door and restitution, and what stops the rest."""
+"""Map of the requests that can be planned, over door, angle and restitution, with their limits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
-# What can stop a plan, as tables and pictures call it.
+# What can stop a plan: key, and its words in tables and pictures.
 LIMITS = {
     "run-up": "ZMP in the run-up",
     "balance": "ZMP in another phase",
@@ -57,13 +57,16 @@ _MARGIN_LIMITS = {"cam": "run-up", "post": "rest"}
 
 @dataclass(frozen=True)
 class MapRange:
-    """What a map is made over.
+    """Ranges of a map.
 
     Attributes:
-        doors: Their names differ.
-        angles: Desired opening angles, rising (A,) [rad].
-        restitutions: Coefficients of restitution, rising (E,).
-        ending: Of every plan.
+        doors: Doors with different names.
+        angles: Desired opening angles, increasing, (A,) [rad].
+        restitutions: Coefficients of restitution, increasing, (E,).
+        ending: Ending of every plan, a member of `ENDINGS`.
+
+    Raises:
+        InvalidRequest: Two doors have the same name, or a number is outside its range.
     """
 
     doors: tuple[KnownDoor, ...]
@@ -72,12 +75,13 @@ class MapRange:
     ending: str
 
     def __post_init__(self) -> None:
-        """Check the numbers, which would otherwise be refused cell by cell."""
+        """Check names and numbers, which would otherwise be refused in every cell."""
         names = [door.name for door in self.doors]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InvalidRequest(
-                f"two doors are called {twice!r}", quantity="doors", value=twice, limit="one")
+                f"two doors are called {twice!r}, but names must differ; rename one of them",
+                quantity="doors", value=twice, limit="one")
         for angle in self.angles:
             if not 0.0 < angle <= math.pi:
                 raise InvalidRequest(
@@ -96,22 +100,22 @@ class MapRange:
 
 @dataclass(frozen=True)
 class Cell:
-    """One request and what became of it; NaN and empty words where they do not apply.
+    """One request and its result; what does not apply is NaN or empty.
 
     Attributes:
-        door: Name.
+        door: Name of the door.
         angle: Desired opening angle [rad].
         restitution: Coefficient of restitution.
-        run_up: One of `RUN_UPS`.
+        run_up: Time law of the run-up, a member of `RUN_UPS`.
         v_rb: Speed of B before the hit [m/s].
-        cam_margin: Smallest ZMP margin of the run-up, up to the hit [m].
-        margin: The same of all phases [m].
-        step: Of the right foot [m].
-        code: Of the refusal; empty where there is a plan.
-        limit: What stops even the shortest step, of `LIMITS`.
-        quantity: Of the refusal, which is that of the nominal step, with its unit.
-        value: Of that quantity.
-        reason: The refusal's sentence.
+        cam_margin: Smallest ZMP margin of the run-up until the hit [m].
+        margin: Smallest ZMP margin of all phases [m].
+        step: Length of the right foot's step [m].
+        code: Error code of the refusal; empty where a plan exists.
+        limit: Key of `LIMITS` for what stops even the shortest step.
+        quantity: Quantity of the refusal for the nominal step, with its unit.
+        value: Value of that quantity.
+        reason: Sentence of the refusal for the nominal step.
     """
 
     door: str
@@ -130,24 +134,24 @@ class Cell:
 
     @property
     def feasible(self) -> bool:
-        """Whether there is a plan."""
+        """Whether the request can be planned."""
         return not self.code
 
 
 @dataclass(frozen=True)
 class Largest:
-    """The largest angle of the map that a run-up opens a door to.
+    """The largest angle of the map to which a run-up opens a door.
 
     Attributes:
-        door: Name.
+        door: Name of the door.
         restitution: Coefficient of restitution.
-        run_up: One of `RUN_UPS`.
-        angle: [rad]; NaN where none is feasible.
-        v_rb: Speed of B there [m/s].
-        smallest: The smallest angle that is feasible [rad].
-        gaps: Angles of the map between these two that are refused.
-        beyond: What stops the next angle of the map, of `LIMITS`, or the first where none is
-            feasible; empty at the map's end.
+        run_up: Time law of the run-up, a member of `RUN_UPS`.
+        angle: Largest feasible angle [rad]; NaN where no angle is feasible.
+        v_rb: Speed of B for the largest angle [m/s].
+        smallest: Smallest feasible angle [rad].
+        gaps: Number of refused angles between smallest and largest angle.
+        beyond: Key of `LIMITS` for what stops the next larger angle, or the first angle where no
+            angle is feasible; empty at the end of the map.
     """
 
     door: str
@@ -166,9 +170,10 @@ def map_cells(
     """Plan every request of a map, one after another.
 
     Args:
-        over: What the map is made over.
+        over: Ranges of the map.
         robot: The robot.
-        settings: Configuration; by default the robot stands where it likes.
+        settings: Configuration; None means the defaults, with which the planner chooses where the
+            robot stands.
     """
     settings = settings or PlannerSettings()
     for door, e, run_up, angle in itertools.product(
@@ -185,6 +190,7 @@ def map_cells(
 
 
 def _planned(cell: Cell, plan: ImpactPlan) -> Cell:
+    """The cell with the figures of its plan."""
     margins = plan.zmp_margins
     return replace(
         cell, v_rb=plan.v_rb, cam_margin=margins["cam"], margin=min(margins.values()),
@@ -195,9 +201,12 @@ def _last_refusal(
     error: DoorImpactError, request: PlanRequest, known: KnownDoor, robot: RobotModel,
     settings: PlannerSettings,
 ) -> DoorImpactError:
-    """The refusal of the shortest step, where the planner names that of the nominal one."""
+    """The refusal of the shortest step; `error` is that of the nominal step.
+
+    Both are the same where the planner has tried no other step.
+    """
     if settings.door_distance is not None or isinstance(error, AngleUnreachable | InvalidRequest):
-        return error  # no other step was tried
+        return error
     shortest = placement_for_step(robot, settings, STEP_SHARES[-1] * robot.config.step.nominal)
     there = replace(
         settings, door_distance=shortest.door_distance, hinge_x=shortest.hinge_x)
@@ -209,7 +218,7 @@ def _last_refusal(
 
 
 def limit_of(error: DoorImpactError) -> str:
-    """What stops a plan, a key of `LIMITS`, by the error's phase, reason and quantity."""
+    """Key of `LIMITS` for what stops a plan, by the error's phase, reason and quantity."""
     if error.phase in ENDINGS:
         return "ending"
     if error.quantity == _MARGIN:
@@ -226,6 +235,7 @@ def largest_angles(cells: Sequence[Cell]) -> list[Largest]:
 
 
 def _largest(row: Sequence[Cell]) -> Largest:
+    """The largest angle of cells that differ only in their angle."""
     good = [i for i, cell in enumerate(row) if cell.feasible]
     first, last = (good[0], good[-1]) if good else (0, -1)
     top = row[last] if good else None
@@ -239,6 +249,7 @@ def _largest(row: Sequence[Cell]) -> Largest:
     )
 
 
+# Keys and factors of the figures whose unit in files differs from SI.
 _UNITS = {
     "angle": ("angle_deg", math.degrees(1.0)), "v_rb": ("v_rb_m_s", 1.0),
     "cam_margin": ("cam_margin_mm", 1e3), "margin": ("margin_mm", 1e3), "step": ("step_m", 1.0),
@@ -246,7 +257,7 @@ _UNITS = {
 
 
 def cell_object(cell: Cell) -> dict[str, Any]:
-    """A cell by names with units, None where something does not apply."""
+    """A cell as a JSON object whose keys name the unit; None where a figure does not apply."""
     found: dict[str, Any] = {}
     for name, value in asdict(cell).items():
         key, factor = _UNITS.get(name, (name, 1.0))
@@ -259,7 +270,7 @@ def cell_object(cell: Cell) -> dict[str, Any]:
 
 
 def csv_text(cells: Iterable[Cell]) -> str:
-    """Cells as a CSV file, without the refusals' sentences."""
+    """Cells as the text of a CSV file, without the sentences of the refusals."""
     rows = [cell_object(cell) for cell in cells]
     names = [name for name in rows[0] if name not in ("reason", "feasible")]
     text = io.StringIO()
@@ -270,7 +281,7 @@ def csv_text(cells: Iterable[Cell]) -> str:
 
 
 def table(cells: Sequence[Cell]) -> str:
-    """The largest angles as a table of Markdown: a row for each door and restitution."""
+    """The largest angles as a Markdown table with a row for each door and restitution."""
     lines = [
         "| door | e | " + " | ".join(f"{name} [deg] | v_rB [m/s]" for name in RUN_UPS)
         + " | beyond |",
@@ -286,6 +297,7 @@ def table(cells: Sequence[Cell]) -> str:
 
 
 def _angles(one: Largest) -> str:
+    """Words for the feasible angles [deg]."""
     if math.isnan(one.angle):
         return "none"
     low, high = math.degrees(one.smallest), math.degrees(one.angle)
@@ -294,4 +306,5 @@ def _angles(one: Largest) -> str:
 
 
 def _speed(one: Largest) -> str:
+    """Words for the speed of B [m/s]."""
     return "" if math.isnan(one.v_rb) else f"{one.v_rb:.3f}"

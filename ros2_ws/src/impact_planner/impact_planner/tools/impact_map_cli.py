@@ -1,4 +1,4 @@
-"""Command ``impact_map``: which doors can be opened how far, by each run-up, and what stops it."""
+"""Command ``impact_map``: how far each run-up can open doors, and what stops larger angles."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from impact_planner.tools.impact_map import (
 )
 
 _EXAMPLE = """\
-example, the paper's door with three closers of EN 1154 more, some minutes:
+example, the paper's door and three doors with closers of EN 1154 (takes some minutes):
   ros2 run impact_planner impact_map
-a finer one of the paper's door alone:
+a finer map of the paper's door alone:
   ros2 run impact_planner impact_map --doors paper --angles $(seq 10 60) --restitutions 0.4 0.5 0.6
 writes into out/impact_map:
-  impact_map.csv    every request: v_rB, ZMP margins before the hit and over all, step, or refusal
+  impact_map.csv    every request: v_rB, ZMP margins until the hit and overall, step, or refusal
   impact_map.png    a panel for each door
 """
 _DOORS = ("paper", "size2", "size3", "size4")
@@ -42,11 +42,12 @@ _RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.5, 0.7)
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """Arguments of the command."""
+    """Make the parser of the command's arguments."""
     parser = argparse.ArgumentParser(
         prog="impact_map",
-        description="Plan impacts over doors, opening angles and restitution with each run-up, the "
-        "robot standing where it likes; print the largest angles, write a table and a picture.",
+        description="Plan impacts over doors, opening angles and restitution with each run-up. The "
+        "planner chooses where the robot stands. Print the largest angles, and write a table and "
+        "a picture.",
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -55,17 +56,18 @@ def build_parser() -> argparse.ArgumentParser:
         nargs="+",
         default=_DOORS,
         metavar="NAME_OR_YAML",
-        help=f"of {', '.join(door_names())}, or YAML files (default: {' '.join(_DOORS)})",
+        help=f"{', '.join(door_names())}, or YAML files (default: {' '.join(_DOORS)})",
     )
     parser.add_argument(
         "--angles", nargs="+", type=float, default=[float(x) for x in range(10, 61, 5)],
         metavar="DEG", help="opening angles (default: 10 to 60 in steps of 5)")
     parser.add_argument(
         "--restitutions", nargs="+", type=float, default=_RESTITUTIONS, metavar="E",
-        help=f"coefficients, 0 to 1 (default: {' '.join(map(str, _RESTITUTIONS))})")
+        help="coefficients of restitution, 0 to 1 (default: "
+        f"{' '.join(map(str, _RESTITUTIONS))})")
     parser.add_argument(
         "--ending", choices=ENDINGS, default=ENDINGS[0],
-        help="what follows the door's peak (default: %(default)s)")
+        help="phase after the door's largest angle (default: %(default)s)")
     parser.add_argument(
         "--out", default="out/impact_map", metavar="DIR",
         help="folder for the files (default: %(default)s); files of the same name are replaced")
@@ -75,7 +77,14 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Plan, print and write; 1 where that fails, with the reason on stderr."""
+    """Run the command.
+
+    Args:
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        Exit status: 0, or 1 after a failure, whose reason is printed on stderr.
+    """
     options = build_parser().parse_args(args)
     try:
         from impact_planner.tools.map_drawing import map_picture
@@ -91,7 +100,7 @@ def main(args: list[str] | None = None) -> int:
         )
         folder = make_folder(options.out)
         robot = RobotModel(load_robot_config())
-        # A bar in a terminal only: elsewhere stderr is for errors.
+        # The progress bar appears in a terminal only; elsewhere stderr is for errors.
         cells = list(tqdm(map_cells(over, robot), total=len(over), unit="plan", disable=None))
         files: dict[str, str | bytes] = {
             "impact_map.csv": csv_text(cells), "impact_map.png": map_picture(over, cells)}
@@ -109,7 +118,7 @@ def _known(name_or_path: str) -> KnownDoor:
 
 
 def _answer(over: MapRange, cells: Sequence[Cell], files: Sequence[str], as_json: bool) -> str:
-    """What to print."""
+    """The text that the command prints."""
     if as_json:
         return json.dumps({"ending": over.ending, "cells": list(map(cell_object, cells)),
                            "files": files})

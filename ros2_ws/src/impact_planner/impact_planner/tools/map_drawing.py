@@ -1,4 +1,4 @@
-"""Picture of a map: a panel for each door, plans coloured by v_rB, refusals by what stops them."""
+"""Picture of a map with a panel for each door; plans are coloured by v_rB, refusals by limit."""
 
 from __future__ import annotations
 
@@ -15,23 +15,28 @@ from matplotlib.patches import Patch, Rectangle
 
 from impact_planner.tools.impact_map import LIMITS, Cell, MapRange
 
-_COLUMNS = 2  # of panels
-_COLOURS = "viridis"
+_COLUMNS = 2  # number of panels side by side
+_COLOURS = "viridis"  # colour map of v_rB
+# Colours of refusals by key of `LIMITS`.
 _PALE = {
     "run-up": "#f6cdc4", "balance": "#fbe0c3", "rest": "#e6e6e6", "pushes on": "#c9c9c9",
     "joint": "#dfd6ee", "ending": "#cfe3f5", "reach": "#efe0d0", "bodies": "#f3eebb",
     "grip": "#d9ecd3", "linkage": "#f0d3e4", "request": "#ffffff",
 }  # fmt: skip
 _HATCH: dict[str, Any] = {"hatch": "////", "edgecolor": "white", "linewidth": 0.0}
-_TICKS, _EVERY = 12, (1, 2, 5, 10, 20, 50)  # of angles, at most; one of so many is named
+_TICKS = 12  # largest number of named angles
+_EVERY = (1, 2, 5, 10, 20, 50)  # candidate steps between named angles
 
 
 def map_picture(over: MapRange, cells: Sequence[Cell]) -> bytes:
-    """A map as a PNG file.
+    """Draw a map.
 
     Args:
-        over: What it was made over.
-        cells: Its cells.
+        over: Ranges of the map.
+        cells: All cells of the map.
+
+    Returns:
+        The content of a PNG file.
     """
     rows = math.ceil(len(over.doors) / _COLUMNS)
     figure = Figure(figsize=(13.0, 1.9 + 0.9 * rows + 0.36 * rows * len(over.restitutions)),
@@ -62,7 +67,7 @@ def _places(cells: Sequence[Cell]) -> dict[tuple[str, float, float], dict[str, C
 
 
 def _face(both: dict[str, Cell], scale: ScalarMappable) -> dict[str, Any]:
-    """How a place looks: its colour, and a hatch where the cam curve is too slow."""
+    """Style of a place: its colour, and a hatch where only zmp_limited is feasible."""
     mcv50, zmp_limited = both["mcv50"], both["zmp_limited"]
     if mcv50.feasible:
         return {"facecolor": scale.to_rgba(np.asarray(mcv50.v_rb))}
@@ -78,7 +83,7 @@ def _draw_door(
     places: dict[tuple[str, float, float], dict[str, Cell]],
     scale: ScalarMappable,
 ) -> None:
-    """A panel: angle over restitution, each value a column and a row."""
+    """Draw a door's panel, with a column for each angle and a row for each restitution."""
     for row, e in enumerate(over.restitutions):
         for column, angle in enumerate(over.angles):
             axes.add_patch(Rectangle(
@@ -98,7 +103,7 @@ def _draw_door(
 def _legend(
     places: dict[tuple[str, float, float], dict[str, Cell]], scale: ScalarMappable
 ) -> list[Patch]:
-    """What colours and hatch mean: of limits, those that occur."""
+    """Entries of the legend: plans, hatch, and the limits that occur."""
     refused = {both["zmp_limited"].limit for both in places.values()
                if not any(cell.feasible for cell in both.values())}
     middle = scale.cmap(0.5)

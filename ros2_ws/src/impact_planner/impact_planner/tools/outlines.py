@@ -1,4 +1,4 @@
-"""Outlines of the robot's bodies, as they are seen along an axis of odom."""
+"""Outlines of the robot's bodies, seen along an axis of odom."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from humanoid_motion.robot_model import RobotModel
 from scipy.spatial import ConvexHull
 
 _BASE = 1  # Pinocchio's index of the free joint
-_AROUND, _UP = 48, 13  # points around a cylinder or a sphere, and from pole to pole
+_AROUND = 48  # number of points around a cylinder or a sphere
+_UP = 13  # number of circles from pole to pole of a sphere
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,10 @@ class Outline:
     """A collision shape, seen along an axis.
 
     Attributes:
-        link: That it belongs to.
-        joint: Pinocchio's index of the joint that carries it.
-        points: Corners of its convex outline in the axes of the view, (V, 2) [m].
-        near: How near its middle is to the eye [m]; draw in this order.
+        link: Name of the link that the shape belongs to.
+        joint: Pinocchio's index of the joint that moves the shape.
+        points: Corners of the convex outline in the axes of the view, (V, 2) [m].
+        near: Coordinate of the shape's middle towards the eye [m]; nearer shapes are drawn later.
     """
 
     link: str
@@ -35,12 +36,12 @@ class Outline:
 
 
 def body_outlines(robot: RobotModel, q: Array, axes: tuple[int, int], eye: Array) -> list[Outline]:
-    """Outlines of every shape, the farthest first.
+    """Outlines of all shapes, the farthest first.
 
     Args:
         robot: The robot.
-        q: Its configuration in odom.
-        axes: Of odom that span the view, such as (1, 2) for y and z.
+        q: Configuration of the robot in odom.
+        axes: Indices of odom's axes that span the view, such as (1, 2) for y and z.
         eye: Direction from the robot to the eye, (3,).
     """
     geometry = bodies_of(robot).shapes
@@ -59,7 +60,10 @@ def body_outlines(robot: RobotModel, q: Array, axes: tuple[int, int], eye: Array
 
 
 def skeleton(robot: RobotModel, q: Array) -> Array:
-    """Lines from joint to joint and from the ankles to the soles, in odom, (L, 2, 3) [m]."""
+    """Lines from joint to joint and from the ankles to the soles in odom, (L, 2, 3) [m].
+
+    The last lines are those to the soles.
+    """
     pin.forwardKinematics(robot.model, robot.data, q)
     joints = np.array([pose.translation for pose in robot.data.oMi])
     ends = [(joints[robot.model.parents[i]], joints[i]) for i in range(_BASE + 1, len(joints))]
@@ -70,9 +74,9 @@ def skeleton(robot: RobotModel, q: Array) -> Array:
 
 
 def surface_points(shape: Any) -> Array:
-    """Points of which a shape is the convex hull, in its own frame, (V, 3) [m].
+    """Points whose convex hull is a given shape, in the shape's frame, (V, 3) [m].
 
-    Round shapes lie outside their points by less than 1 % of their radius.
+    A round shape exceeds the hull of its points by less than 1 % of its radius.
     """
     if hasattr(shape, "points"):  # the hull of a mesh
         return np.asarray(shape.points(), dtype=float).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Command ``plan``: plans an impact without a graph."""
+"""Command ``plan``: plans an impact without ROS nodes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ example, the paper's door, then one that identify has written:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """Arguments of the command."""
+    """Make the parser of the command's arguments."""
     parser = argparse.ArgumentParser(
         prog="plan",
         description="Plan an impact that opens a swing door to an angle, and print it with the "
@@ -53,13 +53,13 @@ def build_parser() -> argparse.ArgumentParser:
         "--door",
         default="paper",
         metavar="NAME_OR_YAML",
-        help=f"of {', '.join(door_names())}, or a YAML file (default: %(default)s)",
+        help=f"{', '.join(door_names())}, or a YAML file (default: %(default)s)",
     )
     parser.add_argument(
         "--robot",
         metavar="YAML",
-        help="robot.yaml of another robot, whose nominal step says where the door stands "
-        "(default: HRP-2)",
+        help="robot.yaml of another robot; the door stands where its nominal step ends (default: "
+        "HRP-2)",
     )
     parser.add_argument(
         "--run-up",
@@ -68,32 +68,42 @@ def build_parser() -> argparse.ArgumentParser:
         "(default: mcv50)",
     )
     parser.add_argument(
-        "--ending", choices=ENDINGS, help="what follows the door's peak (default: hold)")
+        "--ending", choices=ENDINGS, help="phase after the door's largest angle (default: hold)")
     parser.add_argument(
-        "--restitution", type=float, help="coefficient, 0 (plastic) to 1 (default: the door's)")
+        "--restitution", type=float,
+        help="coefficient of restitution, 0 (plastic) to 1 (default: the door's)")
     parser.add_argument(
-        "--effective-mass", type=float, help="of the robot at B [kg] (default: of its model)")
+        "--effective-mass", type=float,
+        help="effective mass of the robot at B [kg] (default: the model's)")
     parser.add_argument(
         "--door-distance",
         type=float,
-        help="from the origin of odom to the leaf's face [m] (default: as configured)",
+        help="distance from the origin of odom to the leaf's face [m] (default: as configured)",
     )
     parser.add_argument(
         "--hinge-x", type=float, help="x of the hinge in odom [m] (default: as configured)")
     parser.add_argument(
         "--anywhere", action="store_true",
-        help="choose where to stand, whatever is configured: the nominal step, or a shorter one")
+        help="ignore the configured place of the door: it stands where the nominal step, or a "
+        "shorter one, ends")
     parser.add_argument(
         "--reach", action="store_true",
-        help="say too at what largest angle the arm could hold this door from there, and from what "
-        "furthest l_B at this angle (some seconds)")
+        help="also print the largest angle at which the arm could hold the door, and the largest "
+        "l_B from which it could hold it at this angle (takes some seconds)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the plan (PNG, PDF, SVG)")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
 
 
 def main(args: list[str] | None = None) -> int:
-    """Plan and print; 1 where there is no plan, with the reason on stderr."""
+    """Run the command.
+
+    Args:
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        Exit status: 0, or 1 after a failure, whose reason is printed on stderr.
+    """
     options = build_parser().parse_args(args)
     try:
         robot = RobotModel(load_robot_config(options.robot))
@@ -107,7 +117,8 @@ def main(args: list[str] | None = None) -> int:
     except (ValueError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
         if options.robot is None:
             raise
-        print(f"plan: {options.robot} describes no robot to plan for: {error}", file=sys.stderr)
+        print(f"plan: no hit can be planned for the robot of {options.robot}: {error}",
+              file=sys.stderr)
         return 1
     if options.plot is not None and not _drawn(plan, robot, settings, options.plot):
         return 1
@@ -121,7 +132,7 @@ def main(args: list[str] | None = None) -> int:
 def _drawn(
     plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, path: Path
 ) -> bool:
-    """Whether the figure was written; if not, says why."""
+    """Draw the plan, and return whether that succeeded; a failure is printed on stderr."""
     try:
         from impact_planner.tools.plotting import draw_plan
 
@@ -135,13 +146,15 @@ def _drawn(
 
 
 def _settings(options: argparse.Namespace) -> PlannerSettings:
-    # The configured door was surveyed for HRP-2's stance.
+    """Settings of the installed parameter file with the command's options."""
+    # The configured place of the door was surveyed for HRP-2's stance.
     own = options.robot or options.anywhere
     settings = make_settings({} if own else configured_placement())
     return settings if options.hinge_x is None else replace(settings, hinge_x=options.hinge_x)
 
 
 def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
+    """The door and the request that the options describe."""
     config = load_door(options.door)
     request = PlanRequest(
         desired_opening_angle=math.radians(options.angle_deg),
@@ -157,11 +170,14 @@ def _asked(options: argparse.Namespace) -> tuple[KnownDoor, PlanRequest]:
 def _reach(
     plan: ImpactPlan, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
 ) -> dict[str, float | None]:
-    """How far the door could be opened and held from the plan's stance."""
+    """Largest angle [deg] and largest l_B [m] with which the arm could hold the door.
+
+    Both are for the plan's stance, and None where the arm can hold the door nowhere.
+    """
     placement = plan.hit.placement
     stance = stance_for_step(robot, plan.hit.stance.step, settings.com_inside_edge)
     found: dict[str, float | None] = {"largest_held_angle_deg": None, "furthest_l_b": None}
-    with suppress(AngleUnreachable):  # a retreat may be planned where nothing can be held
+    with suppress(AngleUnreachable):  # a plan with a retreat may have no angle that can be held
         found["largest_held_angle_deg"] = math.degrees(
             largest_angle(robot, known, settings, placement, stance))
     with suppress(AngleUnreachable):

@@ -1,4 +1,4 @@
-"""Where everything of a plan is: what Fig. 5 of the paper shows, in odom."""
+"""Points, lines and configurations of a plan in odom, as the paper's Fig. 5 shows them."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.hold import LATE
 from impact_planner.motion.phase_plan import PhasePlan
 
-_TOUCH = 5e-4  # the hand is on the leaf where it is as near [m]
+_TOUCH = 5e-4  # distance between hand and leaf that counts as contact [m]
 
 
 @dataclass(frozen=True)
 class PlanScene:
-    """Points, lines and configurations of a plan.
+    """Points, lines and configurations of a plan; all places are in odom.
 
     Attributes:
-        q_hit: The robot's configuration at the hit.
-        q_end: The same at the end of the last phase.
-        feet_start: Soles before the step, by side, (3,) each [m].
-        feet: Soles at the hit.
+        q_hit: Configuration of the robot at the hit.
+        q_end: Configuration of the robot at the end of the last phase.
+        feet_start: Places of the soles before the step by side, (3,) each [m].
+        feet: Places of the soles at the hit by side, (3,) each [m].
         support: Corners of the support polygon at the hit, (M, 2) [m].
-        com: G at the hit, (3,) [m].
-        b: Where the elbow touches the leaf, (3,) [m].
-        c: On the inner edge of the right sole, beside G's projection, (3,) [m].
-        hinge: A, x and y, (2,) [m].
-        width: Of the leaf [m].
-        thickness: Of the leaf [m].
+        com: Point G, the CoM at the hit, (3,) [m].
+        b: Point B, where the elbow touches the leaf, (3,) [m].
+        c: Point C on the inner edge of the right sole at the x of G, (3,) [m].
+        hinge: x and y of point A, the hinge, (2,) [m].
+        width: Width of the leaf [m].
+        thickness: Thickness of the leaf [m].
         elbow_end: Centre of the contact body at the end of the last phase, (3,) [m].
-        hand_end: Of the hand there, (3,) [m].
-        com_course: Of the run-up from its start to the contact, (N, 3) [m].
-        zmp_course: The same of the ZMP, (N, 2) [m].
-        steady: CoM at the ends of the stretch of constant speed that is asked for, (2, 3) [m].
-        no_return: CoM where the run-up can no longer be stopped, (3,) [m].
+        hand_end: Centre of the hand at the end of the last phase, (3,) [m].
+        com_course: Course of the CoM from the start of the run-up to the contact, (N, 3) [m].
+        zmp_course: Course of the ZMP from the start of the run-up to the contact, (N, 2) [m].
+        steady: Places of the CoM at the ends of the required stretch of constant speed,
+            (2, 3) [m].
+        no_return: Place of the CoM at the point of no return, (3,) [m].
     """
 
     q_hit: Array
@@ -62,23 +63,23 @@ class PlanScene:
     no_return: Array
 
     def leaf_corners(self, angle: float) -> Array:
-        """The leaf from above at an opening angle [rad], the face first, (4, 2) [m]."""
+        """Corners of the leaf from above at an opening angle [rad], face first, (4, 2) [m]."""
         leaf = LeafFrame(self.hinge, angle)
         places = ((0.0, 0.0), (self.width, 0.0), (self.width, -self.thickness),
                   (0.0, -self.thickness))
         return np.array([leaf.point(radius, 0.0, gap)[:2] for radius, gap in places])
 
     def arc(self, radius: float, low: float, high: float) -> Array:
-        """Course of a point of the face between two opening angles [rad], (N, 2) [m]."""
+        """Arc of a point of the face at a radius [m] between opening angles [rad], (N, 2) [m]."""
         return LeafFrame(self.hinge, np.linspace(low, high, 40)).point(radius, 0.0, 0.0)[:, :2]
 
 
 def plan_scene(plan: ImpactPlan, robot: RobotModel) -> PlanScene:
-    """Work out where everything of a plan is.
+    """Compute the scene of a plan.
 
     Args:
-        plan: The plan, as `plan_impact` returns it.
-        robot: The robot that it is for.
+        plan: The plan.
+        robot: Robot that the plan is for.
     """
     cam, last = plan.phase("cam"), plan.phases[-1]
     q_hit = configuration_at(plan, robot, cam, plan.contact_time)
@@ -117,9 +118,9 @@ def plan_scene(plan: ImpactPlan, robot: RobotModel) -> PlanScene:
 def configuration_at(
     plan: ImpactPlan, robot: RobotModel, phase: PhasePlan, time: float
 ) -> Array:
-    """The robot's configuration in odom at a time of a phase [s], on its left sole.
+    """Configuration of the robot in odom at a time of a phase [s].
 
-    The left foot stays where it is in every phase.
+    It stands on its left sole, which does not move in any phase.
     """
     joints, _, _ = phase.knots.at(time)
     sole = robot.frame_position(
@@ -128,9 +129,10 @@ def configuration_at(
 
 
 def door_course(plan: ImpactPlan) -> tuple[Array, Array, float]:
-    """What the door does after the hit.
+    """Course of the door after the hit.
 
-    The last phase begins when the peak is felt, `hold.LATE` after it: so the planner has it.
+    The planner assumes that the peak is detected `hold.LATE` after it, which starts the last
+    phase.
 
     Returns:
         Times after the hit (N,) [s], opening angles (N,) [rad], start of the last phase [s].
@@ -147,7 +149,7 @@ def door_course(plan: ImpactPlan) -> tuple[Array, Array, float]:
 
 
 def caught_after(plan: ImpactPlan, robot: RobotModel) -> float:
-    """When the hand meets the leaf, from the start of the phase `hold` [s]."""
+    """Time from the start of the phase `hold` until the hand meets the leaf [s]."""
     hold = plan.phase("hold")
     assert hold.leaf is not None
     joints, _, _ = hold.knots.at(hold.time)

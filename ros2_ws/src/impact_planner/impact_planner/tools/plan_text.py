@@ -1,4 +1,4 @@
-"""A plan for people and for scripts to read."""
+"""A plan as text for people and as a JSON object for scripts."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def finite(value: Any) -> Any:
 
 
 def plan_text(plan: ImpactPlan) -> str:
-    """The plan for people to read, each row with the paper's equation or section."""
+    """The plan as a table for people; each row names the paper's equation or section."""
     rows = [*_door_rows(plan), *_hit_rows(plan), *_motion_rows(plan)]
     lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
     return "\n".join(
@@ -71,7 +71,7 @@ def plan_text(plan: ImpactPlan) -> str:
 
 
 def reach_lines(reach: Mapping[str, float | None]) -> list[str]:
-    """What `plan --reach` adds, by the arm's reach and the closer's torque alone."""
+    """Lines that `plan --reach` adds, from the arm's reach and the closer's torque alone."""
     names = {"largest_held_angle_deg": ("largest angle that the arm could hold", "deg"),
              "furthest_l_b": ("furthest l_B from which it could hold this angle", "m")}
     return [
@@ -80,6 +80,7 @@ def reach_lines(reach: Mapping[str, float | None]) -> list[str]:
 
 
 def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    """Rows about door and stance: name, source in the paper, value."""
     peak = f"{math.degrees(plan.peak_angle):.2f}"
     if plan.peak_angle_std > 0.0:
         peak += f" +- {math.degrees(plan.peak_angle_std):.2f}"
@@ -96,13 +97,14 @@ def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
 
 
 def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    """Rows about the hit: name, source in the paper, value."""
     floor = plan.hit.transfer.floor
     return [
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
         ("m_re planned with", "ours",
-         f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the model, in one "
-         "piece on its soles"),
+         f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the model, rigid on "
+         "its soles"),
         ("learned from hits", "", f"{plan.learned_hits}" if plan.learned_hits else "none yet"),
         ("impulse at B", "(2)", f"{plan.required_impulse:.1f} N s"),
         ("v_rB", "(4) corrected", f"{plan.v_rb:.3f} m/s"),
@@ -117,6 +119,7 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
 
 
 def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    """Rows about the motion: name, source in the paper, value."""
     back, missed = 1e3 * plan.point_of_no_return, 1e3 * plan.missed_margin
     return [
         ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
@@ -136,7 +139,7 @@ def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
 
 
 def _phase_lines(plan: ImpactPlan) -> list[str]:
-    """How near each phase comes to its limits."""
+    """Table of the phases' ZMP margins, shares of joint limits and nearest bodies."""
     lines = [f"{'phase':<9}{'ZMP margin':>12}{'speed':>8}{'torque':>8}   nearest bodies"]
     for phase in plan.phases:
         near = "; ".join(

@@ -1,6 +1,7 @@
-"""The paper's Fig. 5 for a plan: the robot at the hit from behind, and from above.
+"""The paper's Fig. 5 for a plan: the robot at the hit, seen from behind and from above.
 
-In every view the door is on the right: y grows to the left.
+In every view the door is on the right, so that y increases to the left. All drawing functions take
+a Matplotlib axis, the plan, the robot where its bodies are drawn, and the scene of the plan.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
 
 
 def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> None:
-    """The robot at the hit in the plane of y and z; Fig. 5 (a)."""
+    """Draw the robot at the hit in the plane of y and z, Fig. 5 (a)."""
     arm = _arm_joints(robot)
     outlines = body_outlines(robot, scene.q_hit, (1, 2), _BEHIND)
     limbs = skeleton(robot, scene.q_hit)
@@ -52,7 +53,7 @@ def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
 
 
 def _front_door(axis: Any, plan: ImpactPlan, scene: PlanScene, top: float) -> None:
-    """Section of the leaf at B, the floor, and the impulse."""
+    """Draw a section of the leaf at B, the floor and the impulse up to the height `top` [m]."""
     b = scene.b
     depth = scene.thickness / math.cos(plan.initial_angle)
     _polygon(axis, np.array([[b[1], 0.0], [b[1] - depth, 0.0], [b[1] - depth, top], [b[1], top]]),
@@ -68,7 +69,7 @@ def _front_door(axis: Any, plan: ImpactPlan, scene: PlanScene, top: float) -> No
 
 
 def _front_speed(axis: Any, plan: ImpactPlan, scene: PlanScene, top: float) -> None:
-    """v_rB, between head and leaf."""
+    """Draw the arrow of v_rB between head and leaf at the height `top` [m]."""
     start, end = float(scene.b[1]) + 0.22, float(scene.b[1]) + 0.04
     axis.annotate("", (end, top), (start, top), arrowprops={
         "arrowstyle": "-|>", "color": "k", "linewidth": 1.6, "shrinkA": 0.0, "shrinkB": 0.0})
@@ -76,7 +77,7 @@ def _front_speed(axis: Any, plan: ImpactPlan, scene: PlanScene, top: float) -> N
 
 
 def _front_letters(axis: Any, plan: ImpactPlan, scene: PlanScene, left: float) -> None:
-    """G, B and C with the heights a_r and b_r."""
+    """Draw G, B and C, and the heights a_r and b_r left of the y coordinate `left` [m]."""
     g, b, c = scene.com, scene.b, scene.c
     at = left + 0.10
     for y, z in ((g[1], g[2]), (b[1], b[2])):
@@ -97,7 +98,7 @@ def _front_letters(axis: Any, plan: ImpactPlan, scene: PlanScene, left: float) -
 
 
 def draw_top(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> None:
-    """Robot and door in the plane of y and x, with the step and the ending; Fig. 5 (b)."""
+    """Draw robot and door in the plane of y and x with step and ending, Fig. 5 (b)."""
     arm = _arm_joints(robot)
     outlines = body_outlines(robot, scene.q_hit, (1, 0), _ABOVE)
     for outline in outlines:
@@ -117,7 +118,11 @@ def draw_top(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -
 
 
 def _top_ending(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> Array:
-    """The arm that holds the door, or the robot that went back; points of it, (N, 2) [m]."""
+    """Draw the arm that holds the door, or the robot after its retreat.
+
+    Returns:
+        Points of what was drawn as y and x, (N, 2) [m].
+    """
     held, arm = plan.ending == "hold", _arm_joints(robot)
     outlines = [
         outline.points for outline in body_outlines(robot, scene.q_end, (1, 0), _ABOVE)
@@ -136,7 +141,7 @@ def _top_ending(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene
 
 
 def _top_door(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
-    """The leaf closed, at the hit and at the desired angle, with hinge, l_B and the arc."""
+    """Draw the leaf at the hit and at the desired angle, with hinge, l_B and arc."""
     hit, desired = plan.initial_angle, plan.desired_opening_angle
     if hit > 0.0:
         _polygon(axis, scene.leaf_corners(0.0)[:, ::-1], facecolor="none", edgecolor=BROWN,
@@ -163,7 +168,7 @@ def _top_door(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
 
 
 def _dimension_l_b(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
-    """l_B along the leaf at the hit, on the robot's side."""
+    """Draw the dimension l_B along the leaf at the hit, on the robot's side."""
     leaf = LeafFrame(scene.hinge, plan.initial_angle)
     ends = [leaf.point(radius, 0.0, 0.09)[:2] for radius in (0.0, plan.l_b)]
     feet = [leaf.point(radius, 0.0, 0.0)[:2] for radius in (0.0, plan.l_b)]
@@ -175,7 +180,7 @@ def _dimension_l_b(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
 
 
 def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> None:
-    """Soles with the courses of CoM and ZMP in the run-up, enlarged."""
+    """Draw the soles enlarged, with the courses of CoM and ZMP in the run-up."""
     from matplotlib.patches import Rectangle
 
     _polygon(axis, scene.support[:, ::-1], facecolor="#eef3ea", edgecolor=GREEN, linewidth=1.0,
@@ -208,18 +213,18 @@ def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
 
 
 def legend_below(axis: Any, columns: int) -> None:
-    """A legend under the label of the x axis, where it hides nothing."""
+    """Draw a legend below the label of the x axis, where it hides nothing."""
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=columns, frameon=False,
                 columnspacing=1.0, handlelength=1.4)
 
 
 def _step_x(robot: RobotModel, scene: PlanScene) -> float:
-    """Where the step is drawn: near the toes [m]."""
+    """x at which the step is drawn, near the toes [m]."""
     return float(scene.feet["right"][0]) + robot.feet["right"].rectangle[1] - 0.03
 
 
 def _soles(axis: Any, robot: RobotModel, scene: PlanScene) -> None:
-    """Soles at the start and at the hit from above, and the step."""
+    """Draw the soles at the start and at the hit from above, and the step."""
     start, end = scene.feet_start["right"], scene.feet["right"]
     _polygon(axis, robot.feet["right"].corners(start)[:, ::-1], facecolor="none",
              edgecolor=_SOLE["edgecolor"], linestyle="--", linewidth=0.9, zorder=3)
@@ -244,7 +249,7 @@ def _polygon(axis: Any, points: Array, **style: Any) -> None:
 
 
 def _com_symbol(axis: Any, across: float, up: float) -> None:
-    """A disc in quarters."""
+    """Draw the symbol of a CoM, a half-filled disc, at a place of the view [m]."""
     axis.plot(across, up, "o", color=BLUE, markersize=10, markerfacecolor="white",
               markeredgewidth=1.3, zorder=8)
     axis.plot(across, up, marker="o", markersize=8, fillstyle="left", color=BLUE,
@@ -255,14 +260,14 @@ def _label(
     axis: Any, text: str, place: tuple[float, float], offset: tuple[float, float], color: str,
     *, leader: bool = False,
 ) -> None:
-    """A letter beside a point [points], with a line to it where it stands off."""
+    """Draw a text at an offset [points] from a place [m], with a line between where `leader`."""
     arrow = {"arrowstyle": "-", "color": color, "linewidth": 0.8, "shrinkB": 3.0}
     axis.annotate(text, place, offset, textcoords="offset points", color=color, ha="center",
                   va="center", zorder=10, bbox=_HALO, arrowprops=arrow if leader else None)
 
 
 def _frame(axis: Any, across: tuple[float, float], up: tuple[float, float]) -> None:
-    """Limits, equal scales, and the door on the right."""
+    """Set limits [m] and equal scales; the horizontal axis is reversed."""
     axis.set_aspect("equal")
     axis.set(xlim=across[::-1], ylim=up)
     axis.grid(color=GREY, alpha=0.2)

@@ -1,4 +1,4 @@
-"""Drawing of a plan: the paper's Fig. 5, and the courses of run-up, ZMP and door over time."""
+"""Figure of a plan: the paper's Fig. 5, and run-up, ZMP and door over time."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ from impact_planner.task.settings import PlannerSettings
 from impact_planner.tools.plan_scene import PlanScene, caught_after, door_course, plan_scene
 from impact_planner.tools.plan_views import draw_floor, draw_front, draw_top, legend_below
 
-_HEIGHTS = (5.2, 2.9, 2.9, 2.4)  # of the rows [in]
-_WIDTH = 11.0  # of the figure [in]
-_DPI = 90  # such a PNG is as wide as a page of the documentation
+_HEIGHTS = (5.2, 2.9, 2.9, 2.4)  # heights of the rows [in]
+_WIDTH = 11.0  # width of the figure [in]
+_DPI = 90  # resolution, with which a PNG is as wide as a page of the documentation [1/in]
 _FONT: Any = {"font.size": 9.0, "axes.titlesize": 10.0, "legend.fontsize": 8.0}
 
 
 def draw_plan(plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, path: Path) -> None:
-    """Write a figure of a plan; the format follows from the file's suffix.
+    """Write a figure of a plan; the file's suffix decides the format.
 
     Args:
         plan: The plan.
-        robot: The robot that it is for.
-        settings: That it was planned with: limits to draw.
-        path: The file.
+        robot: Robot that the plan is for.
+        settings: Configuration with the limits to draw.
+        path: File to write.
 
     Raises:
         ImportError: matplotlib is not installed.
-        OSError, ValueError: The file cannot be written.
+        OSError: The file cannot be written.
+        ValueError: The suffix names no known format.
     """
     try:
         from matplotlib import rc_context
@@ -54,7 +55,7 @@ def draw_plan(plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, pa
         draw_front(front, plan, robot, scene)
         draw_top(top, plan, robot, scene)
         shapes = [1.0 / axis.get_data_ratio() for axis in (front, top)]
-        front.get_gridspec().set_width_ratios(shapes)  # at the same height
+        front.get_gridspec().set_width_ratios(shapes)  # gives both views the same height
         floor, run_up = rows[1].subplots(1, 2)
         draw_floor(floor, plan, robot, scene)
         _draw_run_up(run_up, plan, scene)
@@ -77,13 +78,13 @@ def _title(plan: ImpactPlan) -> str:
 
 
 def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
-    """CoM of the run-up, with the paper's curve of Fig. 6 where it is that."""
+    """Draw distance, speed and acceleration of the CoM in the run-up; MCV50 is Fig. 6."""
     cam = plan.phase("cam")
     y = cam.com_samples[:, 1]
     speed = -np.gradient(y, cam.time)
     ends = [float(np.interp(-end, -y, cam.time)) for end in scene.steady[:, 1]]
     axis.axvspan(*ends, color=PINK, alpha=0.25, linewidth=0.0, label="steady stretch")
-    axis.plot(cam.time, -(y - y[0]), color=BLUE, label="way of the CoM [m]")
+    axis.plot(cam.time, -(y - y[0]), color=BLUE, label="distance of the CoM [m]")
     axis.plot(cam.time, speed, color=GREEN, label="speed [m/s]")
     axis.plot(cam.time, np.gradient(speed, cam.time) / 10.0, color=ORANGE,
               label="acceleration / 10 [m/s²]")
@@ -99,10 +100,10 @@ def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
 
 
 def _draw_zmp(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> None:
-    """CoM and ZMP towards the door over the whole motion; Fig. 8."""
+    """Draw CoM and ZMP towards the door over the whole motion, Fig. 8."""
     offset = 0.0
     for number, phase in enumerate(plan.phases):
-        # The run-up is planned beyond the switch to `post`, as a reserve.
+        # The run-up continues past the switch to `post` as a reserve, which is not shown.
         shown = phase.time <= (plan.switch_time if phase.name == "cam" else np.inf)
         time = offset + phase.time[shown]
         end = plan.switch_time if phase.name == "cam" else float(phase.time[-1])
@@ -132,7 +133,7 @@ def _support_range(phase: PhasePlan, robot: RobotModel, scene: PlanScene) -> tup
 
 
 def _draw_door(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
-    """Opening angle after the hit, as predicted; Fig. 9."""
+    """Draw the predicted opening angle after the hit, Fig. 9."""
     time, angle, start = door_course(plan)
     degrees = np.degrees(angle)
     desired = math.degrees(plan.desired_opening_angle)
@@ -151,14 +152,14 @@ def _draw_door(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
         axis.text(0.5 * (low + high), 1.01, name, transform=axis.get_xaxis_transform(),
                   ha="center", fontsize=8)
     axis.set_title("(f) door (Fig. 9)", pad=18.0)
-    axis.set(xlabel=f"time after the hit [s]; {names[-1]}: for a peak felt {LATE:.2f} s late",
+    axis.set(xlabel=f"time after the hit [s]; {names[-1]}: peak detected {LATE:.2f} s late",
              ylabel="opening angle [°]", xlim=(0.0, time[-1]), ylim=(0.0, 1.15 * desired))
     axis.grid(alpha=0.3)
     legend_below(axis, 4)
 
 
 def _draw_margins(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> None:
-    """Smallest ZMP margins, of each phase and of doors that stand elsewhere."""
+    """Draw the smallest ZMP margins of each phase, and of doors that stand elsewhere."""
     off = f"{500.0 * plan.steady_way:.0f} mm"
     margins = {
         **plan.zmp_margins, f"{off}\nnearer": plan.branches.early_margin,
@@ -174,7 +175,7 @@ def _draw_margins(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> Non
 
 
 def _draw_shares(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> None:
-    """How much of the joints' limits each phase uses."""
+    """Draw the shares of the joints' speed and torque limits that each phase uses."""
     place = np.arange(len(plan.phases))
     for shift, color, name, attribute in (
         (-0.2, GREEN, "speed", "speed_ratio"), (0.2, ORANGE, "torque", "torque_ratio")

@@ -8,7 +8,7 @@ from impact_planner.motion.cam_curve import (
     PEAK_ACCELERATION,
     PEAK_JERK,
     PEAK_VELOCITY,
-    RunUp,
+    CamRunUp,
     mcv50,
 )
 
@@ -74,7 +74,7 @@ distances = st.floats(0.05, 1.0)
 @given(speeds, distances)
 def test_run_up_meets_the_contact_at_its_speed_and_distance(speed, distance):
     """At half the cam's time the run-up has gone its distance and has its speed, for good."""
-    law = RunUp(speed, distance)
+    law = CamRunUp(speed, distance)
     at = law.at([law.duration, law.duration + 0.1])
     assert at.s[0] == pytest.approx(distance, rel=1e-9)
     np.testing.assert_allclose(at.v, speed, rtol=1e-9)
@@ -85,7 +85,7 @@ def test_run_up_meets_the_contact_at_its_speed_and_distance(speed, distance):
 @given(speeds, distances)
 def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
     """Its speed never falls, and a_max = 2.464 v^2 / d."""
-    law = RunUp(speed, distance)
+    law = CamRunUp(speed, distance)
     course = law.at(np.linspace(-0.1, law.duration + 0.2, 4001))
     assert np.all(np.diff(course.v) >= -1e-12)
     assert law.peak_acceleration == pytest.approx(2.4635 * speed**2 / distance, rel=1e-3)
@@ -96,6 +96,6 @@ def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
 def test_run_up_refuses_what_is_no_speed_or_distance(bad):
     """Zero, negative, NaN and infinite numbers are refused."""
     with pytest.raises(ValueError, match="speed"):
-        RunUp(bad, 0.3)
+        CamRunUp(bad, 0.3)
     with pytest.raises(ValueError, match="distance"):
-        RunUp(0.4, bad)
+        CamRunUp(0.4, bad)
