@@ -1,4 +1,4 @@
-"""The robot and the paper's door, loaded once."""
+"""The robot and the paper's door, loaded once for all tests."""
 
 import numpy as np
 import pytest
@@ -13,24 +13,24 @@ from impact_planner.task.request import PlanRequest
 
 @pytest.fixture(scope="session")
 def robot():
-    """HRP-2."""
+    """The model of HRP-2."""
     return RobotModel(load_robot_config())
 
 
 @pytest.fixture(scope="session")
 def stance(robot):
-    """The nominal stance."""
+    """The stance after the nominal step."""
     return stance_for_step(robot, robot.config.step.nominal, 0.01)
 
 
 @pytest.fixture(scope="session")
 def known():
-    """The paper's door, known exactly."""
+    """The paper's door with exactly known parameters."""
     config = load_door("paper")
     return KnownDoor(config.name, config.door(), config.leaf.width)
 
 
 @pytest.fixture(scope="session")
 def plan(robot, known):
-    """25 deg at the nominal placement."""
+    """The plan that opens the paper's door to 25 deg at its nominal place."""
     return plan_impact(PlanRequest(np.radians(25.0)), known, robot)

@@ -1,4 +1,4 @@
-"""The whole pipeline: consistent numbers, continuous phases, refusals."""
+"""The whole pipeline: consistent numbers, continuous phases and refusals."""
 
 import dataclasses
 import math
@@ -32,7 +32,7 @@ TARGET = math.radians(25.0)
 
 
 def test_the_papers_door(plan):
-    """w' = 0.635 rad/s for 25 deg; rubber and a rough leaf make the robot heavier than eq. (3)."""
+    """25 deg need w' = 0.635 rad/s, and rubber and friction make m_re exceed eq. (3)."""
     assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
     assert plan.effective_mass == pytest.approx(58.4, abs=0.1)
     assert plan.v_rb == pytest.approx(0.398, abs=0.002)
@@ -43,7 +43,7 @@ def test_the_papers_door(plan):
 
 
 def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
-    """v_rB about 0.45 and v' about 0.04 m/s with e = 0.5: on hard soles and a smooth leaf."""
+    """On hard soles and a smooth leaf, v_rB is about 0.45 and v'_rB about 0.04 m/s."""
     smooth = plan_impact(
         PlanRequest(TARGET), known, robot,
         PlannerSettings(leaf_friction=0.0, contact_duration=1e-3))
@@ -53,7 +53,7 @@ def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
 
 
 def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
-    """v_rB = (w' (I_A + m l^2) + braking) / ((1 + e) m l), whatever the mass is made of."""
+    """v_rB = (w' (I_A + m l^2) + braking) / ((1 + e) m l) holds for the planned mass."""
     m, l_b, i_a = plan.effective_mass, plan.l_b, known.door.i_a
     v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.hit.transfer.braking) / (1.5 * m * l_b)
     assert plan.v_rb == pytest.approx(v_rb, rel=1e-9)
@@ -61,7 +61,7 @@ def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
 
 
 def test_equations_hold_between_the_stated_numbers(robot, known, plan):
-    """(2), (3), (5), restitution, and the door peaks at the target."""
+    """Eqs. (2), (3) and (4) and restitution hold, and the door peaks at the target."""
     gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
     assert plan.v_rb == pytest.approx(
         gained / (plan.effective_mass * plan.l_b) + plan.v_rb_post)
@@ -78,7 +78,7 @@ def test_equations_hold_between_the_stated_numbers(robot, known, plan):
 
 
 def test_phases_are_in_order_and_join_without_a_step(plan):
-    """Each phase begins where the one before ends; speeds join but for the hit."""
+    """Each phase begins where the previous one ends, and at rest except after the hit."""
     assert [phase.name for phase in plan.phases] == ORDER
     for before, after in zip(plan.phases, plan.phases[1:], strict=False):
         end = before.knots.position[-1]
@@ -91,7 +91,7 @@ def test_phases_are_in_order_and_join_without_a_step(plan):
 
 
 def test_the_motion_starts_in_half_sitting_and_ends_at_rest(robot, plan):
-    """First and last knot."""
+    """The first knot is half-sitting, and the last knot is at rest."""
     np.testing.assert_allclose(
         plan.phases[0].knots.position[0], robot.config.half_sitting, atol=1e-9
     )
@@ -99,13 +99,13 @@ def test_the_motion_starts_in_half_sitting_and_ends_at_rest(robot, plan):
 
 
 def test_every_margin_has_a_reserve(plan):
-    """15 mm in the slow phases, more than nothing in the run-up."""
+    """The margin exceeds 15 mm in the slow phases and 0 in the run-up."""
     for name, margin in plan.zmp_margins.items():
         assert margin > (0.0 if name == "cam" else 0.015), name
 
 
 def test_splines_through_the_knots_keep_the_joints_limits(robot, plan):
-    """What the driver follows, not only the samples; knots are few."""
+    """The splines, not only the samples, keep the joints' limits with at most 60 knots."""
     for phase in plan.phases:
         time = np.linspace(0.0, phase.knots.time[-1], 400)
         position, velocity, _ = phase.knots.at(time)
@@ -119,7 +119,7 @@ def test_splines_through_the_knots_keep_the_joints_limits(robot, plan):
 
 
 def test_carrying_soles_stay_on_the_floor_along_the_spline(robot, plan):
-    """The right sole seen from the left one keeps its place, but for the step."""
+    """Relative to the left sole, the right sole keeps its place except during the step."""
     start, placed = -0.19, plan.right_foot[1] - plan.left_foot[1]
     expected = {"prepare": start, "shift": start} | dict.fromkeys(ORDER[3:], placed)
     for phase in plan.phases:
@@ -134,7 +134,7 @@ def test_carrying_soles_stay_on_the_floor_along_the_spline(robot, plan):
 
 
 def test_step_lifts_the_foot_and_sets_it_down_where_it_belongs(robot, plan):
-    """By 30 to 40 mm, never below the floor."""
+    """The foot rises by 30 to 40 mm and never goes below the floor."""
     heights = []
     for joints in plan.phase("step").knots.at(np.linspace(0.0, 1.2, 100))[0]:
         q = robot.configuration(np.zeros(3), joints)
@@ -145,7 +145,7 @@ def test_step_lifts_the_foot_and_sets_it_down_where_it_belongs(robot, plan):
 
 
 def test_hand_ends_on_the_leaf_at_the_target(robot, plan):
-    """Its sphere touches the face at the desired angle, far from the hinge, elbow clear of it."""
+    """The hand touches the face at the desired angle, far from the hinge; the elbow is clear."""
     joints = plan.phase("hold").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     shift = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
@@ -157,7 +157,7 @@ def test_hand_ends_on_the_leaf_at_the_target(robot, plan):
 
 
 def test_other_numbers_of_the_request_are_used(robot, known, plan):
-    """effective_mass, restitution and l_b change what they should."""
+    """effective_mass, restitution, l_b and door_distance of the request are used."""
     light = plan_impact(PlanRequest(TARGET, effective_mass=50.0), known, robot)
     assert light.effective_mass == 50.0 < plan.effective_mass
     assert light.v_rb > plan.v_rb
@@ -174,7 +174,7 @@ def test_other_numbers_of_the_request_are_used(robot, known, plan):
 
 
 def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
-    """B lies on the leaf at the initial angle, and less speed is needed to go on from there."""
+    """B lies on the leaf at the initial angle, and w' is lower than from the closed door."""
     ajar = plan_impact(PlanRequest(TARGET, initial_angle=math.radians(3.0)), known, robot)
     leaf = LeafFrame(ajar.hit.placement.hinge, math.radians(3.0))
     assert leaf.gap(ajar.contact_point) == pytest.approx(0.0, abs=1e-4)
@@ -184,7 +184,7 @@ def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
 
 @pytest.mark.parametrize("initial_deg", [5.0, 15.0, 25.0])
 def test_b_is_where_it_was_asked_for_however_far_the_door_is_ajar(robot, known, initial_deg):
-    """To a micrometre from the hinge, and on the leaf."""
+    """For any initial angle, B is on the leaf and at the requested l_B to 2 micrometres."""
     initial = math.radians(initial_deg)
     plan = plan_impact(
         PlanRequest(initial + 0.2, initial_angle=initial, l_b=0.42, ending="retreat"), known, robot)
@@ -194,14 +194,14 @@ def test_b_is_where_it_was_asked_for_however_far_the_door_is_ajar(robot, known, 
 
 
 def test_same_request_same_plan_id_other_request_another(robot, known, plan):
-    """The name tells plans apart."""
+    """Equal requests have equal plan ids, and different requests different ones."""
     assert plan_impact(PlanRequest(TARGET), known, robot).plan_id == plan.plan_id
     assert plan_impact(PlanRequest(TARGET * 0.9), known, robot).plan_id != plan.plan_id
 
 
 @pytest.mark.parametrize("angle", [math.nan, math.inf, -math.inf, 0.0, -0.3])
 def test_what_is_no_angle_is_an_invalid_request(robot, known, angle):
-    """NaN, infinite, zero, negative."""
+    """An angle that is not finite and positive is an invalid request."""
     with pytest.raises(InvalidRequest, match="desired_opening_angle"):
         plan_impact(PlanRequest(angle), known, robot)
 
@@ -226,13 +226,13 @@ def test_what_is_no_angle_is_an_invalid_request(robot, known, angle):
     ],
 )
 def test_each_bad_field_is_named(robot, known, field, value):
-    """Whatever is wrong is said by the field's name."""
+    """A refusal names the field that is wrong."""
     with pytest.raises(InvalidRequest, match=field):
         plan_impact(PlanRequest(TARGET, **{field: value}), known, robot)
 
 
 def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot, known):
-    """Fig. 12 (f): at rest, the leaf more than 10 cm from every body."""
+    """The retreat of Fig. 12 (f) ends at rest, with the leaf more than 10 cm away."""
     plan = plan_impact(PlanRequest(TARGET, ending="retreat"), known, robot)
     assert [phase.name for phase in plan.phases] == [*ORDER[:-1], "retreat"]
     retreat = plan.phase("retreat")
@@ -242,7 +242,7 @@ def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot
 
 
 def test_a_retreat_is_planned_where_the_hand_reaches_no_more(robot, known):
-    """8 deg: the door is shut before the arm is there, but the robot is gone by then."""
+    """At 8 deg the door is shut before the arm arrives, but the robot can retreat in time."""
     angle = math.radians(8.0)
     with pytest.raises(AngleUnreachable):
         plan_impact(PlanRequest(angle), known, robot)
@@ -251,7 +251,7 @@ def test_a_retreat_is_planned_where_the_hand_reaches_no_more(robot, known):
 
 
 def test_refusals_carry_value_and_limit(robot, known):
-    """Angle beyond the linkage, too fast, out of reach, off the leaf."""
+    """Refusals of a large angle, a fast hit, a far door and a far l_B carry value and limit."""
     with pytest.raises(AngleUnreachable, match="linkage") as angle:
         plan_impact(PlanRequest(math.radians(170.0)), known, robot)
     assert angle.value.limit < math.radians(170.0)
@@ -266,7 +266,7 @@ def test_refusals_carry_value_and_limit(robot, known):
 
 
 def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known):
-    """Small angles: the limit is the nearest angle that can be held."""
+    """For a small angle, the limit is the nearest angle that can be held."""
     with pytest.raises(AngleUnreachable, match="it can from about") as caught:
         plan_impact(PlanRequest(math.radians(5.0)), known, robot)
     assert math.radians(5.0) < caught.value.limit < TARGET
@@ -275,14 +275,14 @@ def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_door_that_falls_shut_on_the_robot_is_refused(robot, known, ending):
-    """3 deg: at v'_rB the elbow is too near for any retreat, which a cancel needs."""
+    """At 3 deg the leaf comes too near for a retreat, which a cancel needs with any ending."""
     with pytest.raises(PostureUnreachable, match=r"retreat: RARM_LINK3 .* from the leaf") as caught:
         plan_impact(PlanRequest(math.radians(3.0), ending=ending), known, robot)
     assert caught.value.value < caught.value.limit
 
 
 def test_a_door_too_strong_for_the_hand_is_refused(robot, known):
-    """The closer's torque over the hand's distance is the force; its limit is a setting."""
+    """A force above hand_force_limit is refused."""
     with pytest.raises(AngleUnreachable, match=r"5\.0 N are allowed"):
         plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(hand_force_limit=5.0))
 
@@ -291,7 +291,7 @@ def test_a_door_too_strong_for_the_hand_is_refused(robot, known):
     st.floats(0.02, 1.2), st.sampled_from(["paper", "size2", "size3", "size4"]),
     st.sampled_from(RUN_UPS))
 def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name, run_up):
-    """Nothing but PlannerError comes out, and no plan breaks a limit."""
+    """Planning raises nothing but PLANNING_ERRORS, and no plan breaks a limit."""
     config = load_door(name)
     known = KnownDoor(config.name, config.door(), config.leaf.width)
     refused = None
@@ -310,7 +310,7 @@ def test_any_angle_of_any_door_gives_a_sound_plan_or_a_reason(robot, angle, name
 
 
 def test_uncertain_parameters_spread_the_peak(known):
-    """Against a Monte Carlo of the same covariance; an exact door has no spread."""
+    """Standard deviations agree with a Monte Carlo, and are 0 for an exact door."""
     exact = predict(known, TARGET, 0.0)
     assert exact.peak_angle_std == exact.peak_time_std == 0.0
     door = known.door
@@ -330,7 +330,7 @@ def test_uncertain_parameters_spread_the_peak(known):
 
 
 def test_nominal_placement_asks_for_the_nominal_step(robot, known, plan):
-    """A plan at the nominal placement and one without placement are the same."""
+    """A plan at the nominal place and a plan without a place are the same."""
     nominal = placement_for_step(robot, PlannerSettings(), robot.config.step.nominal)
     placed = plan_impact(
         PlanRequest(TARGET),

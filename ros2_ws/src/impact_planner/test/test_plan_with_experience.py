@@ -18,24 +18,24 @@ TAUGHT = Experience(3, 0.9, 0.42, np.diag([1e-3, 1e-3]))
 
 @pytest.fixture(scope="module")
 def hit_before(known):
-    """The paper's door with three hits on it."""
+    """The paper's door after three hits."""
     return replace(known, experience=TAUGHT)
 
 
 @pytest.fixture(scope="module")
 def taught(hit_before, robot):
-    """The plan for it."""
+    """The plan for the paper's door after three hits."""
     return plan_impact(PlanRequest(TARGET), hit_before, robot)
 
 
 def test_without_hits_the_plan_says_none(plan):
-    """And plans with the model's own mass."""
+    """Without hits, the plan uses the model's mass."""
     assert plan.learned_hits == 0
     assert plan.effective_mass == plan.effective_mass_model
 
 
 def test_a_plan_uses_what_hits_have_taught(hit_before, plan, taught):
-    """Restitution, the factor of the model's mass, and the speeds that follow; not the w'."""
+    """Learned restitution and mass decide the speeds, but not w'."""
     assert taught.learned_hits == 3
     assert taught.restitution == 0.42
     assert taught.effective_mass == pytest.approx(0.9 * taught.effective_mass_model, rel=1e-12)
@@ -50,7 +50,7 @@ def test_a_plan_uses_what_hits_have_taught(hit_before, plan, taught):
 
 
 def test_numbers_of_the_request_win_over_what_was_learned(hit_before, robot, taught):
-    """Each alone; the model's mass is told all the same, from which the next hit learns."""
+    """A requested restitution or mass replaces the learned one, and only that one."""
     found = plan_impact(PlanRequest(TARGET, restitution=0.6), hit_before, robot)
     assert found.restitution == 0.6
     assert found.effective_mass == pytest.approx(0.9 * found.effective_mass_model)
@@ -61,7 +61,7 @@ def test_numbers_of_the_request_win_over_what_was_learned(hit_before, robot, tau
 
 
 def test_the_closer_and_the_friction_of_the_hinge_brake_the_hit(known, robot):
-    """Half of the contact at the torque of the angle of the hit, friction with it."""
+    """braking is half of the contact's duration times the torque of closer and friction."""
     rough = replace(known, door=replace(known.door, friction=1.5))
     ajar = math.radians(3.0)
     found = plan_impact(
@@ -75,7 +75,7 @@ def test_the_closer_and_the_friction_of_the_hinge_brake_the_hit(known, robot):
 
 def test_a_request_is_filled_in_from_the_request_then_from_hits_then_from_the_settings(
         known, hit_before):
-    """Restitution in this order; mass: request, settings, else the factor of the model's."""
+    """Values come from the request, then from hits, then from the settings."""
     settings, bare = PlannerSettings(restitution=0.7), PlanRequest(TARGET)
     found = resolve(bare, settings, known)
     assert (found.restitution, found.mass_factor, found.effective_mass) == (0.7, 1.0, None)

@@ -1,4 +1,4 @@
-"""A second robot, Talos: the same door and the same code, another robot.yaml."""
+"""Talos, a second robot, on the same door with the same code and its own robot.yaml."""
 
 import json
 import math
@@ -31,24 +31,24 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def talos():
-    """Talos, its fingers and head fixed."""
+    """The model of Talos with fixed fingers and head."""
     return RobotModel(load_robot_config(YAML))
 
 
 @pytest.fixture(scope="module")
 def talos_plan(talos, known):
-    """25 deg of the paper's door, which stands where Talos' nominal step ends."""
+    """The plan that opens the paper's door to 25 deg at the end of Talos' nominal step."""
     return plan_impact(PlanRequest(TARGET), known, talos)
 
 
 def along(plan):
-    """Phases, with the driver's joints at many times, (N, J)."""
+    """Phases with positions, speeds and accelerations of the joints at 80 times."""
     for phase in plan.phases:
         yield phase, phase.knots.at(np.linspace(0.0, phase.knots.time[-1], 80))
 
 
 def test_fingers_and_head_are_fixed_and_weigh(talos):
-    """28 joints of 44 move; the mass is the URDF's."""
+    """28 of 44 joints move, and the mass is the URDF's."""
     assert len(talos.joint_names) == talos.model.nv - 6 == 28
     assert talos.mass == pytest.approx(talos.config.mass) == pytest.approx(93.34, abs=0.01)
 
@@ -61,7 +61,7 @@ def test_fingers_and_head_are_fixed_and_weigh(talos):
     )
 )  # fmt: skip
 def test_its_legs_have_the_closed_form(talos, side, angles):
-    """Pinocchio's forward kinematics of the answer is the pose that was asked for."""
+    """The forward kinematics of the closed-form solution is the requested pose."""
 
     def pose(leg):
         joints = np.zeros(len(talos.joint_names))
@@ -77,7 +77,7 @@ def test_its_legs_have_the_closed_form(talos, side, angles):
 
 
 def test_the_papers_door_is_planned_for(talos, talos_plan):
-    """Eqs. (3), (5) and restitution; a rough leaf makes it heavier than eq. (3), below its own."""
+    """Eqs. (2) and (5) and restitution hold, and m_re is between eq. (3) and the whole mass."""
     plan = talos_plan
     assert ["a contact that is missed" in warning for warning in plan.warnings] == [True]
     assert plan.branches.missed_margin < 0.0
@@ -91,13 +91,13 @@ def test_the_papers_door_is_planned_for(talos, talos_plan):
 
 
 def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
-    """Its soles have no rubber; what is left is yaw, which the soles hold."""
+    """Without rubber and friction, only yaw separates the mass from eq. (3)."""
     plan = plan_impact(PlanRequest(TARGET), known, talos, PlannerSettings(leaf_friction=0.0))
     assert plan.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
 
 
 def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
-    """I_A w' + braking = l_B m_re (v_rB - v'_rB); the legs go on at v'_rB."""
+    """I_A w' + braking = l_B m_re (v_rB - v'_rB), and the legs continue at v'_rB."""
     plan = talos_plan
     gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
     assert gained == pytest.approx(plan.l_b * plan.required_impulse)
@@ -107,14 +107,14 @@ def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
 
 
 def test_a_heavier_robot_hits_more_slowly(plan, talos_plan):
-    """The same door to the same angle as HRP-2."""
+    """For the same door and angle, Talos needs a smaller v_rB than HRP-2."""
     assert talos_plan.omega_door == plan.omega_door
     assert talos_plan.effective_mass > plan.effective_mass
     assert talos_plan.v_rb < plan.v_rb
 
 
 def test_com_and_zmp_stay_inside_the_soles(talos, talos_plan):
-    """The ZMP by 15 mm, in the run-up up to the contact; the CoM at rest likewise."""
+    """The ZMP keeps 15 mm in every phase, and the CoM at rest is between the soles' edges."""
     for phase in talos_plan.phases:
         assert phase.margin > 0.015, phase.name
     final = talos_plan.phase("hold").com_samples[-1]
@@ -125,7 +125,7 @@ def test_com_and_zmp_stay_inside_the_soles(talos, talos_plan):
 
 
 def test_the_splines_keep_the_limits_of_the_joints(talos, talos_plan):
-    """Position, speed and torque of the URDF."""
+    """The splines keep the URDF's limits of position, speed and torque."""
     for phase, (position, velocity, _) in along(talos_plan):
         assert np.all(position >= talos.lower - TOLERANCE), phase.name
         assert np.all(position <= talos.upper + TOLERANCE), phase.name
@@ -134,7 +134,7 @@ def test_the_splines_keep_the_limits_of_the_joints(talos, talos_plan):
 
 
 def test_feet_do_not_move_but_for_the_step(talos, talos_plan):
-    """The right sole seen from the left one, level, parallel and where it was or will be."""
+    """Except during the step, both soles are level, parallel and in their place."""
     start = initial_feet(talos)
     before = start["right"] - start["left"]
     placed = talos_plan.right_foot - talos_plan.left_foot
@@ -151,7 +151,7 @@ def test_feet_do_not_move_but_for_the_step(talos, talos_plan):
 
 
 def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
-    """Its sphere touches the face, elbow and wrist keep clear of it."""
+    """The hand touches the face, and elbow and wrist are clear of it."""
     q = talos.configuration(np.zeros(3), talos_plan.phase("hold").knots.position[-1])
     shift = talos_plan.left_foot - talos.frame_position(q, talos.feet["left"].frame)
     leaf = LeafFrame(talos_plan.hit.placement.hinge, TARGET)
@@ -166,7 +166,7 @@ def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
 
 
 def test_the_command_takes_its_robot_yaml(capsys, talos_plan):
-    """--robot places the door where this robot's step ends."""
+    """`plan --robot` places the door at the end of this robot's step."""
     assert plan_cli.main(["--angle-deg", "25", "--robot", str(YAML), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["plan_id"] == talos_plan.plan_id

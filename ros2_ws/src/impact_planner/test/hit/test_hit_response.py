@@ -1,4 +1,4 @@
-"""The hit response against rigid-body mechanics written down anew, and its limits."""
+"""The hit response against independently written rigid-body mechanics, and its limits."""
 
 from dataclasses import dataclass, replace
 
@@ -22,31 +22,31 @@ FRICTION = st.floats(0.0, 2.0)
 
 @pytest.fixture(scope="module")
 def at_hit(robot, stance):
-    """Configuration at the hit."""
+    """The robot's configuration at the hit."""
     return robot.configuration(stance.posture.base, stance.posture.joints)
 
 
 def turned(yaw):
-    """Normal of a leaf, into the door."""
+    """The normal of a leaf, pointing into the door and turned by a yaw angle [rad]."""
     return np.array([np.sin(yaw), -np.cos(yaw), 0.0])
 
 
 def respond(robot, q, yaw=0.0, friction=0.0, duration=SHORT):
-    """The response to a leaf that is turned."""
+    """The response to a hit on a leaf that is turned by a yaw angle [rad]."""
     return hit_response(
         robot, q, normal=turned(yaw), leaf_friction=friction, duration=duration)
 
 
 @dataclass(frozen=True)
 class Body:
-    """The robot in one piece, on soles whose middle neither slides nor turns on the floor.
+    """The robot as one rigid body, on soles whose middle neither slides nor turns on the floor.
 
     Attributes:
-        mass: [kg].
-        com: (3,) [m].
-        inertia: About the CoM, axes of odom (3, 3) [kg m^2].
-        sole: Middle between the soles (3,) [m].
-        elbow: Middle of the elbow (3,) [m].
+        mass: Mass [kg].
+        com: Position of the CoM in odom, (3,) [m].
+        inertia: Moments of inertia about the CoM, axes of odom, (3, 3) [kg m^2].
+        sole: Middle between the soles in odom, (3,) [m].
+        elbow: Centre of the elbow in odom, (3,) [m].
     """
 
     mass: float
@@ -57,7 +57,7 @@ class Body:
 
     @classmethod
     def of(cls, robot, q):
-        """From Pinocchio's composite rigid body and the places of its frames."""
+        """Make the body from Pinocchio's composite rigid body and the places of its frames."""
         data = robot.model.createData()
         pin.ccrba(robot.model, data, q, np.zeros(robot.model.nv))
         middles = []
@@ -69,12 +69,12 @@ class Body:
                    np.mean(middles, axis=0), robot.contact_position(q))
 
     def after(self, point, force, stuck=None):
-        """Velocity of the CoM, angular velocity and the floor's (F_x, F_y, M_z), for 1 N s.
+        """Velocity of the CoM, angular velocity and the floor's (F_x, F_y, M_z) after an impulse.
 
         Args:
-            point: Where the impulse acts (3,) [m].
-            force: The impulse (3,) [N s].
-            stuck: Direction in which the point cannot move (3,).
+            point: Place where the impulse acts, (3,) [m].
+            force: Impulse, (3,) [N s].
+            stuck: Direction in which the point cannot move, (3,).
         """
         inertia = np.zeros((6, 6))
         inertia[:3, :3], inertia[3:, 3:] = self.mass * np.eye(3), self.inertia
@@ -87,17 +87,17 @@ class Body:
         return found[:3], found[3:6], found[6:9]
 
     def moves(self, point):
-        """Velocity of a point from those of the body, (3, 6)."""
+        """Jacobian of a point's velocity by those of the body, (3, 6)."""
         return np.hstack([np.eye(3), -pin.skew(point - self.com)])
 
 
 def touched(robot, body, normal):
-    """Where the leaf touches the elbow."""
+    """The point of the elbow that touches a leaf with a given normal, (3,) [m]."""
     return body.elbow + robot.config.contact_radius * normal
 
 
 def sliding(robot, body, normal):
-    """How the elbow slides on a smooth leaf, (3,) [m/s]."""
+    """Velocity with which the elbow slides on a smooth leaf after 1 N s, (3,) [m/s]."""
     point = touched(robot, body, normal)
     speed = body.moves(point) @ np.concatenate(body.after(point, -normal)[:2])
     return speed - normal * (normal @ speed)
@@ -105,7 +105,7 @@ def sliding(robot, body, normal):
 
 @given(yaw=YAW)
 def test_a_short_hit_on_a_smooth_leaf_meets_the_rigid_robot_s_mass(robot, at_hit, yaw):
-    """1 / (J M^-1 J^T) of one body whose soles' horizontal places are held."""
+    """The mass is 1 / (J M^-1 J^T) of a rigid body with horizontally fixed soles."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
     speed, turn, _ = body.after(body.elbow, -normal)
     towards = normal @ (speed + np.cross(turn, body.elbow - body.com))
@@ -113,20 +113,20 @@ def test_a_short_hit_on_a_smooth_leaf_meets_the_rigid_robot_s_mass(robot, at_hit
 
 
 def test_eq_3_is_the_mass_of_a_short_hit_at_the_center_of_percussion(robot, at_hit, stance):
-    """To half a per cent: yaw is what eq. (3) leaves out, and the soles hold it."""
+    """The mass agrees with eq. (3) to 0.5 %; eq. (3) neglects yaw, which the soles prevent."""
     posture = stance.posture
     planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
     assert respond(robot, at_hit).mass == pytest.approx(planar, rel=5e-3)
 
 
 def test_hit_at_the_center_of_percussion_the_floor_has_no_part_in_it(robot, at_hit):
-    """Eq. (5): 1 % of the impulse, along and across."""
+    """Where eq. (5) holds, the floor's impulse is below 1 % of the hit's in every direction."""
     assert np.abs(respond(robot, at_hit).floor).max() < 0.01
 
 
 @given(yaw=YAW, friction=FRICTION)
 def test_floor_and_leaf_give_the_robot_its_momentum(robot, at_hit, yaw, friction):
-    """Newton and Euler of the whole robot, and no sole that slides or turns."""
+    """Impulses of floor and leaf satisfy Newton-Euler, and the soles neither slide nor turn."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
     found = respond(robot, at_hit, yaw, friction)
     point, slide = touched(robot, body, normal), sliding(robot, body, normal)
@@ -146,7 +146,7 @@ def test_floor_and_leaf_give_the_robot_its_momentum(robot, at_hit, yaw, friction
 
 @given(yaw=YAW)
 def test_the_brace_keeps_the_arm_in_one_piece_with_the_robot(robot, at_hit, yaw):
-    """Torques by Newton-Euler along the arm, whose bodies all turn with the trunk."""
+    """The brace's torques are those of Newton-Euler for an arm that turns with the trunk."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
     speed, turn, _ = body.after(body.elbow, -normal)
     model, data = robot.model, robot.model.createData()
@@ -162,7 +162,7 @@ def test_the_brace_keeps_the_arm_in_one_piece_with_the_robot(robot, at_hit, yaw)
 
 
 def test_the_shoulder_carries_the_brace(robot, at_hit):
-    """Its roll keeps the arm to the trunk: 0.16 N m s for 1 N s, 0.23 on a rough leaf."""
+    """The shoulder roll carries 0.16 N m s per N s on a smooth leaf, and 0.23 on a rough one."""
     for friction, carried in ((0.0, 0.16), (0.3, 0.23)):
         brace = respond(robot, at_hit, friction=friction, duration=CONTACT).brace
         assert max(brace, key=lambda joint: abs(brace[joint])) == "RARM_JOINT1"
@@ -171,7 +171,7 @@ def test_the_shoulder_carries_the_brace(robot, at_hit):
 
 @given(yaw=YAW, friction=st.tuples(FRICTION, FRICTION), duration=st.floats(1e-4, 0.03))
 def test_friction_and_rubber_make_the_robot_heavier(robot, at_hit, yaw, friction, duration):
-    """Both take up what would else move the elbow."""
+    """More friction, and a longer contact on rubber, never reduce the effective mass."""
     less, more = sorted(friction)
     light = respond(robot, at_hit, yaw, less, duration).mass
     assert respond(robot, at_hit, yaw, more, duration).mass >= light * (1.0 - 1e-9)
@@ -179,7 +179,7 @@ def test_friction_and_rubber_make_the_robot_heavier(robot, at_hit, yaw, friction
 
 
 def test_friction_presses_the_robot_on_its_soles(robot, at_hit):
-    """The elbow that is turned back rises along the leaf."""
+    """The elbow slides upwards on the leaf, so that friction increases the floor's force."""
     body = Body.of(robot, at_hit)
     assert sliding(robot, body, np.array(TOWARDS_DOOR))[2] > 0.0
     smooth, rough = (
@@ -190,7 +190,7 @@ def test_friction_presses_the_robot_on_its_soles(robot, at_hit):
 
 @given(yaw=YAW, friction=st.floats(5.0, 1e6))
 def test_friction_stops_the_slide_and_never_reverses_it(robot, at_hit, yaw, friction):
-    """However large: the mass of a robot whose elbow sticks to the leaf the way it would slide."""
+    """With any large friction, the mass is that of an elbow that sticks along its slide."""
     body, normal = Body.of(robot, at_hit), turned(yaw)
     point, slide = touched(robot, body, normal), sliding(robot, body, normal)
     speed, turn, _ = body.after(point, -normal, stuck=slide / np.linalg.norm(slide))
@@ -199,7 +199,7 @@ def test_friction_stops_the_slide_and_never_reverses_it(robot, at_hit, yaw, fric
 
 
 def test_a_length_of_the_normal_changes_nothing(robot, at_hit):
-    """It is a direction."""
+    """Only the direction of the normal matters."""
     once, thrice = (
         hit_response(robot, at_hit, normal=scale * turned(0.2), leaf_friction=0.3,
                      duration=CONTACT)
@@ -208,19 +208,20 @@ def test_a_length_of_the_normal_changes_nothing(robot, at_hit):
 
 
 def test_soles_without_rubber_meet_a_long_hit_as_a_short_one(robot, at_hit):
-    """Only rubber knows of time."""
+    """Without rubber, the effective mass does not depend on the contact's duration."""
     hard = RobotModel(replace(robot.config, sole_rubber=None))
     assert respond(hard, at_hit, duration=CONTACT).mass == pytest.approx(
         respond(robot, at_hit).mass, rel=1e-6)
 
 
 def load(robot, posture, response, impulse, available) -> FloorLoad:
+    """The load on the floor of a hit with a contact of 15 ms."""
     return floor_load(robot.mass, posture, response, impulse, 0.015, available)
 
 
 def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_is(
         robot, at_hit, stance):
-    """And by no more than on ice, where the floor gives nothing."""
+    """The slip is 0 with enough friction, and increases to that of ice with less friction."""
     response = hit_response(
         robot, at_hit, normal=TOWARDS_DOOR, leaf_friction=0.3, duration=0.015)
     needed = load(robot, stance.posture, response, 19.4, 1.0).friction
@@ -233,6 +234,7 @@ def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_i
 
 
 def test_soles_that_slip_far_are_refused_with_way_and_limit(robot, at_hit, stance):
+    """A slip above its limit is refused with value and limit."""
     response = hit_response(
         robot, at_hit, normal=TOWARDS_DOOR, leaf_friction=0.3, duration=0.015)
     require_no_slip(load(robot, stance.posture, response, 19.4, 0.5), 0.5)

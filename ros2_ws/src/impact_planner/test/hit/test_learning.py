@@ -1,4 +1,4 @@
-"""What hits teach: the next one is right, nonsense teaches nothing, files are whole or refused."""
+"""Learning from hits: accuracy of the next hit, refusal of nonsense, and the file."""
 
 import errno
 import math
@@ -29,32 +29,32 @@ ENTRY = {"hits": 1, "mass_factor": 1.0, "restitution": 0.5, "covariance": "[[0.1
 worlds = st.builds(
     dict, i_a=st.floats(8.0, 20.0), l_b=st.floats(0.35, 0.6), model_mass=st.floats(40.0, 65.0),
     braking=st.floats(0.0, 0.2), factor=st.floats(0.75, 1.3), restitution=st.floats(0.35, 0.65),
-    heard=st.booleans())
+    measured=st.booleans())
 speeds = st.floats(0.3, 1.2)
 
 
 def struck(known: Experience, omega: float, world: dict) -> ObservedHit:
-    """A hit planned for w' with what is known, on the true door."""
+    """A hit on the true door that was planned for w' with the present experience."""
     law = {name: world[name] for name in ("i_a", "l_b", "braking")}
     mass = world["model_mass"]
     v_rb = momentum.speeds_for(
         omega, effective_mass=known.mass_factor * mass, restitution=known.restitution, **law).v_rb
     real = momentum.omega_for(
         v_rb, effective_mass=world["factor"] * mass, restitution=world["restitution"], **law)
-    v_post = real * law["l_b"] - world["restitution"] * v_rb if world["heard"] else math.nan
+    v_post = real * law["l_b"] - world["restitution"] * v_rb if world["measured"] else math.nan
     return ObservedHit(mass, law["i_a"], law["l_b"], v_rb, v_post, real, law["braking"])
 
 
 def a_hit(**changes: float) -> ObservedHit:
-    """One of the paper's door that went as planned, but for this."""
+    """A hit on the paper's door that went as planned, with given changes."""
     world = {"i_a": 12.75, "l_b": 0.42, "model_mass": 58.0, "braking": 0.07, "factor": 1.0,
-             "restitution": 0.5, "heard": True}
+             "restitution": 0.5, "measured": True}
     return replace(struck(NEW, 0.635, world), **changes)
 
 
 @given(worlds, speeds)
 def test_the_hit_after_one_is_right_to_half_a_percent(world, omega):
-    """Whether or not v'_rB was heard, of a mass up to 30 % and a restitution up to 0.15 off."""
+    """One hit corrects errors of 30 % in mass and 0.15 in restitution to 0.5 % in w'."""
     after = learn(NEW, struck(NEW, omega, world))
     assert after.hits == 1
     assert struck(after, omega, world).omega == pytest.approx(omega, rel=5e-3)
@@ -62,7 +62,7 @@ def test_the_hit_after_one_is_right_to_half_a_percent(world, omega):
 
 @given(worlds, speeds, st.floats(0.6, 1.6))
 def test_more_hits_converge(world, omega, other):
-    """After five, to 0.05 %, and for another w' (0.6 to 1.6 times) to half a percent."""
+    """After five hits w' is right to 0.05 %, and another w' (0.6 to 1.6 times) to 0.5 %."""
     known = NEW
     for _ in range(5):
         known = learn(known, struck(known, omega, world))
@@ -72,9 +72,9 @@ def test_more_hits_converge(world, omega, other):
 
 
 def test_mass_and_restitution_are_told_apart_where_v_post_is_heard():
-    """After thirty hits both are the true ones to a few percent, not only what they make."""
+    """With a measured v'_rB, thirty hits find both mass and restitution."""
     world = {"i_a": 12.75, "l_b": 0.42, "model_mass": 58.0, "braking": 0.07, "factor": 0.85,
-             "restitution": 0.6, "heard": True}
+             "restitution": 0.6, "measured": True}
     known = NEW
     for _ in range(30):
         known = learn(known, struck(known, 0.635, world))
@@ -84,7 +84,7 @@ def test_mass_and_restitution_are_told_apart_where_v_post_is_heard():
 
 @given(worlds, speeds)
 def test_a_hit_makes_surer_and_never_certain(world, omega):
-    """No direction of the covariance grows beyond what is forgotten, one shrinks, none to 0."""
+    """Each hit reduces the covariance in a direction, and no variance becomes zero."""
     known = NEW
     for number in range(6):
         prior = known.covariance + FORGOTTEN * (number > 0)
@@ -103,20 +103,20 @@ def test_a_hit_makes_surer_and_never_certain(world, omega):
     {"i_a": math.inf}])
 @pytest.mark.parametrize("before", [NEW, SOUND])
 def test_a_hit_that_makes_no_sense_changes_nothing(before, changes):
-    """No number, no opening, a mass that no robot has: the very same experience comes back."""
+    """An implausible hit returns the same experience object."""
     assert learn(before, a_hit()).hits == before.hits + 1
     assert learn(before, a_hit(**changes)) is before
 
 
 def test_an_opening_beyond_all_numbers_changes_nothing_either():
-    """Where only the mass could explain it, and no float holds that mass."""
+    """A hit that only an infinite mass could explain changes nothing."""
     sure = Experience(1, 3.0, 0.5, np.diag([1.0, 1e-12]))
     assert learn(sure, a_hit(omega=1.7e308, v_rb_post=math.nan, i_a=1e6)) is sure
 
 
 @pytest.mark.parametrize("v_post", [math.nan, math.inf, -math.inf])
 def test_v_post_that_is_no_number_is_left_out(v_post):
-    """What it would teach is not learned; the angle still is."""
+    """Without a finite v'_rB, the hit is learned from its angle alone."""
     after = learn(NEW, a_hit(v_rb_post=v_post, omega=0.7))
     assert after.mass_factor > 1.0 < after.restitution / 0.5
     speeds = momentum.speeds_for(
@@ -126,6 +126,7 @@ def test_v_post_that_is_no_number_is_left_out(v_post):
 
 
 def _told(door, initial, angle):
+    """The observed hit of a door that opened from an initial angle to another angle [rad]."""
     transfer = SimpleNamespace(braking=0.07)
     plan = SimpleNamespace(initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
                            hit=SimpleNamespace(transfer=transfer))
@@ -134,7 +135,7 @@ def _told(door, initial, angle):
 
 @given(st.sampled_from(["paper", "size3"]), st.floats(0.0, 0.3), st.floats(0.02, 0.4))
 def test_the_peak_tells_the_speed_from_the_angle_of_the_hit_on(name, initial, way):
-    """A door set going with the observed w' at the hit's own angle turns round at that peak."""
+    """The observed w' opens the door from the angle of the hit to the measured peak."""
     config = load_door(name)
     hit = _told(config, initial, initial + way)
     assert peak(config.door(), initial, hit.omega).angle == pytest.approx(initial + way, abs=1e-6)
@@ -142,7 +143,7 @@ def test_the_peak_tells_the_speed_from_the_angle_of_the_hit_on(name, initial, wa
 
 @pytest.mark.parametrize("degrees", [math.nan, math.inf, 0.0, -3.0, 4.9, 5.0, 170.0])
 def test_an_angle_to_which_the_door_cannot_have_opened_is_an_error(degrees):
-    """No number, not beyond the hit's 5 deg, beyond the linkage."""
+    """Angles that are not finite, not beyond the hit's 5 deg or beyond the linkage are errors."""
     with pytest.raises(DoorModelError):
         _told(load_door("paper"), math.radians(5.0), math.radians(degrees))
 
@@ -156,7 +157,7 @@ experiences = st.builds(
 
 @given(st.dictionaries(st.text(), experiences, max_size=4))
 def test_what_is_saved_is_loaded_to_the_bit(known):
-    """Any number and any name of a door, such as `null` or `1`."""
+    """Any numbers and any names of doors, such as `null`, survive the file exactly."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "deep" / "experience.yaml"
         save(path, known)
@@ -170,7 +171,7 @@ def test_what_is_saved_is_loaded_to_the_bit(known):
 
 
 def test_what_many_hits_taught_can_be_loaded_again(tmp_path):
-    """Rounding of a long series makes no covariance that `load` would refuse."""
+    """Rounding in a long series of hits makes no covariance that `load` refuses."""
     known = NEW
     for number in range(200):
         known = learn(known, a_hit(omega=0.635 + 0.001 * (number % 7)))
@@ -179,7 +180,7 @@ def test_what_many_hits_taught_can_be_loaded_again(tmp_path):
 
 
 def test_no_file_and_an_empty_one_hold_nothing(tmp_path):
-    """Nothing is written by asking."""
+    """A missing or empty file holds no experience, and loading creates no file."""
     assert load(tmp_path / "none.yaml") == {}
     assert not list(tmp_path.iterdir())
     (tmp_path / "empty.yaml").write_text("# nothing yet\n")
@@ -187,12 +188,13 @@ def test_no_file_and_an_empty_one_hold_nothing(tmp_path):
 
 
 def _entry(**changes: object) -> bytes:
+    """The content of a file with one entry and given changes."""
     entry = {name: value for name, value in (ENTRY | changes).items() if value is not None}
     return ("paper:\n" + "".join(f"  {k}: {v}\n" for k, v in entry.items())).encode()
 
 
 def test_the_entry_that_the_broken_ones_differ_from_is_sound(tmp_path):
-    """Else the next test could not fail."""
+    """The entry that the next test breaks can be loaded."""
     (tmp_path / "e.yaml").write_bytes(_entry())
     assert load(tmp_path / "e.yaml")["paper"].hits == 1
 
@@ -210,7 +212,7 @@ def test_the_entry_that_the_broken_ones_differ_from_is_sound(tmp_path):
     _entry(covariance="[[.nan, 0], [0, 0.1]]"), _entry(covariance="[[.inf, 0], [0, 0.1]]"),
     _entry(covariance="{a: 1}")])  # fmt: skip
 def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content):
-    """Whatever is wrong in it."""
+    """A file with any invalid content is refused by its name and not changed."""
     path = tmp_path / "precious.yaml"
     path.write_bytes(content)
     with pytest.raises(InvalidRequest, match=r"precious\.yaml") as caught:
@@ -222,13 +224,13 @@ def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content)
 
 @pytest.mark.parametrize("name", ["", "x" * 300])
 def test_a_path_that_cannot_be_read_is_refused_the_same(tmp_path, name):
-    """A folder, a name that is too long."""
+    """A folder and a name that is too long are refused."""
     with pytest.raises(InvalidRequest):
         load(tmp_path / name)
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
-    """The disk is full half way."""
+    """A write that fails half way, on a full disk, leaves the old file."""
     path = tmp_path / "experience.yaml"
     save(path, {"paper": SOUND})
     before = path.read_bytes()

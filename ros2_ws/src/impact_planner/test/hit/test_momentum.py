@@ -1,4 +1,4 @@
-"""Eqs. (2) to (5) and restitution."""
+"""Eqs. (2) to (5) with restitution."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ shares = st.floats(0.0, 1.0)
 
 
 def test_the_papers_robot():
-    """58 kg, I_rob 6.147 and b_r 0.71 m: a_r = 0.149 m by eq. (5), m_re = 47.92 kg by eq. (3)."""
+    """The paper's 58 kg, I_rob 6.147 and b_r 0.71 m give a_r = 0.149 m and m_re = 47.92 kg."""
     a_r = momentum.percussion_offset(58.0, 6.147, 0.71)
     assert a_r == pytest.approx(0.149, abs=5e-4)
     assert momentum.effective_mass_planar(58.0, 6.147, a_r) == pytest.approx(47.92, abs=0.01)
@@ -25,12 +25,12 @@ def test_the_papers_robot():
 
 
 def test_a_hit_at_the_height_of_the_com_feels_the_whole_mass():
-    """a_r = 0 gives m_re = m."""
+    """With a_r = 0, eq. (3) gives the whole mass."""
     assert momentum.effective_mass_planar(58.0, 6.147, 0.0) == 58.0
 
 
 def test_worked_example_with_the_papers_door():
-    """w' = 0.635 rad/s, e = 0.5, 46.6 kg: v_rB = 0.453, v' = 0.04 m/s."""
+    """w' = 0.635 rad/s, e = 0.5 and 46.6 kg give v_rB = 0.453 and v'_rB = 0.04 m/s."""
     found = momentum.speeds_for(0.635, i_a=12.75, l_b=0.42, effective_mass=46.6, restitution=0.5)
     assert found.v_rb == pytest.approx(0.4535, abs=1e-3)
     assert found.v_rb_post == pytest.approx(0.040, abs=1e-3)
@@ -39,7 +39,7 @@ def test_worked_example_with_the_papers_door():
 
 @given(positive, positive, st.floats(0.05, 2.0), positive, shares)
 def test_momentum_and_restitution_both_hold(omega, i_a, l_b, mass, e):
-    """Eq. (2) about the hinge, the corrected eq. (4), and w' l_B - v' = e v."""
+    """Eq. (2), the corrected eq. (4) and w' l_B - v'_rB = e v_rB hold together."""
     found = momentum.speeds_for(omega, i_a=i_a, l_b=l_b, effective_mass=mass, restitution=e)
     before = mass * found.v_rb * l_b
     after = mass * found.v_rb_post * l_b + i_a * omega
@@ -52,7 +52,7 @@ def test_momentum_and_restitution_both_hold(omega, i_a, l_b, mass, e):
 
 @given(positive, positive, st.floats(0.05, 2.0), positive, shares)
 def test_a_hit_never_makes_energy(omega, i_a, l_b, mass, e):
-    """Kinetic energy after the hit is at most that before, and equal for e = 1."""
+    """Kinetic energy never increases in the hit, and is equal for e = 1."""
     found = momentum.speeds_for(omega, i_a=i_a, l_b=l_b, effective_mass=mass, restitution=e)
     before = 0.5 * mass * found.v_rb**2
     after = 0.5 * mass * found.v_rb_post**2 + 0.5 * i_a * omega**2
@@ -74,7 +74,7 @@ def test_omega_for_inverts_speeds_for(omega, i_a, l_b, mass, e):
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
 @pytest.mark.parametrize("name", ["omega", "i_a", "l_b", "effective_mass"])
 def test_what_is_no_positive_number_is_refused_by_name(name, bad):
-    """Each argument is checked and named."""
+    """An argument that is not finite and positive is refused by its name."""
     law = {"omega": 0.6, "i_a": 12.75, "l_b": 0.42, "effective_mass": 46.6} | {name: bad}
     with pytest.raises(ValueError, match=name):
         momentum.speeds_for(law.pop("omega"), restitution=0.5, **law)
@@ -82,7 +82,7 @@ def test_what_is_no_positive_number_is_refused_by_name(name, bad):
 
 @pytest.mark.parametrize("bad", [-0.01, 1.01, math.nan])
 def test_restitution_lies_between_0_and_1(bad):
-    """Anything else is refused, at 0 and 1 it is not."""
+    """Restitutions 0 and 1 are accepted, and those outside are refused."""
     law = {"i_a": 12.75, "l_b": 0.42, "effective_mass": 46.6}
     with pytest.raises(ValueError, match="restitution"):
         momentum.speeds_for(0.6, restitution=bad, **law)
@@ -93,7 +93,7 @@ def test_restitution_lies_between_0_and_1(bad):
 @given(mass=st.floats(20.0, 120.0), i_rob=st.floats(2.0, 20.0), a_r=st.floats(0.05, 0.4),
        b_r=st.floats(0.4, 1.0))
 def test_a_rigid_robot_that_turns_about_c_needs_this_impulse_there(mass, i_rob, a_r, b_r):
-    """Linear and angular momentum of the body after the blow; none where eq. (5) holds."""
+    """The impulse at C satisfies linear and angular momentum, and is 0 where eq. (5) holds."""
     foot = momentum.foot_impulse_planar(mass, i_rob, a_r, b_r)
     v_com, spin = (foot - 1.0) / mass, (-a_r - b_r * foot) / i_rob
     assert v_com - b_r * spin == pytest.approx(0.0, abs=1e-12)
@@ -104,7 +104,7 @@ def test_a_rigid_robot_that_turns_about_c_needs_this_impulse_there(mass, i_rob, 
 
 @given(positive, positive, st.floats(0.05, 2.0), positive, shares, st.floats(0.0, 5.0))
 def test_omega_for_inverts_speeds_for_with_a_closer_that_brakes(omega, i_a, l_b, mass, e, braking):
-    """And the hit gives what the door takes and what the closer takes, by momentum of the robot."""
+    """With a closer, w' is recovered, and the robot loses what door and closer gain."""
     law = {"i_a": i_a, "l_b": l_b, "effective_mass": mass, "restitution": e, "braking": braking}
     found = momentum.speeds_for(omega, **law)
     assert momentum.omega_for(found.v_rb, **law) == pytest.approx(omega, rel=1e-9)
@@ -135,7 +135,7 @@ def pushed(door, start, total, duration):
     "name", ["paper", "size2", "size3", "size4", "size2_leaf", "size3_leaf", "size4_leaf"])
 def test_a_push_that_makes_up_for_the_closer_opens_as_far_as_one_in_an_instant(
         name, friction, start_deg):
-    """15 ms of I_A w' + closer_braking: to 0.02 % of 10 to 30 deg; without it, 1 % short."""
+    """With `closer_braking`, a push of 15 ms opens the door to 0.02 %; without it, 1 % less."""
     door, start = replace(load_door(name).door(), friction=friction), math.radians(start_deg)
     holds = float(door.restoring_torque(start)) + friction
     braking = momentum.closer_braking(holds, 0.015)

@@ -20,7 +20,7 @@ from impact_planner.hit.stance import (
 
 
 def test_origin_of_odom_is_midway_between_the_soles_on_the_floor(robot):
-    """Half-sitting, with base_link at its known height."""
+    """In half-sitting, odom is midway between the soles and base_link at its known height."""
     feet = initial_feet(robot)
     np.testing.assert_allclose(feet["left"] + feet["right"], 0.0, atol=1e-12)
     q = robot.configuration(initial_base(robot), robot.config.half_sitting)
@@ -29,7 +29,7 @@ def test_origin_of_odom_is_midway_between_the_soles_on_the_floor(robot):
 
 
 def test_nominal_posture_has_its_center_of_percussion_on_the_floor(robot, stance):
-    """Eq. (5) is met, with figures near those of the facts: a_r 0.18, b_r 0.74 to 0.75 m."""
+    """Eq. (5) is met with a_r of about 0.18 m and b_r of 0.74 to 0.75 m."""
     posture = stance.posture
     assert stance.percussion_error == 0.0
     assert posture.b_r == pytest.approx(posture.b_r_percussion, abs=1e-5)
@@ -43,12 +43,12 @@ def test_nominal_posture_has_its_center_of_percussion_on_the_floor(robot, stance
 
 
 def test_b_is_beside_the_com(stance):
-    """Less than 3 cm apart along x, or yaw takes half the effective mass."""
+    """B is less than 3 cm from the CoM along x; otherwise yaw reduces the effective mass."""
     assert abs(stance.posture.elbow[0] - stance.posture.com[0]) < 0.03
 
 
 def test_elbow_is_the_outermost_body(robot, stance):
-    """Two centimetres before hand and forearm, and before the foot and the knee."""
+    """The elbow is 2 cm nearer to the door than hand, forearm and foot."""
     q = robot.configuration(stance.posture.base, stance.posture.joints)
     first = stance.posture.elbow[1] - robot.config.contact_radius
     for frame, radius in (("r_gripper", robot.hand_radius()), ("RARM_LINK4", 0.04)):
@@ -58,7 +58,7 @@ def test_elbow_is_the_outermost_body(robot, stance):
 
 
 def test_com_is_so_far_inside_the_right_sole_s_inner_edge(robot):
-    """Point C of Fig. 5, for several distances."""
+    """The CoM has the given distance inside the sole's inner edge, point C of Fig. 5."""
     for inside in (0.0, 0.01, 0.03):
         stance = stance_for_step(robot, 0.2, inside)
         inner = robot.feet["right"].corners(stance.feet["right"])[:, 1].max()
@@ -66,7 +66,7 @@ def test_com_is_so_far_inside_the_right_sole_s_inner_edge(robot):
 
 
 def test_only_the_right_foot_moves_and_only_sideways(robot):
-    """By the length of the step."""
+    """The right foot moves sideways by the length of the step, the left foot not at all."""
     stance = stance_for_step(robot, 0.17, 0.01)
     np.testing.assert_array_equal(stance.feet["left"], stance.feet_start["left"])
     np.testing.assert_allclose(
@@ -76,7 +76,7 @@ def test_only_the_right_foot_moves_and_only_sideways(robot):
 
 @given(st.floats(-0.72, -0.64))
 def test_elbow_touches_where_it_is_asked_to(robot, elbow_y):
-    """The step follows from the place of the door."""
+    """The step brings the elbow to the requested place and keeps its limits."""
     stance = stance_for_contact(robot, elbow_y, 0.01)
     assert stance.posture.elbow[1] == pytest.approx(elbow_y, abs=1e-4)
     allowed = robot.config.step
@@ -85,7 +85,7 @@ def test_elbow_touches_where_it_is_asked_to(robot, elbow_y):
 
 @pytest.mark.parametrize("elbow_y", [-0.2, -0.60, -0.80, -3.0])
 def test_a_door_out_of_reach_is_refused_with_the_range_that_is_not(robot, elbow_y):
-    """The limit is the range of door_distance, and a door within it is reached."""
+    """The refusal's limit is a range of door distances that can be reached."""
     with pytest.raises(PostureUnreachable, match="door must stand") as caught:
         stance_for_contact(robot, elbow_y, 0.01)
     near, far = caught.value.limit
@@ -97,7 +97,7 @@ def test_a_door_out_of_reach_is_refused_with_the_range_that_is_not(robot, elbow_
 
 
 def test_elbow_range_is_ordered(robot):
-    """The furthest y is the more negative one."""
+    """The farther end of the elbow's range has the smaller y."""
     far, near = elbow_range(robot, 0.01)
     assert far < near < 0.0
 
@@ -105,7 +105,7 @@ def test_elbow_range_is_ordered(robot):
 def test_where_eq_5_has_no_solution_the_nearest_posture_is_taken_and_the_miss_told(
     robot, stance, monkeypatch
 ):
-    """An upper arm that hangs has a small a_r: no height of the waist meets eq. (5)."""
+    """With a hanging upper arm, the posture nearest to eq. (5) and its error are returned."""
     hanging = robot.config.posture({"RARM_JOINT1": np.radians(-12.0)})
     monkeypatch.setattr("impact_planner.hit.posture.braced_upper_body", lambda _: hanging)
     com = stance.posture.com[:2]
@@ -122,7 +122,7 @@ def test_where_eq_5_has_no_solution_the_nearest_posture_is_taken_and_the_miss_to
 
 @given(st.floats(0.0, 0.4), st.floats(-0.5, 0.0), st.floats(-0.9, -0.6))
 def test_the_elbow_touches_the_open_leaf_at_one_point(angle, hinge_x, hinge_y):
-    """The sphere is tangent: B lies on the face, one radius from the centre along the normal."""
+    """The sphere is tangent to the leaf: B lies on the face, one radius from the centre."""
     hinge = np.array([hinge_x, hinge_y])
     y = elbow_y_at_contact(0.02, 0.05, hinge, angle)
     elbow = np.array([0.02, y, 0.9])

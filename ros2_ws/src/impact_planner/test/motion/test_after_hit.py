@@ -1,4 +1,4 @@
-"""What follows the hit, and what if the door is not where it was said to be."""
+"""Motion after the hit, also for a door that does not stand where it was reported."""
 
 import math
 from dataclasses import replace
@@ -25,7 +25,7 @@ TARGET = math.radians(25.0)
 
 
 def speed_of_b(robot, knots, time, base):
-    """Speed of the elbow towards the door, the left sole standing still [m/s]."""
+    """Speed of the elbow towards the door while the left sole stands still [m/s]."""
     step = 1e-5
     places = []
     for at in (time - step, time + step):
@@ -38,7 +38,7 @@ def speed_of_b(robot, knots, time, base):
 
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.7])
 def test_legs_go_on_at_v_rb_post_and_come_to_rest(robot, known, restitution):
-    """Of eq. (4) once the legs have slowed down; at rest at the end of the phase."""
+    """B moves at v'_rB once the legs have slowed down, and the phase ends at rest."""
     plan = plan_impact(
         PlanRequest(TARGET, restitution=restitution, run_up="zmp_limited"), known, robot)
     post = plan.phase("post").knots
@@ -48,7 +48,7 @@ def test_legs_go_on_at_v_rb_post_and_come_to_rest(robot, known, restitution):
 
 
 def test_the_phases_join_in_place_and_speed(robot, plan):
-    """The run-up cut at the switch and the motion after it."""
+    """The motion after the hit continues the run-up at the switch."""
     cam = plan.phase("cam").knots.at(plan.switch_time)
     post = plan.phase("post").knots.at(0.0)
     np.testing.assert_allclose(post[0], cam[0], atol=5e-5)
@@ -56,7 +56,7 @@ def test_the_phases_join_in_place_and_speed(robot, plan):
 
 
 def test_a_plastic_hit_that_cannot_be_stopped_is_refused(robot, known):
-    """e = 0: robot and door move on together at 0.27 m/s, too fast for what is left of the way."""
+    """With e = 0 the robot moves on at 0.27 m/s, too fast for the remaining distance."""
     with pytest.raises(PLANNING_ERRORS, match=r"v'_rB = 0\.2\d\d m/s") as caught:
         plan_impact(PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited"), known, robot)
     assert caught.value.value is not None
@@ -64,7 +64,7 @@ def test_a_plastic_hit_that_cannot_be_stopped_is_refused(robot, known):
 
 
 def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
-    """By way and reach, not by an infinite margin."""
+    """The refusal names distance and reach, not an infinite margin."""
     request = PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited")
     with pytest.raises(PostureUnreachable, match="mm past the nominal contact") as caught:
         plan_impact(request, known, robot, PlannerSettings(post_duration=2.0))
@@ -73,9 +73,9 @@ def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
 
 
 def test_an_uncertain_door_costs_margin(robot, known):
-    """A nearer door leaves more way to stop, a farther one less; the more so the less sure.
+    """A nearer door leaves more margin and a farther one less; uncertainty increases the effect.
 
-    A contact that is missed for good ends where the legs do, wherever the door was thought to be.
+    The margin of a missed contact does not depend on the uncertainty.
     """
     found = [
         plan_impact(
@@ -90,7 +90,7 @@ def test_an_uncertain_door_costs_margin(robot, known):
 
 
 def test_a_robot_that_can_still_stop_does_not_warn_of_a_missed_contact(robot, known):
-    """12 deg: the capture point stays on the soles; 25 deg of size3: far beyond, and it says so."""
+    """At 12 deg no warning is given; at 25 deg of size3 the capture point leaves the soles."""
     slow = plan_impact(PlanRequest(math.radians(12.0)), known, robot)
     assert slow.branches.missed_margin > 0.0
     assert slow.branches.recovery_step == 0.0
@@ -104,7 +104,7 @@ def test_a_robot_that_can_still_stop_does_not_warn_of_a_missed_contact(robot, kn
 
 
 def test_a_missed_contact_is_judged_where_the_legs_reach_no_further(robot, plan):
-    """The capture point of Pratt et al. at the run-up's full speed, where its stop would end."""
+    """The margin is that of the capture point at full speed at the end of the legs' reach."""
     y, height = plan.phase("cam").com_samples[-1, 1], plan.b_r
     edge = robot.feet["right"].corners(plan.right_foot)[:, 1].min()
     capture = y - plan.v_com * math.sqrt(height / GRAVITY)
@@ -115,7 +115,7 @@ def test_a_missed_contact_is_judged_where_the_legs_reach_no_further(robot, plan)
 def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
     robot, known, run_up
 ):
-    """By the whole body's dynamics along the executor's spline; begun 40 ms later it does not."""
+    """A stop begun in time keeps ZMP and leaf clear; one begun 40 ms later does not."""
     plan = plan_impact(PlanRequest(TARGET, run_up=run_up), known, robot)
     cam, contact = plan.phase("cam").knots, plan.contact_point[1]
     feet = {"left": plan.left_foot, "right": plan.right_foot}
@@ -135,20 +135,20 @@ def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
 
 
 def test_a_slippery_floor_is_refused(robot, known):
-    """Less friction than the motion needs."""
+    """A floor with less friction than the motion needs is refused."""
     with pytest.raises(PostureUnreachable, match="slip") as caught:
         plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(sole_friction=0.1))
     assert caught.value.value > caught.value.limit == 0.1
 
 
 def demands(robot, v_rb, stance, share=0.9):
-    """What a speed of B asks of the legs."""
+    """The demands of a speed of B [m/s] on the legs."""
     speed = v_rb / waist_per_com(robot, stance.posture, stance.feet)
     return LegDemands(speed=speed, joint_speed=share * robot.speed_limit)
 
 
 def test_a_faster_hit_lowers_the_waist_as_far_as_the_knee_asks(robot, stance):
-    """Eq. (5) is met at 0.6 m/s, missed at 0.74, and nothing more than what the knee needs."""
+    """Eq. (5) is met at 0.6 m/s; at 0.74 m/s the waist is lowered just enough for the knee."""
     calm = stance_for_step(robot, stance.step, 0.01, demands(robot, 0.6, stance))
     assert calm.percussion_error == 0.0
     fast = demands(robot, 0.74, stance)
@@ -162,7 +162,7 @@ def test_a_faster_hit_lowers_the_waist_as_far_as_the_knee_asks(robot, stance):
 
 
 def test_no_height_makes_a_knee_fast_enough_for_everything(robot, stance):
-    """The refusal names knee, speed and limit."""
+    """The refusal names the knee, its speed and its limit."""
     with pytest.raises(JointLimit, match="LLEG_JOINT3") as caught:
         stance_for_step(robot, stance.step, 0.01, demands(robot, 1.5, stance))
     assert caught.value.value > caught.value.limit

@@ -10,11 +10,11 @@ LIMIT = 0.01
 
 @pytest.fixture(scope="module")
 def geometry(robot):
-    """Bodies of HRP-2."""
+    """The collision shapes of HRP-2."""
     return BodyGeometry(robot)
 
 
 def test_the_approach_keeps_clear_of_itself(robot, geometry, stance):
-    """The present phases with 10 mm to spare everywhere."""
+    """In every phase, bodies of the robot keep at least 10 mm from each other."""
     for phase in plan_approach(robot, stance, 0.04, ApproachTiming(), 0.005):
         require_clearance(geometry.self_clearance(phase.motion, LIMIT), phase.name)

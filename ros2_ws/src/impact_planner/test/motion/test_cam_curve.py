@@ -1,4 +1,4 @@
-"""MCV50 against the published figures, and the run-up made of it."""
+"""MCV50 against its published figures, and the run-up along its first half."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ T = np.linspace(0.0, 1.0, 20001)
 
 
 def test_peaks_are_the_published_ones():
-    """Vm, Am and jerk of curve no. 27 as the cam tables print them."""
+    """Vm, Am and jerk are those that tables print for cam curve no. 27."""
     assert pytest.approx(1.275258, abs=1e-6) == PEAK_VELOCITY
     assert pytest.approx(8.012683, abs=1e-6) == PEAK_ACCELERATION
     assert pytest.approx(201.3807, abs=1e-4) == PEAK_JERK
@@ -28,7 +28,7 @@ def test_peaks_are_the_published_ones():
 
 
 def test_finite_difference_jerk_of_a_720_step_table_is_the_published_one():
-    """A table of 720 steps differentiates to 201.34 and -67.125."""
+    """A table of 720 steps has jerks of 201.34 and -67.125 by finite differences."""
     jerk = np.diff(mcv50(np.linspace(0.0, 1.0, 721)).a) * 720.0
     assert np.max(jerk) == pytest.approx(201.33981, abs=1e-4)
     assert np.min(jerk) == pytest.approx(-67.12538, abs=1e-4)
@@ -49,21 +49,21 @@ def test_finite_difference_jerk_of_a_720_step_table_is_the_published_one():
     ],
 )
 def test_break_points(time, s, v):
-    """Displacement and velocity where the pieces join, and in the dwells."""
+    """Displacement and velocity are right at the break points and outside the curve."""
     cam = mcv50(time)
     assert float(cam.s) == pytest.approx(s, abs=1e-6)
     assert float(cam.v) == pytest.approx(v, abs=1e-6)
 
 
 def test_each_derivative_is_the_slope_of_the_one_before():
-    """Numerical slopes of s and v are v and a everywhere, also across break points."""
+    """v and a are the numerical slopes of s and v, also across break points."""
     cam = mcv50(T)
     np.testing.assert_allclose(np.gradient(cam.s, T)[1:-1], cam.v[1:-1], atol=2e-4)
     np.testing.assert_allclose(np.gradient(cam.v, T)[1:-1], cam.a[1:-1], atol=2e-2)
 
 
 def test_curve_is_point_symmetric():
-    """S(T) = 1 - S(1 - T)."""
+    """The curve satisfies S(T) = 1 - S(1 - T)."""
     np.testing.assert_allclose(mcv50(T).s, 1.0 - mcv50(1.0 - T).s, atol=1e-14)
 
 
@@ -73,7 +73,7 @@ distances = st.floats(0.05, 1.0)
 
 @given(speeds, distances)
 def test_run_up_meets_the_contact_at_its_speed_and_distance(speed, distance):
-    """At half the cam's time the run-up has gone its distance and has its speed, for good."""
+    """At half the cam's time the CoM has its distance and its speed, and keeps the speed."""
     law = CamRunUp(speed, distance)
     at = law.at([law.duration, law.duration + 0.1])
     assert at.s[0] == pytest.approx(distance, rel=1e-9)
@@ -84,7 +84,7 @@ def test_run_up_meets_the_contact_at_its_speed_and_distance(speed, distance):
 
 @given(speeds, distances)
 def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
-    """Its speed never falls, and a_max = 2.464 v^2 / d."""
+    """The speed never falls, and the largest acceleration is 2.464 v^2 / d."""
     law = CamRunUp(speed, distance)
     course = law.at(np.linspace(-0.1, law.duration + 0.2, 4001))
     assert np.all(np.diff(course.v) >= -1e-12)
@@ -94,7 +94,7 @@ def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
 def test_run_up_refuses_what_is_no_speed_or_distance(bad):
-    """Zero, negative, NaN and infinite numbers are refused."""
+    """A speed or distance that is not finite and positive is refused."""
     with pytest.raises(ValueError, match="speed"):
         CamRunUp(bad, 0.3)
     with pytest.raises(ValueError, match="distance"):

@@ -19,13 +19,13 @@ TARGET = math.radians(25.0)
 
 @pytest.fixture(scope="module")
 def hinge(plan):
-    """x and y of the hinge."""
+    """x and y of the hinge in odom."""
     return plan.hit.placement.hinge
 
 
 @pytest.fixture(scope="module")
 def hold(robot, known, plan, hinge):
-    """The phase as the plan has it."""
+    """The phase `hold` of the plan, with its details."""
     joints = plan.phase("post").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
@@ -37,12 +37,12 @@ def hold(robot, known, plan, hinge):
 
 
 def body(robot, motion, i, frame):
-    """Position of a frame at a sample."""
+    """Position of a frame at a sample of a motion."""
     return robot.frame_position(robot.configuration(motion.base[i], motion.joints[i]), frame)
 
 
 def leaf_at(known, hold, hinge, time):
-    """The leaf falls freely until the hand has it."""
+    """The leaf, which closes freely until the hand arrives."""
     if time > hold.catch.reach + 0.1:
         return LeafFrame(hinge, float(hold.catch.angle_at(np.array([time]), TARGET)[0]))
     swing = simulate(known.door, TARGET, 0.0, 1.0)
@@ -50,7 +50,7 @@ def leaf_at(known, hold, hinge, time):
 
 
 def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known, hold, hinge):
-    """While the arm goes out; and later only the hand does."""
+    """Nothing touches the leaf while the arm extends, and only the hand does later."""
     motion = hold.phase.motion
     for i in range(0, len(motion), 5):
         leaf = leaf_at(known, hold, hinge, motion.time[i])
@@ -61,7 +61,7 @@ def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known,
 
 
 def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, hinge):
-    """From its arrival on: same distance from the hinge, same height, on the face."""
+    """After its arrival the hand keeps its distance from the hinge, its height and contact."""
     motion = hold.phase.motion
     for i in np.flatnonzero(motion.time >= hold.catch.reach + 0.02)[::8]:
         angle = float(hold.catch.angle_at(motion.time[i : i + 1], TARGET)[0])
@@ -73,7 +73,7 @@ def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, hinge):
 
 
 def test_hand_meets_the_leaf_below_the_target_and_brings_it_there(hold):
-    """Caught lower, given way a little, pushed to the desired angle."""
+    """The leaf is caught below the target, stopped, and pushed to the target."""
     time = hold.phase.motion.time
     angle = hold.catch.angle_at(time[time >= hold.catch.reach], TARGET)
     assert angle[0] == pytest.approx(hold.catch.angle)
@@ -83,13 +83,13 @@ def test_hand_meets_the_leaf_below_the_target_and_brings_it_there(hold):
 
 
 def test_meeting_speed_is_a_fraction_of_the_leaf_s(known, hold):
-    """The hand already moves the leaf's way when it arrives."""
+    """The hand arrives with 0.5 to 1 times the leaf's speed, in the same direction."""
     swing = simulate(known.door, TARGET, 0.0, hold.catch.reach + 0.1)
     assert 0.5 < hold.catch.speed / swing.omega[-1] < 1.0
 
 
 def test_force_is_the_closer_s_torque_over_the_distance(known, hold):
-    """Eq. (12) at the weakest lever of the way."""
+    """The largest force is that of eq. (12) on the hand's path."""
     angles = np.linspace(hold.catch.lowest, TARGET, 50)
     worst = known.door.restoring_torque(angles).max() / hold.hand.radius
     assert hold.force == pytest.approx(worst, rel=1e-3)
@@ -101,7 +101,7 @@ def test_force_is_the_closer_s_torque_over_the_distance(known, hold):
 
 
 def test_com_leans_against_the_force(robot, hold):
-    """Towards the door, by force times height over weight."""
+    """The CoM leans towards the door by force times height over weight."""
     motion = hold.phase.motion
     com = [robot.com(robot.configuration(motion.base[i], motion.joints[i])) for i in (0, -1)]
     lean = com[1] - com[0]
@@ -111,7 +111,7 @@ def test_com_leans_against_the_force(robot, hold):
 
 
 def test_a_leaf_that_the_arm_loses_is_named_by_its_angle(robot, known, monkeypatch):
-    """Where it is lost, and up to where it was followed."""
+    """The refusal has the first angle out of reach and the last one within reach."""
     follow = ArmReach.follow
 
     def loses(*args):
@@ -126,7 +126,7 @@ def test_a_leaf_that_the_arm_loses_is_named_by_its_angle(robot, known, monkeypat
 
 
 def test_a_door_that_can_be_held_nowhere_says_so(robot, known):
-    """A hand that bears nothing; the refusal's limit is no angle, and no NaN."""
+    """A hand that bears no force is refused with a limit of 0, not NaN."""
     with pytest.raises(AngleUnreachable, match="at no angle") as caught:
         plan_impact(PlanRequest(math.radians(8.0), restitution=0.7), known, robot,
                     PlannerSettings(hand_force_limit=0.1))

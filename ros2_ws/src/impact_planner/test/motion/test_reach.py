@@ -1,4 +1,4 @@
-"""How far a door can be opened and held from a stance."""
+"""The largest angle and the largest l_B with which the arm holds a door."""
 
 import math
 from dataclasses import replace
@@ -16,18 +16,18 @@ SETTINGS = PlannerSettings()
 
 @pytest.fixture(scope="module")
 def placement(robot):
-    """Where the nominal step ends."""
+    """The place of the door at the end of the nominal step."""
     return placement_for_step(robot, SETTINGS, robot.config.step.nominal)
 
 
 def task(known, placement, stance, angle, limit=SETTINGS.hand_force_limit):
-    """Holding from the posture at the hit."""
+    """The task of holding the door from the posture at the hit."""
     return HoldTask(known.door, known.width, placement.hinge, angle, stance.posture.joints,
                     stance.posture.base, stance.feet, limit, 0.9, 0.005)
 
 
 def test_largest_angle_is_held_and_a_larger_one_is_not(robot, known, placement, stance):
-    """To a quarter of a degree."""
+    """The largest angle can be held, and an angle 0.5 deg above it cannot."""
     angle = largest_angle(robot, known, SETTINGS, placement, stance)
     assert math.radians(60.0) < angle < known.door.closer.opening_limit()
     assert can_hold(robot, task(known, placement, stance, angle))
@@ -35,7 +35,7 @@ def test_largest_angle_is_held_and_a_larger_one_is_not(robot, known, placement, 
 
 
 def test_a_weaker_hand_holds_less_far_out_of_the_closed_position(robot, known, placement, stance):
-    """The closer's torque falls as the door opens: it is the small angles that need force."""
+    """Small angles need the most force, because the closer's torque falls with the angle."""
     assert can_hold(robot, task(known, placement, stance, math.radians(25.0), 12.0))
     assert not can_hold(robot, task(known, placement, stance, math.radians(12.0), 5.0))
     with pytest.raises(AngleUnreachable, match="at no angle"):
@@ -43,7 +43,7 @@ def test_a_weaker_hand_holds_less_far_out_of_the_closed_position(robot, known, p
 
 
 def test_furthest_contact_is_where_the_arm_s_reach_ends(robot, known, placement, stance):
-    """45 deg can be held from there, and not from 1 cm further."""
+    """45 deg can be held from the largest l_B, and not from 1 cm more."""
     angle = math.radians(45.0)
     l_b = furthest_contact(robot, known, SETTINGS, placement, stance, angle)
     assert 0.42 < l_b < known.width

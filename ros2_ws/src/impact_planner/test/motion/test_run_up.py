@@ -1,4 +1,4 @@
-"""The run-up: speeds at the contact, ZMP, point of no return."""
+"""The run-up: speed at the contact, ZMP and the stop after a missed contact."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from impact_planner.motion.zmp_run_up import best_run_up, fastest_run_up
 
 
 def wish(v_rb, kind="mcv50", **changes):
-    """A run-up at a speed of B [m/s], with nothing required of its margin."""
+    """Requirements on a run-up at a speed of B [m/s], with any ZMP margin allowed."""
     plain = RunUpWish(kind, v_rb, steady=0.02, overrun=0.025, required_margin=0.0,
                       joint_share=1.0, period=0.005)
     return replace(plain, **changes)
@@ -27,25 +27,25 @@ def wish(v_rb, kind="mcv50", **changes):
 
 @pytest.fixture(scope="module", params=["mcv50", "zmp_limited"])
 def run_up(robot, stance, request):
-    """At v_rB = 0.45 m/s."""
+    """A run-up at v_rB = 0.45 m/s with each time law."""
     return plan_run_up(robot, stance, wish(0.45, request.param))
 
 
 def at_full_speed(run_up):
-    """Which samples are those of the run-up, before the stop after a missed contact."""
+    """Mask of the samples before the stop after a missed contact."""
     end = run_up.contact_time + run_up.overrun / run_up.law.speed
     return run_up.motion.time <= end + 1e-9
 
 
 def speed_of_b(robot, motion, i):
-    """Speed of the elbow towards the door at a sample, from its Jacobian."""
+    """Speed of the elbow towards the door at a sample, from its Jacobian [m/s]."""
     q = robot.configuration(motion.base[i], motion.joints[i])
     v = robot.velocity(motion.base_speed[i], motion.joint_speed[i])
     return -float((robot.contact_jacobian(q) @ v)[1])
 
 
 def test_b_has_its_speed_at_the_contact_and_keeps_it(robot, run_up):
-    """To a per mille at the contact, to 3 % over the overrun; B is faster than the CoM."""
+    """B has its speed at the contact to 0.2 %, over the overrun to 3 %, and exceeds the CoM's."""
     i = int(np.argmin(np.abs(run_up.motion.time - run_up.contact_time)))
     assert speed_of_b(robot, run_up.motion, i) == pytest.approx(0.45, rel=2e-3)
     last = int(np.flatnonzero(at_full_speed(run_up))[-1])
@@ -55,7 +55,7 @@ def test_b_has_its_speed_at_the_contact_and_keeps_it(robot, run_up):
 
 
 def test_com_is_where_the_stance_wants_it_at_the_contact(robot, stance, run_up):
-    """At the contact over point C, at the end of the full speed an overrun further."""
+    """The CoM is over point C at the contact, and one overrun further at the end."""
     com = com_course(robot, run_up.motion)
     y = np.interp(run_up.contact_time, run_up.motion.time, com[:, 1])
     assert y == pytest.approx(stance.posture.com[1], abs=1e-5)
@@ -66,7 +66,7 @@ def test_com_is_where_the_stance_wants_it_at_the_contact(robot, stance, run_up):
 
 
 def test_soles_do_not_move(robot, stance, run_up):
-    """The table's interpolation keeps both soles on the floor to a hundredth of a mm."""
+    """The table's interpolation keeps both soles in place to 0.01 mm."""
     for i in range(0, len(run_up.motion), 10):
         q = robot.configuration(run_up.motion.base[i], run_up.motion.joints[i])
         for side in SIDES:
@@ -76,7 +76,7 @@ def test_soles_do_not_move(robot, stance, run_up):
 
 
 def test_speeds_and_accelerations_are_the_slopes_of_positions(run_up):
-    """The chain rule along the table against finite differences."""
+    """Speeds and accelerations agree with finite differences of the joints."""
     motion = run_up.motion
     inner = slice(2, np.count_nonzero(at_full_speed(run_up)) - 3)
     slope = np.gradient(motion.joints, motion.time, axis=0)
@@ -86,7 +86,7 @@ def test_speeds_and_accelerations_are_the_slopes_of_positions(run_up):
 
 
 def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
-    """Inverse dynamics anew gives the same smallest margin, and it is positive."""
+    """The smallest margin agrees with that of an independent inverse dynamics."""
     zmp = inverse_dynamics(robot, run_up.motion).zmp
     until = run_up.motion.time <= run_up.contact_time
     assert run_up.margin == pytest.approx(
@@ -96,7 +96,7 @@ def test_stated_margin_is_that_of_the_motion(robot, stance, run_up):
 
 
 def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
-    """The search has found a maximum of the smaller margin."""
+    """Starts 3 cm before and after the chosen one have no larger margin."""
     run_up = plan_run_up(robot, stance, wish(0.45))
     for offset in (-0.03, 0.03):
         other = plan_run_up(robot, stance, wish(0.45, y_start=run_up.y_start + offset))
@@ -105,7 +105,7 @@ def test_chosen_start_has_a_larger_margin_than_its_neighbours(robot, stance):
 
 
 def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
-    """The limit that the error names can be planned, a little more cannot."""
+    """The speed that the error names can be planned, and one 2 % higher cannot."""
     with pytest.raises(SpeedUnreachable, match="mcv50 reaches") as caught:
         plan_run_up(robot, stance, wish(0.8))
     limit = caught.value.limit
@@ -117,14 +117,14 @@ def test_too_fast_is_refused_with_a_speed_that_is_not(robot, stance):
 
 @pytest.mark.parametrize("y_start", [-0.25, -0.5, -0.22])
 def test_a_start_at_or_beyond_the_hit_is_refused(robot, stance, y_start):
-    """There must be a way to run."""
+    """A start that leaves no distance to the hit is refused."""
     with pytest.raises(InvalidRequest, match="y_start"):
         plan_run_up(robot, stance, wish(0.45, y_start=y_start))
 
 
 @pytest.mark.parametrize("v_rb", [0.3, 0.5, 0.64])
 def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
-    """At each speed; at 0.64 m/s, which size3 needs for 25 deg, the cam curve has none."""
+    """zmp_limited has the larger margin, also at 0.64 m/s, where mcv50 is refused."""
     ours = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
     assert ours.margin > 0.09
     try:
@@ -137,7 +137,7 @@ def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
 
 @pytest.mark.parametrize("v_rb", [0.3, 0.64])
 def test_zmp_limited_is_smooth_and_steady_before_the_hit(robot, stance, v_rb):
-    """From rest without a jolt; jerk bounded; 20 mm at constant speed before the contact."""
+    """The course starts from rest, has a bounded jerk and ends with 20 mm at constant speed."""
     plan = plan_run_up(robot, stance, wish(v_rb, "zmp_limited"))
     law = plan.law
     time = np.linspace(0.0, law.duration, 400)
@@ -153,7 +153,7 @@ def test_zmp_limited_is_smooth_and_steady_before_the_hit(robot, stance, v_rb):
 
 
 def test_zmp_limited_programme_finds_what_a_pendulum_allows():
-    """On a linear inverted pendulum: the margin is the one that the end leaves, ZMP inside."""
+    """On a linear inverted pendulum, the programme reaches the largest possible margin."""
     height = 0.08
 
     def zmp(y, v, a):
@@ -172,7 +172,7 @@ def test_zmp_limited_programme_finds_what_a_pendulum_allows():
 
 @pytest.mark.parametrize("margin", [0.0, 0.02, 0.05])
 def test_fastest_run_up_has_the_margin_and_a_faster_one_has_not(margin):
-    """On a linear inverted pendulum with narrow soles."""
+    """On a linear inverted pendulum, the fastest speed has the margin, and 3 % more has not."""
 
     def zmp(y, v, a):
         return y - 0.08 * a
@@ -186,7 +186,7 @@ def test_fastest_run_up_has_the_margin_and_a_faster_one_has_not(margin):
 
 @pytest.mark.parametrize("kind", ["mcv50", "zmp_limited"])
 def test_tabulated_zmp_is_that_of_the_whole_body(robot, stance, kind):
-    """G + C v^2 + M a along the table against Newton-Euler, to a hundredth of a millimetre."""
+    """G + C v^2 + M a agrees with Newton-Euler to 0.01 mm."""
     plan = plan_run_up(robot, stance, wish(0.45, kind))
     run = at_full_speed(plan)
     course = plan.law.at(plan.motion.time[run])
@@ -197,7 +197,7 @@ def test_tabulated_zmp_is_that_of_the_whole_body(robot, stance, kind):
 
 
 def test_a_larger_required_margin_lowers_the_speed(robot, stance):
-    """Reserve costs speed."""
+    """A larger required margin lowers the speed that can be reached."""
     with pytest.raises(SpeedUnreachable) as plain:
         plan_run_up(robot, stance, wish(0.8))
     with pytest.raises(SpeedUnreachable) as careful:
@@ -206,7 +206,7 @@ def test_a_larger_required_margin_lowers_the_speed(robot, stance):
 
 
 def test_overrun_ends_where_limits_begin(robot, stance):
-    """Of the joints' share at full speed, else of the reach that leaves 20 mm to stop."""
+    """The overrun ends at the joints' share, or 20 mm before the end of the legs' reach."""
     table = PostureTable(robot, stance, 0.08)
     speed = 0.45 / table.waist_per_com(table.y_hit)
     most = usable_overrun(robot, table, speed, wish(0.45, overrun=0.08))
@@ -223,14 +223,14 @@ def test_overrun_ends_where_limits_begin(robot, stance):
 
 
 def test_whole_run_up_keeps_joint_limits(robot, run_up):
-    """Positions and speeds, overrun and the stop after a missed contact included."""
+    """Joints keep their limits in run-up, overrun and the stop after a missed contact."""
     require_joint_limits(robot, run_up.motion, "cam")
 
 
 @given(
     st.floats(0.1, 0.6), st.sampled_from(["mcv50", "zmp_limited"]), st.floats(0.02, 0.2))
 def test_a_missed_contact_ends_at_rest_where_the_legs_still_reach(robot, stance, v_rb, kind, way):
-    """However long the overrun that is wished for, which leaves 20 mm for the stop."""
+    """With any wished overrun, the robot stops within the legs' reach."""
     try:
         plan = plan_run_up(robot, stance, wish(v_rb, kind, overrun=way))
     except SpeedUnreachable:
@@ -245,7 +245,7 @@ def test_a_missed_contact_ends_at_rest_where_the_legs_still_reach(robot, stance,
 
 
 def test_the_stop_after_a_missed_contact_is_one_motion_with_the_run_up(robot, stance):
-    """Speeds and accelerations are the slopes of positions there, too."""
+    """Speeds and accelerations are the slopes of positions across the start of the stop."""
     plan = plan_run_up(robot, stance, wish(0.45, period=2e-4))
     stop = np.flatnonzero(~at_full_speed(plan))
     motion, inner = plan.motion, slice(stop[0] - 20, stop[-1] - 2)
@@ -256,7 +256,7 @@ def test_the_stop_after_a_missed_contact_is_one_motion_with_the_run_up(robot, st
 
 
 def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, stance, run_up):
-    """y - v / omega to the outer edge; less of it at a higher speed."""
+    """The reserve is the distance of y - v / omega from the right sole's outer edge."""
     course = run_up.law.at(np.array([0.0, run_up.contact_time]))
     reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
     edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()

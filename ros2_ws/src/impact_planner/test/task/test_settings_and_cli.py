@@ -1,4 +1,4 @@
-"""Parameters, and the command line without a graph."""
+"""The planner's parameters, and the command `plan`."""
 
 import json
 import math
@@ -15,17 +15,17 @@ from impact_planner.tools import plan_cli
 
 @pytest.fixture(autouse=True)
 def nominal_placement(monkeypatch):
-    """The door where the nominal step ends, whatever is installed."""
+    """Use the door's nominal place, whatever parameter file is installed."""
     monkeypatch.setattr(plan_cli, "configured_placement", dict)
 
 
 def test_defaults_are_the_library_s():
-    """No parameter given is PlannerSettings()."""
+    """Without parameters, the settings are PlannerSettings()."""
     assert make_settings({}) == PlannerSettings()
 
 
 def test_own_choice_is_said_by_a_negative_length_or_nan():
-    """And integers are numbers."""
+    """A negative length or NaN leaves the choice to the planner; integers are accepted."""
     chosen = make_settings({"door_distance": 1, "hinge_x": -1, "effective_mass": 50})
     assert (chosen.door_distance, chosen.hinge_x, chosen.effective_mass) == (1.0, -1.0, 50.0)
     own = make_settings({"door_distance": -1.0, "hinge_x": math.nan, "effective_mass": -1.0})
@@ -35,7 +35,7 @@ def test_own_choice_is_said_by_a_negative_length_or_nan():
 @pytest.mark.parametrize("name", sorted(NUMBERS))
 @pytest.mark.parametrize("bad", ["text", True, None, math.inf])
 def test_a_parameter_of_the_wrong_kind_is_named(name, bad):
-    """Texts, switches, nothing and infinity are no numbers."""
+    """A value that is no finite number is refused by the parameter's name."""
     with pytest.raises(InvalidRequest, match=name):
         make_settings({name: bad})
 
@@ -46,13 +46,13 @@ def test_a_parameter_of_the_wrong_kind_is_named(name, bad):
      ("ending", ""), ("door_distance", math.nan), ("post_duration", 0.0)],
 )  # fmt: skip
 def test_a_parameter_out_of_range_is_named(name, bad):
-    """With its range in the message."""
+    """A value outside its range is refused by the parameter's name."""
     with pytest.raises(InvalidRequest, match=name):
         make_settings({name: bad})
 
 
 def test_json_has_the_contract_s_keys(capsys):
-    """One object, finite numbers."""
+    """--json prints one object with the required keys and finite numbers."""
     assert plan_cli.main(["--angle-deg", "25", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     keys = {"omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
@@ -63,7 +63,7 @@ def test_json_has_the_contract_s_keys(capsys):
 
 
 def test_text_tells_the_paper_s_symbols(capsys):
-    """People get a table."""
+    """The text has the paper's symbols and equation numbers."""
     assert plan_cli.main(["--angle-deg", "20", "--restitution", "0.6"]) == 0
     out = capsys.readouterr().out
     for symbol in ("v_rB", "m_re", "a_r", "b_r", "I_rob", "ZMP margin", "e = 0.60"):
@@ -90,7 +90,7 @@ def test_text_tells_the_paper_s_symbols(capsys):
     ],
 )
 def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason):
-    """Never a traceback, never half an answer on stdout."""
+    """A failure prints one line on stderr and nothing on stdout."""
     assert plan_cli.main(arguments) == 1
     found = capsys.readouterr()
     assert found.out == ""
@@ -99,7 +99,7 @@ def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason)
 
 
 def test_a_door_from_a_file_is_planned_with(tmp_path, capsys):
-    """--door takes what `identify --yaml` writes."""
+    """--door accepts a file that `identify --yaml` writes."""
     path = tmp_path / "mine.yaml"
     path.write_text(load_door("paper").to_yaml().replace("name: paper", "name: mine"))
     assert plan_cli.main(["--angle-deg", "22", "--door", str(path), "--json"]) == 0
@@ -107,7 +107,7 @@ def test_a_door_from_a_file_is_planned_with(tmp_path, capsys):
 
 
 def test_plot_is_written(tmp_path, capsys):
-    """The suffix chooses the format."""
+    """The suffix of --plot decides the format."""
     pytest.importorskip("matplotlib")
     path = tmp_path / "plan.svg"
     assert plan_cli.main(["--angle-deg", "25", "--plot", str(path)]) == 0
@@ -115,7 +115,7 @@ def test_plot_is_written(tmp_path, capsys):
 
 
 def test_planning_needs_no_ros_and_no_matplotlib():
-    """The library imports neither."""
+    """The planner imports neither ROS nor Matplotlib."""
     code = (
         "import sys; import impact_planner.plan, impact_planner.tools.plan_cli;"
         "bad = [m for m in sys.modules if m.split('.')[0] in ('rclpy', 'matplotlib') "
@@ -126,7 +126,7 @@ def test_planning_needs_no_ros_and_no_matplotlib():
 
 
 def test_anywhere_finds_a_step_for_what_the_surveyed_door_is_too_far_for(monkeypatch, capsys):
-    """size4 to 20 deg: the knee is too fast with the surveyed door's step, not with a shorter."""
+    """--anywhere finds a shorter step where the surveyed door's step has a too fast knee."""
     monkeypatch.setattr(
         plan_cli, "configured_placement", lambda: {"door_distance": 0.753, "hinge_x": -0.4056})
     request = ["--angle-deg", "20", "--door", "size4", "--run-up", "zmp_limited",

@@ -1,4 +1,4 @@
-"""Maps of what can be planned: what must hold in each, and the command that writes them."""
+"""The map of requests that can be planned, and the command that writes it."""
 
 import csv
 import json
@@ -29,13 +29,14 @@ RESTITUTIONS = (0.0, 0.4, 0.6)
 
 
 def known_door(name):
+    """A configured door by its name."""
     config = load_door(name)
     return KnownDoor(config.name, config.door(), config.leaf.width)
 
 
 @pytest.fixture(scope="module")
 def over():
-    """Two doors from easy to hard."""
+    """The ranges of a map with two doors."""
     return MapRange(
         (known_door("paper"), known_door("size3")), tuple(map(math.radians, ANGLES)), RESTITUTIONS,
         "retreat")
@@ -43,7 +44,7 @@ def over():
 
 @pytest.fixture(scope="module")
 def cells(robot, over):
-    """Its cells."""
+    """The cells of that map."""
     return list(map_cells(over, robot))
 
 
@@ -56,19 +57,19 @@ def places(cells):
 
 
 def test_every_request_is_there_once(over, cells):
-    """Doors x angles x restitutions x run-ups."""
+    """The map has one cell for each door, angle, restitution and run-up."""
     assert len({(c.door, c.angle, c.restitution, c.run_up) for c in cells}) == len(over) == 48
     assert len(cells) == 48
 
 
 def test_the_map_has_plans_and_refusals_of_both_run_ups(cells):
-    """Or the other tests would say nothing."""
+    """The map has plans and refusals of both run-ups, which the other tests need."""
     for run_up in RUN_UPS:
         assert {cell.feasible for cell in cells if cell.run_up == run_up} == {True, False}
 
 
 def test_a_cell_is_what_the_planner_says(robot, over, cells):
-    """v_rB, margins and step of its plan."""
+    """A cell has v_rB, margins and step of the plan for its request."""
     cell = next(cell for cell in cells if cell.feasible)
     door = next(door for door in over.doors if door.name == cell.door)
     plan = plan_impact(
@@ -80,7 +81,7 @@ def test_a_cell_is_what_the_planner_says(robot, over, cells):
 
 
 def test_zmp_limited_is_feasible_wherever_mcv50_is(cells):
-    """And has no less margin up to the hit, but for a millimetre of jerk's price."""
+    """zmp_limited is feasible wherever mcv50 is, with at most 1 mm less margin."""
     for place, both in places(cells).items():
         if both["mcv50"].feasible:
             assert both["zmp_limited"].feasible, place
@@ -88,7 +89,7 @@ def test_zmp_limited_is_feasible_wherever_mcv50_is(cells):
 
 
 def test_v_rb_rises_with_the_angle_and_falls_with_restitution(cells):
-    """Of plans with one door, one step and one run-up."""
+    """For one door, step and run-up, v_rB rises with the angle and falls with restitution."""
     plans = [cell for cell in cells if cell.feasible]
     pairs = 0
     for one in plans:
@@ -107,7 +108,7 @@ def test_v_rb_rises_with_the_angle_and_falls_with_restitution(cells):
 
 
 def test_a_plan_has_figures_and_a_refusal_has_reasons(cells):
-    """Never both; margins are those that the planner requires."""
+    """A cell has either figures that keep the required margin, or reasons."""
     for cell in cells:
         figures = np.array([cell.v_rb, cell.cam_margin, cell.margin, cell.step])
         if cell.feasible:
@@ -144,12 +145,12 @@ def test_a_plan_has_figures_and_a_refusal_has_reasons(cells):
     ],
 )
 def test_every_kind_of_refusal_has_its_name(error, limit):
-    """By type, quantity and phase."""
+    """Phase, reason and quantity of an error decide its limit, and no words do."""
     assert limit_of(error) == limit
 
 
 def test_largest_angles_are_those_of_the_cells(cells):
-    """With v_rB there, gaps below and what stops the next."""
+    """The largest angle has the v_rB, gaps and next limit of its cells."""
     for one in largest_angles(cells):
         row = [cell for cell in cells if (cell.door, cell.restitution, cell.run_up)
                == (one.door, one.restitution, one.run_up)]
@@ -167,14 +168,14 @@ def test_largest_angles_are_those_of_the_cells(cells):
 
 
 def test_table_has_a_row_for_each_door_and_restitution(cells):
-    """Of as many columns as its head."""
+    """The table has a row for each door and restitution, with equal numbers of columns."""
     lines = table(cells).splitlines()
     assert len(lines) == 2 + 2 * len(RESTITUTIONS)
     assert len({line.count("|") for line in lines}) == 1
 
 
 def test_csv_reads_back(cells):
-    """Degrees and millimetres; a refusal has empty figures."""
+    """The CSV has degrees and millimetres, and empty figures for refusals."""
     rows = list(csv.DictReader(csv_text(cells).splitlines()))
     assert len(rows) == len(cells)
     for row, cell in zip(rows, cells, strict=True):
@@ -185,14 +186,14 @@ def test_csv_reads_back(cells):
 
 
 def run(tmp_path, *more):
-    """The command on a tiny map."""
+    """Run the command on a tiny map."""
     return impact_map_cli.main([
         "--doors", "paper", "--angles", "25", "15", "25", "--restitutions", "0.5",
         "--ending", "retreat", "--out", str(tmp_path / "map"), *more])
 
 
 def test_the_command_writes_what_it_says(tmp_path, capsys):
-    """Table on stdout, picture and CSV in the folder, angles sorted and each once."""
+    """The command prints a table and writes picture and CSV with sorted, unique angles."""
     assert run(tmp_path) == 0
     out = capsys.readouterr().out
     assert "| paper | 0.5 | 15 to 25 |" in out
@@ -206,7 +207,7 @@ def test_the_command_writes_what_it_says(tmp_path, capsys):
 
 
 def test_json_has_every_request(tmp_path, capsys):
-    """One object without NaN."""
+    """--json prints one object with every request and without NaN."""
     assert run(tmp_path, "--angles", "20", "170", "--json") == 0
     found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert [cell["feasible"] for cell in found["cells"]] == [True, False, True, False]
@@ -228,7 +229,7 @@ def test_json_has_every_request(tmp_path, capsys):
     ],
 )
 def test_bad_options_are_one_line_on_stderr_and_status_1(capsys, tmp_path, arguments, reason):
-    """Before the work of minutes; nothing on stdout."""
+    """A bad option prints one line on stderr, before any planning, and nothing on stdout."""
     assert run(tmp_path, *arguments) == 1
     found = capsys.readouterr()
     assert found.out == ""
@@ -237,7 +238,7 @@ def test_bad_options_are_one_line_on_stderr_and_status_1(capsys, tmp_path, argum
 
 
 def test_two_doors_of_one_name_are_refused(tmp_path, capsys):
-    """Their rows could not be told apart."""
+    """Two doors with one name are refused, because their rows could not be told apart."""
     path = tmp_path / "mine.yaml"
     path.write_text(load_door("paper").to_yaml())
     assert run(tmp_path, "--doors", "paper", str(path)) == 1

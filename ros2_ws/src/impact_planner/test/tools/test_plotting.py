@@ -1,4 +1,4 @@
-"""What the figure of a plan shows is where the plan has it."""
+"""The figure of a plan shows everything at its place."""
 
 import math
 from functools import cache
@@ -46,6 +46,7 @@ PARAMS = [
 
 @cache
 def model(path):
+    """The model of a robot by the path of its robot.yaml; None means HRP-2."""
     return RobotModel(load_robot_config(path))
 
 
@@ -61,14 +62,14 @@ def planned(name):
 
 @pytest.fixture(params=PARAMS)
 def case(request):
-    """Plan, robot and scene."""
+    """Plan, robot and scene of a case."""
     plan, robot = planned(request.param)
     return plan, robot, plan_scene(plan, robot)
 
 
 @pytest.mark.parametrize("suffix", ["png", "pdf"])
 def test_the_figure_is_written_in_silence(case, suffix, tmp_path, caplog, recwarn):
-    """Of every combination."""
+    """Every case is drawn without warnings or log messages."""
     pytest.importorskip("matplotlib")
     from impact_planner.tools.plotting import draw_plan
 
@@ -81,7 +82,7 @@ def test_the_figure_is_written_in_silence(case, suffix, tmp_path, caplog, recwar
 
 
 def test_b_is_on_the_leaf_where_the_elbow_touches_it(case):
-    """At l_B from the hinge, one radius from the contact body's centre."""
+    """B is on the leaf at l_B, one radius from the centre of the contact body."""
     plan, robot, scene = case
     leaf = LeafFrame(scene.hinge, plan.initial_angle)
     assert leaf.gap(scene.b) == pytest.approx(0.0, abs=1e-6)
@@ -91,7 +92,7 @@ def test_b_is_on_the_leaf_where_the_elbow_touches_it(case):
 
 
 def test_c_is_on_the_inner_edge_of_the_right_sole(case):
-    """And G's projection beside it, inside the sole."""
+    """C is on the inner edge, and the projection of G is inside the sole beside it."""
     _, robot, scene = case
     corners = robot.feet["right"].corners(scene.feet["right"])
     assert scene.c[1] == pytest.approx(corners[:, 1].max())
@@ -103,14 +104,14 @@ def test_c_is_on_the_inner_edge_of_the_right_sole(case):
 
 
 def test_a_r_and_b_r_are_the_heights_that_are_drawn(case):
-    """Of B above G and of G above the floor."""
+    """a_r is the height of B above G, and b_r is the height of G above the floor."""
     plan, _, scene = case
     assert scene.com[2] == pytest.approx(plan.b_r, abs=2e-4)
     assert scene.b[2] - scene.com[2] == pytest.approx(plan.a_r, abs=2e-4)
 
 
 def test_the_soles_are_on_the_floor_where_the_plan_has_them(case):
-    """At the hit and at the end; the right one came by the step."""
+    """The soles are in place at the hit and at the end, and the right one moved by the step."""
     plan, robot, scene = case
     for q in (scene.q_hit, scene.q_end):
         ends = skeleton(robot, q)[-2:, 1]
@@ -121,7 +122,7 @@ def test_the_soles_are_on_the_floor_where_the_plan_has_them(case):
 
 
 def test_bodies_stand_on_the_floor_on_the_robot_s_side_of_the_leaf(case):
-    """From behind none is under the floor, from above none is in the leaf."""
+    """No body is below the floor or inside the leaf."""
     plan, robot, scene = case
     leaf = LeafFrame(scene.hinge, plan.initial_angle)
     behind = body_outlines(robot, scene.q_hit, (1, 2), np.array([-1.0, 0.0, 0.0]))
@@ -133,7 +134,7 @@ def test_bodies_stand_on_the_floor_on_the_robot_s_side_of_the_leaf(case):
 
 
 def test_the_leaf_s_corners_lie_along_its_face_and_behind_it(case):
-    """The face at the desired angle, its edge on the arc; the rest beyond."""
+    """Two corners lie on the face, one of them on the arc, and two behind it."""
     plan, _, scene = case
     angle = plan.desired_opening_angle
     leaf, corners = LeafFrame(scene.hinge, angle), scene.leaf_corners(angle)
@@ -144,7 +145,7 @@ def test_the_leaf_s_corners_lie_along_its_face_and_behind_it(case):
 
 
 def test_the_hand_that_holds_is_on_the_leaf(case):
-    """At the desired angle; one that went back is not near it."""
+    """The hand is on the leaf at the desired angle, or far from it after a retreat."""
     plan, robot, scene = case
     leaf = LeafFrame(scene.hinge, plan.desired_opening_angle)
     if plan.ending == "hold":
@@ -155,7 +156,7 @@ def test_the_hand_that_holds_is_on_the_leaf(case):
 
 
 def test_the_run_up_goes_from_its_start_to_the_hit(case):
-    """Through the middle of the stretch of constant speed, its ZMP within the soles."""
+    """The CoM goes from the start to the hit, and the ZMP stays within the soles."""
     plan, _, scene = case
     assert scene.com_course[0, 1] == pytest.approx(plan.hit.run_up.y_start, abs=1e-6)
     np.testing.assert_allclose(scene.com_course[-1], scene.com, atol=5e-3)
@@ -166,7 +167,7 @@ def test_the_run_up_goes_from_its_start_to_the_hit(case):
 
 
 def test_the_point_of_no_return_is_on_the_run_up_before_the_hit(case):
-    """Where the CoM is then."""
+    """The point is the CoM's place at its time, before the hit."""
     plan, _, scene = case
     cam = plan.phase("cam")
     time = plan.contact_time - plan.point_of_no_return
@@ -175,7 +176,7 @@ def test_the_point_of_no_return_is_on_the_run_up_before_the_hit(case):
 
 
 def test_the_door_opens_to_the_peak_and_falls_back(case):
-    """As planned, without a jump; the hand leads it to the desired angle."""
+    """The door opens to its peak, closes without a jump, and is led by the hand."""
     plan, robot, _ = case
     time, angle, start = door_course(plan)
     assert np.all(np.diff(time) > 0.0)
@@ -195,7 +196,7 @@ def test_the_door_opens_to_the_peak_and_falls_back(case):
 
 
 def test_a_configuration_stands_on_its_left_sole(case):
-    """At any time of any phase."""
+    """In every phase, the left sole is at its place."""
     plan, robot, scene = case
     for phase in plan.phases:
         q = configuration_at(plan, robot, phase, 0.5 * float(phase.time[-1]))
@@ -205,7 +206,7 @@ def test_a_configuration_stands_on_its_left_sole(case):
 
 @pytest.mark.parametrize("path", [None, pytest.param(TALOS, marks=needs_talos)])
 def test_points_of_a_shape_fill_its_bounding_box(path):
-    """Of boxes and meshes exactly, of round shapes to 1 % of their radius."""
+    """Points fill the box of a shape exactly, or to 1 % of the radius of a round one."""
     for item in bodies_of(model(path)).shapes.geometryObjects:
         shape, points = item.geometry, surface_points(item.geometry)
         shape.computeLocalAABB()
@@ -215,7 +216,7 @@ def test_points_of_a_shape_fill_its_bounding_box(path):
 
 
 def test_the_support_polygon_holds_both_soles(case):
-    """As they are at the hit."""
+    """The support polygon has the extent of both soles at the hit."""
     _, robot, scene = case
     corners = np.vstack([robot.feet[side].corners(scene.feet[side]) for side in SIDES])
     np.testing.assert_allclose(scene.support.min(axis=0), corners.min(axis=0), atol=1e-8)
