@@ -105,7 +105,7 @@ class ImpactPlan:
     @property
     def omega_door(self) -> float:
         """Angular velocity w' of the door after the hit [rad/s]."""
-        return self.hit.door.omega
+        return self.hit.prediction.omega
 
     @property
     def v_rb(self) -> float:
@@ -251,22 +251,22 @@ class ImpactPlan:
     @property
     def peak_time(self) -> float:
         """Time from the hit to the largest opening angle [s]."""
-        return self.hit.door.peak_time
+        return self.hit.prediction.peak_time
 
     @property
     def peak_time_std(self) -> float:
         """Standard deviation of `peak_time` [s]."""
-        return self.hit.door.peak_time_std
+        return self.hit.prediction.peak_time_std
 
     @property
     def peak_angle(self) -> float:
         """Predicted largest opening angle [rad]."""
-        return self.hit.door.peak_angle
+        return self.hit.prediction.peak_angle
 
     @property
     def peak_angle_std(self) -> float:
         """Standard deviation of `peak_angle` [rad]."""
-        return self.hit.door.peak_angle_std
+        return self.hit.prediction.peak_angle_std
 
     @property
     def steady_way(self) -> float:

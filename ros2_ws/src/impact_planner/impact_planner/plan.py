@@ -72,12 +72,12 @@ def plan_impact(
     begin = clock.perf_counter()
     settings = settings or PlannerSettings()
     wanted = resolve(request, settings, known)
-    door = predict(known, wanted.angle, wanted.initial_angle)
+    prediction = predict(known, wanted.angle, wanted.initial_angle)
     failure: DoorImpactError | None = None
     for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
         step = share * robot.config.step.nominal
         try:
-            hit = _design_hit(known, door, robot, wanted, settings, step)
+            hit = _design_hit(known, prediction, robot, wanted, settings, step)
             phases, retreat, branches = plan_phases(robot, known, wanted, settings, hit)
         except (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable) as error:
             failure = failure or error  # keeps the error of the nominal step
@@ -100,7 +100,7 @@ def plan_impact(
 
 def _design_hit(
     known: KnownDoor,
-    door: DoorPrediction,
+    prediction: DoorPrediction,
     robot: RobotModel,
     wanted: ResolvedRequest,
     settings: PlannerSettings,
@@ -109,7 +109,8 @@ def _design_hit(
     """Decide stance, v_rB, posture and run-up: sections II.C.1, II.C.3 and II.C.4."""
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_DISTANCE)
     placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-    transfer = plan_transfer(robot, known, wanted, settings, stance, contact, door.omega)
+    transfer = plan_transfer(
+        robot, known, wanted, settings, stance, contact, prediction.omega)
     # The speed is known only now; a posture with too fast joints is replaced by a lower one.
     demands = replace(
         demands,
@@ -118,7 +119,8 @@ def _design_hit(
         joint_speed=settings.limit_share * robot.speed_limit)
     if not capable(robot, stance.posture, stance.feet, demands):
         placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-        transfer = plan_transfer(robot, known, wanted, settings, stance, contact, door.omega)
+        transfer = plan_transfer(
+            robot, known, wanted, settings, stance, contact, prediction.omega)
     require_no_slip(transfer.floor, settings.sole_friction)
     run_up = plan_run_up(robot, stance, RunUpWish(
         kind=wanted.run_up,
@@ -130,7 +132,7 @@ def _design_hit(
         period=settings.period,
         y_start=settings.y_start,
     ))
-    return HitDesign(placement, stance, contact, door, transfer, run_up)
+    return HitDesign(placement, stance, contact, prediction, transfer, run_up)
 
 
 def _along_y(speed: float, contact: LeafContact) -> float:
@@ -173,7 +175,7 @@ def _warnings(robot: RobotModel, stance: HitStance, branches: Branches) -> tuple
 def _identity(known: KnownDoor, wanted: ResolvedRequest, hit: HitDesign) -> str:
     """Name of a plan: door, angle and a checksum of the numbers that decide the plan."""
     numbers = (
-        known.name, hit.door.omega, hit.transfer.speeds.v_rb, wanted.restitution,
+        known.name, hit.prediction.omega, hit.transfer.speeds.v_rb, wanted.restitution,
         hit.transfer.mass, hit.contact.l_b, hit.stance.step, hit.run_up.y_start, wanted.angle,
         wanted.initial_angle, hit.placement.hinge_x,
     )  # fmt: skip

@@ -338,5 +338,5 @@ def test_nominal_placement_asks_for_the_nominal_step(robot, known, plan):
         robot,
         PlannerSettings(door_distance=nominal.door_distance, hinge_x=nominal.hinge_x),
     )
-    assert placed.step == pytest.approx(plan.hit.stance.step, abs=1e-5)
+    assert placed.hit.stance.step == pytest.approx(plan.hit.stance.step, abs=1e-5)
     assert placed.v_rb == pytest.approx(plan.v_rb, rel=1e-6)

@@ -27,9 +27,10 @@ from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 SEED = 2015
 COUNT = int(os.environ.get("RANDOM_REQUESTS", "150"))
-QUICK = 30  # of these in `make test`
-SHARE, MARGIN = 0.9, 0.02  # of joints' limits, and of the ZMP [m]: PlannerSettings' defaults
-PERIOD = 0.005  # of what is computed anew from the knots [s]
+QUICK = 30  # number of requests in `make test`
+# Defaults of PlannerSettings: share of the joints' limits, and required ZMP margin [m].
+SHARE, MARGIN = 0.9, 0.02
+PERIOD = 0.005  # sampling period of the motions that are computed from the knots [s]
 PRESETS = {name: load_door(name) for name in door_names()}
 
 

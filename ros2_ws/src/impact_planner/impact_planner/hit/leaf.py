@@ -55,6 +55,7 @@ class LeafFrame:
         return np.append(self.hinge, height) + radius * self.along - gap * self.normal
 
     @staticmethod
-    def _across(direction: Array, way: Array) -> Array:
-        product: Array = direction[..., 0] * way[..., 0] + direction[..., 1] * way[..., 1]
+    def _across(direction: Array, offset: Array) -> Array:
+        """Horizontal component of offsets along directions [m]."""
+        product: Array = direction[..., 0] * offset[..., 0] + direction[..., 1] * offset[..., 1]
         return product

@@ -171,11 +171,13 @@ def omega_for(
 
 
 def _require_restitution(restitution: float) -> None:
+    """Raise ValueError where a coefficient of restitution is outside 0 to 1."""
     if not 0.0 <= restitution <= 1.0:
         raise ValueError(f"restitution must be between 0 and 1, not {restitution}")
 
 
 def _require_positive(**values: float) -> None:
+    """Raise ValueError with the name of the first value that is not finite and positive."""
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} must be finite and above 0, not {value}")

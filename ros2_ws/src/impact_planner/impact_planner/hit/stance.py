@@ -205,6 +205,7 @@ def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:
 
 
 def _stepped(start: dict[str, Array], step: float) -> dict[str, Array]:
+    """Places of the soles after the right foot's step of a given length [m]."""
     return {"left": start["left"], "right": start["right"] - np.array([0.0, step, 0.0])}
 
 

@@ -82,7 +82,7 @@ def plan_after_hit(robot: RobotModel, settings: PlannerSettings, hit: HitDesign)
     if margin < settings.required_margin:
         shortest = min(_REST_SHARES) * settings.post_duration
         raise _no_rest(settings, hit, start, shortest, margin)
-    total = max(hit.door.peak_time - settings.switch_delay, slow + rest)
+    total = max(hit.prediction.peak_time - settings.switch_delay, slow + rest)
     after = sample_times(total - slow, settings.period)
     time = slowing_times(rest, slow)
     whole = _along(run_up, hit, time, start, rest, slow)
@@ -109,17 +109,18 @@ def _no_rest(
     """
     reach = hit.run_up.y_hit - hit.run_up.table.low
     speed = hit.transfer.speeds.v_rb_post
-    begin = f"post: from v'_rB = {speed:.3f} m/s{where} the robot does not come to rest"
+    begin = f"post: from v'_rB = {speed:.3f} m/s{where}, the robot"
     if not math.isfinite(margin):
         y, _, _ = _to_rest(settings, hit, start, rest)
         distance = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
-            f"{begin} before it is {1e3 * distance:.0f} mm past the nominal contact, the legs "
-            f"reach {1e3 * reach:.0f} mm; request a smaller angle",
+            f"{begin} comes to rest {1e3 * distance:.0f} mm past the nominal contact, but the legs "
+            f"reach only {1e3 * reach:.0f} mm; request a smaller angle",
             quantity="way to rest [m]", value=distance, limit=reach, phase="post")
     return PostureUnreachable(
-        f"{begin}: the ZMP would come to {1e3 * margin:.1f} mm from the edge of the soles, "
-        f"{1e3 * settings.required_margin:.1f} mm are required; request a smaller angle",
+        f"{begin} does not come to rest safely: the ZMP would come to {1e3 * margin:.1f} mm from "
+        f"the edge of the soles, {1e3 * settings.required_margin:.1f} mm are required; request a "
+        "smaller angle",
         quantity="ZMP margin [m]", value=margin, limit=settings.required_margin, phase="post")
 
 
@@ -251,7 +252,7 @@ def require_leaving(settings: PlannerSettings, hit: HitDesign, post: Motion) -> 
         SpeedUnreachable: The robot would follow the door and keep pushing it, so that w' would
             not be that of eqs. (2) to (4).
     """
-    angle = hit.door.angle_at(post.time + settings.switch_delay)
+    angle = hit.prediction.angle_at(post.time + settings.switch_delay)
     elbow = hit.stance.posture.elbow + post.base - hit.stance.posture.base
     gap = LeafFrame(hit.placement.hinge, angle).gap(elbow)
     pushed = float(gap[0] - gap.min())

@@ -223,6 +223,7 @@ class _HandProgramme:
         return np.asarray(self._start + (x * self.unit).reshape(2, self._n))
 
     def _compute(self, x: bytes) -> list[list[FramePlace]]:
+        """Places of all frames in both postures, for the bytes of the unknowns."""
         unit = self.unit[:self._n]
         return [
             self._reach.places(self._base, self._joints, arm, unit)
@@ -244,6 +245,7 @@ class _HandProgramme:
         ])
 
     def _equal_slope(self, x: Array) -> Array:
+        """Slope of `_equal` by the unknowns, (4, 2 A) [m]."""
         (_, ja), (_, jb) = self._both(x, _HAND)
         leaf, n = self._leaf, self._n
         out = np.zeros((_EQUALITIES, 2 * n))
@@ -271,6 +273,7 @@ class _HandProgramme:
         return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
 
     def _clear_slope(self, x: Array) -> Array:
+        """Slope of `_clear` by the unknowns, (7, 2 A) [m]."""
         leaf, n = self._leaf, self._n
         out = np.zeros((_INEQUALITIES, 2 * n))
         row = 0

@@ -19,7 +19,7 @@ class HitDesign:
         placement: Place of the door, section II.C.1.
         stance: Feet and posture at the hit, sections II.C.1 and II.C.4.
         contact: Place where the elbow meets the leaf.
-        door: Predicted motion of the door, section II.C.2.
+        prediction: Motion of the door after the hit, section II.C.2.
         transfer: Effective mass, speeds of B and loads of the hit, section II.C.3.
         run_up: Motion of the CoM that brings B to its speed, section II.C.4.
     """
@@ -27,6 +27,6 @@ class HitDesign:
     placement: Placement
     stance: HitStance
     contact: LeafContact
-    door: DoorPrediction
+    prediction: DoorPrediction
     transfer: MomentumTransfer
     run_up: RunUpPlan

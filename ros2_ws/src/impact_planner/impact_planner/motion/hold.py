@@ -284,8 +284,9 @@ def _unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
         for where, angle in zip(("up to", "from"), nearest, strict=True) if angle is not None)
     return AngleUnreachable(
         f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
-        + (f"; it can {named}" if named else ", and at no angle near it")
-        + "; request such an angle or the ending retreat",
+        + (f"; it can {named}, so request such an angle" if named
+           else ", and at no angle near it; request a quite different angle")
+        + " or the ending retreat",
         quantity="desired_opening_angle [rad]",
         value=task.angle,
         limit=min(known, key=lambda angle: abs(angle - task.angle), default=0.0),

@@ -86,7 +86,7 @@ def plan_phases(
         StandingPhase("post", after.motion, stance.feet, SIDES),
         limits,
         knots=after.knots,
-        leaf=leaf_at(hit.door.angle_at(after.motion.time + settings.switch_delay), touching),
+        leaf=leaf_at(hit.prediction.angle_at(after.motion.time + settings.switch_delay), touching),
     )
     end = after.motion.joints[-1], after.motion.base[-1]
     retreat = _retreat(robot, known, settings, hit, limits, end)
@@ -124,7 +124,7 @@ def _hold(
     def check(hold: HoldPlan) -> PhasePlan:
         time = hold.phase.motion.time
         # Until the hand arrives, the leaf falls; its peak is detected `LATE` after it.
-        falling = hit.door.angle_at(hit.door.peak_time + time + LATE)
+        falling = hit.prediction.angle_at(hit.prediction.peak_time + time + LATE)
         angle = np.where(
             time < hold.catch.reach, falling, hold.catch.angle_at(time, wanted.angle))
         leaf = LeafCourse(hit.placement.hinge, angle, known.width)
@@ -156,7 +156,7 @@ def _retreat(
     failure: DoorImpactError | None = None
     for duration in _RETREAT_TIMES:
         motion = retreat_motion(hit, float(com[1]), duration, settings.period)
-        angle = hit.door.angle_at(hit.door.peak_time + motion.time + LATE)
+        angle = hit.prediction.angle_at(hit.prediction.peak_time + motion.time + LATE)
         leaf = LeafNearby(LeafCourse(hit.placement.hinge, angle, known.width))
         try:
             return checked_phase(

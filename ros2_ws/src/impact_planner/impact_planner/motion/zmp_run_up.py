@@ -44,25 +44,25 @@ class SmoothRunUp:
         speed: Speed at the end of the spline [m/s].
         distance: Distance from the start to the nominal contact [m].
         rise: Time until the speed is constant [s].
-        way: Distance from the start over time, for times from 0 to `rise` [m].
+        course: Distance from the start over time, for times from 0 to `rise` [m].
     """
 
     speed: float
     distance: float
     rise: float
-    way: BSpline
+    course: BSpline
 
     @property
     def duration(self) -> float:
         """Time from rest to the nominal contact [s]."""
-        return self.rise + (self.distance - float(self.way(self.rise))) / self.speed
+        return self.rise + (self.distance - float(self.course(self.rise))) / self.speed
 
     def at(self, time: ArrayLike) -> CamSample:
         """Displacement, speed, acceleration and jerk at times from the start [s], any shape."""
         t = np.asarray(time, dtype=float)
         late = t > self.rise
         inside = np.clip(t, 0.0, self.rise)
-        s, v, a, jerk = (self.way(inside, order) for order in range(4))
+        s, v, a, jerk = (self.course(inside, order) for order in range(4))
         return CamSample(
             s=np.where(late, s + self.speed * (t - self.rise), s),
             v=np.where(late, self.speed, v),

@@ -110,6 +110,7 @@ def resolve(
 
 
 def _first(value: float | None, default: float) -> float:
+    """The value, or its default where the request leaves it open."""
     return default if value is None else value
 
 

@@ -114,6 +114,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _known(name_or_path: str) -> KnownDoor:
+    """A configured door by its name or the path of its file, taken as exact."""
     return KnownDoor.configured(load_door(name_or_path))
 
 

@@ -243,6 +243,7 @@ def _arm_joints(robot: RobotModel) -> set[int]:
 
 
 def _polygon(axis: Any, points: Array, **style: Any) -> None:
+    """Draw a closed polygon with corners (N, 2) in the axes of the view [m]."""
     from matplotlib.patches import Polygon
 
     axis.add_patch(Polygon(points, closed=True, **style))

@@ -69,6 +69,7 @@ def draw_plan(plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, pa
 
 
 def _title(plan: ImpactPlan) -> str:
+    """Title with the request and the figures of the hit."""
     peak = math.degrees(plan.desired_opening_angle)
     return (
         f"Door {plan.door!r} to {peak:.1f}°, {plan.run_up}, {plan.ending}:  "

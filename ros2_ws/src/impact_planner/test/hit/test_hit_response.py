@@ -14,9 +14,9 @@ from impact_planner.hit import momentum
 from impact_planner.hit.floor_load import LARGEST_SLIP, FloorLoad, floor_load, require_no_slip
 from impact_planner.hit.hit_response import hit_response
 
-SHORT = 1e-10  # of a contact: the rubber gives nothing [s]
-CONTACT = 0.015  # [s]
-YAW = st.floats(-0.6, 0.6)  # of the leaf's normal [rad]
+SHORT = 1e-10  # duration of a contact in which the rubber does not yield [s]
+CONTACT = 0.015  # usual duration of a contact [s]
+YAW = st.floats(-0.6, 0.6)  # yaw angle of the leaf's normal [rad]
 FRICTION = st.floats(0.0, 2.0)
 
 

@@ -118,7 +118,7 @@ def pushed(door, start, total, duration):
     """Angle and speed after a half sine of torque on a door that rests against its frame."""
     top = 0.5 * math.pi * total / duration
     held = float(door.restoring_torque(start)) + door.friction
-    begin = duration / math.pi * math.asin(held / top)  # until then the frame gives way to it
+    begin = duration / math.pi * math.asin(held / top)  # the frame holds until then
 
     def law(t, state):
         push = top * math.sin(math.pi * t / duration)

@@ -97,7 +97,7 @@ def test_force_is_the_closer_s_torque_over_the_distance(known, hold):
         np.linalg.norm(hold.load.force[-1]),
         known.door.restoring_torque(TARGET) / hold.hand.radius,
     )
-    assert hold.load.force[-1, 1] > 0.0  # away from the door
+    assert hold.load.force[-1, 1] > 0.0  # points away from the door
 
 
 def test_com_leans_against_the_force(robot, hold):

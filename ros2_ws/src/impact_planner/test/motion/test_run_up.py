@@ -132,7 +132,7 @@ def test_zmp_limited_has_no_less_margin_than_the_cam_curve(robot, stance, v_rb):
     except SpeedUnreachable:
         assert v_rb > 0.5
     else:
-        assert ours.margin > cam.margin - 1e-3  # both may be limited by where they end
+        assert ours.margin > cam.margin - 1e-3  # the end of the course may limit both
 
 
 @pytest.mark.parametrize("v_rb", [0.3, 0.64])

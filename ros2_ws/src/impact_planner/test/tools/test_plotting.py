@@ -26,7 +26,7 @@ needs_talos = pytest.mark.skipif(
     not any(folder.is_dir() for folder in share_folders("example-robot-data")),
     reason="example-robot-data is not installed",
 )
-# Robot, door, opening angle [deg], what else is asked for.
+# Case: robot.yaml, door, opening angle [deg], further fields of the request.
 CASES = {
     "mcv50-hold": (None, "paper", 25.0, {}),
     "mcv50-retreat": (None, "paper", 25.0, {"ending": "retreat"}),
