@@ -67,18 +67,8 @@ def hit_response(
     free = null_space(grip)  # motions of the base that the soles allow
     reduced = free.T @ whole @ free
     outer = _force(reduced, point @ free, n, leaf_friction)  # force of the leaf for 1 N
-    pushed = free.T @ point.T @ outer
-    soft, damped = free.T @ stiffness @ free, free.T @ damping @ free
-    step = duration / _STEPS
-    # Implicit Euler: the rubber is too stiff for an explicit step.
-    ahead = np.linalg.inv(reduced + step * damped + step**2 * soft)
-    moved, speed = np.zeros(len(pushed)), np.zeros(len(pushed))
-    rubber = np.zeros(6)  # impulse of the rubber on the base
-    force = 0.5 * np.pi / duration * np.sin(np.pi * (np.arange(_STEPS) + 0.5) / _STEPS)
-    for now in force / (step * force.sum()):  # the sum of all impulses is 1 N s
-        speed = ahead @ (reduced @ speed + step * (pushed * now - soft @ moved))
-        moved = moved + step * speed
-        rubber -= step * (stiffness @ free @ moved + damping @ free @ speed)
+    speed, rubber = _through_contact(
+        reduced, free.T @ point.T @ outer, free, stiffness, damping, duration)
     change = free @ speed
     # The momentum that leaf and rubber do not explain comes from the floor's grip.
     rest = whole @ change - point.T @ outer - rubber
@@ -94,6 +84,37 @@ def hit_response(
         mass=-1.0 / float(n @ point @ change), floor=floor, floor_yaw=yaw,
         brace=dict(zip(braced, torque.tolist(), strict=True)),
         slide=float(np.hypot(*loose[:2])))
+
+
+def _through_contact(
+    reduced: Array, pushed: Array, free: Array, stiffness: Array, damping: Array, duration: float
+) -> tuple[Array, Array]:
+    """Integrate the motion of the base through a half sine of force with an impulse of 1 N s.
+
+    Args:
+        reduced: Mass matrix of the motions that the soles allow, (F, F).
+        pushed: Generalised force of the leaf on these motions for 1 N, (F,).
+        free: Motions of the base that the soles allow, (6, F).
+        stiffness: Stiffness of the soles' rubber for motions of the base, (6, 6).
+        damping: Damping of the soles' rubber for motions of the base, (6, 6).
+        duration: Duration of the contact [s].
+
+    Returns:
+        Speeds of the allowed motions after the contact, (F,), and the impulse of the rubber on
+        the base, (6,).
+    """
+    soft, damped = free.T @ stiffness @ free, free.T @ damping @ free
+    step = duration / _STEPS
+    # Implicit Euler, which is stable for any stiffness of the rubber.
+    ahead = np.linalg.inv(reduced + step * damped + step**2 * soft)
+    moved, speed = np.zeros(len(pushed)), np.zeros(len(pushed))
+    rubber = np.zeros(6)
+    force = 0.5 * np.pi / duration * np.sin(np.pi * (np.arange(_STEPS) + 0.5) / _STEPS)
+    for now in force / (step * force.sum()):  # the sum of all impulses is 1 N s
+        speed = ahead @ (reduced @ speed + step * (pushed * now - soft @ moved))
+        moved = moved + step * speed
+        rubber -= step * (stiffness @ free @ moved + damping @ free @ speed)
+    return speed, rubber
 
 
 def _contact_point_jacobian(robot: RobotModel, q: Array, normal: Array) -> Array:

@@ -114,8 +114,8 @@ def _no_rest(
         y, _, _ = _to_rest(settings, hit, start, rest)
         distance = hit.run_up.y_hit - float(y.min())
         return PostureUnreachable(
-            f"{begin} comes to rest {1e3 * distance:.0f} mm past the nominal contact, but the legs "
-            f"reach only {1e3 * reach:.0f} mm; request a smaller angle",
+            f"{begin} cannot come to rest before it is {1e3 * distance:.0f} mm past the nominal "
+            f"contact, but the legs reach only {1e3 * reach:.0f} mm; request a smaller angle",
             quantity="way to rest [m]", value=distance, limit=reach, phase="post")
     return PostureUnreachable(
         f"{begin} does not come to rest safely: the ZMP would come to {1e3 * margin:.1f} mm from "
