@@ -77,7 +77,7 @@ def hit_response(
     braced = robot.config.braced_joints
     rows = robot.v_index[robot.indices(braced)]
     torque = inertia[rows, _BASE] @ change - touched[:, rows].T @ outer
-    arm = robot.com(q) - q[:3]  # forces are about the base's origin
+    arm = robot.com(q) - q[:3]  # moments on the base are about its origin
     loose = grip @ np.linalg.solve(whole, point.T @ outer)
     yaw = float((grip.T[3:] @ held + rubber[3:] - np.cross(arm, floor))[2])
     return HitResponse(
