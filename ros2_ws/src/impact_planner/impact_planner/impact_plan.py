@@ -19,8 +19,8 @@ from impact_planner.task.settings import PlannerSettings
 class ImpactPlan:
     """A plan: the design of the hit, its trajectories and what it was made from.
 
-    The properties are the fields of the message ImpactPlan and have their names, so that message,
-    text and executor read them by name. Letters such as v_rb and a_r are the paper's. What has no
+    The figures of the message ImpactPlan are properties of the same names, so that message, text
+    and executor read them by name. Letters such as v_rb and a_r are the paper's. What has no
     property is reached through its part, such as ``plan.hit.stance.step``.
 
     Attributes:
@@ -146,6 +146,11 @@ class ImpactPlan:
     def required_impulse(self) -> float:
         """Impulse that the robot gives to the door, eq. (2) [N s]."""
         return self.hit.transfer.speeds.impulse
+
+    @property
+    def braking(self) -> float:
+        """Angular impulse that closer and hinge friction take from the hit [N m s]."""
+        return self.hit.transfer.braking
 
     @property
     def required_friction(self) -> float:
@@ -316,4 +321,4 @@ def observed_hit(
     omega = float(initial_velocity(known.door, peak_angle, plan.initial_angle))
     return ObservedHit(
         plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, v_rb_post, omega,
-        plan.hit.transfer.braking)
+        plan.braking)

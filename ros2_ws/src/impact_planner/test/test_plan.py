@@ -55,14 +55,14 @@ def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
 def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
     """v_rB = (w' (I_A + m l^2) + braking) / ((1 + e) m l) holds for the planned mass."""
     m, l_b, i_a = plan.effective_mass, plan.l_b, known.door.i_a
-    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.hit.transfer.braking) / (1.5 * m * l_b)
+    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.braking) / (1.5 * m * l_b)
     assert plan.v_rb == pytest.approx(v_rb, rel=1e-9)
     assert plan.v_rb_post == pytest.approx(plan.omega_door * l_b - 0.5 * v_rb, rel=1e-9)
 
 
 def test_equations_hold_between_the_stated_numbers(robot, known, plan):
     """Eqs. (2), (3) and (4) and restitution hold, and the door peaks at the target."""
-    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
+    gained = known.door.i_a * plan.omega_door + plan.braking
     assert plan.v_rb == pytest.approx(
         gained / (plan.effective_mass * plan.l_b) + plan.v_rb_post)
     assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)

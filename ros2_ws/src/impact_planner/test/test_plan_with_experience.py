@@ -43,7 +43,7 @@ def test_a_plan_uses_what_hits_have_taught(hit_before, plan, taught):
     assert taught.omega_door == plan.omega_door
     speeds = momentum.speeds_for(
         taught.omega_door, i_a=hit_before.door.i_a, l_b=taught.l_b,
-        braking=taught.hit.transfer.braking, effective_mass=taught.effective_mass, restitution=0.42)
+        braking=taught.braking, effective_mass=taught.effective_mass, restitution=0.42)
     assert taught.v_rb == speeds.v_rb > plan.v_rb
     assert taught.v_rb_post == speeds.v_rb_post
     assert taught.plan_id != plan.plan_id
@@ -68,9 +68,9 @@ def test_the_closer_and_the_friction_of_the_hinge_brake_the_hit(known, robot):
         PlanRequest(TARGET, initial_angle=ajar), rough, robot,
         PlannerSettings(contact_duration=0.02))
     torque = float(known.door.restoring_torque(ajar)) + 1.5
-    assert found.hit.transfer.braking == pytest.approx(0.5 * 0.02 * torque)
+    assert found.braking == pytest.approx(0.5 * 0.02 * torque)
     assert found.required_impulse * found.l_b == pytest.approx(
-        known.door.i_a * found.omega_door + found.hit.transfer.braking)
+        known.door.i_a * found.omega_door + found.braking)
 
 
 def test_a_request_is_filled_in_from_the_request_then_from_hits_then_from_the_settings(

@@ -131,7 +131,7 @@ def require_equations(known, plan):
     """Check eqs. (2) to (4), restitution, B on the leaf and the door's peak."""
     impulse = plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     assert impulse == pytest.approx(plan.required_impulse)
-    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
+    gained = known.door.i_a * plan.omega_door + plan.braking
     assert gained == pytest.approx(plan.l_b * impulse)
     parting = plan.omega_door * plan.l_b - plan.v_rb_post
     assert parting == pytest.approx(plan.restitution * plan.v_rb, abs=1e-12)

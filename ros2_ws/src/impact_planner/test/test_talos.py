@@ -99,7 +99,7 @@ def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
 def test_eq_2_the_door_s_momentum_is_the_robot_s_loss(known, talos, talos_plan):
     """I_A w' + braking = l_B m_re (v_rB - v'_rB), and the legs continue at v'_rB."""
     plan = talos_plan
-    gained = known.door.i_a * plan.omega_door + plan.hit.transfer.braking
+    gained = known.door.i_a * plan.omega_door + plan.braking
     assert gained == pytest.approx(plan.l_b * plan.required_impulse)
     lost = plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     assert lost == pytest.approx(plan.required_impulse)
@@ -144,9 +144,9 @@ def test_feet_do_not_move_but_for_the_step(talos, talos_plan):
         expected = before if phase.name in ("prepare", "shift") else placed
         for joints in position:
             q = talos.configuration(np.zeros(3), joints)
-            poses = [talos.frame_pose(q, talos.feet[side].frame) for side in SIDES]
-            np.testing.assert_allclose(poses[0][0] - poses[1][0], expected, atol=2e-4)
-            for _, rotation in poses:
+            left, right = (talos.frame_pose(q, talos.feet[side].frame) for side in SIDES)
+            np.testing.assert_allclose(right[0] - left[0], expected, atol=2e-4)
+            for _, rotation in (left, right):
                 assert np.linalg.norm(pin.log3(rotation)) < 1e-3
 
 

@@ -127,9 +127,8 @@ def test_v_post_that_is_no_number_is_left_out(v_post):
 
 def _told(door, initial, angle):
     """The observed hit of a door that opened from an initial angle to another angle [rad]."""
-    transfer = SimpleNamespace(braking=0.07)
     plan = SimpleNamespace(initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
-                           hit=SimpleNamespace(transfer=transfer))
+                           braking=0.07)
     return observed_hit(plan, KnownDoor.configured(door), angle, 0.05)
 
 
