@@ -11,6 +11,8 @@ from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
 from numpy.typing import ArrayLike
 
+from humanoid_motion.pinocchio_model import free_floating_model
+
 
 class RobotKinematics:
     """Poses of links relative to ``base_link``.
@@ -21,12 +23,13 @@ class RobotKinematics:
 
     def __init__(self, robot: RobotConfig) -> None:
         self.robot = robot
-        self._model = pin.buildModelFromUrdf(str(robot.urdf_path))
+        self._model = free_floating_model(robot)
         self._data = self._model.createData()
         self._order = [
             self._model.joints[self._model.getJointId(name)].idx_q for name in robot.joint_names
         ]
-        self._configuration = np.zeros(self._model.nq)
+        # The base stays at the origin, so poses in Pinocchio's world are poses in base_link.
+        self._configuration = np.array(pin.neutral(self._model))
         self._soles = {side: self._frame(foot.sole) for side, foot in robot.feet.items()}
         tree = [
             (joint.find("parent"), joint.find("child"))
@@ -88,11 +91,7 @@ class RobotKinematics:
 
     def com(self) -> Array:
         """Return the whole robot's center of mass (3,) in base_link [m]."""
-        moving = pin.centerOfMass(self._model, self._data, pin.POSITION, False)
-        mass = self._data.mass[0]
-        # Pinocchio leaves out the root link, whose inertia it gives to the world.
-        root = self._model.inertias[0]
-        return np.array((mass * moving + root.mass * root.lever) / (mass + root.mass))
+        return np.array(pin.centerOfMass(self._model, self._data, pin.POSITION, False))
 
     def _frame(self, link: str) -> int:
         if not self._model.existFrame(link):

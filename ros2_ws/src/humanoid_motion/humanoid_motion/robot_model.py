@@ -15,7 +15,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from door_impact_common.constants import GRAVITY
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
@@ -23,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
 from humanoid_motion.leg_ik import LegGeometry
+from humanoid_motion.pinocchio_model import free_floating_model
 
 TOWARDS_DOOR = (0.0, -1.0, 0.0)
 _BELOW = "yz"
@@ -71,7 +71,7 @@ class RobotModel:
                 of half-sitting are not on one floor.
         """
         self.config = config
-        self.model: Any = _load(config)
+        self.model: Any = free_floating_model(config)
         self.data: Any = self.model.createData()
         self.joint_names: tuple[str, ...] = tuple(config.joint_names)
         ids = [self.model.getJointId(name) for name in self.joint_names]
@@ -325,17 +325,6 @@ class RobotModel:
 def braced_upper_body(robot: RobotModel) -> Array:
     """Half-sitting with the right arm braced, (30,) [rad]."""
     return np.asarray(robot.config.posture(robot.config.braced_posture), dtype=float)
-
-
-def _load(config: RobotConfig) -> Any:
-    """Pinocchio's model on a free base, with the joints that are not listed fixed at zero."""
-    model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
-    moving = {"universe", "root_joint", *config.joint_names}
-    fixed = [model.getJointId(name) for name in model.names if name not in moving]
-    if fixed:
-        model = pin.buildReducedModel(model, fixed, pin.neutral(model))
-    model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own is 9.81
-    return model
 
 
 def _is_parallel(placement: Any) -> bool:
