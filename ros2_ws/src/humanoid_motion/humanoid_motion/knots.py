@@ -1,7 +1,8 @@
-"""Knots that a driver's spline follows, instead of a dump of samples.
+"""Knots of a planned motion: few points that a driver joins by quintics, not a dump of samples.
 
-ros2_control's JointTrajectoryController joins points that carry positions, velocities and
-accelerations with quintic polynomials; so does `Knots.at`.
+`Knots` is what a plan holds, cuts and joins: every knot has position, velocity and acceleration.
+`humanoid_motion.spline.Spline` is the driver's side: it also follows points without velocities or
+accelerations, and rests outside its knots. Both use the polynomial of `humanoid_motion.quintic`.
 """
 
 from __future__ import annotations
@@ -13,19 +14,10 @@ from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.motion import Motion
+from humanoid_motion.quintic import quintic, rows
 
 # [rad]; at 20 microradians the accelerations stray so far that the ZMP is 2 mm off in the run-up.
 TOLERANCE = 5e-6
-
-# Coefficients of a quintic on [0, 1] from value, first and second derivative at both ends.
-_QUINTIC = np.array([
-    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-    [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
-    [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
-    [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
-    [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
-])
 
 
 @dataclass(frozen=True)
@@ -71,24 +63,13 @@ class Knots:
         t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
         i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
         h = (self.time[i + 1] - self.time[i])[:, None]
-        c = quintic(
+        coefficients = quintic(
             self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2,
             self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2,
         )
-        x = ((t - self.time[i]) / h[:, 0])[:, None]
-        position = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
-        velocity = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
-        acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
-        return position, velocity / h, acceleration / h**2
-
-
-def quintic(*ends: Array) -> Array:
-    """Quintic on [0, 1] with given value, first and second derivative, each (...), at both ends.
-
-    Returns:
-        Coefficients of rising powers, (6, ...).
-    """
-    return np.tensordot(_QUINTIC, np.array(ends), axes=1)
+        x = (t - self.time[i]) / h[:, 0]
+        values = rows(x) @ np.moveaxis(coefficients, 0, 1)
+        return values[:, 0], values[:, 1] / h, values[:, 2] / h**2
 
 
 def from_samples(
@@ -125,7 +106,7 @@ def from_samples(
                 return True
             h = time[j] - time[i]
             spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
-            powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
+            powers = rows((time[i + 1 : j] - time[i]) / h)[:, 0]
             error = powers @ spline - p[i + 1 : j]
             return bool(np.max(np.abs(error), initial=0.0) <= tolerance)  # nothing may move
 

@@ -1,4 +1,10 @@
-"""Piecewise polynomials between the points of a joint trajectory."""
+"""The motion that a driver makes of the points of a joint trajectory.
+
+`Spline` follows any trajectory message as ros2_control's JointTrajectoryController does, and rests
+outside its points. `humanoid_motion.knots.Knots` is the planner's side: a whole planned motion whose
+points all have position, velocity and acceleration. Both use the polynomial of
+`humanoid_motion.quintic`.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 
-_DEGREE = 5
-_POWERS = np.arange(_DEGREE + 1)
+from humanoid_motion.quintic import quintic, rows
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,9 @@ class Spline:
         self.times = np.array(times, dtype=float)
         self.position = np.array(position, dtype=float)
         self._starts = self.times.tolist()
-        self.coefficients = _coefficients(self.times, self.position, velocity, acceleration)
+        self._durations = np.diff(self.times)
+        self.coefficients = _coefficients(
+            self._durations[:, None], self.position, velocity, acceleration)
 
     @property
     def start(self) -> float:
@@ -69,8 +76,7 @@ class Spline:
         if segment < 0 or segment >= len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
             return JointState(rest, np.zeros_like(rest), np.zeros_like(rest))
-        state = _basis(time - self._starts[segment]) @ self.coefficients[segment]
-        return JointState(state[0], state[1], state[2])
+        return self._state(segment, time - self._starts[segment])
 
     def positions(self, times: Array) -> Array:
         """Positions (T, N) at times (T,) [s], as `sample` has them."""
@@ -79,16 +85,15 @@ class Spline:
         inside = (segment >= 0) & (segment < len(self.coefficients))
         if inside.any():
             segment = segment[inside]
-            powers = (times[inside] - self.times[segment])[:, None] ** _POWERS
-            out[inside] = (powers[:, None, :] @ self.coefficients[segment])[:, 0]
+            x = (times[inside] - self.times[segment]) / self._durations[segment]
+            out[inside] = (rows(x)[:, :1] @ self.coefficients[segment])[:, 0]
         return out
 
     def end_state(self) -> JointState:
         """State at the last knot as the last segment arrives there."""
         if not len(self.coefficients):
             return self.sample(self.end)
-        state = _basis(self._starts[-1] - self._starts[-2]) @ self.coefficients[-1]
-        return JointState(state[0], state[1], state[2])
+        return self._state(-1, float(self._durations[-1]))
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
         """States spread evenly inside the segments, for checks of the whole motion.
@@ -99,50 +104,33 @@ class Spline:
         Returns:
             times ((K-1)*S,) [s], positions and velocities ((K-1)*S, N).
         """
-        durations = np.diff(self.times)
         share = np.linspace(0.0, 1.0, per_segment)
-        local = durations[:, None] * share  # (segments, S)
-        powers = local[..., None] ** _POWERS
-        slopes = np.zeros_like(powers)
-        slopes[..., 1:] = _POWERS[1:] * powers[..., :-1]
+        at_share = rows(share)
+        h = self._durations[:, None]
         count = self.position.shape[1]
-        position = (powers @ self.coefficients).reshape(-1, count)
-        velocity = (slopes @ self.coefficients).reshape(-1, count)
-        return (self.times[:-1, None] + local).ravel(), position, velocity
+        position = (at_share[:, 0] @ self.coefficients).reshape(-1, count)
+        velocity = (at_share[:, 1] @ self.coefficients / h[..., None]).reshape(-1, count)
+        return (self.times[:-1, None] + h * share).ravel(), position, velocity
+
+    def _state(self, segment: int, time: float) -> JointState:
+        """State inside a segment, at a time since its start [s]."""
+        h = float(self._durations[segment])
+        state = rows(time / h) @ self.coefficients[segment]
+        return JointState(state[0], state[1] / h, state[2] / h**2)
 
 
-def _basis(t: float) -> Array:
-    """Rows that give position, velocity and acceleration from the six coefficients."""
-    t2, t3, t4 = t * t, t * t * t, t * t * t * t
-    return np.array(
-        [
-            [1.0, t, t2, t3, t4, t4 * t],
-            [0.0, 1.0, 2.0 * t, 3.0 * t2, 4.0 * t3, 5.0 * t4],
-            [0.0, 0.0, 2.0, 6.0 * t, 12.0 * t2, 20.0 * t3],
-        ]
-    )
-
-
-def _coefficients(times: Array, q: Array, v: Array | None, a: Array | None) -> Array:
-    """(K-1, 6, N) polynomial coefficients in the time since each segment's start."""
-    h = np.diff(times)[:, None]
-    out = np.zeros((len(times) - 1, _DEGREE + 1, q.shape[1]))
+def _coefficients(h: Array, q: Array, v: Array | None, a: Array | None) -> Array:
+    """Coefficients (K-1, 6, N) of each segment on [0, 1], from durations (K-1, 1) [s] and knots."""
+    out = np.zeros((len(h), 6, q.shape[1]))
     rise = np.diff(q, axis=0)
     out[:, 0] = q[:-1]
     if v is None:
-        out[:, 1] = rise / h
+        out[:, 1] = rise
         return out
-    v0, v1 = v[:-1], v[1:]
-    out[:, 1] = v0
+    v0, v1 = v[:-1] * h, v[1:] * h
     if a is None:
-        out[:, 2] = (3.0 * rise / h - 2.0 * v0 - v1) / h
-        out[:, 3] = (-2.0 * rise / h + v0 + v1) / h**2
+        out[:, 1] = v0
+        out[:, 2] = 3.0 * rise - 2.0 * v0 - v1
+        out[:, 3] = -2.0 * rise + v0 + v1
         return out
-    a0, a1 = a[:-1], a[1:]
-    out[:, 2] = a0 / 2.0
-    out[:, 3] = (20.0 * rise / h - (8.0 * v1 + 12.0 * v0) - (3.0 * a0 - a1) * h) / (2.0 * h**2)
-    out[:, 4] = (-30.0 * rise / h + (14.0 * v1 + 16.0 * v0) + (3.0 * a0 - 2.0 * a1) * h) / (
-        2.0 * h**3
-    )
-    out[:, 5] = (12.0 * rise / h - 6.0 * (v1 + v0) - (a0 - a1) * h) / (2.0 * h**4)
-    return out
+    return np.moveaxis(quintic(q[:-1], v0, a[:-1] * h**2, q[1:], v1, a[1:] * h**2), 0, 1).copy()
