@@ -1,4 +1,4 @@
-"""ZMP, margins and torques of a motion, from the full rigid-body dynamics."""
+"""Floor forces, ZMP and joint torques of a motion, from the full rigid-body dynamics."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.support import polygon_margin, support_polygon
 
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.zmp import zmp_of
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
         moment = moment - np.cross(load.point, load.force)
         hand = robot.hand_chain.place(motion.joints, motion.base)
         torque[:, robot.hand_chain.columns] -= hand.torques(load.force, np.zeros_like(load.force))
-    zmp = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
+    zmp = zmp_of(force, moment)
     moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
     return Dynamics(zmp=zmp, force=force, moment_z=moment_z, torque=torque)
 
@@ -92,27 +92,6 @@ def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Arra
         tau[i] = pin.rnea(model, data, q[i], v[i], a[i])
     force = tau[:, :3]
     return force, tau[:, 3:6] + np.cross(motion.base, force), tau[:, robot.v_index]
-
-
-def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
-    """Distance of the ZMP to the nearest edge of the support polygon, negative outside.
-
-    Args:
-        robot: The robot.
-        zmp: (N, 2) [m].
-        feet: Positions of the soles that carry, (3,) each [m].
-        sides: Sides that carry.
-
-    Returns:
-        (N,) [m].
-    """
-    hull = support_polygon(*(robot.feet[side].corners(feet[side]) for side in sides))
-    return np.asarray(polygon_margin(zmp, hull), dtype=float)
-
-
-def edge_margin(zmp: Array, edges: tuple[float, float]) -> Array:
-    """Smallest distance of courses of the ZMP along y, (..., N), from two edges, (...) [m]."""
-    return np.minimum(zmp.min(axis=-1) - edges[0], edges[1] - zmp.max(axis=-1))
 
 
 def joint_torques(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import Load, inverse_dynamics, joint_torques
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import min_jerk, rest_to_rest, still
 from humanoid_motion.robot_model import braced_upper_body
@@ -13,7 +14,7 @@ from humanoid_motion.whole_body import (
     require_torque_limits,
     solve,
 )
-from humanoid_motion.zmp import Load, inverse_dynamics, joint_torques, margins
+from humanoid_motion.zmp import margins
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,9 +1,4 @@
-"""Zero-moment point from the wrenches under the feet.
-
-The ZMP is the point of the floor about which the contact forces have no horizontal moment
-(Vukobratovic and Borovac, "Zero-moment point - thirty-five years of its life", 2004; Kajita et al.,
-"Introduction to Humanoid Robotics", 2014, section 3.2).
-"""
+"""Zero-moment point (ZMP) and its margin from the wrenches under the feet."""
 
 from __future__ import annotations
 
@@ -14,6 +9,7 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
+from humanoid_motion.zmp import zmp_of
 from numpy.typing import ArrayLike
 
 Rect = tuple[float, float, float, float]
@@ -37,26 +33,6 @@ def wrench_in_world(wrench: ArrayLike, pose: ArrayLike) -> Array:
     (x, y, z), (fx, fy, fz) = np.moveaxis(placed[..., :3, 3], -1, 0), np.moveaxis(force, -1, 0)
     lever = np.stack([y * fz - z * fy, z * fx - x * fz, x * fy - y * fx], axis=-1)
     return np.concatenate([force, torque + lever], axis=-1)
-
-
-def zmp_on_floor(wrench: ArrayLike, height: float = 0.0) -> Array:
-    """Return the ZMP of the whole wrench of the floor on the robot.
-
-    Setting the horizontal part of tau - p x f to zero with p_z = height gives
-    p_x = (p_z f_x - tau_y) / f_z and p_y = (p_z f_y + tau_x) / f_z.
-
-    Args:
-        wrench: Force and torque (..., 6) [N, N m] in the world, about its origin.
-        height: Of the floor [m].
-
-    Returns:
-        The ZMP's x and y (..., 2) [m]; NaN where the floor does not push (f_z <= 0).
-    """
-    given = np.asarray(wrench, dtype=float)
-    normal = np.where(given[..., 2] > 0.0, given[..., 2], np.nan)
-    x = (height * given[..., 0] - given[..., 4]) / normal
-    y = (height * given[..., 1] + given[..., 3]) / normal
-    return np.stack([x, y], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -129,6 +105,6 @@ class ZmpEstimator:
         loaded = tuple(side for side in self._soles if parts[side][2] > self._least_sole)
         corners = [sole_corners(self._soles[side], poses[side]) for side in loaded]
         polygon = support_polygon(*corners)
-        point = zmp_on_floor(total)
+        point = zmp_of(total[:3], total[3:])
         margin = float(polygon_margin(point, polygon))
         return ZmpReading(point, float(total[2]), loaded, polygon, margin)

@@ -20,7 +20,7 @@ from door_model.door.door import Door
 from door_model.motion.dynamics import follow_free
 from door_model.motion.free_motion import FreeMotion
 from hrp2_description.robot import SIDES
-from humanoid_motion.zmp import Load
+from humanoid_motion.dynamics import Load
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest
 from humanoid_motion.quintic import quintic
