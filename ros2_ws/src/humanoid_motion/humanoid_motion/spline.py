@@ -1,7 +1,7 @@
 """The motion that a driver makes of the points of a joint trajectory.
 
 `Spline` follows any trajectory message as ros2_control's JointTrajectoryController does, and rests
-outside its points. `humanoid_motion.knots.Knots` is the planner's side: a whole planned motion whose
+outside its points. `humanoid_motion.knots.Knots` is the planner's side: a planned motion whose
 points all have position, velocity and acceleration. Both use the polynomial of
 `humanoid_motion.quintic`.
 """

@@ -14,11 +14,10 @@ from humanoid_motion.clearance import (
     LEAF,
     BodyGeometry,
     LeafCourse,
-    _nearest,
-    _Pairs,
-    _shapes,
     require_clearance,
 )
+from humanoid_motion.collision.nearest import Pairs, nearest
+from humanoid_motion.collision.shapes import coal
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import from_derivatives, min_jerk
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
@@ -107,7 +106,7 @@ def brute_force(robot, motion, leaf=None, may_touch=()):
             if not same and frozenset((links[i], links[j])) not in out:
                 shapes.addCollisionPair(pin.CollisionPair(i, j))
     else:
-        box = _shapes.Box(leaf.width, leaf.thickness, leaf.height)
+        box = coal.Box(leaf.width, leaf.thickness, leaf.height)
         last = shapes.addGeometryObject(pin.GeometryObject(LEAF, 0, 0, pin.SE3.Identity(), box))
         for i in range(len(links)):
             if links[i] not in may_touch:
@@ -196,9 +195,9 @@ def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
     course = random.normal(size=(count, 3)) * (random.random((count, 1)) > calm)
     table = random.uniform(1.0, 4.0, 5) + course @ rates.T
     required = random.uniform(0.0, 2.0, 5)
-    pairs = _Pairs(None, None, [(str(i), "other") for i in range(5)], np.abs(rates))
+    pairs = Pairs(None, None, [(str(i), "other") for i in range(5)], np.abs(rates))
     time = np.arange(count, dtype=float)
-    found = _nearest(pairs, course, lambda i, which: table[i, which], required, time)
+    found = nearest(pairs, course, lambda i, which: table[i, which], required, time)
     left = table - required
     assert found.distance - found.limit == pytest.approx(left.min(), abs=2e-6)
     sample, pair = int(found.time), int(found.bodies[0])
