@@ -62,14 +62,13 @@ class Knots:
         """
         t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
         i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
-        h = (self.time[i + 1] - self.time[i])[:, None]
         coefficients = quintic(
-            self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2,
-            self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2,
+            (self.time[i + 1] - self.time[i])[:, None],
+            (self.position[i], self.velocity[i], self.acceleration[i]),
+            (self.position[i + 1], self.velocity[i + 1], self.acceleration[i + 1]),
         )
-        x = (t - self.time[i]) / h[:, 0]
-        values = rows(x) @ np.moveaxis(coefficients, 0, 1)
-        return values[:, 0], values[:, 1] / h, values[:, 2] / h**2
+        values = rows(t - self.time[i]) @ np.stack(coefficients, axis=1)
+        return values[:, 0], values[:, 1], values[:, 2]
 
 
 def from_samples(
@@ -104,10 +103,9 @@ def from_samples(
         def fits(j: int, i: int = i) -> bool:
             if j <= i + 1:
                 return True
-            h = time[j] - time[i]
-            spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
-            powers = rows((time[i + 1 : j] - time[i]) / h)[:, 0]
-            error = powers @ spline - p[i + 1 : j]
+            spline = quintic(time[j] - time[i], (p[i], v[i], a[i]), (p[j], v[j], a[j]))
+            powers = rows(time[i + 1 : j] - time[i])[:, 0]
+            error = powers @ np.array(spline) - p[i + 1 : j]
             return bool(np.max(np.abs(error), initial=0.0) <= tolerance)  # nothing may move
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)

@@ -56,9 +56,7 @@ class Spline:
         self.times = np.array(times, dtype=float)
         self.position = np.array(position, dtype=float)
         self._starts = self.times.tolist()
-        self._durations = np.diff(self.times)
-        self.coefficients = _coefficients(
-            self._durations[:, None], self.position, velocity, acceleration)
+        self.coefficients = _coefficients(self.times, self.position, velocity, acceleration)
 
     @property
     def start(self) -> float:
@@ -76,7 +74,7 @@ class Spline:
         if segment < 0 or segment >= len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
             return JointState(rest, np.zeros_like(rest), np.zeros_like(rest))
-        return self._state(segment, time - self._starts[segment])
+        return _state(time - self._starts[segment], self.coefficients[segment])
 
     def positions(self, times: Array) -> Array:
         """Positions (T, N) at times (T,) [s], as `sample` has them."""
@@ -85,15 +83,15 @@ class Spline:
         inside = (segment >= 0) & (segment < len(self.coefficients))
         if inside.any():
             segment = segment[inside]
-            x = (times[inside] - self.times[segment]) / self._durations[segment]
-            out[inside] = (rows(x)[:, :1] @ self.coefficients[segment])[:, 0]
+            powers = rows(times[inside] - self.times[segment])[:, :1]
+            out[inside] = (powers @ self.coefficients[segment])[:, 0]
         return out
 
     def end_state(self) -> JointState:
         """State at the last knot as the last segment arrives there."""
         if not len(self.coefficients):
             return self.sample(self.end)
-        return self._state(-1, float(self._durations[-1]))
+        return _state(self._starts[-1] - self._starts[-2], self.coefficients[-1])
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
         """States spread evenly inside the segments, for checks of the whole motion.
@@ -105,32 +103,34 @@ class Spline:
             times ((K-1)*S,) [s], positions and velocities ((K-1)*S, N).
         """
         share = np.linspace(0.0, 1.0, per_segment)
-        at_share = rows(share)
-        h = self._durations[:, None]
+        local = np.diff(self.times)[:, None] * share  # (segments, S)
+        at = rows(local)
         count = self.position.shape[1]
-        position = (at_share[:, 0] @ self.coefficients).reshape(-1, count)
-        velocity = (at_share[:, 1] @ self.coefficients / h[..., None]).reshape(-1, count)
-        return (self.times[:-1, None] + h * share).ravel(), position, velocity
-
-    def _state(self, segment: int, time: float) -> JointState:
-        """State inside a segment, at a time since its start [s]."""
-        h = float(self._durations[segment])
-        state = rows(time / h) @ self.coefficients[segment]
-        return JointState(state[0], state[1] / h, state[2] / h**2)
+        position = (at[:, :, 0] @ self.coefficients).reshape(-1, count)
+        velocity = (at[:, :, 1] @ self.coefficients).reshape(-1, count)
+        return (self.times[:-1, None] + local).ravel(), position, velocity
 
 
-def _coefficients(h: Array, q: Array, v: Array | None, a: Array | None) -> Array:
-    """Coefficients (K-1, 6, N) of each segment on [0, 1], from durations (K-1, 1) [s] and knots."""
-    out = np.zeros((len(h), 6, q.shape[1]))
+def _state(time: float, coefficients: Array) -> JointState:
+    """State at a time since the start of a segment [s]."""
+    return JointState(*(rows(time) @ coefficients))
+
+
+def _coefficients(times: Array, q: Array, v: Array | None, a: Array | None) -> Array:
+    """Coefficients of each segment in the time since its start, (K-1, 6, N)."""
+    h = np.diff(times)[:, None]
+    out = np.zeros((len(times) - 1, 6, q.shape[1]))
     rise = np.diff(q, axis=0)
     out[:, 0] = q[:-1]
     if v is None:
-        out[:, 1] = rise
-        return out
-    v0, v1 = v[:-1] * h, v[1:] * h
-    if a is None:
+        out[:, 1] = rise / h
+    elif a is None:
+        v0, v1 = v[:-1], v[1:]
         out[:, 1] = v0
-        out[:, 2] = 3.0 * rise - 2.0 * v0 - v1
-        out[:, 3] = -2.0 * rise + v0 + v1
-        return out
-    return np.moveaxis(quintic(q[:-1], v0, a[:-1] * h**2, q[1:], v1, a[1:] * h**2), 0, 1).copy()
+        out[:, 2] = (3.0 * rise / h - 2.0 * v0 - v1) / h
+        out[:, 3] = (-2.0 * rise / h + v0 + v1) / h**2
+    else:
+        joined = quintic(h, (q[:-1], v[:-1], a[:-1]), (q[1:], v[1:], a[1:]))
+        for power, coefficient in enumerate(joined):
+            out[:, power] = coefficient
+    return out
