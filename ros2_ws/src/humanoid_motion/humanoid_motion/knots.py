@@ -2,7 +2,11 @@
 
 `Knots` is what a plan holds, cuts and joins: every knot has position, velocity and acceleration.
 `humanoid_motion.spline.Spline` is the driver's side: it also follows points without velocities or
-accelerations, and rests outside its knots. Both use the polynomial of `humanoid_motion.quintic`.
+accelerations, and rests outside its knots.
+
+The quintic stands in both modules, here on [0, 1] and there in seconds, on purpose. With one form
+in both, either plans or the driver's reference change by rounding (1e-16), and the simulated
+contact amplifies that to up to 0.5 deg of the door's largest angle: every figure would change.
 """
 
 from __future__ import annotations
@@ -14,10 +18,20 @@ from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.motion import Motion
-from humanoid_motion.quintic import quintic, rows
 
-# [rad]; at 20 microradians the accelerations stray so far that the ZMP is 2 mm off in the run-up.
+# Largest error of the joints between knots [rad]; with 2e-5 rad the accelerations err so much that
+# the ZMP of the run-up is 2 mm off.
 TOLERANCE = 5e-6
+
+# Coefficients of a quintic on [0, 1] from value, first and second derivative at 0 and at 1.
+_QUINTIC = np.array([
+    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
+    [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
+    [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
+    [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
+])
 
 
 @dataclass(frozen=True)
@@ -25,10 +39,13 @@ class Knots:
     """Points of a piecewise quintic trajectory of J joints.
 
     Attributes:
-        time: Rising, (K,) [s].
-        position: (K, J) [rad].
-        velocity: (K, J) [rad/s].
-        acceleration: (K, J) [rad/s^2].
+        time: Times of the knots, strictly increasing, (K,) with K >= 2 [s].
+        position: Positions of the joints, (K, J) [rad].
+        velocity: Velocities of the joints, (K, J) [rad/s].
+        acceleration: Accelerations of the joints, (K, J) [rad/s^2].
+
+    Raises:
+        ValueError: Shapes differ, times do not increase, or there are fewer than two knots.
     """
 
     time: Array
@@ -37,16 +54,16 @@ class Knots:
     acceleration: Array
 
     def __post_init__(self) -> None:
-        """Check shapes and order."""
+        """Check shapes and the order of the times."""
         k = len(self.time)
         for name in ("position", "velocity", "acceleration"):
             if getattr(self, name).shape[0] != k:
                 raise ValueError(f"{name} has {getattr(self, name).shape[0]} rows, not {k}")
         if k < 2 or np.any(np.diff(self.time) <= 0.0):
-            raise ValueError("knots need at least two rising times")
+            raise ValueError("knots need at least two times, and rising ones")
 
     def held_until(self, time: float) -> Knots:
-        """These, standing still from their end until a time [s]."""
+        """Return these knots and one more at a time [s], until which the joints stand still."""
         still = np.zeros((1, self.position.shape[1]))
         return Knots(
             np.append(self.time, time),
@@ -56,19 +73,38 @@ class Knots:
         )
 
     def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration at times (N,), each (N, J).
+        """Compute the motion at some times.
 
-        Times outside the knots are held at the nearest end.
+        Args:
+            time: Times, (N,) or a number [s]; times outside the knots count as the nearest knot's.
+
+        Returns:
+            Positions [rad], velocities [rad/s] and accelerations [rad/s^2], (N, J) each.
         """
         t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
         i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
-        coefficients = quintic(
-            (self.time[i + 1] - self.time[i])[:, None],
-            (self.position[i], self.velocity[i], self.acceleration[i]),
-            (self.position[i + 1], self.velocity[i + 1], self.acceleration[i + 1]),
+        h = (self.time[i + 1] - self.time[i])[:, None]
+        c = quintic(
+            self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2,
+            self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2,
         )
-        values = rows(t - self.time[i]) @ np.stack(coefficients, axis=1)
-        return values[:, 0], values[:, 1], values[:, 2]
+        x = ((t - self.time[i]) / h[:, 0])[:, None]
+        position = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
+        velocity = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
+        acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
+        return position, velocity / h, acceleration / h**2
+
+
+def quintic(*ends: Array) -> Array:
+    """Compute the quintic on [0, 1] that has given values and derivatives at both ends.
+
+    Args:
+        ends: Value, first and second derivative at 0, then the same three at 1; six arrays (...).
+
+    Returns:
+        Coefficients of the powers 0 to 5, (6, ...).
+    """
+    return np.tensordot(_QUINTIC, np.array(ends), axes=1)
 
 
 def from_samples(
@@ -78,16 +114,16 @@ def from_samples(
     acceleration: Array,
     tolerance: float = TOLERANCE,
 ) -> tuple[Knots, NDArray[np.int_]]:
-    """Few knots whose spline stays within a tolerance of dense samples.
+    """Reduce dense samples to few knots whose spline stays within a tolerance of the samples.
 
-    Each knot is set as far from the one before as the tolerance allows.
+    Each knot is set as far behind the preceding knot as the tolerance allows.
 
     Args:
-        time: Rising, (N,) [s].
-        position: (N, J) [rad].
-        velocity: (N, J) [rad/s].
-        acceleration: (N, J) [rad/s^2].
-        tolerance: Largest error at a sample [rad].
+        time: Times of the samples, strictly increasing, (N,) [s].
+        position: Positions of the joints, (N, J) [rad].
+        velocity: Velocities of the joints, (N, J) [rad/s].
+        acceleration: Accelerations of the joints, (N, J) [rad/s^2].
+        tolerance: Largest error of a position at a sample [rad].
 
     Returns:
         The knots, and the indices of the samples that became knots, (K,).
@@ -103,10 +139,11 @@ def from_samples(
         def fits(j: int, i: int = i) -> bool:
             if j <= i + 1:
                 return True
-            spline = quintic(time[j] - time[i], (p[i], v[i], a[i]), (p[j], v[j], a[j]))
-            powers = rows(time[i + 1 : j] - time[i])[:, 0]
-            error = powers @ np.array(spline) - p[i + 1 : j]
-            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)  # nothing may move
+            h = time[j] - time[i]
+            spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
+            powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
+            error = powers @ spline - p[i + 1 : j]  # may be empty, so `initial`
+            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)
         while low < high:
@@ -122,7 +159,7 @@ def from_samples(
 
 
 def from_motion(motion: Motion, tolerance: float = TOLERANCE) -> tuple[Knots, NDArray[np.int_]]:
-    """Knots of a motion's joints; see `from_samples`."""
+    """Reduce a motion of the joints to knots, as `from_samples` does."""
     return from_samples(
         motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration, tolerance
     )

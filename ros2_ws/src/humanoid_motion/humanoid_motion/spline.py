@@ -1,9 +1,8 @@
 """The motion that a driver makes of the points of a joint trajectory.
 
 `Spline` follows any trajectory message as ros2_control's JointTrajectoryController does, and rests
-outside its points. `humanoid_motion.knots.Knots` is the planner's side: a planned motion whose
-points all have position, velocity and acceleration. Both use the polynomial of
-`humanoid_motion.quintic`.
+outside its points. `humanoid_motion.knots` holds planned motions, and says why the quintic is
+written in both modules.
 """
 
 from __future__ import annotations
@@ -14,17 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 
-from humanoid_motion.quintic import quintic, rows
+_DEGREE = 5  # highest degree of the polynomials
+_POWERS = np.arange(_DEGREE + 1)
 
 
 @dataclass(frozen=True)
 class JointState:
-    """Reference state of all joints at one time.
+    """Reference state of all N joints at one time.
 
     Attributes:
-        position: (N,) [rad].
-        velocity: (N,) [rad/s].
-        acceleration: (N,) [rad/s^2].
+        position: Positions, (N,) [rad].
+        velocity: Velocities, (N,) [rad/s].
+        acceleration: Accelerations, (N,) [rad/s^2].
     """
 
     position: Array
@@ -33,17 +33,23 @@ class JointState:
 
 
 class Spline:
-    """Joint motion through knots, one polynomial of degree five or less between two of them.
+    """Motion of N joints through K knots, with a polynomial between each two successive knots.
 
-    Knots with positions alone give straight lines, with velocities cubics, with accelerations too
-    quintics, as in ros2_control's JointTrajectoryController. Before the first knot and after the
-    last one the joints rest there.
+    The polynomials are straight lines if the knots have positions only, cubics if the knots also
+    have velocities, and quintics if they have accelerations too. Before the first knot the joints
+    rest at the first knot, after the last knot they rest at the last knot.
 
     Args:
-        times: (K,) strictly increasing [s], K >= 1.
-        position: (K, N) [rad].
-        velocity: (K, N) [rad/s] or None.
-        acceleration: (K, N) [rad/s^2] or None; asks for velocity.
+        times: Times of the knots, strictly increasing, (K,) with K >= 1 [s].
+        position: Positions, (K, N) [rad].
+        velocity: Velocities, (K, N) [rad/s], or None.
+        acceleration: Accelerations, (K, N) [rad/s^2], or None; they need velocities.
+
+    Attributes:
+        times: Times of the knots, (K,) [s].
+        position: Positions at the knots, (K, N) [rad].
+        coefficients: Coefficients of the polynomials in the time since the start of their
+            segment, (K-1, 6, N).
     """
 
     def __init__(
@@ -69,68 +75,85 @@ class Spline:
         return self._starts[-1]
 
     def sample(self, time: float) -> JointState:
-        """State at a time [s]; at rest outside the knots (at the last knot: at rest)."""
+        """Compute the state at a time [s]; from the last knot's time on, the joints are at rest."""
         segment = bisect_right(self._starts, time) - 1
         if segment < 0 or segment >= len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
             return JointState(rest, np.zeros_like(rest), np.zeros_like(rest))
-        return _state(time - self._starts[segment], self.coefficients[segment])
+        state = _basis(time - self._starts[segment]) @ self.coefficients[segment]
+        return JointState(state[0], state[1], state[2])
 
     def positions(self, times: Array) -> Array:
-        """Positions (T, N) at times (T,) [s], as `sample` has them."""
+        """Compute the positions (T, N) [rad] that `sample` returns at times (T,) [s]."""
         segment = np.searchsorted(self.times, times, side="right") - 1
         out = self.position[np.where(segment < 0, 0, -1)]
         inside = (segment >= 0) & (segment < len(self.coefficients))
         if inside.any():
             segment = segment[inside]
-            powers = rows(times[inside] - self.times[segment])[:, :1]
-            out[inside] = (powers @ self.coefficients[segment])[:, 0]
+            powers = (times[inside] - self.times[segment])[:, None] ** _POWERS
+            out[inside] = (powers[:, None, :] @ self.coefficients[segment])[:, 0]
         return out
 
     def end_state(self) -> JointState:
-        """State at the last knot as the last segment arrives there."""
+        """Compute the state in which the last segment arrives at the last knot."""
         if not len(self.coefficients):
             return self.sample(self.end)
-        return _state(self._starts[-1] - self._starts[-2], self.coefficients[-1])
+        state = _basis(self._starts[-1] - self._starts[-2]) @ self.coefficients[-1]
+        return JointState(state[0], state[1], state[2])
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
-        """States spread evenly inside the segments, for checks of the whole motion.
+        """Compute states spread evenly over each segment, for checks of the whole motion.
 
         Args:
-            per_segment: number of samples S a segment, both ends included.
+            per_segment: Number S of samples in each segment, both ends included.
 
         Returns:
-            times ((K-1)*S,) [s], positions and velocities ((K-1)*S, N).
+            Times ((K-1)*S,) [s], positions ((K-1)*S, N) [rad] and velocities ((K-1)*S, N) [rad/s].
         """
+        durations = np.diff(self.times)
         share = np.linspace(0.0, 1.0, per_segment)
-        local = np.diff(self.times)[:, None] * share  # (segments, S)
-        at = rows(local)
+        local = durations[:, None] * share  # (segments, S)
+        powers = local[..., None] ** _POWERS
+        slopes = np.zeros_like(powers)
+        slopes[..., 1:] = _POWERS[1:] * powers[..., :-1]
         count = self.position.shape[1]
-        position = (at[:, :, 0] @ self.coefficients).reshape(-1, count)
-        velocity = (at[:, :, 1] @ self.coefficients).reshape(-1, count)
+        position = (powers @ self.coefficients).reshape(-1, count)
+        velocity = (slopes @ self.coefficients).reshape(-1, count)
         return (self.times[:-1, None] + local).ravel(), position, velocity
 
 
-def _state(time: float, coefficients: Array) -> JointState:
-    """State at a time since the start of a segment [s]."""
-    return JointState(*(rows(time) @ coefficients))
+def _basis(t: float) -> Array:
+    """Rows (3, 6) that make position, velocity and acceleration of the coefficients, at t [s]."""
+    t2, t3, t4 = t * t, t * t * t, t * t * t * t
+    return np.array(
+        [
+            [1.0, t, t2, t3, t4, t4 * t],
+            [0.0, 1.0, 2.0 * t, 3.0 * t2, 4.0 * t3, 5.0 * t4],
+            [0.0, 0.0, 2.0, 6.0 * t, 12.0 * t2, 20.0 * t3],
+        ]
+    )
 
 
 def _coefficients(times: Array, q: Array, v: Array | None, a: Array | None) -> Array:
-    """Coefficients of each segment in the time since its start, (K-1, 6, N)."""
+    """Coefficients of each segment's polynomial in the time since its start, (K-1, 6, N)."""
     h = np.diff(times)[:, None]
-    out = np.zeros((len(times) - 1, 6, q.shape[1]))
+    out = np.zeros((len(times) - 1, _DEGREE + 1, q.shape[1]))
     rise = np.diff(q, axis=0)
     out[:, 0] = q[:-1]
     if v is None:
         out[:, 1] = rise / h
-    elif a is None:
-        v0, v1 = v[:-1], v[1:]
-        out[:, 1] = v0
+        return out
+    v0, v1 = v[:-1], v[1:]
+    out[:, 1] = v0
+    if a is None:
         out[:, 2] = (3.0 * rise / h - 2.0 * v0 - v1) / h
         out[:, 3] = (-2.0 * rise / h + v0 + v1) / h**2
-    else:
-        joined = quintic(h, (q[:-1], v[:-1], a[:-1]), (q[1:], v[1:], a[1:]))
-        for power, coefficient in enumerate(joined):
-            out[:, power] = coefficient
+        return out
+    a0, a1 = a[:-1], a[1:]
+    out[:, 2] = a0 / 2.0
+    out[:, 3] = (20.0 * rise / h - (8.0 * v1 + 12.0 * v0) - (3.0 * a0 - a1) * h) / (2.0 * h**2)
+    out[:, 4] = (-30.0 * rise / h + (14.0 * v1 + 16.0 * v0) + (3.0 * a0 - 2.0 * a1) * h) / (
+        2.0 * h**3
+    )
+    out[:, 5] = (12.0 * rise / h - 6.0 * (v1 + v0) - (a0 - a1) * h) / (2.0 * h**4)
     return out

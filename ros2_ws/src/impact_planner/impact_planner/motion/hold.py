@@ -22,8 +22,8 @@ from door_model.motion.free_motion import FreeMotion
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Load
 from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.knots import quintic
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest
-from humanoid_motion.quintic import quintic, rows
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import solve
 
@@ -324,5 +324,5 @@ def _with_way_out(start: Array, time: Array, arc: Array) -> Array:
     speed = (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / (6.0 * step)
     curve = (2.0 * a - 5.0 * b + 4.0 * c - d) / step**2
     still, end = np.zeros_like(start), time[first]
-    out = np.array(quintic(float(end), (start, still, still), (a, speed, curve)))
-    return np.vstack([rows(time[:first])[:, 0] @ out, arc])
+    out = quintic(start, still, still, a, speed * end, curve * end**2)
+    return np.vstack([np.vander(time[:first] / end, 6, increasing=True) @ out, arc])
