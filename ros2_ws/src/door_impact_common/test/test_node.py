@@ -9,6 +9,16 @@ import rclpy
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import TwinError, refuse_twin, run_node
 from rclpy.node import Node
+from rclpy.signals import uninstall_signal_handlers
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """A process calls run_node once, and rclpy's signal handlers stay; here it is called again."""
+    before = signal.getsignal(signal.SIGINT)
+    yield
+    uninstall_signal_handlers()
+    signal.signal(signal.SIGINT, before)
 
 
 class Lonely(Node):
@@ -54,17 +64,13 @@ def test_an_error_while_the_node_runs_carries_its_name(capfd):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_node_with_code_0(number):
-    """Ctrl-C and SIGTERM are the usual end; Ctrl-C then works as before."""
-    before = signal.getsignal(signal.SIGINT)
+    """Ctrl-C and SIGTERM are the usual end of a node."""
 
     def spin(node):
-        os.kill(os.getpid(), number)
+        node.create_timer(0.1, lambda: os.kill(os.getpid(), number))
         rclpy.spin(node)
 
-    try:
-        assert run_node(Lonely, args=[], spin=spin) == 0
-    finally:
-        signal.signal(signal.SIGINT, before)
+    assert run_node(Lonely, args=[], spin=spin) == 0
     assert not rclpy.ok()
 
 

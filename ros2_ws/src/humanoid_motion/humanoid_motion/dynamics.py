@@ -16,11 +16,11 @@ from humanoid_motion.zmp import zmp_of
 
 @dataclass(frozen=True)
 class Load:
-    """A force on the robot's hand from outside.
+    """An external force on the robot's hand at N samples.
 
     Attributes:
-        point: Middle of the hand, in odom, (N, 3) [m].
-        force: (N, 3) [N].
+        point: Position of the hand's middle in odom, (N, 3) [m].
+        force: Force on the hand, axes of odom, (N, 3) [N].
     """
 
     point: Array
@@ -29,13 +29,13 @@ class Load:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """What a motion asks of the floor and of the joints.
+    """Floor forces and joint torques that a motion needs, at N samples.
 
     Attributes:
-        zmp: On the floor in odom, (N, 2) [m].
-        force: Of the floor on the robot, (N, 3) [N].
-        moment_z: Of the floor on the robot about the vertical through the ZMP, (N,) [N m].
-        torque: Of the joints, without the feet's share, (N, 30) [N m].
+        zmp: x and y of the ZMP in odom, (N, 2) [m]; NaN where the floor does not push.
+        force: Force of the floor on the robot, axes of odom, (N, 3) [N].
+        moment_z: Moment of the floor on the robot about the vertical through the ZMP, (N,) [N m].
+        torque: Torques of the joints without the effect of the floor's force, (N, J) [N m].
     """
 
     zmp: Array
@@ -45,17 +45,17 @@ class Dynamics:
 
     @property
     def friction(self) -> Array:
-        """Ratio of tangential to normal force, all feet together, (N,)."""
+        """Ratio of the tangential to the normal force of all feet together, (N,)."""
         return np.asarray(np.hypot(self.force[:, 0], self.force[:, 1]) / self.force[:, 2])
 
 
 def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None) -> Dynamics:
-    """Floor forces, ZMP and joint torques of a motion by recursive Newton-Euler.
+    """Compute floor forces, ZMP and joint torques of a motion by recursive Newton-Euler.
 
     Args:
         robot: The robot.
         motion: The motion; base_link stays upright, so its axes are those of odom.
-        load: A force from outside, e.g. of the door on the hand.
+        load: External force on the hand, e.g. that of the door.
     """
     force, moment, torque = _newton_euler(robot, motion)
     if load is not None:
@@ -69,13 +69,13 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
 
 
 def floor_wrenches(robot: RobotModel, motion: Motion) -> tuple[Array, Array]:
-    """Force of the floor on the robot and its moment about odom's origin, (N, 3) each [N, N m]."""
+    """Compute the floor's force and its moment about odom's origin, (N, 3) each [N, N m]."""
     force, moment, _ = _newton_euler(robot, motion)
     return force, moment
 
 
 def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Array]:
-    """Floor's force and its moment about odom's origin, (N, 3) each, joint torques (N, J)."""
+    """Compute the floor's force, its moment about odom's origin, and the torques of all joints."""
     n = len(motion)
     q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
     q[:, :3] = motion.base
@@ -101,20 +101,20 @@ def joint_torques(
     feet: dict[str, Array],
     sides: Sequence[str],
 ) -> Array:
-    """Joint torques with the floor's force shared between the feet by the place of the ZMP.
+    """Compute the joint torques with the floor's force distributed over the feet.
 
-    Each foot gets the share that its distance from the ZMP along y asks for, applied so that the
-    shares add up to the whole; no internal force between the feet.
+    The share of each foot follows linearly from the position of the ZMP between the soles' centres
+    along y. The feet exert no internal force on each other.
 
     Args:
         robot: The robot.
         motion: The motion.
-        dynamics: Its inverse dynamics.
-        feet: Positions of the soles, (3,) each [m].
-        sides: Sides that carry.
+        dynamics: Inverse dynamics of the motion.
+        feet: Positions of the soles in odom, by side, (3,) each [m].
+        sides: Sides of the soles that bear load.
 
     Returns:
-        (N, 30) [N m].
+        Torques, (N, J) [N m].
     """
     centres = {side: robot.feet[side].corners(feet[side]).mean(axis=0) for side in sides}
     share = _shares(dynamics.zmp, centres)
@@ -132,6 +132,7 @@ def joint_torques(
 
 
 def _shares(zmp: Array, centres: dict[str, Array]) -> dict[str, Array]:
+    """Compute the share of the floor's force that each sole bears, (N,) each."""
     if len(centres) == 1:
         return {side: np.ones(len(zmp)) for side in centres}
     right, left = centres["right"], centres["left"]

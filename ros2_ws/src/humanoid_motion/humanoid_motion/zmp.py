@@ -60,7 +60,7 @@ def edge_margin(zmp: Array, edges: tuple[float, float]) -> Array:
 
     Args:
         zmp: y of the ZMP in odom, one course or several, (..., N) [m].
-        edges: y of the edge to the robot's right and of the edge to its left [m].
+        edges: Lower and upper y of the soles in odom [m].
 
     Returns:
         Distances (...) [m], negative where a course leaves the edges.
