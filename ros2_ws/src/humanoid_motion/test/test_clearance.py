@@ -148,7 +148,7 @@ def wandering(draw, robot):
 
 @given(data=st.data())
 def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
-    """Whatever the motion."""
+    """For random motions, the result is that of computing all distances."""
     motion = data.draw(wandering(robot))
     found = geometry.self_clearance(motion, LIMIT)
     assert found.distance == pytest.approx(brute_force(robot, motion), abs=1e-5)
@@ -157,7 +157,7 @@ def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
 
 @given(data=st.data(), start=st.floats(-0.3, 1.5), end=st.floats(-0.3, 1.5))
 def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, data, start, end):
-    """Whatever the motion and the leaf's; links that may touch do not count."""
+    """For random motions of robot and leaf; links that may touch do not count."""
     motion = data.draw(wandering(robot))
     leaf = wall(motion, (-0.4, -0.6), np.linspace(start, end, len(motion)))
     touch = data.draw(st.sets(st.sampled_from(geometry.links), max_size=10))
@@ -169,7 +169,7 @@ def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, da
 
 @given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-0.3, 1.5), turn=st.floats(-0.05, 0.05))
 def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle, turn):
-    """What lets samples be skipped: bodies move by at most their levers times the joints' ways."""
+    """Bodies move by at most their levers times the joints' travel, so samples can be skipped."""
     random = np.random.default_rng(seed)
     step = random.uniform(-0.05, 0.05, 34) * (random.random(34) < random.random())
     step[33] = turn
@@ -206,7 +206,7 @@ def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
 
 @pytest.mark.parametrize("sample", [0, 1, 777, 1998, 1999])
 def test_a_single_bad_sample_of_two_thousand_is_found(robot, geometry, sample):
-    """Five milliseconds with the hand in the thigh."""
+    """A hand that is inside the thigh for one sample of 5 ms is found."""
     joints = np.tile(robot.config.half_sitting, (2000, 1))
     joints[sample] = robot.config.posture({"RARM_JOINT1": math.radians(10.0)}, np.zeros(30))
     found = geometry.self_clearance(moving(joints), LIMIT)

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 
 def swaying(robot, stance, reach=0.05, duration=1.5):
-    """CoM sways sideways and comes to rest."""
+    """Motion in which the CoM moves sideways by `reach` [m] and comes to rest."""
     time = np.linspace(0.0, duration, 301)
     y = -0.1 + reach * min_jerk(time, duration)
     joints, base = solve(
@@ -35,7 +35,7 @@ def swaying(robot, stance, reach=0.05, duration=1.5):
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.26, 0.02), st.floats(0.50, 0.56))
 def test_com_and_soles_are_where_they_should_be(robot, stance, x, y, height):
-    """To a tenth of a micrometre, with level soles and an upright base."""
+    """The CoM is right to 0.1 um, soles are level and the base is upright."""
     joints, base = solve(
         robot,
         upper=braced_upper_body(robot),
@@ -75,7 +75,7 @@ def test_com_out_of_reach_is_an_error(robot, stance):
 
 
 def test_standing_still_the_zmp_is_under_the_com_and_the_floor_carries_the_weight(robot, stance):
-    """No motion: ZMP = CoM over the floor, force = m g, no friction."""
+    """Without motion the ZMP lies below the CoM, the force is m g and there is no friction."""
     motion = still(stance.posture.joints, stance.posture.base)
     dynamics = inverse_dynamics(robot, motion)
     np.testing.assert_allclose(dynamics.zmp[0], stance.posture.com[:2], atol=1e-9)
@@ -138,7 +138,7 @@ def test_joint_torques_and_foot_forces_balance_the_robot(robot, stance, sides):
 
 
 def test_margin_changes_sign_at_the_edge(robot, stance):
-    """Inside positive, on the outer edge zero, beyond negative."""
+    """The margin is positive inside, zero on the edge and negative outside."""
     right = stance.feet["right"]
     edge = right[1] + robot.feet["right"].rectangle[2]
     points = np.array([[0.0, edge + 0.01], [0.0, edge], [0.0, edge - 0.01]])
@@ -148,7 +148,7 @@ def test_margin_changes_sign_at_the_edge(robot, stance):
 
 
 def test_joint_limits_name_joint_phase_value_and_limit(robot, stance):
-    """Position and speed are both caught."""
+    """A position out of range and a speed above the limit are both errors."""
     joints = stance.posture.joints.copy()
     joints[3] = np.radians(160.0)
     with pytest.raises(JointLimit, match="RLEG_JOINT3") as caught:

@@ -46,7 +46,7 @@ def test_zmp_of_one_force_is_where_it_meets_the_floor(x, y, force, height):
 
 @given(small, small)
 def test_a_torque_about_the_vertical_does_not_move_the_zmp(x, torque):
-    """Only the horizontal moment counts."""
+    """A torque about the vertical leaves the ZMP where it is."""
     wrench = _push_at(np.array([x, 0.1, 0.0]), np.array([10.0, -20.0, 500.0]))
     wrench[5] += 100.0 * torque
     np.testing.assert_allclose(zmp_of(wrench[:3], wrench[3:]), [x, 0.1], atol=1e-9)
