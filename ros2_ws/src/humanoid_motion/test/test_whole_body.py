@@ -14,7 +14,7 @@ from humanoid_motion.whole_body import (
     require_torque_limits,
     solve,
 )
-from humanoid_motion.zmp import margins
+from humanoid_motion.zmp import margins, zmp_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -167,3 +167,13 @@ def test_torque_limits_name_the_joint_and_leave_out_held_ones(robot):
     with pytest.raises(JointLimit, match="RARM_JOINT1"):
         require_torque_limits(robot, torque, "cam")
     require_torque_limits(robot, torque, "cam", held=[17])
+
+
+def test_where_the_floor_does_not_push_there_is_neither_zmp_nor_margin(robot, stance):
+    """A sample in the air has a ZMP of NaN and a margin below every limit."""
+    force = np.array([[0.0, 0.0, 500.0], [0.0, 0.0, 0.0], [0.0, 0.0, -500.0]])
+    points = zmp_of(force, np.zeros((3, 3)))
+    np.testing.assert_array_equal(np.isnan(points).any(axis=1), [False, True, True])
+    found = margins(robot, points, stance.feet, SIDES)
+    assert np.isfinite(found[0])
+    np.testing.assert_array_equal(found[1:], [-np.inf, -np.inf])
