@@ -56,7 +56,7 @@ def test_a_path_without_a_file_s_name_is_refused(name):
 
 
 def test_a_missing_folder_is_an_error_that_names_the_file(tmp_path):
-    """Folders are not made on the way."""
+    """The folder of a file must exist; it is not made."""
     with pytest.raises(OutputError, match=r"missing/file cannot be written: No such file"):
         write_whole(tmp_path / "missing" / "file", "text")
 

@@ -178,13 +178,13 @@ def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle,
     motion = moving(course[:, :30], course[:, 30:])
     leaf = wall(motion, random.uniform(-0.8, 0.8, 2), [angle, angle + turn])
     against_leaf, box = geometry._leaf_pairs(leaf, ())
-    for pairs, way in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
+    for pairs, travel in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
         at = geometry._distances(pairs, geometry._configurations(motion.base, motion.joints))
         distance = []
         for sample in (0, 1):
             box.placement = leaf.pose(sample)
             distance.append(at(sample, np.arange(len(pairs.names))))
-        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ way + 1e-5)
+        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ travel + 1e-5)
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), calm=st.floats(0.0, 1.0))
@@ -228,7 +228,7 @@ def test_a_hand_into_the_thigh_is_found_and_named(robot, geometry):
 
 
 def test_a_knee_into_the_leaf_is_found_and_named(robot, geometry):
-    """A leaf across the robot's way, a right knee that bends towards it."""
+    """A right knee that bends towards a leaf in front of the robot is found and named."""
     bent = {"RLEG_JOINT2": -60.0, "RLEG_JOINT3": 120.0, "RLEG_JOINT4": -60.0}
     last = robot.config.posture({name: math.radians(deg) for name, deg in bent.items()})
     motion = moving(between(robot.config.half_sitting, last))

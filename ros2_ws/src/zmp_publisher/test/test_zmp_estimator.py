@@ -54,7 +54,7 @@ def test_a_torque_about_the_vertical_does_not_move_the_zmp(x, torque):
 
 @given(triples, triples, triples, triples, triples, triples)
 def test_reference_frame_does_not_matter(force, torque, to_a, turn_a, to_b, turn_b):
-    """The same wrench read in two frames gives the same one in the world."""
+    """A wrench is the same in the world, whichever frame it was measured in."""
     a, b = _pose(to_a, turn_a), _pose(to_b, turn_b)
     in_a = np.concatenate([force, torque])
     in_world = wrench_in_world(in_a, a)
@@ -89,7 +89,7 @@ def test_weight_on_one_foot():
 
 
 def test_weight_shared_between_feet():
-    """Shares of 30 and 70 % put the ZMP at the same share of the way between the feet."""
+    """Loads of 30 and 70 % put the ZMP at 70 % of the distance between the feet."""
     shares = {"left": 0.3, "right": 0.7}
     wrenches = {side: [0, 0, share * WEIGHT, 0, 0, 0] for side, share in shares.items()}
     reading = _estimator().read(POSES, wrenches)
@@ -126,7 +126,7 @@ def test_silent_below_the_threshold(force):
 
 
 def test_threshold_is_a_share_of_the_weight():
-    """The same load is silent or not by the parameter."""
+    """The parameter decides whether a load gives a reading."""
     wrenches = {"left": [0, 0, 0.3 * WEIGHT, 0, 0, 0], "right": NOTHING}
     assert _estimator(threshold=0.31).read(POSES, wrenches) is None
     assert _estimator(threshold=0.29).read(POSES, wrenches) is not None
