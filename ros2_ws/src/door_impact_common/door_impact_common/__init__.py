@@ -1,1 +1,1 @@
-"""What every package needs: errors, constants, files, and the start and end of a node."""
+"""What every package needs: errors, constants, files, and the parameters and start of a node."""

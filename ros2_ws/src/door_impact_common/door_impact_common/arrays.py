@@ -1,4 +1,4 @@
-"""The type of arrays of numbers."""
+"""The type of NumPy arrays of floating-point numbers, for annotations."""
 
 from __future__ import annotations
 

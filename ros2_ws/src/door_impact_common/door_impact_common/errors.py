@@ -1,19 +1,29 @@
-"""The base of every error that this project raises on purpose."""
+"""The errors that all packages share."""
 
 from __future__ import annotations
 
 
 class DoorImpactError(Exception):
-    """A value breaks a limit, or something that is needed is missing.
+    """Base of every error that this project raises on purpose.
 
-    Each package derives its own base from this class.
+    A value breaks a limit, or something that is needed is missing. Nodes and commands show the
+    message in one line, without a traceback; programs read the attributes.
+
+    Args:
+        message: Text for users; if it is empty, the text consists of quantity, value and limit.
+        quantity: Value of the attribute, as are the arguments that follow.
+        value: Value of the attribute.
+        limit: Value of the attribute.
+        phase: Value of the attribute.
+        reason: Value of the attribute; if it is empty, that of the class stays.
 
     Attributes:
-        quantity: What is out of bounds, with its unit, such as ``"door_distance [m]"``.
-        value: The offending value.
-        limit: The limit that it breaks; None where there is no single one.
-        phase: Phase of the motion in which it happens; empty outside motions.
-        reason: One word for the kind of error, such as ``"joint_limit"``, for programs to read.
+        quantity: Name of the quantity that is out of bounds, with its unit, such as
+            ``"door_distance [m]"``.
+        value: Offending value.
+        limit: Limit that the value breaks; None if there is no single limit.
+        phase: Phase of the motion in which the error occurs; empty outside motions.
+        reason: Kind of the error for programs, in one word such as ``"joint_limit"``.
     """
 
     reason = ""
@@ -42,10 +52,10 @@ class OutputError(DoorImpactError):
 
 
 class SettingError(DoorImpactError):
-    """A parameter, a setting or a part of a message is not what it must be.
+    """A parameter, a setting or a part of a message is missing, out of range or of a wrong type.
 
     Attributes:
-        setting: Its name.
+        setting: Name of the setting.
     """
 
     reason = "setting"

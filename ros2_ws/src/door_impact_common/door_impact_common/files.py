@@ -1,4 +1,4 @@
-"""What commands print and write."""
+"""How commands end, and how files and folders are written."""
 
 import os
 import sys
@@ -9,7 +9,15 @@ from door_impact_common.errors import DoorImpactError, OutputError
 
 
 def run_command(name: str, work: Callable[[], str]) -> int:
-    """Print what a command has to say, or its error in one line on stderr; the exit code."""
+    """Run a command, print its result, and return its exit code.
+
+    Args:
+        name: Name of the command, for the message of an error.
+        work: Function that does the work and returns the text to print.
+
+    Returns:
+        0, or 1 after a DoorImpactError, which is printed in one line on stderr.
+    """
     try:
         print(work())
     except DoorImpactError as error:
@@ -19,10 +27,13 @@ def run_command(name: str, work: Callable[[], str]) -> int:
 
 
 def make_folder(path: str | Path) -> Path:
-    """Make a folder where it is missing, with those above it.
+    """Make a folder and the folders above it, if they do not exist.
+
+    Returns:
+        The folder.
 
     Raises:
-        OutputError: It cannot be made.
+        OutputError: The folder cannot be made.
     """
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
@@ -33,14 +44,20 @@ def make_folder(path: str | Path) -> Path:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file that appears whole or not at all.
+    """Write a file so that readers find it complete or not at all, never half written.
+
+    The content goes to a hidden file in the same folder, which then replaces the target.
+
+    Args:
+        path: File to write; an older file is replaced.
+        content: Bytes, or text that is written in UTF-8.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: The file cannot be written; an older file is left as it was.
     """
     target = Path(path)
     if not target.name:
-        raise OutputError(f"{str(path)!r} is no file's name", value=str(path))
+        raise OutputError(f"{str(path)!r} is not the name of a file", value=str(path))
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
     if isinstance(content, str):
         content = content.encode("utf-8", "backslashreplace")

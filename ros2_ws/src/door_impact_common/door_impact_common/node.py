@@ -14,37 +14,42 @@ from rclpy.node import Node
 
 from door_impact_common.errors import DoorImpactError
 
-DISCOVERY_TIME = 1.0  # until another node of the same name would be known [s]
-_POLL = 0.05  # [s]
+DISCOVERY_TIME = 1.0  # time after which a running node of the same name has been discovered [s]
+_POLL = 0.05  # interval between two looks at the graph [s]
 
 
 class TwinError(DoorImpactError):
-    """Another node of the same name is in the graph; `value` is its full name."""
+    """Another node of the same name is in the graph; `value` is the full name."""
 
     def __init__(self, name: str) -> None:
         super().__init__(
-            f"another node named {name} is in the graph: end it first (one that was killed is "
-            "forgotten after about 10 s), rename this one with --ros-args -r __node:=NAME, or set "
-            "another ROS_DOMAIN_ID",
+            f"another node named {name} is in the graph: end that node first (a killed node "
+            "disappears after about 10 s), rename this node with --ros-args -r __node:=NAME, or "
+            "set another ROS_DOMAIN_ID",
             quantity="name of the node",
             value=name,
         )
 
 
 def fixed() -> ParameterDescriptor:
-    """Of a parameter that is read once; each needs its own, rclpy writes the name into it."""
+    """Make the descriptor of a read-only parameter.
+
+    Each parameter needs a descriptor of its own, because rclpy writes the name into it.
+    """
     return ParameterDescriptor(read_only=True)
 
 
 def refuse_twin(node: Node, until: float) -> None:
-    """Wait until a twin would be known.
+    """Wait until another node of the same name would have been discovered.
+
+    Two such nodes would both answer requests and send commands.
 
     Args:
         node: The node, not yet spinning.
-        until: On the clock of `time.monotonic` [s].
+        until: Time at which the wait ends, on the clock of `time.monotonic` [s].
 
     Raises:
-        TwinError: There is another node of this name; two would answer and command at once.
+        TwinError: There is another node of this name.
     """
     me = (node.get_name(), node.get_namespace())
     while rclpy.ok():
@@ -63,23 +68,23 @@ def run_node(
     args: Sequence[str] | None = None,
     spin: Callable[[Any], None] = rclpy.spin,
 ) -> int:
-    """Run a node until it is told to end; in the main thread.
+    """Run a node until Ctrl-C or SIGTERM; must be called in the main thread.
 
     Args:
-        make: Makes the node.
-        errors: What it may raise besides DoorImpactError to say what is wrong with its parameters;
-            these are shown as one line.
-        args: Command line; the process's own by default.
-        spin: What it does.
+        make: Function that makes the node.
+        errors: Errors besides DoorImpactError that the node may raise because of its parameters;
+            they are shown in one line, without a traceback.
+        args: Command line; by default that of the process.
+        spin: Function that runs the node until it ends.
 
     Returns:
-        0 after Ctrl-C or SIGTERM, 1 where the node cannot run.
+        0 after Ctrl-C or SIGTERM, 1 if the node cannot run; the error is then on stderr.
     """
     node, began = None, False
-    told: tuple[type[Exception], ...] = (DoorImpactError, ParameterException, *errors)
-    ends: list[int] = []
-    # rclpy's own handler ends spinning. A KeyboardInterrupt beside it could come in the middle of
-    # anything, and twice: from the terminal and from the launcher.
+    shown: tuple[type[Exception], ...] = (DoorImpactError, ParameterException, *errors)
+    ends: list[int] = []  # signals that asked the node to end
+    # rclpy's own handler ends spinning. Python's KeyboardInterrupt in addition could interrupt any
+    # statement, and twice: once from the terminal and once from the launcher.
     previous = signal.signal(signal.SIGINT, lambda number, _: ends.append(number))
     try:
         rclpy.init(args=args)
@@ -87,22 +92,22 @@ def run_node(
         known = time.monotonic() + DISCOVERY_TIME
         node = make()
         refuse_twin(node, known)
-        if not ends:  # it may have come before rclpy took notice
+        if not ends:  # the signal may have come before rclpy installed its handler
             spin(node)
     except ExternalShutdownException:
         pass
     except Exception as error:
-        if not ends and (not began or isinstance(error, told)):
+        if not ends and (not began or isinstance(error, shown)):
             name = node.get_name() if node is not None else make.__name__
             print(f"{name}: {error}", file=sys.stderr)
             return 1
-        # A signal may end the context in the middle of a callback, whose publish then fails.
+        # A signal may end the context during a callback, in which publishing then fails.
         if not ends and rclpy.ok():
             raise
     finally:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-        if not ends:  # another one may come while Python ends
+        if not ends:  # otherwise another signal may come while Python ends
             signal.signal(signal.SIGINT, previous)
     return 0

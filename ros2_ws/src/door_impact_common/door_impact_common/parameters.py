@@ -13,15 +13,15 @@ from door_impact_common.errors import SettingError
 
 
 class Parameters:
-    """Parameters of a node, declared at once and checked when they are read.
+    """Parameters of a node, declared together and checked when they are read.
 
-    Numbers may be given as integers and switches as 0 or 1, as people type them on a command line;
-    so the middleware is told that types may change, and each read checks the type.
+    Users type numbers as integers and switches as 0 or 1 on a command line. Parameters are
+    therefore declared with dynamic types, and every read checks the type.
 
     Args:
-        node: The node to declare them on.
+        node: Node that declares the parameters.
         table: Default and description of each parameter, by name.
-        read_only: Whether they can only be given when the node starts.
+        read_only: Whether parameters can be given only when the node starts.
     """
 
     def __init__(
@@ -29,7 +29,7 @@ class Parameters:
     ) -> None:
         self._node = node
         for name, (default, text) in table.items():
-            # Each needs a descriptor of its own: rclpy writes the name into it.
+            # Each parameter needs a descriptor of its own, because rclpy writes the name into it.
             node.declare_parameter(
                 name,
                 default,
@@ -37,19 +37,19 @@ class Parameters:
             )
 
     def value(self, name: str) -> Any:
-        """A parameter as it was given, unchecked."""
+        """Return a parameter as it was given, unchecked."""
         return self._node.get_parameter(name).value
 
     def text(self, name: str) -> str:
-        """A parameter as text; empty where it is not set."""
+        """Return a parameter as text; an unset parameter is the empty text."""
         value = self.value(name)
         return "" if value is None else str(value)
 
     def choice(self, name: str, known: Collection[str]) -> str:
-        """A parameter that must be one of some words.
+        """Return a parameter that must be one of the known words.
 
         Raises:
-            SettingError: It is another word.
+            SettingError: The parameter is another word.
         """
         value = self.text(name)
         if value not in known:
@@ -57,10 +57,10 @@ class Parameters:
         return value
 
     def number(self, name: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """A parameter that must be a finite number from `low` to `high`.
+        """Return a parameter that must be a finite number from `low` to `high`.
 
         Raises:
-            SettingError: It is none, or outside this range.
+            SettingError: The parameter is not a finite number, or is outside this range.
         """
         value = self.value(name)
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -72,10 +72,10 @@ class Parameters:
         return float(value)
 
     def positive(self, name: str) -> float:
-        """A parameter that must be a finite number above 0.
+        """Return a parameter that must be a finite number above 0.
 
         Raises:
-            SettingError: It is none.
+            SettingError: The parameter is not a positive finite number.
         """
         value = self.number(name)
         if not value > 0.0:
@@ -83,10 +83,10 @@ class Parameters:
         return value
 
     def whole(self, name: str, low: int = 0) -> int:
-        """A parameter that must be a whole number of at least `low`.
+        """Return a parameter that must be a whole number of at least `low`.
 
         Raises:
-            SettingError: It is none.
+            SettingError: The parameter is not a whole number, or is below `low`.
         """
         value = self.number(name)
         if value != round(value) or value < low:
@@ -94,10 +94,10 @@ class Parameters:
         return int(value)
 
     def switch(self, name: str) -> bool:
-        """A parameter that must be true or false.
+        """Return a parameter that must be true or false; 1 and 0 are accepted too.
 
         Raises:
-            SettingError: It is neither.
+            SettingError: The parameter is neither.
         """
         value = self.value(name)
         if value not in (True, False, "true", "false", "0", "1"):

@@ -1,4 +1,4 @@
-"""Stamps of messages as numbers, and back."""
+"""Conversion of messages' stamps to numbers and back."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from typing import Any
 
 from builtin_interfaces.msg import Duration, Time
 
-NANOSECONDS = 1_000_000_000  # in a second
+NANOSECONDS = 1_000_000_000  # nanoseconds in a second
 
 
 def nanoseconds(stamp: Any) -> int:
-    """A message's time or duration [ns]."""
+    """Convert a Time or Duration message to nanoseconds."""
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def seconds(stamp: Any) -> float:
-    """A message's time or duration [s]; a float keeps a time of today to about 0.2 us."""
+    """Convert a Time or Duration message to seconds; rounds today's time to about 0.2 us."""
     return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
 
 
 def stamp_of(nanoseconds: int) -> Time:
-    """The message of a time [ns]."""
+    """Convert nanoseconds since the clock's epoch to a Time message."""
     return Time(sec=nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
 
 

@@ -30,11 +30,13 @@ def reading():
 
 @pytest.mark.parametrize(("given", "number"), [(2, 2.0), (2.5, 2.5), (-1, -1.0)])
 def test_a_number_may_come_as_an_integer(reading, given, number):
+    """Users type 2 for 2.0."""
     assert reading(given).number("value") == number
 
 
 @pytest.mark.parametrize("given", [True, "2.0", math.nan, math.inf, [1.0]])
 def test_what_is_no_finite_number_is_refused_by_name(reading, given):
+    """Booleans, texts, lists, NaN and infinity are errors that name the parameter."""
     with pytest.raises(SettingError, match=r"^value is .*, must be a finite number$") as caught:
         reading(given).number("value")
     assert caught.value.setting == "value"
@@ -43,18 +45,21 @@ def test_what_is_no_finite_number_is_refused_by_name(reading, given):
 @pytest.mark.parametrize(("low", "high", "words"), [
     (3.0, math.inf, "3 or more"), (-math.inf, 1.0, "1 or less"), (3.0, 4.0, "from 3 to 4")])
 def test_a_number_out_of_its_range_is_refused_with_the_range(reading, low, high, words):
+    """The message gives the value and the range."""
     with pytest.raises(SettingError, match=f"^value is 2, must be {words}$"):
         reading(2).number("value", low, high)
 
 
 @pytest.mark.parametrize("given", [0, -2.0])
 def test_zero_is_not_positive(reading, given):
+    """Zero and negative numbers are errors where a positive number is needed."""
     with pytest.raises(SettingError, match="must be positive"):
         reading(given).positive("value")
 
 
 @pytest.mark.parametrize("given", [2.5, -1, "1"])
 def test_what_is_no_whole_number_is_refused(reading, given):
+    """Fractions, negative numbers and texts are errors."""
     with pytest.raises(SettingError, match="must be a"):
         reading(given).whole("value")
 
@@ -62,22 +67,26 @@ def test_what_is_no_whole_number_is_refused(reading, given):
 @pytest.mark.parametrize(("given", "on"), [
     (True, True), (1, True), ("true", True), (False, False), (0, False), ("false", False)])
 def test_a_switch_may_come_as_a_word_or_a_number(reading, given, on):
+    """true, 1 and their opposites are accepted in each spelling."""
     assert reading(given).switch("value") is on
 
 
 @pytest.mark.parametrize("given", ["yes", 2, 0.5])
 def test_what_is_neither_true_nor_false_is_refused(reading, given):
+    """Other words and numbers are errors."""
     with pytest.raises(SettingError, match="must be true or false"):
         reading(given).switch("value")
 
 
 def test_an_unknown_word_is_refused_with_those_that_are_known(reading):
+    """The message lists the words that are accepted."""
     with pytest.raises(SettingError, match=r"^value is other, must be one or two$"):
         reading("other").choice("value", ("one", "two"))
     assert reading("one").choice("value", ("one", "two")) == "one"
 
 
 def test_a_fixed_parameter_cannot_be_set_and_a_free_one_can(reading):
+    """A read-only parameter keeps its value when the node runs."""
     for read_only in (True, False):
         parameters = reading(1.0, read_only=read_only)
         result = parameters._node.set_parameters([Parameter("value", value=2.0)])[0]

@@ -1,6 +1,6 @@
 """Kinematics of a chain of joints for many samples at once.
 
-Pinocchio answers for one posture a call; a plan has thousands.
+Pinocchio computes one posture per call, which is slow for the thousands of samples of a plan.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from door_impact_common.arrays import Array
 
 @dataclass(frozen=True)
 class ChainPose:
-    """Where the chain is, in odom.
+    """Pose of a chain of C joints in odom, at N samples.
 
     Attributes:
-        axes: Of the C joints, (N, C, 3).
+        axes: Unit vectors along the axes of the joints, (N, C, 3).
         origins: Points on the axes, (N, C, 3) [m].
-        end: Origin of the frame at the end, (N, 3) [m].
+        end: Origin of the frame at the chain's end, (N, 3) [m].
     """
 
     axes: Array
@@ -29,11 +29,16 @@ class ChainPose:
     end: Array
 
     def jacobian(self) -> Array:
-        """Of the end's position to the joints, (N, 3, C) [m]."""
+        """Compute the Jacobian of the end's position with respect to the joints, (N, 3, C) [m]."""
         return np.swapaxes(np.cross(self.axes, self.end[:, None] - self.origins), 1, 2)
 
     def torques(self, force: Array, moment: Array) -> Array:
-        """What a force and a moment at the end (N, 3) do at the joints, (N, C) [N m]."""
+        """Compute the torques at the joints of a force and a moment at the end, (N, C) [N m].
+
+        Args:
+            force: Force on the end, axes of odom, (N, 3) [N].
+            moment: Moment on the end, axes of odom, (N, 3) [N m].
+        """
         arm = np.cross(self.end[:, None] - self.origins, force[:, None])
         return np.einsum("ncj,ncj->nc", self.axes, arm + moment[:, None])
 
@@ -43,11 +48,11 @@ class Chain:
 
     Args:
         model: Pinocchio's model, with a free joint first.
-        joint_names: The robot's joints in its own order.
-        frame: Name of the frame at the end.
+        joint_names: Names of the robot's joints in its own order.
+        frame: Name of the frame at the chain's end.
 
     Attributes:
-        columns: Of its joints in the robot's order, from the base outwards, (C,).
+        columns: Columns of the chain's joints in the robot's order, from the base outwards, (C,).
     """
 
     def __init__(self, model: Any, joint_names: Sequence[str], frame: str) -> None:
@@ -66,7 +71,7 @@ class Chain:
         self._end = np.array(end.placement.translation)
 
     def place(self, joints: Array, base: Array) -> ChainPose:
-        """Pose for joints (N, J) [rad] and an upright base_link at places (N, 3) [m]."""
+        """Compute the pose for joints (N, J) [rad] and an upright base_link at (N, 3) [m]."""
         n, count = len(joints), len(self.columns)
         axes, origins = np.empty((n, count, 3)), np.empty((n, count, 3))
         angle = joints[:, self.columns]
@@ -85,12 +90,12 @@ class Chain:
 
 
 def _axis(joint: Any) -> Array:
-    """Axis of a revolute joint in its own frame, (3,)."""
+    """Return the axis of a revolute joint in its own frame, (3,)."""
     data = joint.createData()
     joint.calc(data, np.zeros(1))
     return np.array(data.S).reshape(6)[3:]
 
 
 def _times(matrices: Array, constant: Array) -> Array:
-    """Matrices (N, 3, 3) times one matrix or vector; as one product, N small ones are slow."""
+    """Multiply matrices (N, 3, 3) with one matrix or vector, in one product for speed."""
     return (matrices.reshape(-1, 3) @ constant).reshape(len(matrices), *constant.shape)

@@ -10,7 +10,7 @@ class HumanoidMotionError(DoorImpactError):
 
 
 class PostureUnreachable(HumanoidMotionError):
-    """The feet, the height of the waist or a point of contact are out of reach."""
+    """A posture would put a foot, the waist or a contact out of reach, or two bodies too close."""
 
     reason = "posture_unreachable"
 

@@ -1,4 +1,4 @@
-"""Where HRP-2's links are, from its joint angles alone (Pinocchio)."""
+"""Poses of the robot's links and its centre of mass in base_link, from the joint angles alone."""
 
 from __future__ import annotations
 
@@ -11,28 +11,36 @@ from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
 from numpy.typing import ArrayLike
 
+from humanoid_motion.pinocchio_model import free_floating_model
+
 
 class RobotKinematics:
-    """Poses of links relative to ``base_link``.
+    """Poses of links relative to ``base_link`` for the joint angles that were set last.
+
+    An object must not be shared between threads, because Pinocchio's work space is reused.
 
     Args:
-        robot: Configuration whose URDF is read.
+        robot: Configuration that names the URDF.
+
+    Attributes:
+        robot: Configuration of the robot.
+        tree: Names (parent, child) of the links that each joint of the URDF joins.
     """
 
     def __init__(self, robot: RobotConfig) -> None:
         self.robot = robot
-        self._model = pin.buildModelFromUrdf(str(robot.urdf_path))
+        self._model = free_floating_model(robot)
         self._data = self._model.createData()
         self._order = [
             self._model.joints[self._model.getJointId(name)].idx_q for name in robot.joint_names
         ]
-        self._configuration = np.zeros(self._model.nq)
+        # The base stays at the origin, so poses in Pinocchio's world are poses in base_link.
+        self._configuration = np.array(pin.neutral(self._model))
         self._soles = {side: self._frame(foot.sole) for side, foot in robot.feet.items()}
         tree = [
             (joint.find("parent"), joint.find("child"))
             for joint in ET.parse(robot.urdf_path).getroot().findall("joint")
         ]
-        #: Names (parent, child) of each joint's links, parents before children.
         self.tree: tuple[tuple[str, str], ...] = tuple(
             (parent.attrib["link"], child.attrib["link"])
             for parent, child in tree
@@ -41,13 +49,13 @@ class RobotKinematics:
         self._tree_frames = [(self._frame(one), self._frame(two)) for one, two in self.tree]
 
     def set_joints(self, positions: ArrayLike) -> None:
-        """Take new joint angles.
+        """Set the joint angles.
 
         Args:
-            positions: Angles (30,) [rad], in the order of the configuration's ``joint_names``.
+            positions: Angles in the order of the configuration's ``joint_names``, (J,) [rad].
 
         Raises:
-            SettingError: If there are not 30 of them or one is not finite.
+            SettingError: There are not J angles, or an angle is not finite.
         """
         angles = np.asarray(positions, dtype=float)
         if angles.shape != (len(self._order),):
@@ -69,16 +77,16 @@ class RobotKinematics:
         """Return the pose (4, 4) of a link in base_link.
 
         Raises:
-            SettingError: If the robot has no such link.
+            SettingError: The robot has no such link.
         """
         frame = self._frame(link)
         return np.array(pin.updateFramePlacement(self._model, self._data, frame).homogeneous)
 
     def link_transforms(self) -> Array:
-        """Return each link's pose in its parent, in the order of ``tree``.
+        """Return the pose of each child link in its parent, in the order of ``tree``.
 
         Returns:
-            Rows (n, 7): x, y, z [m] and the quaternion x, y, z, w.
+            Rows (n, 7) with the position x, y, z [m] and the quaternion x, y, z, w.
         """
         pin.updateFramePlacements(self._model, self._data)
         poses = self._data.oMf
@@ -87,12 +95,8 @@ class RobotKinematics:
         )
 
     def com(self) -> Array:
-        """Return the whole robot's center of mass (3,) in base_link [m]."""
-        moving = pin.centerOfMass(self._model, self._data, pin.POSITION, False)
-        mass = self._data.mass[0]
-        # Pinocchio leaves out the root link, whose inertia it gives to the world.
-        root = self._model.inertias[0]
-        return np.array((mass * moving + root.mass * root.lever) / (mass + root.mass))
+        """Return the centre of mass of the whole robot in base_link, (3,) [m]."""
+        return np.array(pin.centerOfMass(self._model, self._data, pin.POSITION, False))
 
     def _frame(self, link: str) -> int:
         if not self._model.existFrame(link):
@@ -109,7 +113,7 @@ def inverse_pose(pose: Array) -> Array:
 
 
 def planar_pose(x: float, y: float, yaw: float) -> Array:
-    """Return the pose (4, 4) of something flat on the floor at (x, y) [m], turned by yaw [rad]."""
+    """Return the pose (4, 4) of a frame on the floor at x, y [m], turned about z by yaw [rad]."""
     pose = np.eye(4)
     cos, sin = np.cos(yaw), np.sin(yaw)
     pose[:2, :2] = [[cos, -sin], [sin, cos]]
@@ -118,10 +122,10 @@ def planar_pose(x: float, y: float, yaw: float) -> Array:
 
 
 def yaw_of(pose: Array) -> float:
-    """Return the heading [rad] of a pose's x axis about the vertical."""
+    """Return the heading of a pose's x axis, its angle about the vertical [rad]."""
     return float(np.arctan2(pose[1, 0], pose[0, 0]))
 
 
 def pose_row(pose: Array) -> Array:
-    """Return a pose (4, 4) as x, y, z [m] and the quaternion x, y, z, w (7,)."""
+    """Return a pose (4, 4) as its position x, y, z [m] and quaternion x, y, z, w, (7,)."""
     return np.array(pin.SE3ToXYZQUAT(pin.SE3(pose[:3, :3].copy(), pose[:3, 3].copy())))

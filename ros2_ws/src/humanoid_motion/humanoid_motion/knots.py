@@ -1,7 +1,12 @@
-"""Knots that a driver's spline follows, instead of a dump of samples.
+"""Knots of a planned motion: few points that a driver joins by quintics, not a dump of samples.
 
-ros2_control's JointTrajectoryController joins points that carry positions, velocities and
-accelerations with quintic polynomials; so does `Knots.at`.
+`Knots` is what a plan holds, cuts and joins: every knot has position, velocity and acceleration.
+`humanoid_motion.spline.Spline` is the driver's side: it also follows points without velocities or
+accelerations, and rests outside its knots.
+
+The quintic stands in both modules, here on [0, 1] and there in seconds, on purpose. With one form
+in both, either plans or the driver's reference change by rounding (1e-16), and the simulated
+contact amplifies that to up to 0.5 deg of the door's largest angle: every figure would change.
 """
 
 from __future__ import annotations
@@ -14,10 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.motion import Motion
 
-# [rad]; at 20 microradians the accelerations stray so far that the ZMP is 2 mm off in the run-up.
+# Largest error of the joints between knots [rad]; with 2e-5 rad the accelerations err so much that
+# the ZMP of the run-up is 2 mm off.
 TOLERANCE = 5e-6
 
-# Coefficients of a quintic on [0, 1] from value, first and second derivative at both ends.
+# Coefficients of a quintic on [0, 1] from value, first and second derivative at 0 and at 1.
 _QUINTIC = np.array([
     [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
@@ -33,10 +39,13 @@ class Knots:
     """Points of a piecewise quintic trajectory of J joints.
 
     Attributes:
-        time: Rising, (K,) [s].
-        position: (K, J) [rad].
-        velocity: (K, J) [rad/s].
-        acceleration: (K, J) [rad/s^2].
+        time: Times of the knots, strictly increasing, (K,) with K >= 2 [s].
+        position: Positions of the joints, (K, J) [rad].
+        velocity: Velocities of the joints, (K, J) [rad/s].
+        acceleration: Accelerations of the joints, (K, J) [rad/s^2].
+
+    Raises:
+        ValueError: Shapes differ, times do not increase, or there are fewer than two knots.
     """
 
     time: Array
@@ -45,16 +54,16 @@ class Knots:
     acceleration: Array
 
     def __post_init__(self) -> None:
-        """Check shapes and order."""
+        """Check shapes and the order of the times."""
         k = len(self.time)
         for name in ("position", "velocity", "acceleration"):
             if getattr(self, name).shape[0] != k:
                 raise ValueError(f"{name} has {getattr(self, name).shape[0]} rows, not {k}")
         if k < 2 or np.any(np.diff(self.time) <= 0.0):
-            raise ValueError("knots need at least two rising times")
+            raise ValueError("knots need at least two times, and rising ones")
 
     def held_until(self, time: float) -> Knots:
-        """These, standing still from their end until a time [s]."""
+        """Return these knots and one more at a time [s], until which the joints stand still."""
         still = np.zeros((1, self.position.shape[1]))
         return Knots(
             np.append(self.time, time),
@@ -64,9 +73,13 @@ class Knots:
         )
 
     def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration at times (N,), each (N, J).
+        """Compute the motion at some times.
 
-        Times outside the knots are held at the nearest end.
+        Args:
+            time: Times, (N,) or a number [s]; times outside the knots count as the nearest knot's.
+
+        Returns:
+            Positions [rad], velocities [rad/s] and accelerations [rad/s^2], (N, J) each.
         """
         t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
         i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
@@ -83,10 +96,13 @@ class Knots:
 
 
 def quintic(*ends: Array) -> Array:
-    """Quintic on [0, 1] with given value, first and second derivative, each (...), at both ends.
+    """Compute the quintic on [0, 1] that has given values and derivatives at both ends.
+
+    Args:
+        ends: Value, first and second derivative at 0, then the same three at 1; six arrays (...).
 
     Returns:
-        Coefficients of rising powers, (6, ...).
+        Coefficients of the powers 0 to 5, (6, ...).
     """
     return np.tensordot(_QUINTIC, np.array(ends), axes=1)
 
@@ -98,16 +114,16 @@ def from_samples(
     acceleration: Array,
     tolerance: float = TOLERANCE,
 ) -> tuple[Knots, NDArray[np.int_]]:
-    """Few knots whose spline stays within a tolerance of dense samples.
+    """Reduce dense samples to few knots whose spline stays within a tolerance of the samples.
 
-    Each knot is set as far from the one before as the tolerance allows.
+    Each knot is set as far behind the preceding knot as the tolerance allows.
 
     Args:
-        time: Rising, (N,) [s].
-        position: (N, J) [rad].
-        velocity: (N, J) [rad/s].
-        acceleration: (N, J) [rad/s^2].
-        tolerance: Largest error at a sample [rad].
+        time: Times of the samples, strictly increasing, (N,) [s].
+        position: Positions of the joints, (N, J) [rad].
+        velocity: Velocities of the joints, (N, J) [rad/s].
+        acceleration: Accelerations of the joints, (N, J) [rad/s^2].
+        tolerance: Largest error of a position at a sample [rad].
 
     Returns:
         The knots, and the indices of the samples that became knots, (K,).
@@ -126,8 +142,8 @@ def from_samples(
             h = time[j] - time[i]
             spline = quintic(p[i], v[i] * h, a[i] * h**2, p[j], v[j] * h, a[j] * h**2)
             powers = np.vander((time[i + 1 : j] - time[i]) / h, 6, increasing=True)
-            error = powers @ spline - p[i + 1 : j]
-            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)  # nothing may move
+            error = powers @ spline - p[i + 1 : j]  # may be empty, so `initial`
+            return bool(np.max(np.abs(error), initial=0.0) <= tolerance)
 
         low, high = i + 1, min(i + max(2 * stride, 2), last)
         while low < high:
@@ -143,7 +159,7 @@ def from_samples(
 
 
 def from_motion(motion: Motion, tolerance: float = TOLERANCE) -> tuple[Knots, NDArray[np.int_]]:
-    """Knots of a motion's joints; see `from_samples`."""
+    """Reduce a motion of the joints to knots, as `from_samples` does."""
     return from_samples(
         motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration, tolerance
     )

@@ -1,4 +1,4 @@
-"""Sampled motions of the whole robot and the smooth time laws they are made of."""
+"""Sampled motions of the whole robot, and the minimum-jerk time law of which many consist."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from scipy.interpolate import make_interp_spline
 
 @dataclass(frozen=True)
 class Motion:
-    """A whole-body motion at N instants, base_link upright (orientation parallel to odom).
+    """A whole-body motion at N samples; base_link stays parallel to odom.
 
     Attributes:
-        time: From the start of the phase, (N,) [s].
-        joints: Positions in the robot's joint order, (N, 30) [rad].
-        joint_speed: (N, 30) [rad/s].
-        joint_acceleration: (N, 30) [rad/s^2].
+        time: Times since the start of the phase, increasing, (N,) [s].
+        joints: Positions of the joints in the robot's order, (N, J) [rad].
+        joint_speed: Velocities of the joints, (N, J) [rad/s].
+        joint_acceleration: Accelerations of the joints, (N, J) [rad/s^2].
         base: Position of base_link in odom, (N, 3) [m].
-        base_speed: (N, 3) [m/s].
-        base_acceleration: (N, 3) [m/s^2].
+        base_speed: Velocity of base_link in odom, (N, 3) [m/s].
+        base_acceleration: Acceleration of base_link in odom, (N, 3) [m/s^2].
     """
 
     time: Array
@@ -33,7 +33,7 @@ class Motion:
     base_acceleration: Array
 
     def __len__(self) -> int:
-        """Number of samples."""
+        """Return the number of samples."""
         return len(self.time)
 
     @property
@@ -43,28 +43,28 @@ class Motion:
 
 
 def min_jerk(time: ArrayLike, duration: float) -> Array:
-    """Minimum-jerk rise from 0 to 1 within a duration, any shape; 0 before, 1 after."""
+    """Compute the minimum-jerk rise from 0 at time 0 to 1 at a duration [s], constant outside."""
     return min_jerk_course(time, duration)[0]
 
 
 def min_jerk_course(time: ArrayLike, duration: float) -> tuple[Array, Array, Array]:
-    """`min_jerk` with its speed [1/s] and acceleration [1/s^2]."""
+    """Compute `min_jerk`, its speed [1/s] and its acceleration [1/s^2], shaped as the times [s]."""
     x = np.clip(np.asarray(time, dtype=float) / duration, 0.0, 1.0)
-    way = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    rise = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
     speed = 30.0 * x**2 * (1.0 - x) ** 2 / duration
-    return way, speed, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
+    return rise, speed, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
 
 
 def rest_to_rest(nodes: Array, joints: Array, base: Array, time: Array) -> Motion:
-    """Motion through postures that begins and ends at rest.
+    """Make a motion through postures that begins and ends at rest.
 
-    Quintic splines, so that speeds and accelerations are smooth.
+    It consists of quintic splines, so that speeds and accelerations are smooth.
 
     Args:
-        nodes: Times of the postures, (K,), K >= 6 [s].
-        joints: (K, 30) [rad].
-        base: (K, 3) [m].
-        time: Of the motion's samples, within the nodes, (N,) [s].
+        nodes: Times of the postures, (K,) with K >= 6 [s].
+        joints: Joints of the postures, (K, J) [rad].
+        base: Positions of base_link in odom, (K, 3) [m].
+        time: Times of the motion's samples, within the nodes, (N,) [s].
     """
     rest = [(1, np.zeros(joints.shape[1] + 3)), (2, np.zeros(joints.shape[1] + 3))]
     spline = make_interp_spline(nodes, np.hstack([joints, base]), k=5, bc_type=(rest, rest))
@@ -72,7 +72,7 @@ def rest_to_rest(nodes: Array, joints: Array, base: Array, time: Array) -> Motio
 
 
 def from_derivatives(time: Array, position: Array, speed: Array, acceleration: Array) -> Motion:
-    """Motion from stacked (N, 33) arrays: joints first, then the base."""
+    """Make a motion from arrays (N, J + 3) whose last three columns are those of the base."""
     return Motion(
         time=time,
         joints=position[:, :-3],
@@ -85,6 +85,6 @@ def from_derivatives(time: Array, position: Array, speed: Array, acceleration: A
 
 
 def still(joints: Array, base: Array) -> Motion:
-    """One posture at rest: joints (30,) [rad] and base (3,) [m]."""
+    """Make a motion of one sample at rest, from joints (J,) [rad] and base (3,) [m] in odom."""
     zero = np.zeros((1, len(joints) + 3))
     return from_derivatives(np.zeros(1), np.append(joints, base)[None, :], zero, zero)

@@ -1,8 +1,9 @@
-"""A humanoid as the planner needs it: a thin layer over Pinocchio.
+"""Kinematics and dynamics of a humanoid: a thin layer over Pinocchio.
 
-Joint vectors are in the robot's own order, `RobotConfig.joint_names`; (J,) is one entry a joint.
-Joints of the URDF that are not among them are fixed at zero. The base is a free joint; in every
-planned motion its axes stay parallel to those of odom.
+Joint vectors are in the robot's own order, `RobotConfig.joint_names`; a shape (J,) has one entry
+for each joint. Joints of the URDF that are not in this list are fixed at zero. The base is a free
+joint; in every planned motion the axes of base_link stay parallel to those of odom. q and v are
+Pinocchio's vectors of configuration and velocity.
 """
 
 from __future__ import annotations
@@ -15,35 +16,28 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from door_impact_common.constants import GRAVITY
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
-from humanoid_motion.leg_ik import LegGeometry
+from humanoid_motion.leg_ik import is_parallel, leg_geometry
+from humanoid_motion.pinocchio_model import free_floating_model
 
-TOWARDS_DOOR = (0.0, -1.0, 0.0)
-_BELOW = "yz"
-# Joints of a leg that `leg_ik` solves, and along which axes each may stand off the one before: the
-# hip's axes meet in a point, so do the ankle's, and knee and ankle lie below hip and knee.
-_LEG_KIND = (
-    ("hip yaw", "RZ", "xyz"), ("hip roll", "RX", ""), ("hip pitch", "RY", ""),
-    ("knee", "RY", _BELOW), ("ankle pitch", "RY", _BELOW), ("ankle roll", "RX", ""),
-)  # fmt: skip
-_PARALLEL = 1e-6  # of offsets [m] and of the entries of a rotation
-_LEVEL = 1e-4  # of the soles of half-sitting [rad], [m]
-_SQUAT = 0.525  # of the leg's length between hip and ankle: the deepest squat of a hit
+TOWARDS_DOOR = (0.0, -1.0, 0.0)  # direction of the hit in odom
+_LEVEL = 1e-4  # largest tilt [rad] and difference in height [m] of the soles in half-sitting
+_SQUAT = 0.525  # distance from hip to ankle in the deepest squat, as a share of the leg's length
 
 
 @dataclass(frozen=True)
 class Foot:
-    """A foot as the planner sees it.
+    """The sole of a foot and the area on which it can stand.
 
     Attributes:
         frame: Name of the sole's frame.
-        sole: Sole from the ankle centre, in the foot's axes, (3,) [m].
+        sole: Position of the sole's frame relative to the ankle's centre, in the foot's axes,
+            (3,) [m].
         rectangle: x_min, x_max, y_min, y_max of the support area in the sole's frame [m].
     """
 
@@ -52,7 +46,7 @@ class Foot:
     rectangle: tuple[float, float, float, float]
 
     def corners(self, position: ArrayLike) -> Array:
-        """Corners of the support area on the floor for a sole at a position, (4, 2) [m]."""
+        """Compute the corners of the support area, (4, 2) [m], of a sole at a position (3,) [m]."""
         x, y = np.asarray(position, dtype=float)[:2]
         return np.asarray(sole_corners(self.rectangle, (x, y, 0.0)))
 
@@ -60,18 +54,37 @@ class Foot:
 class RobotModel:
     """Kinematics and dynamics of the robot.
 
-    Not safe to share between threads: Pinocchio's work space is reused.
+    An object must not be shared between threads, because Pinocchio's work space is reused.
+
+    Attributes:
+        config: Configuration of the robot.
+        model: Pinocchio's model.
+        data: Pinocchio's work space.
+        joint_names: Names of the joints in the robot's order.
+        q_index: Index of each joint in q, (J,).
+        v_index: Index of each joint in v, (J,).
+        lower: Lower ends of the joints' ranges, (J,) [rad].
+        upper: Upper ends of the joints' ranges, (J,) [rad].
+        speed_limit: Largest speeds of the joints, (J,) [rad/s].
+        effort_limit: Largest torques of the joints, (J,) [N m].
+        mass: Mass of the whole robot [kg].
+        legs: Dimensions of the legs, by side.
+        feet: Feet, by side.
+        leg_columns: Columns of the legs' joints in the robot's order, by side.
+        arm_columns: Columns of the hitting arm's joints in the robot's order.
+        leg_chains: Chains from base_link to the soles, by side.
+        hand_chain: Chain from base_link to the hand of the hitting arm.
     """
 
     def __init__(self, config: RobotConfig) -> None:
         """Load the URDF that the robot's configuration names.
 
         Raises:
-            RobotConfigError: A leg or a sole is of another kind than `leg_ik` solves, or soles
-                of half-sitting are not on one floor.
+            RobotConfigError: A leg or a sole is not of the kind that `leg_ik` solves, or the soles
+                of half-sitting are not level on one floor.
         """
         self.config = config
-        self.model: Any = _load(config)
+        self.model: Any = free_floating_model(config)
         self.data: Any = self.model.createData()
         self.joint_names: tuple[str, ...] = tuple(config.joint_names)
         ids = [self.model.getJointId(name) for name in self.joint_names]
@@ -80,7 +93,7 @@ class RobotModel:
         self.lower, self.upper = config.lower, config.upper
         self.speed_limit, self.effort_limit = config.velocity_limit, config.effort_limit
         self.mass = float(pin.computeTotalMass(self.model))
-        self.legs = {side: self._leg(side) for side in SIDES}
+        self.legs = {side: leg_geometry(self.model, side, config.legs[side]) for side in SIDES}
         self.feet = {side: self._foot(side) for side in SIDES}
         self.leg_columns = {side: self.indices(config.legs[side]) for side in SIDES}
         self.arm_columns = self.indices(config.arm.joints)
@@ -94,58 +107,67 @@ class RobotModel:
     # -- configuration ---------------------------------------------------------------------
 
     def configuration(self, base: ArrayLike, joints: ArrayLike) -> Array:
-        """Pinocchio's q for an upright base at a position (3,) [m] and joints (J,) [rad]."""
+        """Compose q of an upright base_link at a position (3,) [m] and of joints (J,) [rad]."""
         q = np.array(pin.neutral(self.model))
         q[:3] = base
         q[self.q_index] = joints
         return q
 
     def velocity(self, base: ArrayLike, joints: ArrayLike) -> Array:
-        """Pinocchio's v (or a) for an upright base that does not turn."""
+        """Compose v of a base_link that moves with (3,) [m/s] upright, and of joints (J,) [rad/s].
+
+        Accelerations are composed in the same way.
+        """
         v = np.zeros(self.model.nv)
         v[:3] = base
         v[self.v_index] = joints
         return v
 
     def indices(self, names: Sequence[str]) -> NDArray[np.int_]:
-        """Columns of joints in the robot's order."""
+        """Return the columns of joints in the robot's order."""
         return np.array([self.joint_names.index(name) for name in names], dtype=int)
 
     # -- figures of one posture --------------------------------------------------------------
 
     def com(self, q: Array) -> Array:
-        """Centre of mass in odom, (3,) [m]."""
+        """Compute the centre of mass in odom, (3,) [m]."""
         return np.array(pin.centerOfMass(self.model, self.data, q))
 
     def inertia_about_com(self, q: Array) -> Array:
-        """Inertia of the stiffened robot about its CoM, axes of odom, (3, 3) [kg m^2]."""
+        """Compute the inertia of the stiff robot about its CoM, axes of odom, (3, 3) [kg m^2]."""
         pin.ccrba(self.model, self.data, q, np.zeros(self.model.nv))
         return np.array(self.data.Ig.inertia)
 
     def mass_matrix(self, q: Array) -> Array:
-        """Pinocchio's joint-space inertia, without rotors, (nv, nv)."""
+        """Compute Pinocchio's joint-space inertia matrix without the motors' rotors, (nv, nv)."""
         upper = np.triu(np.array(pin.crba(self.model, self.data, q)))
         return np.asarray(upper + np.triu(upper, 1).T)
 
     def contact_position(self, q: Array) -> Array:
-        """Centre of the contact body (the elbow) in odom, (3,) [m]."""
+        """Compute the centre of the body that hits (the elbow) in odom, (3,) [m]."""
         pin.forwardKinematics(self.model, self.data, q)
         return np.array(self.data.oMi[self._contact_joint].act(self._contact_offset))
 
     def frame_position(self, q: Array, name: str) -> Array:
-        """Origin of a frame in odom, (3,) [m]."""
+        """Compute the origin of a frame in odom, (3,) [m]."""
         pin.forwardKinematics(self.model, self.data, q)
         index = self._frame_id(name)
         return np.array(pin.updateFramePlacement(self.model, self.data, index).translation)
 
     def frame_pose(self, q: Array, name: str) -> tuple[Array, Array]:
-        """Origin (3,) [m] and orientation (3, 3) of a frame in odom."""
+        """Compute the origin (3,) [m] and the orientation (3, 3) of a frame in odom."""
         pin.forwardKinematics(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self._frame_id(name))
         return np.array(pose.translation), np.array(pose.rotation)
 
     def point_jacobian(self, q: Array, joint: int, offset: Array) -> Array:
-        """Jacobian of a point fixed to a joint's body, axes of odom, (3, nv)."""
+        """Compute the Jacobian of a point of a joint's body, axes of odom, (3, nv).
+
+        Args:
+            q: Configuration.
+            joint: Pinocchio's index of the joint.
+            offset: Position of the point in the joint's frame, (3,) [m].
+        """
         pin.computeJointJacobians(self.model, self.data, q)
         j = pin.getJointJacobian(
             self.model, self.data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
@@ -154,11 +176,11 @@ class RobotModel:
         return np.array(j[:3] - pin.skew(arm) @ j[3:])
 
     def contact_jacobian(self, q: Array) -> Array:
-        """Jacobian of point B's body centre, axes of odom, (3, nv)."""
+        """Compute the Jacobian of `contact_position`, axes of odom, (3, nv)."""
         return self.point_jacobian(q, self._contact_joint, self._contact_offset)
 
     def contact_turn_jacobian(self, q: Array) -> Array:
-        """Angular part of the contact body's Jacobian, axes of odom, (3, nv)."""
+        """Compute the angular Jacobian of the body that hits, axes of odom, (3, nv)."""
         pin.computeJointJacobians(self.model, self.data, q)
         return np.array(pin.getJointJacobian(
             self.model, self.data, self._contact_joint,
@@ -173,17 +195,17 @@ class RobotModel:
         direction: ArrayLike = TOWARDS_DOOR,
         rotors: float = 0.0,
     ) -> float:
-        """Mass that point B shows to a blow while joints yield [kg].
+        """Compute the effective mass of point B in a hit during which joints yield [kg].
 
-        The operational inertia (Khatib 1987)
+        This is the operational inertia (Khatib 1987)
         ``1 / (J_B (M^-1 - M^-1 Jc^T (Jc M^-1 Jc^T)^-1 Jc M^-1) J_B^T)`` with the feet fixed on the
-        floor as constraints Jc. `hit_response` is what a plan goes by.
+        floor as constraints Jc. Plans use the more detailed ``hit_response`` of impact_planner.
 
         Args:
             q: Configuration at the hit.
-            locked: Joints that do not yield.
-            feet: Sides whose foot stays put, of ``right`` and ``left``; may be empty.
-            direction: Of the blow in odom, (3,).
+            locked: Names of the joints that do not yield.
+            feet: Sides whose foot stays on the floor, ``left`` or ``right``; may be empty.
+            direction: Direction of the hit in odom, (3,).
             rotors: Multiple of the rotors' inertia, gear^2 J, that is added to each joint.
         """
         m = self.mass_matrix(q)
@@ -201,11 +223,11 @@ class RobotModel:
         return 1.0 / float(jb @ change)
 
     def frame_jacobian(self, q: Array, name: str) -> Array:
-        """Jacobian of a frame, axes of odom, linear rows first, (6, nv)."""
+        """Compute the Jacobian of a frame, axes of odom, linear rows first, (6, nv)."""
         return self.frames_at(q, [name])[0][1]
 
     def frames_at(self, q: Array, names: Sequence[str]) -> list[tuple[Array, Array]]:
-        """Position in odom (3,) [m] and Jacobian (6, nv) of each of some frames."""
+        """Compute the position in odom (3,) [m] and the Jacobian (6, nv) of each frame."""
         pin.computeJointJacobians(self.model, self.data, q)
         found = []
         for name in names:
@@ -217,7 +239,13 @@ class RobotModel:
         return found
 
     def hand_radius(self) -> float:
-        """Radius of the right hand [m]: the configured one, or of its collision sphere."""
+        """Return the radius of the hand [m].
+
+        It is the configured one, or else that of the hand's collision sphere in the URDF.
+
+        Raises:
+            RobotConfigError: Neither the configuration nor the URDF gives a radius.
+        """
         if self.config.hand_radius is not None:
             return self.config.hand_radius
         link = self.config.hand_link
@@ -225,12 +253,13 @@ class RobotModel:
         sphere = root.find(f"./link[@name='{link}']/collision/geometry/sphere")
         if sphere is None:
             raise RobotConfigError(
-                f"the URDF gives {link!r} no collision sphere", limit="one, or a hand_radius"
+                f"link {link!r} has no collision sphere in the URDF: add one, or set hand_radius",
+                limit="a collision sphere or hand_radius",
             )
         return float(sphere.attrib["radius"])
 
     def waist_heights(self) -> tuple[float, float]:
-        """Heights of the base above the floor from a deep squat to stretched legs [m]."""
+        """Compute the heights of base_link in a deep squat and on stretched legs [m]."""
         leg, sole = self.legs["right"], self.feet["right"].sole
         length = leg.thigh + leg.shank
         floor = float(leg.hip[2] + sole[2])
@@ -247,54 +276,13 @@ class RobotModel:
         self._frame_id(frame)
         return Chain(self.model, self.joint_names, frame)
 
-    def _leg(self, side: str) -> LegGeometry:
-        names = ["root_joint", *self.config.legs[side]]
-        offset = [self._leg_offset(i, names[i + 1], names[i]) for i in range(len(_LEG_KIND))]
-        return LegGeometry(
-            name=f"{side} leg",
-            hip=offset[0],
-            thigh=float(-offset[3][2]),
-            shank=float(-offset[4][2]),
-            lateral=float(offset[3][1] + offset[4][1]),
-        )
-
-    def _leg_offset(self, place: int, name: str, before: str) -> Array:
-        """Place of a leg's joint in the one before, (3,) [m]; it must be as `_LEG_KIND` says."""
-        what, axis, free = _LEG_KIND[place]
-
-        def require(fits: bool, quantity: str, value: object, limit: str) -> None:
-            if not fits:
-                raise RobotConfigError(
-                    f"{name} is not the {what} of a leg that the planner solves: {quantity}",
-                    value=value,
-                    limit=limit,
-                )
-
-        index = self.model.getJointId(name)
-        parent = str(self.model.names[self.model.parents[index]])
-        require(parent == before, "joint before it", parent, before)
-        kind = str(self.model.joints[index].shortname())
-        require(kind == f"JointModel{axis}", "axis", kind, f"JointModel{axis}")
-        placement = self.model.jointPlacements[index]
-        require(
-            _is_parallel(placement), "frame in the zero posture",
-            np.round(placement.rotation, 3).tolist(), "parallel to the base",
-        )  # fmt: skip
-        offset = np.array(placement.translation)
-        aside = [abs(x) for x, letter in zip(offset, "xyz", strict=True) if letter not in free]
-        require(
-            max(aside, default=0.0) < _PARALLEL and (free != _BELOW or offset[2] < 0.0),
-            "offset [m]", offset.round(4).tolist(), f"along {free or 'no axis'} only, not upwards",
-        )  # fmt: skip
-        return offset
-
     def _foot(self, side: str) -> Foot:
         name = self.config.feet[side].sole
         frame = self.model.frames[self._frame_id(name)]
         last, carrier = self.config.legs[side][-1], str(self.model.names[frame.parentJoint])
         if carrier != last:
             raise RobotConfigError(f"{name} hangs on another joint", value=carrier, limit=last)
-        if not _is_parallel(frame.placement):
+        if not is_parallel(frame.placement):
             raise RobotConfigError(
                 f"{name} is not parallel to the base in the zero posture",
                 value=np.round(frame.placement.rotation, 3).tolist(),
@@ -307,7 +295,7 @@ class RobotModel:
         )
 
     def _require_level_soles(self) -> None:
-        """Motions begin in half-sitting, with soles level and parallel to the base."""
+        """Check half-sitting, in which motions begin: level soles, parallel to the base."""
         q = self.configuration(np.zeros(3), self.config.half_sitting)
         poses = {side: self.frame_pose(q, self.feet[side].frame) for side in SIDES}
         for side, (position, rotation) in poses.items():
@@ -323,20 +311,5 @@ class RobotModel:
 
 
 def braced_upper_body(robot: RobotModel) -> Array:
-    """Half-sitting with the right arm braced, (30,) [rad]."""
+    """Return the joints of half-sitting with the hitting arm braced, (J,) [rad]."""
     return np.asarray(robot.config.posture(robot.config.braced_posture), dtype=float)
-
-
-def _load(config: RobotConfig) -> Any:
-    """Pinocchio's model on a free base, with the joints that are not listed fixed at zero."""
-    model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
-    moving = {"universe", "root_joint", *config.joint_names}
-    fixed = [model.getJointId(name) for name in model.names if name not in moving]
-    if fixed:
-        model = pin.buildReducedModel(model, fixed, pin.neutral(model))
-    model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own is 9.81
-    return model
-
-
-def _is_parallel(placement: Any) -> bool:
-    return bool(np.abs(placement.rotation - np.eye(3)).max() < _PARALLEL)

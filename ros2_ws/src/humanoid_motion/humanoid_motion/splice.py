@@ -1,4 +1,4 @@
-"""Joining and re-timing knots before they go to the driver."""
+"""Joining, cutting and re-timing of knots before they are sent to the driver."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from humanoid_motion.motion import min_jerk_course
 
 
 def concatenate(parts: Sequence[Knots]) -> Knots:
-    """One trajectory from phases that follow each other, each beginning where the last one ends.
+    """Join successive phases, each of which begins in the posture in which the preceding one ends.
 
-    Where two phases meet, the knot of the earlier one is kept.
+    Where two phases meet, the knot of the earlier phase is kept.
     """
     time, position, velocity, acceleration = [], [], [], []
     offset = 0.0
@@ -30,13 +30,13 @@ def concatenate(parts: Sequence[Knots]) -> Knots:
 
 
 def slowed(knots: Knots, scale: float) -> Knots:
-    """The same motion at a share of its speed, 0 < scale <= 1."""
+    """Slow a motion down to a share of its speed, 0 < scale <= 1."""
     return Knots(knots.time / scale, knots.position, knots.velocity * scale,
                  knots.acceleration * scale**2)
 
 
 def cut(knots: Knots, time: float) -> Knots:
-    """The knots up to a time [s] inside them, with a knot there."""
+    """Keep the knots up to a time [s] between the first and the last, and set a knot there."""
     position, velocity, acceleration = knots.at(time)
     kept = knots.time < time - 1e-6
     return Knots(
@@ -48,21 +48,24 @@ def cut(knots: Knots, time: float) -> Knots:
 
 
 def shifted(knots: Knots, off: NDArray[np.float64], fades_in: float) -> Knots:
-    """The same motion with its joints off by (J,) [rad], which fade smoothly from time 0 on [s].
+    """Displace a motion by an offset that fades out smoothly.
 
-    An infinite time keeps them.
+    Args:
+        knots: The motion; the offset is complete at its time 0.
+        off: Offset of the joints, (J,) [rad].
+        fades_in: Time within which the offset fades out [s]; infinite for a constant offset.
     """
-    way, speed, acceleration = (
+    faded, speed, acceleration = (
         rows[:, None] for rows in min_jerk_course(knots.time, fades_in))
-    return Knots(knots.time, knots.position + off * (1.0 - way), knots.velocity - off * speed,
+    return Knots(knots.time, knots.position + off * (1.0 - faded), knots.velocity - off * speed,
                  knots.acceleration - off * acceleration)
 
 
 def without_first(knots: Knots) -> Knots:
-    """The knots from the second on: a driver then begins from where its reference is."""
+    """Drop the first knot, so that a driver begins at its present reference instead."""
     return Knots(knots.time[1:], knots.position[1:], knots.velocity[1:], knots.acceleration[1:])
 
 
 def duration(knots: Knots) -> float:
-    """From the first knot to the last [s]."""
+    """Return the time from the first knot to the last [s]."""
     return float(knots.time[-1] - knots.time[0])

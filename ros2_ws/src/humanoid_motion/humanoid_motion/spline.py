@@ -1,4 +1,9 @@
-"""Piecewise polynomials between the points of a joint trajectory."""
+"""The motion that a driver makes of the points of a joint trajectory.
+
+`Spline` follows any trajectory message as ros2_control's JointTrajectoryController does, and rests
+outside its points. `humanoid_motion.knots` holds planned motions, and says why the quintic is
+written in both modules.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 
-_DEGREE = 5
+_DEGREE = 5  # highest degree of the polynomials
 _POWERS = np.arange(_DEGREE + 1)
 
 
 @dataclass(frozen=True)
 class JointState:
-    """Reference state of all joints at one time.
+    """Reference state of all N joints at one time.
 
     Attributes:
-        position: (N,) [rad].
-        velocity: (N,) [rad/s].
-        acceleration: (N,) [rad/s^2].
+        position: Positions, (N,) [rad].
+        velocity: Velocities, (N,) [rad/s].
+        acceleration: Accelerations, (N,) [rad/s^2].
     """
 
     position: Array
@@ -28,17 +33,23 @@ class JointState:
 
 
 class Spline:
-    """Joint motion through knots, one polynomial of degree five or less between two of them.
+    """Motion of N joints through K knots, with a polynomial between each two successive knots.
 
-    Knots with positions alone give straight lines, with velocities cubics, with accelerations too
-    quintics, as in ros2_control's JointTrajectoryController. Before the first knot and after the
-    last one the joints rest there.
+    The polynomials are straight lines if the knots have positions only, cubics if the knots also
+    have velocities, and quintics if they have accelerations too. Before the first knot the joints
+    rest at the first knot, after the last knot they rest at the last knot.
 
     Args:
-        times: (K,) strictly increasing [s], K >= 1.
-        position: (K, N) [rad].
-        velocity: (K, N) [rad/s] or None.
-        acceleration: (K, N) [rad/s^2] or None; asks for velocity.
+        times: Times of the knots, strictly increasing, (K,) with K >= 1 [s].
+        position: Positions, (K, N) [rad].
+        velocity: Velocities, (K, N) [rad/s], or None.
+        acceleration: Accelerations, (K, N) [rad/s^2], or None; they need velocities.
+
+    Attributes:
+        times: Times of the knots, (K,) [s].
+        position: Positions at the knots, (K, N) [rad].
+        coefficients: Coefficients of the polynomials in the time since the start of their
+            segment, (K-1, 6, N).
     """
 
     def __init__(
@@ -64,7 +75,7 @@ class Spline:
         return self._starts[-1]
 
     def sample(self, time: float) -> JointState:
-        """State at a time [s]; at rest outside the knots (at the last knot: at rest)."""
+        """Compute the state at a time [s]; from the last knot's time on, the joints are at rest."""
         segment = bisect_right(self._starts, time) - 1
         if segment < 0 or segment >= len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
@@ -73,7 +84,7 @@ class Spline:
         return JointState(state[0], state[1], state[2])
 
     def positions(self, times: Array) -> Array:
-        """Positions (T, N) at times (T,) [s], as `sample` has them."""
+        """Compute the positions (T, N) [rad] that `sample` returns at times (T,) [s]."""
         segment = np.searchsorted(self.times, times, side="right") - 1
         out = self.position[np.where(segment < 0, 0, -1)]
         inside = (segment >= 0) & (segment < len(self.coefficients))
@@ -84,20 +95,20 @@ class Spline:
         return out
 
     def end_state(self) -> JointState:
-        """State at the last knot as the last segment arrives there."""
+        """Compute the state in which the last segment arrives at the last knot."""
         if not len(self.coefficients):
             return self.sample(self.end)
         state = _basis(self._starts[-1] - self._starts[-2]) @ self.coefficients[-1]
         return JointState(state[0], state[1], state[2])
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
-        """States spread evenly inside the segments, for checks of the whole motion.
+        """Compute states spread evenly over each segment, for checks of the whole motion.
 
         Args:
-            per_segment: number of samples S a segment, both ends included.
+            per_segment: Number S of samples in each segment, both ends included.
 
         Returns:
-            times ((K-1)*S,) [s], positions and velocities ((K-1)*S, N).
+            Times ((K-1)*S,) [s], positions ((K-1)*S, N) [rad] and velocities ((K-1)*S, N) [rad/s].
         """
         durations = np.diff(self.times)
         share = np.linspace(0.0, 1.0, per_segment)
@@ -112,7 +123,7 @@ class Spline:
 
 
 def _basis(t: float) -> Array:
-    """Rows that give position, velocity and acceleration from the six coefficients."""
+    """Rows (3, 6) that make position, velocity and acceleration of the coefficients, at t [s]."""
     t2, t3, t4 = t * t, t * t * t, t * t * t * t
     return np.array(
         [
@@ -124,7 +135,7 @@ def _basis(t: float) -> Array:
 
 
 def _coefficients(times: Array, q: Array, v: Array | None, a: Array | None) -> Array:
-    """(K-1, 6, N) polynomial coefficients in the time since each segment's start."""
+    """Coefficients of each segment's polynomial in the time since its start, (K-1, 6, N)."""
     h = np.diff(times)[:, None]
     out = np.zeros((len(times) - 1, _DEGREE + 1, q.shape[1]))
     rise = np.diff(q, axis=0)

@@ -1,7 +1,7 @@
-"""Whole-body inverse kinematics: the waist goes where it puts the CoM, the legs follow.
+"""Whole-body inverse kinematics: the waist moves to where the CoM is as wanted, the legs follow.
 
-Section II.C.4 keeps the upper body and the height of the hip fixed during the run-up; the same
-solver serves every phase, with upper body, height and feet given sample by sample.
+Section II.C.4 of the paper keeps the upper body and the height of the hip fixed during the run-up.
+The same solver serves every phase, with upper body, height and feet given for each sample.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
 
-# The waist moves about this much faster than the CoM, as the legs lag: slope of the first step.
+# Displacement of the waist per displacement of the CoM in the first step of the search; the legs
+# move less than the waist.
 _WAIST_PER_COM = 1.17
-_SLOPES = (0.5, 3.0)  # that a secant may have
-_TOLERANCE = 1e-8  # [m]; far below what splines would make visible as acceleration
+_SLOPES = (0.5, 3.0)  # range of this ratio in later steps
+_TOLERANCE = 1e-8  # largest error of the CoM [m]; larger ones would show in accelerations
 _MAX_ITERATIONS = 25
 
 
@@ -34,24 +35,25 @@ def solve(
     strict: bool = True,
     near: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Joints and base for a course of the CoM over the floor.
+    """Compute joints and base for a course of the CoM over the floor.
 
     Args:
         robot: The robot.
-        upper: Joints of the upper body in the robot's order; the legs' columns are ignored.
-            (N, 30) or (30,) [rad].
-        com_xy: CoM over the floor, (N, 2) [m].
-        waist_z: Height of base_link, (N,) or a number [m].
-        feet: Position of the sole for each side, (N, 3) or (3,) [m]; soles stay level and
+        upper: Joints of the upper body in the robot's order, (N, J) or (J,) [rad]; the legs'
+            columns are ignored.
+        com_xy: x and y of the CoM in odom, (N, 2) [m].
+        waist_z: Height of base_link in odom, (N,) or a number [m].
+        feet: Position of the sole in odom for each side, (N, 3) or (3,) [m]; soles stay level and
             parallel to odom.
-        strict: Raise where a leg does not reach; else that sample is NaN.
-        near: base_link where the search begins, (N, 3) [m]; None: over the CoM.
+        strict: Whether to raise an error if a leg does not reach; otherwise that sample is NaN.
+        near: Positions of base_link in odom where the search begins, (N, 3) [m]; None begins
+            above the CoM.
 
     Returns:
-        joints (N, 30) [rad] and base (N, 3) [m].
+        Joints (N, J) [rad] and positions of base_link in odom (N, 3) [m].
 
     Raises:
-        PostureUnreachable: A leg does not reach, or the waist finds no place for the CoM.
+        PostureUnreachable: A leg does not reach, or no position of the waist puts the CoM there.
     """
     target = np.atleast_2d(np.asarray(com_xy, dtype=float))
     n = len(target)
@@ -69,15 +71,16 @@ def solve(
         error = target - _com_xy(robot, q)
         if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
             return joints, base
-        if before is not None:  # the secant's slope, where the step was long enough to tell
+        if before is not None:  # secant, where the step was long enough for a reliable slope
             gained = before - error
-            told = np.abs(gained) > 1e-7
-            slope[told] = (step[told] / gained[told]).clip(*_SLOPES)
+            clear = np.abs(gained) > 1e-7
+            slope[clear] = (step[clear] / gained[clear]).clip(*_SLOPES)
         before, step = error, slope * error
         base[:, :2] += step
     worst = float(np.nanmax(np.abs(error)))
     raise PostureUnreachable(
-        f"no place of the waist puts the CoM where it should be: {worst:.2e} m are left",
+        f"no position of the waist puts the CoM where it should be: an error of {worst:.2e} m "
+        f"remains, {_TOLERANCE:.0e} m are allowed",
         quantity="CoM error [m]",
         value=worst,
         limit=_TOLERANCE,
@@ -101,7 +104,7 @@ def _com_xy(robot: RobotModel, q: Array) -> Array:
 
 
 def com_course(robot: RobotModel, motion: Motion) -> Array:
-    """CoM of a motion in odom, (N, 3) [m]."""
+    """Compute the CoM of a motion in odom, (N, 3) [m]."""
     com = np.empty((len(motion), 3))
     for i, (base, joints) in enumerate(zip(motion.base, motion.joints, strict=True)):
         com[i] = pin.centerOfMass(robot.model, robot.data, robot.configuration(base, joints), False)
@@ -111,9 +114,9 @@ def com_course(robot: RobotModel, motion: Motion) -> Array:
 def within_ranges(
     robot: RobotModel, joints: Array, reserve: float | Array = 0.0
 ) -> NDArray[np.bool_]:
-    """Whether joints (..., J) [rad] keep a reserve [rad] from the ends of their ranges, (..., J).
+    """Return whether joints (..., J) [rad] keep a reserve [rad] from their ranges' ends, (..., J).
 
-    NaN, a leg that does not reach, is outside.
+    NaN, which stands for a leg that does not reach, counts as outside.
     """
     return np.asarray((joints >= robot.lower + reserve) & (joints <= robot.upper - reserve))
 
@@ -121,17 +124,17 @@ def within_ranges(
 def require_joint_limits(
     robot: RobotModel, motion: Motion, phase: str, reserve: float = 0.0, share: float = 1.0
 ) -> None:
-    """Check positions, with a reserve [rad], and speeds of a motion against the URDF.
+    """Check positions and speeds of a motion against the joints' limits in the URDF.
 
     Args:
         robot: The robot.
         motion: The motion.
-        phase: Its name, for the message.
-        reserve: That positions keep from the end of their range [rad].
-        share: Of the speed limits that may be used.
+        phase: Name of the motion's phase, for the message.
+        reserve: Distance that positions must keep from the ends of their ranges [rad].
+        share: Share of the speed limits that may be used.
 
     Raises:
-        JointLimit: Naming the joint, the value and the limit.
+        JointLimit: A joint leaves its range or is too fast; the error names joint, value and limit.
     """
     out = np.maximum(robot.lower - motion.joints, motion.joints - robot.upper)
     i, j = np.unravel_index(int(np.argmax(out)), out.shape)
@@ -166,12 +169,17 @@ def require_joint_limits(
 def require_torque_limits(
     robot: RobotModel, torque: Array, phase: str, held: ArrayLike = (), share: float = 1.0
 ) -> None:
-    """Check joint torques (N, 30) [N m] against a share of the URDF's limits.
+    """Check joint torques against the joints' limits in the URDF.
 
-    Columns in `held` are left out.
+    Args:
+        robot: The robot.
+        torque: Torques, (N, J) [N m].
+        phase: Name of the motion's phase, for the message.
+        held: Columns of joints that are not checked.
+        share: Share of the torque limits that may be used.
 
     Raises:
-        JointLimit: Naming the joint, the value and the limit.
+        JointLimit: A torque is too large; the error names joint, value and limit.
     """
     ratio = shares(torque, robot.effort_limit)
     ratio[:, np.asarray(held, dtype=int)] = 0.0
@@ -190,7 +198,7 @@ def require_torque_limits(
 
 
 def shares(values: Array, limits: Array) -> Array:
-    """Sizes of values (N, J) over their limits (J,); infinite beyond a limit of 0, and for NaN."""
+    """Divide absolute values (N, J) by their limits (J,); infinite for NaN and for a limit of 0."""
     size = np.abs(values)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(size == 0.0, 0.0, size / limits)

@@ -1,160 +1,68 @@
-"""ZMP, margins and torques of a motion, from the full rigid-body dynamics."""
+"""The zero-moment point (ZMP) of a force and a moment, and its distance from the soles' edges.
+
+The ZMP is the point of the floor about which the contact forces have no horizontal moment
+(Vukobratovic and Borovac, "Zero-moment point - thirty-five years of its life", 2004; Kajita et al.,
+"Introduction to Humanoid Robotics", 2014, section 3.2).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.support import polygon_margin, support_polygon
+from numpy.typing import ArrayLike
 
-from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
 
 
-@dataclass(frozen=True)
-class Load:
-    """A force on the robot's hand from outside.
+def zmp_of(force: ArrayLike, moment: ArrayLike, height: float = 0.0) -> Array:
+    """Compute the ZMP from the whole force and moment of the floor on the robot.
 
-    Attributes:
-        point: Middle of the hand, in odom, (N, 3) [m].
-        force: (N, 3) [N].
-    """
-
-    point: Array
-    force: Array
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """What a motion asks of the floor and of the joints.
-
-    Attributes:
-        zmp: On the floor in odom, (N, 2) [m].
-        force: Of the floor on the robot, (N, 3) [N].
-        moment_z: Of the floor on the robot about the vertical through the ZMP, (N,) [N m].
-        torque: Of the joints, without the feet's share, (N, 30) [N m].
-    """
-
-    zmp: Array
-    force: Array
-    moment_z: Array
-    torque: Array
-
-    @property
-    def friction(self) -> Array:
-        """Ratio of tangential to normal force, all feet together, (N,)."""
-        return np.asarray(np.hypot(self.force[:, 0], self.force[:, 1]) / self.force[:, 2])
-
-
-def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None) -> Dynamics:
-    """Floor forces, ZMP and joint torques of a motion by recursive Newton-Euler.
+    Setting the horizontal part of moment - p x force to zero with p_z = height gives
+    p_x = (p_z f_x - m_y) / f_z and p_y = (p_z f_y + m_x) / f_z.
 
     Args:
-        robot: The robot.
-        motion: The motion; base_link stays upright, so its axes are those of odom.
-        load: A force from outside, e.g. of the door on the hand.
+        force: Force of the floor on the robot, z upwards, (..., 3) [N].
+        moment: Moment of the floor on the robot about the origin, (..., 3) [N m].
+        height: Height of the floor above the origin [m].
+
+    Returns:
+        x and y of the ZMP, (..., 2) [m]; NaN where the floor does not push (f_z <= 0).
     """
-    force, moment, torque = _newton_euler(robot, motion)
-    if load is not None:
-        force = force - load.force
-        moment = moment - np.cross(load.point, load.force)
-        hand = robot.hand_chain.place(motion.joints, motion.base)
-        torque[:, robot.hand_chain.columns] -= hand.torques(load.force, np.zeros_like(load.force))
-    zmp = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
-    moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
-    return Dynamics(zmp=zmp, force=force, moment_z=moment_z, torque=torque)
-
-
-def floor_wrenches(robot: RobotModel, motion: Motion) -> tuple[Array, Array]:
-    """Force of the floor on the robot and its moment about odom's origin, (N, 3) each [N, N m]."""
-    force, moment, _ = _newton_euler(robot, motion)
-    return force, moment
-
-
-def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Array]:
-    """Floor's force and its moment about odom's origin, (N, 3) each, joint torques (N, J)."""
-    n = len(motion)
-    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
-    q[:, :3] = motion.base
-    q[:, robot.q_index] = motion.joints
-    v = np.zeros((n, robot.model.nv))
-    v[:, :3] = motion.base_speed
-    v[:, robot.v_index] = motion.joint_speed
-    a = np.zeros((n, robot.model.nv))
-    a[:, :3] = motion.base_acceleration
-    a[:, robot.v_index] = motion.joint_acceleration
-    tau = np.empty_like(v)
-    model, data = robot.model, robot.data
-    for i in range(n):
-        tau[i] = pin.rnea(model, data, q[i], v[i], a[i])
-    force = tau[:, :3]
-    return force, tau[:, 3:6] + np.cross(motion.base, force), tau[:, robot.v_index]
+    f, m = np.asarray(force, dtype=float), np.asarray(moment, dtype=float)
+    normal = np.where(f[..., 2] > 0.0, f[..., 2], np.nan)
+    x = (height * f[..., 0] - m[..., 1]) / normal
+    y = (height * f[..., 1] + m[..., 0]) / normal
+    return np.stack([x, y], axis=-1)
 
 
 def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
-    """Distance of the ZMP to the nearest edge of the support polygon, negative outside.
+    """Compute the distance of the ZMP to the nearest edge of the support polygon.
 
     Args:
         robot: The robot.
-        zmp: (N, 2) [m].
-        feet: Positions of the soles that carry, (3,) each [m].
-        sides: Sides that carry.
+        zmp: x and y of the ZMP in odom, (N, 2) [m].
+        feet: Positions of the soles that bear load in odom, by side, (3,) each [m].
+        sides: Sides of the soles that bear load.
 
     Returns:
-        (N,) [m].
+        Distances (N,) [m]: positive inside, negative outside, minus infinity where the ZMP is NaN.
     """
     hull = support_polygon(*(robot.feet[side].corners(feet[side]) for side in sides))
-    return np.asarray(polygon_margin(zmp, hull), dtype=float)
+    distance = np.asarray(polygon_margin(zmp, hull), dtype=float)
+    return np.where(np.isnan(distance), -np.inf, distance)
 
 
 def edge_margin(zmp: Array, edges: tuple[float, float]) -> Array:
-    """Smallest distance of courses of the ZMP along y, (..., N), from two edges, (...) [m]."""
-    return np.minimum(zmp.min(axis=-1) - edges[0], edges[1] - zmp.max(axis=-1))
-
-
-def joint_torques(
-    robot: RobotModel,
-    motion: Motion,
-    dynamics: Dynamics,
-    feet: dict[str, Array],
-    sides: Sequence[str],
-) -> Array:
-    """Joint torques with the floor's force shared between the feet by the place of the ZMP.
-
-    Each foot gets the share that its distance from the ZMP along y asks for, applied so that the
-    shares add up to the whole; no internal force between the feet.
+    """Compute the smallest distance of each course of the ZMP along y from two edges.
 
     Args:
-        robot: The robot.
-        motion: The motion.
-        dynamics: Its inverse dynamics.
-        feet: Positions of the soles, (3,) each [m].
-        sides: Sides that carry.
+        zmp: y of the ZMP in odom, one course or several, (..., N) [m].
+        edges: Lower and upper y of the soles in odom [m].
 
     Returns:
-        (N, 30) [N m].
+        Distances (...) [m], negative where a course leaves the edges.
     """
-    centres = {side: robot.feet[side].corners(feet[side]).mean(axis=0) for side in sides}
-    share = _shares(dynamics.zmp, centres)
-    centre = sum(share[side][:, None] * centres[side] for side in sides)
-    out = dynamics.torque.copy()
-    for side in sides:
-        place = np.column_stack([centres[side] + dynamics.zmp - centre, np.zeros(len(motion))])
-        force = share[side][:, None] * dynamics.force
-        moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
-        moment[:, 2] += share[side] * dynamics.moment_z
-        chain = robot.leg_chains[side]
-        pose = chain.place(motion.joints, motion.base)
-        out[:, chain.columns] -= pose.torques(force, moment)
-    return out
-
-
-def _shares(zmp: Array, centres: dict[str, Array]) -> dict[str, Array]:
-    if len(centres) == 1:
-        return {side: np.ones(len(zmp)) for side in centres}
-    right, left = centres["right"], centres["left"]
-    part = np.clip((zmp[:, 1] - right[1]) / (left[1] - right[1]), 0.0, 1.0)
-    return {"left": part, "right": 1.0 - part}
+    return np.minimum(zmp.min(axis=-1) - edges[0], edges[1] - zmp.max(axis=-1))

@@ -11,7 +11,7 @@ from humanoid_motion.whole_body import solve
 
 @dataclass(frozen=True)
 class Posture:
-    """A posture and what follows from it; units as in the robot model."""
+    """A posture, and the lever of its hit [m] and inertia about the CoM's x axis [kg m^2]."""
 
     waist_height: float
     joints: np.ndarray
@@ -23,7 +23,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class Stance:
-    """Soles by side and the posture over them."""
+    """Positions of the soles in odom by side [m], and the posture above them."""
 
     feet: dict
     posture: Posture
@@ -31,13 +31,13 @@ class Stance:
 
 @pytest.fixture(scope="session")
 def robot():
-    """HRP-2."""
+    """The model of HRP-2."""
     return RobotModel(load_robot_config())
 
 
 @pytest.fixture(scope="session")
 def stance(robot):
-    """Arm braced, right foot 0.2 m aside, CoM over that foot's inner edge: about as at a hit."""
+    """About the stance of a hit: arm braced, right foot 0.2 m aside, CoM over its inner edge."""
     feet = {"left": np.array([0.0, 0.095, 0.0]), "right": np.array([0.0, -0.295, 0.0])}
     height = 0.5614
     joints, base = solve(robot, upper=braced_upper_body(robot), com_xy=np.array([0.015, -0.25]),

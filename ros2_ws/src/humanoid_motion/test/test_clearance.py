@@ -14,11 +14,10 @@ from humanoid_motion.clearance import (
     LEAF,
     BodyGeometry,
     LeafCourse,
-    _nearest,
-    _Pairs,
-    _shapes,
     require_clearance,
 )
+from humanoid_motion.collision.nearest import Pairs, nearest
+from humanoid_motion.collision.shapes import coal
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import from_derivatives, min_jerk
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
@@ -107,7 +106,7 @@ def brute_force(robot, motion, leaf=None, may_touch=()):
             if not same and frozenset((links[i], links[j])) not in out:
                 shapes.addCollisionPair(pin.CollisionPair(i, j))
     else:
-        box = _shapes.Box(leaf.width, leaf.thickness, leaf.height)
+        box = coal.Box(leaf.width, leaf.thickness, leaf.height)
         last = shapes.addGeometryObject(pin.GeometryObject(LEAF, 0, 0, pin.SE3.Identity(), box))
         for i in range(len(links)):
             if links[i] not in may_touch:
@@ -149,7 +148,7 @@ def wandering(draw, robot):
 
 @given(data=st.data())
 def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
-    """Whatever the motion."""
+    """For random motions, the result is that of computing all distances."""
     motion = data.draw(wandering(robot))
     found = geometry.self_clearance(motion, LIMIT)
     assert found.distance == pytest.approx(brute_force(robot, motion), abs=1e-5)
@@ -158,7 +157,7 @@ def test_outcome_is_that_of_every_pair_at_every_sample(robot, geometry, data):
 
 @given(data=st.data(), start=st.floats(-0.3, 1.5), end=st.floats(-0.3, 1.5))
 def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, data, start, end):
-    """Whatever the motion and the leaf's; links that may touch do not count."""
+    """For random motions of robot and leaf; links that may touch do not count."""
     motion = data.draw(wandering(robot))
     leaf = wall(motion, (-0.4, -0.6), np.linspace(start, end, len(motion)))
     touch = data.draw(st.sets(st.sampled_from(geometry.links), max_size=10))
@@ -170,7 +169,7 @@ def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, da
 
 @given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-0.3, 1.5), turn=st.floats(-0.05, 0.05))
 def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle, turn):
-    """What lets samples be skipped: bodies move by at most their levers times the joints' ways."""
+    """Bodies move by at most their levers times the joints' travel, so samples can be skipped."""
     random = np.random.default_rng(seed)
     step = random.uniform(-0.05, 0.05, 34) * (random.random(34) < random.random())
     step[33] = turn
@@ -179,13 +178,13 @@ def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle,
     motion = moving(course[:, :30], course[:, 30:])
     leaf = wall(motion, random.uniform(-0.8, 0.8, 2), [angle, angle + turn])
     against_leaf, box = geometry._leaf_pairs(leaf, ())
-    for pairs, way in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
+    for pairs, travel in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
         at = geometry._distances(pairs, geometry._configurations(motion.base, motion.joints))
         distance = []
         for sample in (0, 1):
             box.placement = leaf.pose(sample)
             distance.append(at(sample, np.arange(len(pairs.names))))
-        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ way + 1e-5)
+        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ travel + 1e-5)
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), calm=st.floats(0.0, 1.0))
@@ -196,9 +195,9 @@ def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
     course = random.normal(size=(count, 3)) * (random.random((count, 1)) > calm)
     table = random.uniform(1.0, 4.0, 5) + course @ rates.T
     required = random.uniform(0.0, 2.0, 5)
-    pairs = _Pairs(None, None, [(str(i), "other") for i in range(5)], np.abs(rates))
+    pairs = Pairs(None, None, [(str(i), "other") for i in range(5)], np.abs(rates))
     time = np.arange(count, dtype=float)
-    found = _nearest(pairs, course, lambda i, which: table[i, which], required, time)
+    found = nearest(pairs, course, lambda i, which: table[i, which], required, time)
     left = table - required
     assert found.distance - found.limit == pytest.approx(left.min(), abs=2e-6)
     sample, pair = int(found.time), int(found.bodies[0])
@@ -207,7 +206,7 @@ def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
 
 @pytest.mark.parametrize("sample", [0, 1, 777, 1998, 1999])
 def test_a_single_bad_sample_of_two_thousand_is_found(robot, geometry, sample):
-    """Five milliseconds with the hand in the thigh."""
+    """A hand that is inside the thigh for one sample of 5 ms is found."""
     joints = np.tile(robot.config.half_sitting, (2000, 1))
     joints[sample] = robot.config.posture({"RARM_JOINT1": math.radians(10.0)}, np.zeros(30))
     found = geometry.self_clearance(moving(joints), LIMIT)
@@ -229,7 +228,7 @@ def test_a_hand_into_the_thigh_is_found_and_named(robot, geometry):
 
 
 def test_a_knee_into_the_leaf_is_found_and_named(robot, geometry):
-    """A leaf across the robot's way, a right knee that bends towards it."""
+    """A right knee that bends towards a leaf in front of the robot is found and named."""
     bent = {"RLEG_JOINT2": -60.0, "RLEG_JOINT3": 120.0, "RLEG_JOINT4": -60.0}
     last = robot.config.posture({name: math.radians(deg) for name, deg in bent.items()})
     motion = moving(between(robot.config.half_sitting, last))

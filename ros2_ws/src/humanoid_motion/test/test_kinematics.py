@@ -42,7 +42,7 @@ def test_transforms_chain_up_to_each_links_pose():
 
 
 def test_com_counts_every_link_once():
-    """The mean of the links' centers of mass as the URDF has them, the root link's too."""
+    """The CoM is the weighted mean of the centres of mass of all links of the URDF."""
     kinematics = RobotKinematics(ROBOT)
     kinematics.set_joints(np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper))
     total, moment = 0.0, np.zeros(3)
@@ -59,7 +59,7 @@ def test_com_counts_every_link_once():
 
 
 def test_pose_helpers():
-    """An inverse undoes a pose, a row says the same as the matrix, yaw is the heading."""
+    """An inverse undoes a pose, a row equals the matrix, and yaw is the heading."""
     pose = np.array(pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.7), np.array([1.0, 2, 3])).homogeneous)
     np.testing.assert_allclose(inverse_pose(pose) @ pose, np.eye(4), atol=1e-12)
     np.testing.assert_allclose(pin.XYZQUATToSE3(pose_row(pose)).homogeneous, pose, atol=1e-12)
@@ -67,7 +67,7 @@ def test_pose_helpers():
 
 
 def test_unknown_link_is_an_error():
-    """The error carries the name."""
+    """The error names the link."""
     with pytest.raises(SettingError) as caught:
         RobotKinematics(ROBOT).pose("tail")
     assert caught.value.value == "tail"

@@ -17,7 +17,7 @@ def sines(frequencies, n=301, duration=1.5):
 
 @given(st.lists(st.floats(0.05, 2.0), min_size=1, max_size=5), st.sampled_from([2e-4, 2e-5, 1e-6]))
 def test_spline_stays_within_the_tolerance_of_every_sample(frequencies, tolerance):
-    """At every sample and joint; the ends are hit exactly."""
+    """The error at every sample and joint is within the tolerance; first and last are knots."""
     samples = sines(frequencies)
     knots, index = from_samples(*samples, tolerance=tolerance)
     position, _, _ = knots.at(samples[0])
@@ -33,7 +33,7 @@ def test_few_knots_do_for_a_smooth_motion():
 
 
 def test_two_knots_do_where_nothing_moves():
-    """A robot that stands still after the hit."""
+    """A robot that stands still needs only its first and last sample."""
     still = np.zeros((50, 3))
     knots, _ = from_samples(np.linspace(0.0, 0.3, 50), still + 0.1, still, still)
     np.testing.assert_array_equal(knots.time, [0.0, 0.3])
@@ -82,7 +82,7 @@ def test_times_must_rise(time):
 
 
 def test_rows_must_match_the_times():
-    """A table of another length is refused by its name."""
+    """An array of another length is refused, and the message names it."""
     table = np.zeros((2, 3))
     with pytest.raises(ValueError, match="velocity"):
         Knots(np.array([0.0, 1.0]), table, np.zeros((3, 3)), table)

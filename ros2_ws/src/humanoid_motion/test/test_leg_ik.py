@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 
 def ankle_pose(robot, side, angles):
-    """Ankle pose in base_link by Pinocchio."""
+    """Pose of the ankle in base_link, computed by Pinocchio."""
     joints = np.zeros(30)
     joints[robot.leg_columns[side]] = angles
     return robot.frame_pose(robot.configuration(np.zeros(3), joints), f"{side[0]}_ankle")
@@ -28,7 +28,7 @@ def ankle_pose(robot, side, angles):
     )
 )
 def test_inverse_undoes_forward(robot, side, angles):
-    """Any pose that the leg can take is found again, to the angle."""
+    """The angles found for any pose that the leg can take lead to this pose."""
     position, rotation = ankle_pose(robot, side, np.array(angles))
     found = leg_ik(robot.legs[side], position, rotation)[0]
     again, turned = ankle_pose(robot, side, found)
@@ -54,7 +54,7 @@ def test_level_foot_goes_where_it_is_told_or_is_refused(robot, x, y, z):
 
 
 def test_many_samples_are_each_the_single_answer(robot):
-    """Vectorised and one by one agree."""
+    """Many poses at once give the same angles as each pose alone."""
     rng = np.random.default_rng(3)
     targets = np.array([0.0, -0.1, -0.45]) + 0.03 * rng.standard_normal((50, 3))
     together = leg_ik(robot.legs["right"], targets)
@@ -79,19 +79,19 @@ def test_one_unreachable_sample_among_many_is_reported_with_its_distance(robot):
 
 
 def test_nan_is_an_error(robot):
-    """NaN does not come out as NaN."""
+    """A position that is NaN raises an error instead of giving angles that are NaN."""
     with pytest.raises(PostureUnreachable, match="not a number"):
         leg_ik(robot.legs["right"], [np.nan, 0.0, -0.5])
 
 
 def test_an_ankle_in_the_hip_is_an_error(robot):
-    """Folded to nothing is out of reach as well."""
+    """A hip and an ankle in one place are out of reach of the folded leg."""
     with pytest.raises(PostureUnreachable, match="folded"):
         leg_ik(robot.legs["right"], robot.legs["right"].hip + [0.0, -0.035, 0.0])
 
 
 def test_pinocchio_reads_the_robot_s_order(robot):
-    """Joint columns land on the joints of their names."""
+    """Each column of the joints sets the joint of its name."""
     q = robot.configuration(np.zeros(3), np.arange(30) / 100.0)
     for i, name in enumerate(robot.joint_names):
         joint = robot.model.joints[robot.model.getJointId(name)]

@@ -131,7 +131,7 @@ def test_a_leg_of_another_kind_is_refused_by_the_joint_and_what_differs(
 
 
 def test_a_leg_given_in_another_order_is_refused(robot):
-    """From the hip to the ankle; and each sole hangs on its own."""
+    """Joints go from the hip to the ankle, and each sole belongs to the leg of its side."""
     legs = dict(robot.config.legs)
     swapped = {"left": legs["right"], "right": legs["left"]}
     with pytest.raises(RobotConfigError, match="_sole hangs on another joint"):

@@ -7,6 +7,7 @@ from humanoid_motion.splice import concatenate, cut, duration, slowed, without_f
 
 
 def test_cut_and_without_first_keep_the_motion() -> None:
+    """Cut, shortened, slowed and joined knots describe the same motion where they overlap."""
     knots = Knots(np.array([0.0, 1.0, 2.0]), np.array([[0.0], [0.5], [1.0]]),
                   np.full((3, 1), 0.5), np.zeros((3, 1)))
     np.testing.assert_allclose(cut(knots, 1.3).at(1.1)[0], knots.at(1.1)[0])

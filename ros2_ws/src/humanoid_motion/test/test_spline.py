@@ -1,3 +1,5 @@
+"""The spline that a driver follows."""
+
 import numpy as np
 import pytest
 from humanoid_motion.spline import Spline
@@ -10,7 +12,7 @@ VALUES = st.floats(-3.0, 3.0)
 
 @st.composite
 def knots(draw: st.DrawFn) -> tuple[np.ndarray, ...]:
-    """Times and three sets of values."""
+    """Times of knots, and positions, velocities and accelerations there."""
     count = draw(st.integers(2, 6))
     steps = draw(arrays(float, count, elements=st.floats(0.01, 2.0)))
     q, v, a = (draw(arrays(float, (count, 3), elements=VALUES)) for _ in range(3))
@@ -19,7 +21,7 @@ def knots(draw: st.DrawFn) -> tuple[np.ndarray, ...]:
 
 @given(knots(), st.integers(1, 3))
 def test_spline_passes_through_its_knots_with_their_derivatives(data, order) -> None:
-    """Spline passes through its knots with their derivatives."""
+    """At each knot, position and the given derivatives are those of the knot."""
     times, *states = data
     spline = Spline(times, *states[:order])
     for index, time in enumerate(times[:-1]):
@@ -37,7 +39,7 @@ def test_spline_passes_through_its_knots_with_their_derivatives(data, order) -> 
 
 @given(knots(), st.integers(1, 3))
 def test_position_and_given_derivatives_are_continuous_at_inner_knots(data, order) -> None:
-    """Position and given derivatives are continuous at inner knots."""
+    """Just before and just after an inner knot the joints are in the same state."""
     times, *states = data
     spline = Spline(times, *states[:order])
     for time in times[1:-1]:
@@ -48,7 +50,7 @@ def test_position_and_given_derivatives_are_continuous_at_inner_knots(data, orde
 
 
 def test_quintic_reproduces_a_polynomial_of_degree_five() -> None:
-    """Quintic reproduces a polynomial of degree five."""
+    """Knots on a polynomial of degree five give this polynomial."""
     coefficients = np.array([0.3, -1.0, 0.5, 2.0, -1.5, 0.7])
     exact = np.polynomial.Polynomial(coefficients)
     times = np.array([0.2, 0.9, 1.4])
@@ -59,7 +61,7 @@ def test_quintic_reproduces_a_polynomial_of_degree_five() -> None:
 
 
 def test_joints_rest_outside_the_knots() -> None:
-    """Joints rest outside the knots."""
+    """Before the first knot and from the last knot on, nothing moves."""
     spline = Spline(np.array([1.0, 2.0]), np.array([[0.0], [1.0]]), np.array([[5.0], [5.0]]))
     for time, place in ((0.5, 0.0), (2.0, 1.0), (9.0, 1.0)):
         assert spline.sample(time).position[0] == place
@@ -67,7 +69,7 @@ def test_joints_rest_outside_the_knots() -> None:
 
 
 def test_inner_states_equal_samples() -> None:
-    """Inner states equal samples."""
+    """The states that are checked are those that are followed."""
     rng = np.random.default_rng(2)
     times = np.array([0.0, 0.4, 1.1])
     spline = Spline(times, *rng.normal(size=(3, 3, 4)))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import Load, inverse_dynamics, joint_torques
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import min_jerk, rest_to_rest, still
 from humanoid_motion.robot_model import braced_upper_body
@@ -13,13 +14,13 @@ from humanoid_motion.whole_body import (
     require_torque_limits,
     solve,
 )
-from humanoid_motion.zmp import Load, inverse_dynamics, joint_torques, margins
+from humanoid_motion.zmp import margins, zmp_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 
 def swaying(robot, stance, reach=0.05, duration=1.5):
-    """CoM sways sideways and comes to rest."""
+    """Motion in which the CoM moves sideways by `reach` [m] and comes to rest."""
     time = np.linspace(0.0, duration, 301)
     y = -0.1 + reach * min_jerk(time, duration)
     joints, base = solve(
@@ -34,7 +35,7 @@ def swaying(robot, stance, reach=0.05, duration=1.5):
 
 @given(st.floats(-0.05, 0.05), st.floats(-0.26, 0.02), st.floats(0.50, 0.56))
 def test_com_and_soles_are_where_they_should_be(robot, stance, x, y, height):
-    """To a tenth of a micrometre, with level soles and an upright base."""
+    """The CoM is right to 0.1 um, soles are level and the base is upright."""
     joints, base = solve(
         robot,
         upper=braced_upper_body(robot),
@@ -74,7 +75,7 @@ def test_com_out_of_reach_is_an_error(robot, stance):
 
 
 def test_standing_still_the_zmp_is_under_the_com_and_the_floor_carries_the_weight(robot, stance):
-    """No motion: ZMP = CoM over the floor, force = m g, no friction."""
+    """Without motion the ZMP lies below the CoM, the force is m g and there is no friction."""
     motion = still(stance.posture.joints, stance.posture.base)
     dynamics = inverse_dynamics(robot, motion)
     np.testing.assert_allclose(dynamics.zmp[0], stance.posture.com[:2], atol=1e-9)
@@ -137,7 +138,7 @@ def test_joint_torques_and_foot_forces_balance_the_robot(robot, stance, sides):
 
 
 def test_margin_changes_sign_at_the_edge(robot, stance):
-    """Inside positive, on the outer edge zero, beyond negative."""
+    """The margin is positive inside, zero on the edge and negative outside."""
     right = stance.feet["right"]
     edge = right[1] + robot.feet["right"].rectangle[2]
     points = np.array([[0.0, edge + 0.01], [0.0, edge], [0.0, edge - 0.01]])
@@ -147,7 +148,7 @@ def test_margin_changes_sign_at_the_edge(robot, stance):
 
 
 def test_joint_limits_name_joint_phase_value_and_limit(robot, stance):
-    """Position and speed are both caught."""
+    """A position out of range and a speed above the limit are both errors."""
     joints = stance.posture.joints.copy()
     joints[3] = np.radians(160.0)
     with pytest.raises(JointLimit, match="RLEG_JOINT3") as caught:
@@ -166,3 +167,13 @@ def test_torque_limits_name_the_joint_and_leave_out_held_ones(robot):
     with pytest.raises(JointLimit, match="RARM_JOINT1"):
         require_torque_limits(robot, torque, "cam")
     require_torque_limits(robot, torque, "cam", held=[17])
+
+
+def test_where_the_floor_does_not_push_there_is_neither_zmp_nor_margin(robot, stance):
+    """A sample in the air has a ZMP of NaN and a margin below every limit."""
+    force = np.array([[0.0, 0.0, 500.0], [0.0, 0.0, 0.0], [0.0, 0.0, -500.0]])
+    points = zmp_of(force, np.zeros((3, 3)))
+    np.testing.assert_array_equal(np.isnan(points).any(axis=1), [False, True, True])
+    found = margins(robot, points, stance.feet, SIDES)
+    assert np.isfinite(found[0])
+    np.testing.assert_array_equal(found[1:], [-np.inf, -np.inf])

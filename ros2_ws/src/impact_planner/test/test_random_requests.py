@@ -15,9 +15,10 @@ from door_model.identification.parameters import PARAMETERS
 from door_model.motion.dynamics import peak
 from hrp2_description.robot import SIDES
 from humanoid_motion.clearance import bodies_of
+from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.motion import Motion
-from humanoid_motion.zmp import inverse_dynamics, margins
+from humanoid_motion.zmp import margins
 from impact_planner.errors import PLANNING_ERRORS
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact

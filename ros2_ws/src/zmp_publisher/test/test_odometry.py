@@ -19,7 +19,7 @@ def _odometry(**settings):
 
 
 def _legs(base, soles):
-    """Joint angles that put the soles where they are said, by Newton's method from half-sitting."""
+    """Joint angles for given poses of base and soles, by Newton's method from half-sitting."""
     data = MODEL.createData()
     q = pin.neutral(MODEL)
     columns = [MODEL.joints[MODEL.getJointId(name)].idx_q for name in ROBOT.joint_names]
@@ -80,7 +80,7 @@ def _walk(steps, rng):
 
 
 def test_stepping_returns_the_true_footholds():
-    """Over 12 steps with turns, base and both soles are where they really are, in the air too."""
+    """Over 12 steps with turns, the poses of base and soles are the true ones, also in the air."""
     odometry = _odometry()
     count = 0
     for positions, loads, base, soles in _walk(12, np.random.default_rng(11)):
@@ -117,7 +117,7 @@ def test_odom_is_midway_between_the_feet_whichever_bears_more():
 
 
 def test_half_sitting():
-    """At the start the waist stands at 0.6487 m, 9.5 mm behind the ankles."""
+    """In half-sitting the waist is 0.6487 m above the floor and 9.5 mm behind the ankles."""
     pose = _odometry().update(ROBOT.half_sitting, BOTH)
     np.testing.assert_allclose(pose.base[:3, 3], [-0.009490, 0.0, 0.648702], atol=1e-6)
     np.testing.assert_allclose(pose.soles["right"], planar_pose(0.0, -0.095, 0.0), atol=1e-9)
@@ -190,7 +190,7 @@ def test_bad_settings_are_refused(settings):
 
 @pytest.mark.parametrize("bad", [np.zeros(29), np.full(30, np.nan)])
 def test_bad_joint_angles_are_refused(bad):
-    """Too few angles and NaN are errors, and do not disturb what was known."""
+    """Too few angles and NaN are errors, and do not change the odometry."""
     odometry = _odometry()
     before = odometry.update(ROBOT.half_sitting, BOTH)
     with pytest.raises(SettingError):

@@ -1,4 +1,4 @@
-"""Putting samples of the same stamp together."""
+"""Pairing of samples of the same stamp."""
 
 import pytest
 from door_impact_common.errors import SettingError
@@ -49,7 +49,7 @@ def test_nothing_is_paired_across_a_jump_backwards():
 
 
 def test_buffers_are_bounded():
-    """A stream without partners does not fill the memory."""
+    """A stream whose partners are missing keeps at most `capacity` samples."""
     pairer = StampPairer(STREAMS, capacity=10)
     for stamp in range(1000):
         assert pairer.add("a", stamp, stamp) is None

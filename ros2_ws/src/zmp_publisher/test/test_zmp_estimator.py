@@ -7,10 +7,11 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose
+from humanoid_motion.zmp import zmp_of
 from hypothesis import given
 from hypothesis import strategies as st
 from zmp_publisher.odometry import FootOdometry
-from zmp_publisher.zmp_estimator import ZmpEstimator, wrench_in_world, zmp_on_floor
+from zmp_publisher.zmp_estimator import ZmpEstimator, wrench_in_world
 
 ROBOT = load_robot_config()
 WEIGHT = ROBOT.mass * GRAVITY
@@ -40,20 +41,20 @@ def _pose(triple, turn):
 def test_zmp_of_one_force_is_where_it_meets_the_floor(x, y, force, height):
     """A single force through a point of the floor has its ZMP there, whatever its direction."""
     wrench = _push_at(np.array([x, y, height]), force)
-    np.testing.assert_allclose(zmp_on_floor(wrench, height), [x, y], atol=1e-9)
+    np.testing.assert_allclose(zmp_of(wrench[:3], wrench[3:], height), [x, y], atol=1e-9)
 
 
 @given(small, small)
 def test_a_torque_about_the_vertical_does_not_move_the_zmp(x, torque):
-    """Only the horizontal moment counts."""
+    """A torque about the vertical leaves the ZMP where it is."""
     wrench = _push_at(np.array([x, 0.1, 0.0]), np.array([10.0, -20.0, 500.0]))
     wrench[5] += 100.0 * torque
-    np.testing.assert_allclose(zmp_on_floor(wrench), [x, 0.1], atol=1e-9)
+    np.testing.assert_allclose(zmp_of(wrench[:3], wrench[3:]), [x, 0.1], atol=1e-9)
 
 
 @given(triples, triples, triples, triples, triples, triples)
 def test_reference_frame_does_not_matter(force, torque, to_a, turn_a, to_b, turn_b):
-    """The same wrench read in two frames gives the same one in the world."""
+    """A wrench is the same in the world, whichever frame it was measured in."""
     a, b = _pose(to_a, turn_a), _pose(to_b, turn_b)
     in_a = np.concatenate([force, torque])
     in_world = wrench_in_world(in_a, a)
@@ -72,7 +73,7 @@ def test_vectorised_over_samples():
     np.testing.assert_allclose(wrench_in_world(wrenches, poses[4])[4], moved[4])
     np.testing.assert_allclose(wrench_in_world(wrenches[4], poses)[4], moved[4])
     wrenches[3, 2] = 0.0
-    points = zmp_on_floor(wrenches)
+    points = zmp_of(wrenches[:, :3], wrenches[:, 3:])
     assert points.shape == (20, 2)
     assert np.isnan(points).any(axis=1).nonzero()[0].tolist() == [3]
 
@@ -88,7 +89,7 @@ def test_weight_on_one_foot():
 
 
 def test_weight_shared_between_feet():
-    """Shares of 30 and 70 % put the ZMP at the same share of the way between the feet."""
+    """Loads of 30 and 70 % put the ZMP at 70 % of the distance between the feet."""
     shares = {"left": 0.3, "right": 0.7}
     wrenches = {side: [0, 0, share * WEIGHT, 0, 0, 0] for side, share in shares.items()}
     reading = _estimator().read(POSES, wrenches)
@@ -125,7 +126,7 @@ def test_silent_below_the_threshold(force):
 
 
 def test_threshold_is_a_share_of_the_weight():
-    """The same load is silent or not by the parameter."""
+    """The parameter decides whether a load gives a reading."""
     wrenches = {"left": [0, 0, 0.3 * WEIGHT, 0, 0, 0], "right": NOTHING}
     assert _estimator(threshold=0.31).read(POSES, wrenches) is None
     assert _estimator(threshold=0.29).read(POSES, wrenches) is not None

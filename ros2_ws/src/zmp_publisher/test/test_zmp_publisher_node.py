@@ -77,7 +77,7 @@ def test_zmp_in_odom_with_the_samples_stamp(node):
 
 
 def test_silent_below_the_threshold_but_tf_goes_on(node):
-    """In the air /zmp says nothing, the transforms go on from the last foothold."""
+    """In the air no /zmp is published; transforms continue from the last foothold."""
     _feed(node, 0)
     for step in range(1, 41):
         _feed(node, step * PERIOD, 0.05 * WEIGHT, 0.05 * WEIGHT)

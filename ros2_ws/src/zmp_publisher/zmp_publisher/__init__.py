@@ -1,1 +1,1 @@
-"""ZMP, CoM and support polygon from foot wrenches and joint angles, as a driver publishes them."""
+"""ZMP, CoM and support polygon from the foot wrenches and joint angles that a driver publishes."""

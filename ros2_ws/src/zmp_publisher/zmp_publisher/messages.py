@@ -1,4 +1,4 @@
-"""From poses and ZMP readings to the messages of zmp_publisher."""
+"""Conversion of poses and ZMP readings to the messages of zmp_publisher."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from zmp_publisher.zmp_estimator import ZmpReading
 
-_DIAMETER = 0.04  # of the markers [m]
-_COLORS = {"zmp": (0.9, 0.1, 0.1), "com": (0.1, 0.4, 0.9)}  # red, green, blue
+_DIAMETER = 0.04  # diameter of the markers [m]
+# Red, green and blue of the markers, from 0 to 1.
+_COLORS = {"zmp": (0.9, 0.1, 0.1), "com": (0.1, 0.4, 0.9)}
 
 
 def wrench_row(wrench: Any) -> Array:
-    """Force and torque (6,) of a Wrench [N, N m]."""
+    """Convert a Wrench to a row of force and torque, (6,) [N, N m]."""
     force, torque = wrench.force, wrench.torque
     return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
 
 
 def point(stamp: Any, frame: str, place: Iterable[float]) -> PointStamped:
-    """A point (2,) on the floor or (3,) [m] in a frame."""
+    """Make the message of a point, (2,) on the floor or (3,) [m], in a frame."""
     message = PointStamped()
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -34,7 +35,7 @@ def point(stamp: Any, frame: str, place: Iterable[float]) -> PointStamped:
 
 
 def polygon(stamp: Any, frame: str, corners: Array) -> PolygonStamped:
-    """A polygon (M, 2) [m] on the floor of a frame."""
+    """Make the message of a polygon (M, 2) [m] on the floor of a frame."""
     message = PolygonStamped()
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -43,7 +44,13 @@ def polygon(stamp: Any, frame: str, corners: Array) -> PolygonStamped:
 
 
 def transforms(stamp: Any, frames: Iterable[tuple[str, str]], rows: Iterable[Any]) -> TFMessage:
-    """Transforms from (parent, child) and rows (7,): x, y, z [m] and the quaternion x, y, z, w."""
+    """Make the message of transforms.
+
+    Args:
+        stamp: Stamp of all transforms.
+        frames: Names (parent, child) of the frames of each transform.
+        rows: Position x, y, z [m] and quaternion x, y, z, w of each child in its parent, (7,) each.
+    """
     message = TFMessage()
     message.transforms = [
         _transform(stamp, frame, row) for frame, row in zip(frames, rows, strict=True)
@@ -52,9 +59,10 @@ def transforms(stamp: Any, frames: Iterable[tuple[str, str]], rows: Iterable[Any
 
 
 def markers(stamp: Any, frame: str, places: Mapping[str, Iterable[float] | None]) -> MarkerArray:
-    """Balls at the places of ``zmp`` and ``com`` [m] in a frame; one without a place disappears.
+    """Make the message of balls at the positions of ``zmp`` and ``com`` [m] in a frame.
 
-    Foxglove draws no PointStamped.
+    A ball whose position is None is deleted. Balls are needed because Foxglove does not draw
+    PointStamped.
     """
     message = MarkerArray()
     message.markers = [_marker(stamp, frame, name, place) for name, place in places.items()]
@@ -64,7 +72,7 @@ def markers(stamp: Any, frame: str, places: Mapping[str, Iterable[float] | None]
 def diagnostics(
     stamp: Any, robot: str, state: tuple[bytes, str], values: Mapping[str, str]
 ) -> DiagnosticArray:
-    """Level and text, with values beside them."""
+    """Make the diagnostics of a robot from a state (level and text) and further values."""
     status = DiagnosticStatus()
     status.name = "zmp_publisher: ZMP"
     status.hardware_id = robot
@@ -77,7 +85,7 @@ def diagnostics(
 
 
 def reading_values(reading: ZmpReading) -> dict[str, str]:
-    """A reading as texts for diagnostics: lengths in [m] unless the key says so, force in [N]."""
+    """Format a reading for diagnostics: force in N, lengths in m or in the unit of the key."""
     return {
         "margin_mm": f"{reading.margin * 1e3:.1f}",
         "zmp": f"{reading.point[0]:.4f} {reading.point[1]:.4f}",

@@ -1,8 +1,8 @@
-"""Where base_link and the soles are in ``odom``, from joint angles and foot loads alone.
+"""Poses of base_link and of the soles in ``odom``, from joint angles and foot loads alone.
 
-The sole that bears more is taken to lie flat and still on the floor; the legs tell the rest.
-That is the leg odometry of a position-controlled humanoid: it knows nothing of slip, or of a sole
-that tilts about its edge while it bears load.
+The sole that bears more load is assumed to lie flat and still on the floor; all other poses follow
+from the joint angles. This is the leg odometry of a position-controlled humanoid: it does not
+notice slip, or a sole that tilts about its edge while it bears load.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ OTHER = {"left": "right", "right": "left"}
 
 @dataclass(frozen=True)
 class RobotPose:
-    """Poses in ``odom`` (4, 4).
+    """Poses of base_link and of the soles in ``odom``.
 
     Attributes:
-        base: Of base_link.
-        soles: Of the ``left`` and ``right`` sole; one that bears load lies flat in z = 0.
-        support: The sole that is held fixed.
+        base: Pose of base_link, (4, 4).
+        soles: Poses of the ``left`` and ``right`` sole, (4, 4) each; a sole that bears load lies
+            flat in z = 0.
+        support: Side of the sole that is assumed not to move.
     """
 
     base: Array
@@ -35,19 +36,19 @@ class RobotPose:
 
 
 class FootOdometry:
-    """Follows the robot from foothold to foothold.
+    """Leg odometry of a robot from foothold to foothold.
 
-    ``odom`` is fixed by the first sample in which a foot bears load: origin on the floor midway
-    between the soles' frames (under the ankles), x along their mean heading.
+    The first sample in which a foot bears load defines ``odom``: its origin is on the floor midway
+    between the soles' frames (below the ankles), its x axis has their mean heading.
 
     Args:
-        kinematics: Of the robot.
-        loaded_force: Normal force above which a sole is taken to lie on the floor [N].
-        hysteresis: The other sole takes over once it bears more than the share 0.5 + hysteresis
-            of the load, in [0, 0.5).
+        kinematics: Kinematics of the robot.
+        loaded_force: Normal force above which a sole is assumed to lie on the floor [N].
+        hysteresis: Share of the load, in [0, 0.5). The other sole becomes the support when it
+            bears more than the share 0.5 + hysteresis.
 
     Raises:
-        SettingError: If a setting is out of its range.
+        SettingError: A setting is out of its range.
     """
 
     def __init__(
@@ -64,21 +65,21 @@ class FootOdometry:
         self._anchor = np.eye(4)
 
     def reset(self) -> None:
-        """Forget everything: the next loaded sample fixes ``odom`` anew."""
+        """Forget all footholds, so that the next loaded sample defines ``odom`` again."""
         self._support = ""
 
     def update(self, positions: ArrayLike, normal_force: Mapping[str, float]) -> RobotPose | None:
-        """Take the next sample.
+        """Compute the poses at the next sample.
 
         Args:
-            positions: Joint angles (30,) [rad], in HRP-2's order.
-            normal_force: Of the floor on the ``left`` and ``right`` sole [N].
+            positions: Joint angles in the robot's order, (J,) [rad].
+            normal_force: Normal force of the floor on the ``left`` and ``right`` sole [N].
 
         Returns:
-            The robot's pose; None as long as no foot has ever borne load.
+            The poses; None until a foot bears load for the first time.
 
         Raises:
-            SettingError: If the angles are not 30 finite numbers.
+            SettingError: The angles are not J finite numbers.
         """
         self._kinematics.set_joints(positions)
         in_base = self._kinematics.soles()
@@ -108,11 +109,12 @@ class FootOdometry:
 
 
 def _start(support: Array, other: Array) -> Array:
-    """Pose of the supporting sole in the frame midway between both, from poses in base_link."""
+    """Pose of the supporting sole in the frame midway between both soles, from their poses."""
     relative = inverse_pose(support) @ other
     middle = planar_pose(relative[0, 3] / 2.0, relative[1, 3] / 2.0, yaw_of(relative) / 2.0)
     return inverse_pose(middle)
 
 
 def _flattened(pose: Array) -> Array:
+    """Pose at the same x, y and heading, but flat in z = 0."""
     return planar_pose(pose[0, 3], pose[1, 3], yaw_of(pose))

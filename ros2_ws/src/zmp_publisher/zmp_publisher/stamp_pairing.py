@@ -1,4 +1,4 @@
-"""Putting samples together that carry the same stamp."""
+"""Pairing of samples from several streams that carry the same stamp."""
 
 from __future__ import annotations
 
@@ -11,14 +11,20 @@ Sample = TypeVar("Sample")
 
 
 class StampPairer(Generic[Sample]):
-    """Waits until every stream has a sample of the same stamp.
+    """Buffer of samples until every stream has a sample of the same stamp.
 
-    A stream whose stamps jump backwards (the simulation was reset) drops what it had buffered, so
-    nothing from before the jump is put together with anything after it.
+    When the stamps of a stream jump backwards (the simulation was reset), the stream's buffered
+    samples are dropped. So no sample from before the jump is paired with a sample after it.
 
     Args:
-        streams: Their names.
-        capacity: Samples kept of each stream while the others are late.
+        streams: Names of the streams.
+        capacity: Number of samples kept of each stream while other streams are late.
+
+    Attributes:
+        dropped: Number of samples dropped because another stream had no sample of their stamp.
+
+    Raises:
+        SettingError: The capacity is below 1.
     """
 
     def __init__(self, streams: tuple[Hashable, ...], capacity: int = 50) -> None:
@@ -27,19 +33,18 @@ class StampPairer(Generic[Sample]):
         self._buffers: dict[Hashable, dict[int, Sample]] = {name: {} for name in streams}
         self._last: dict[Hashable, int] = {}
         self._capacity = capacity
-        #: Samples dropped because another stream never had their stamp.
         self.dropped = 0
 
     def add(self, stream: Hashable, stamp: int, sample: Sample) -> Mapping[Hashable, Sample] | None:
-        """Take a sample.
+        """Add a sample.
 
         Args:
-            stream: One of the names.
-            stamp: Of the sample [ns].
-            sample: Anything.
+            stream: Name of the stream.
+            stamp: Stamp of the sample [ns].
+            sample: The sample.
 
         Returns:
-            The samples of all streams with that stamp when this one completes them, else None.
+            The samples of all streams with this stamp if this sample completes them, else None.
         """
         buffer = self._buffers[stream]
         if stamp < self._last.get(stream, stamp):

@@ -1,9 +1,4 @@
-"""Zero-moment point from the wrenches under the feet.
-
-The ZMP is the point of the floor about which the contact forces have no horizontal moment
-(Vukobratovic and Borovac, "Zero-moment point - thirty-five years of its life", 2004; Kajita et al.,
-"Introduction to Humanoid Robotics", 2014, section 3.2).
-"""
+"""Zero-moment point (ZMP) and its margin from the wrenches under the feet."""
 
 from __future__ import annotations
 
@@ -14,20 +9,21 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
+from humanoid_motion.zmp import zmp_of
 from numpy.typing import ArrayLike
 
 Rect = tuple[float, float, float, float]
 
 
 def wrench_in_world(wrench: ArrayLike, pose: ArrayLike) -> Array:
-    """Return a wrench about the world's origin, from the one about and in a frame.
+    """Transform a wrench from a frame to the world.
 
     Args:
-        wrench: Force and torque (..., 6) [N, N m] in the frame, about its origin.
-        pose: The frame in the world (..., 4, 4).
+        wrench: Force and torque in the frame, about the frame's origin, (..., 6) [N, N m].
+        pose: Pose of the frame in the world, (..., 4, 4).
 
     Returns:
-        Force and torque (..., 6) in the world, about its origin.
+        Force and torque in the world, about the world's origin, (..., 6) [N, N m].
     """
     given = np.asarray(wrench, dtype=float)
     placed = np.asarray(pose, dtype=float)
@@ -39,36 +35,16 @@ def wrench_in_world(wrench: ArrayLike, pose: ArrayLike) -> Array:
     return np.concatenate([force, torque + lever], axis=-1)
 
 
-def zmp_on_floor(wrench: ArrayLike, height: float = 0.0) -> Array:
-    """Return the ZMP of the whole wrench of the floor on the robot.
-
-    Setting the horizontal part of tau - p x f to zero with p_z = height gives
-    p_x = (p_z f_x - tau_y) / f_z and p_y = (p_z f_y + tau_x) / f_z.
-
-    Args:
-        wrench: Force and torque (..., 6) [N, N m] in the world, about its origin.
-        height: Of the floor [m].
-
-    Returns:
-        The ZMP's x and y (..., 2) [m]; NaN where the floor does not push (f_z <= 0).
-    """
-    given = np.asarray(wrench, dtype=float)
-    normal = np.where(given[..., 2] > 0.0, given[..., 2], np.nan)
-    x = (height * given[..., 0] - given[..., 4]) / normal
-    y = (height * given[..., 1] + given[..., 3]) / normal
-    return np.stack([x, y], axis=-1)
-
-
 @dataclass(frozen=True)
 class ZmpReading:
-    """The ZMP and how far it is from the edge of what bears the robot.
+    """The ZMP of one sample and its distance from the edge of the support polygon.
 
     Attributes:
-        point: The ZMP's x and y (2,) in the world, on the floor [m].
-        normal_force: Of the floor on both soles [N].
-        loaded: The soles that make the support polygon.
-        polygon: Its corners (M, 2), counter-clockwise [m].
-        margin: Signed distance from the ZMP to the nearest edge, positive inside [m].
+        point: x and y of the ZMP on the floor, in the world, (2,) [m].
+        normal_force: Normal force of the floor on both soles [N].
+        loaded: Sides of the soles that form the support polygon.
+        polygon: Corners of the support polygon, counter-clockwise, in the world, (M, 2) [m].
+        margin: Distance from the ZMP to the nearest edge, positive inside, negative outside [m].
     """
 
     point: Array
@@ -82,13 +58,14 @@ class ZmpEstimator:
     """ZMP and margin of a robot that stands on one or two soles.
 
     Args:
-        weight: Of the robot [N].
-        soles: ``left`` and ``right``: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
+        weight: Weight of the robot [N].
+        soles: Support area (x_min, x_max, y_min, y_max) of the ``left`` and ``right`` sole, in the
+            sole's frame [m].
         threshold: Share of the weight below which there is no reading.
-        support_share: A sole that bears more than this share of the weight counts as support.
+        support_share: Share of the weight above which a sole counts as support.
 
     Raises:
-        SettingError: If a setting is out of its range.
+        SettingError: A setting is out of its range.
     """
 
     def __init__(
@@ -103,7 +80,7 @@ class ZmpEstimator:
             raise SettingError("weight", weight, "positive")
         if not 0.0 < support_share < 0.5:
             raise SettingError("support_share", support_share, "in (0, 0.5)")
-        # Below twice the support share no sole need count, and there would be no polygon.
+        # Below twice the support share possibly no sole counts, and there is no polygon.
         if not 2.0 * support_share <= threshold <= 1.0:
             raise SettingError("threshold", threshold, f"in [{2.0 * support_share:g}, 1]")
         self._soles = dict(soles)
@@ -113,14 +90,15 @@ class ZmpEstimator:
     def read(
         self, poses: Mapping[str, Array], wrenches: Mapping[str, ArrayLike]
     ) -> ZmpReading | None:
-        """Return the reading of one sample.
+        """Compute the reading of one sample.
 
         Args:
-            poses: Of each sole in the world (4, 4).
-            wrenches: Of the floor on each sole (6,) [N, N m], in the sole's frame about its origin.
+            poses: Pose of each sole in the world, by side, (4, 4).
+            wrenches: Force and torque of the floor on each sole, by side, in the sole's frame about
+                its origin, (6,) [N, N m].
 
         Returns:
-            The reading; None while the feet bear less than the threshold (or say NaN).
+            The reading; None if the feet bear less than the threshold or a wrench is not finite.
         """
         parts = {side: wrench_in_world(wrenches[side], poses[side]) for side in self._soles}
         total = np.sum(list(parts.values()), axis=0)
@@ -129,6 +107,6 @@ class ZmpEstimator:
         loaded = tuple(side for side in self._soles if parts[side][2] > self._least_sole)
         corners = [sole_corners(self._soles[side], poses[side]) for side in loaded]
         polygon = support_polygon(*corners)
-        point = zmp_on_floor(total)
+        point = zmp_of(total[:3], total[3:])
         margin = float(polygon_margin(point, polygon))
         return ZmpReading(point, float(total[2]), loaded, polygon, margin)

@@ -1,4 +1,8 @@
-"""Node ``zmp_publisher``: ZMP, CoM, /tf, diagnostics from joint angles and foot wrenches alone."""
+"""Node ``zmp_publisher``: ZMP, CoM, /tf and diagnostics from joint angles and foot wrenches alone.
+
+The node pairs joint states and foot wrenches of the same stamp; the computing is done by
+`zmp_publisher.odometry` and `zmp_publisher.zmp_estimator`.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,15 @@ import sys
 from functools import partial
 from typing import Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
+from door_impact_common.stamps import nanoseconds
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.kinematics import RobotKinematics, pose_row
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -28,56 +32,60 @@ from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
-    "world_frame": ("odom", "frame of what is published and parent of base_link"),
-    "threshold": (0.2, "share of the weight below which /zmp is silent"),
-    "support_share": (0.05, "a sole that bears more than this share of the weight is support"),
+    "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
+    "threshold": (0.2, "share of the weight below which no /zmp is published"),
+    "support_share": (0.05, "share of the weight above which a sole counts as support"),
     "hysteresis": (0.05, "the other sole takes over above the share 0.5 + hysteresis of the load"),
     "warn_margin": (0.01, "margin below which diagnostics warn [m]"),
-    "tf_rate": (50.0, "transforms, CoMs and polygons a second [Hz], 0 for none"),
-    "diagnostics_rate": (10.0, "diagnostics a second [Hz]"),
-    "reliability": ("reliable", "of the three subscriptions: reliable or best_effort"),
+    "tf_rate": (50.0, "rate of transforms, CoM and support polygon [Hz]; 0 publishes none"),
+    "diagnostics_rate": (10.0, "rate of diagnostics [Hz]"),
+    "reliability": ("reliable", "QoS of the three subscriptions: reliable or best_effort"),
 }
-JOINTS = "joints"
-QUEUE = 50
+_RELIABILITY = {
+    "reliable": ReliabilityPolicy.RELIABLE,
+    "best_effort": ReliabilityPolicy.BEST_EFFORT,
+}
+_JOINTS = "joints"  # name of the stream of joint states; the wrenches' streams are named by side
+_QUEUE = 50  # messages of each subscription that may wait for the others
+_EARLY = 500_000  # a sample counts as due when it comes at most this much too early [ns]
 
 
 class ZmpPublisher(Node):
-    """Pairs joint states and wrenches by stamp; everything else is in the library."""
+    """Subscribes to joint states and foot wrenches, and publishes what follows from them."""
 
     def __init__(self) -> None:
         super().__init__("zmp_publisher")
-        for name, (default, text) in PARAMETERS.items():
-            # Rates may come as integers: types are checked below.
-            described = ParameterDescriptor(description=text, read_only=True, dynamic_typing=True)
-            self.declare_parameter(name, default, described)
-        self._world: str = self._text("world_frame")
-        self._warn_margin = self._number("warn_margin")
-        self._tf_period = _period_ns("tf_rate", self._number("tf_rate"))
-        diagnostics_rate = self._number("diagnostics_rate")
-        if not diagnostics_rate > 0.0:
-            raise SettingError("diagnostics_rate", diagnostics_rate, "positive")
+        parameters = Parameters(self, PARAMETERS)
+        self._world = parameters.text("world_frame")
+        self._warn_margin = parameters.number("warn_margin")
+        tf_rate = parameters.number("tf_rate", low=0.0)
+        self._tf_period = round(1e9 / tf_rate) if tf_rate else 0  # [ns], 0 publishes none
+        diagnostics_rate = parameters.positive("diagnostics_rate")
+        reliability = _RELIABILITY[parameters.choice("reliability", _RELIABILITY)]
 
-        self._robot = load_robot_config(self._text("robot_config") or None)
+        self._robot = load_robot_config(parameters.text("robot_config") or None)
         self._kinematics = RobotKinematics(self._robot)
         weight = self._robot.mass * GRAVITY
-        share = self._number("support_share")
-        threshold = self._number("threshold")
+        share = parameters.number("support_share")
         self._zmp = ZmpEstimator(
-            weight, self._robot.soles, threshold=threshold, support_share=share
+            weight,
+            self._robot.soles,
+            threshold=parameters.number("threshold"),
+            support_share=share,
         )
         self._odometry = FootOdometry(
             self._kinematics,
             loaded_force=share * weight,
-            hysteresis=self._number("hysteresis"),
+            hysteresis=parameters.number("hysteresis"),
         )
-        self._pairer: StampPairer[Any] = StampPairer((JOINTS, *SIDES), capacity=QUEUE)
-        self._stamp = -1
-        self._tf_stamp = -1
-        self._fresh = 0
+        self._pairer: StampPairer[Any] = StampPairer((_JOINTS, *SIDES), capacity=_QUEUE)
+        self._stamp = -1  # stamp of the last sample [ns]
+        self._tf_stamp = -1  # stamp of the last transforms [ns], negative before the first
+        self._fresh = 0  # samples since the last diagnostics
         self._reading: ZmpReading | None = None
         self._pose: RobotPose | None = None
-        self._names: tuple[str, ...] = ()
-        self._columns: list[int] = []
+        self._names: tuple[str, ...] = ()  # joints of the last message, in its order
+        self._columns: list[int] = []  # where the robot's joints are in that order
 
         self._zmp_publisher = self.create_publisher(PointStamped, "zmp", 10)
         self._tf_publisher = self.create_publisher(TFMessage, "/tf", 100)
@@ -85,34 +93,24 @@ class ZmpPublisher(Node):
         self._polygon_publisher = self.create_publisher(PolygonStamped, "support_polygon", 10)
         self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        qos = QoSProfile(depth=QUEUE, reliability=_reliability(self._text("reliability")))
-        self.create_subscription(JointState, "joint_states", partial(self._take, JOINTS), qos)
+        qos = QoSProfile(depth=_QUEUE, reliability=reliability)
+        self.create_subscription(JointState, "joint_states", partial(self._take, _JOINTS), qos)
         for side in SIDES:
             take = partial(self._take, side)
             self.create_subscription(WrenchStamped, f"{side}_foot/wrench", take, qos)
         self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
 
-    def _number(self, name: str) -> float:
-        value = self.get_parameter(name).value
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise SettingError(name, value, "a finite number")
-        return float(value)
-
-    def _text(self, name: str) -> str:
-        return str(self.get_parameter(name).value)
-
     def _take(self, stream: str, message: Any) -> None:
-        stamp = message.header.stamp
-        together = self._pairer.add(stream, stamp.sec * 1_000_000_000 + stamp.nanosec, message)
+        together = self._pairer.add(stream, nanoseconds(message.header.stamp), message)
         if together is not None:
-            self._process(together[JOINTS], {side: together[side].wrench for side in SIDES})
+            self._process(together[_JOINTS], {side: together[side].wrench for side in SIDES})
 
     def _process(self, joints: Any, wrenches: dict[str, Any]) -> None:
         stamp = joints.header.stamp
-        time = stamp.sec * 1_000_000_000 + stamp.nanosec
+        time = nanoseconds(stamp)
         if time < self._stamp:
             self.get_logger().info(
-                "time jumped backwards: odom is fixed anew", throttle_duration_sec=1.0
+                "the stamps jumped backwards: odom's origin is set again", throttle_duration_sec=1.0
             )
             self._odometry.reset()
             self._tf_stamp = -1
@@ -140,7 +138,7 @@ class ZmpPublisher(Node):
         if names != self._names:
             missing = [name for name in self._robot.joint_names if name not in names]
             if missing:
-                raise SettingError("joint_states", f"without {missing[0]}", "30 joints of HRP-2")
+                raise SettingError("joint_states", f"without {missing[0]}", "with every joint")
             self._columns = [names.index(name) for name in self._robot.joint_names]
             self._names = names
         if len(joints.position) != len(names):
@@ -148,25 +146,24 @@ class ZmpPublisher(Node):
         return [joints.position[column] for column in self._columns]
 
     def _tf_due(self, time: int) -> bool:
-        # A sample may come a little before its time: half a millisecond counts as on time.
-        due = self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - 500_000
+        due = self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - _EARLY
         return due and self._tf_period > 0
 
     def _publish_scene(self, stamp: Any, pose: RobotPose, reading: ZmpReading | None) -> None:
-        # 37 transforms are most of this node's work: all this is made only for who listens.
-        if _heard(self._tf_publisher):
+        # 37 transforms are most of this node's work, so messages are made only for subscribers.
+        if _has_subscribers(self._tf_publisher):
             rows = [pose_row(pose.base), *self._kinematics.link_transforms()]
             frames = [(self._world, "base_link"), *self._kinematics.tree]
             self._tf_publisher.publish(zmp_messages.transforms(stamp, frames, rows))
-        if reading is not None and _heard(self._polygon_publisher):
+        if reading is not None and _has_subscribers(self._polygon_publisher):
             polygon = zmp_messages.polygon(stamp, self._world, reading.polygon)
             self._polygon_publisher.publish(polygon)
-        if not (_heard(self._com_publisher) or _heard(self._marker_publisher)):
+        if not (_has_subscribers(self._com_publisher) or _has_subscribers(self._marker_publisher)):
             return
         com = pose.base[:3, :3] @ self._kinematics.com() + pose.base[:3, 3]
-        if _heard(self._com_publisher):
+        if _has_subscribers(self._com_publisher):
             self._com_publisher.publish(zmp_messages.point(stamp, self._world, com))
-        if _heard(self._marker_publisher):
+        if _has_subscribers(self._marker_publisher):
             places = {"zmp": None if reading is None else reading.point, "com": com}
             self._marker_publisher.publish(zmp_messages.markers(stamp, self._world, places))
 
@@ -188,7 +185,7 @@ class ZmpPublisher(Node):
         if not self._fresh:
             return DiagnosticStatus.STALE, "no joint states and wrenches of the same stamp"
         if self._reading is None:
-            return DiagnosticStatus.WARN, "the feet bear too little for a ZMP"
+            return DiagnosticStatus.WARN, "the feet bear too little load for a ZMP"
         margin = self._reading.margin
         if margin < 0.0:
             return DiagnosticStatus.ERROR, "ZMP outside the support polygon"
@@ -197,28 +194,12 @@ class ZmpPublisher(Node):
         return DiagnosticStatus.OK, "ZMP inside the support polygon"
 
 
-def _period_ns(name: str, rate: float) -> int:
-    if rate < 0.0:
-        raise SettingError(name, rate, "0 or more")
-    return round(1e9 / rate) if rate else 0
-
-
-def _reliability(text: str) -> ReliabilityPolicy:
-    known = {
-        "reliable": ReliabilityPolicy.RELIABLE,
-        "best_effort": ReliabilityPolicy.BEST_EFFORT,
-    }
-    if text not in known:
-        raise SettingError("reliability", text, " or ".join(known))
-    return known[text]
-
-
-def _heard(publisher: Any) -> bool:
+def _has_subscribers(publisher: Any) -> bool:
     return bool(publisher.get_subscription_count())
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until Ctrl-C or SIGTERM; return the exit code."""
     return run_node(ZmpPublisher, errors=(OSError,), args=args)
 
 

@@ -7,6 +7,7 @@ from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
+from humanoid_motion.zmp import zmp_of
 
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.run.record import Motion, Support
@@ -140,12 +141,14 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
     soles = (motion.left_sole, motion.right_sole)
     load = np.stack([np.maximum(w[:, 2], 0.0) for w in wrenches])
     total = load.sum(axis=0)
-    moment = sum(
-        np.stack([s[:, 0] * w[:, 2] - w[:, 4], s[:, 1] * w[:, 2] + w[:, 3]], axis=1)
-        for s, w in zip(soles, wrenches, strict=True))
-    loaded = total[:, None] > _LEAST_LOAD * robot.mass * GRAVITY
-    with np.errstate(divide="ignore", invalid="ignore"):
-        zmp = np.where(loaded, moment / total[:, None], np.nan)
+    # Soles lie level in z = 0, so only normal forces have levers about odom's horizontal axes.
+    zero = np.zeros_like(total)
+    force = np.stack([zero, zero, total], axis=1)
+    moment = np.sum([
+        np.stack([w[:, 3] + s[:, 1] * w[:, 2], w[:, 4] - s[:, 0] * w[:, 2], zero], axis=1)
+        for s, w in zip(soles, wrenches, strict=True)], axis=0)
+    loaded = total > _LEAST_LOAD * robot.mass * GRAVITY
+    zmp = np.where(loaded[:, None], zmp_of(force, moment), np.nan)
     bears = load > BEARS_WEIGHT * total
     margin, low, high = (np.full(len(total), np.nan) for _ in range(3))
     # The feet stand still most of the time: one polygon is made for each pair of places, rounded

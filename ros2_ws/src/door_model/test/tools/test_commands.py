@@ -98,7 +98,7 @@ def test_names_of_files_that_are_none(
     """A folder, nothing, the recording itself: refused; a line break stays out of the comment."""
     for name in ("/", ".", ""):
         assert main(["--csv", SAMPLE, *LEAF, "--yaml", name]) == 1
-        assert "is no file's name" in capsys.readouterr().err
+        assert "is not the name of a file" in capsys.readouterr().err
     copy = tmp_path / "a\nname: b.csv"
     copy.write_bytes(Path(SAMPLE).read_bytes())
     with pytest.raises(SystemExit):

@@ -20,12 +20,12 @@ from door_model.door.door import Door
 from door_model.motion.dynamics import follow_free
 from door_model.motion.free_motion import FreeMotion
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import Load
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.knots import quintic
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import solve
-from humanoid_motion.zmp import Load
 
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.clearance import Clearance, LeafCourse, bodies_of, require_clearance
+from humanoid_motion.dynamics import Load, inverse_dynamics, joint_torques
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import Knots, from_motion
 from humanoid_motion.robot_model import RobotModel
@@ -16,7 +17,7 @@ from humanoid_motion.whole_body import (
     require_torque_limits,
     shares,
 )
-from humanoid_motion.zmp import Load, inverse_dynamics, joint_torques, margins
+from humanoid_motion.zmp import margins
 
 from impact_planner.motion.approach import StandingPhase
 from impact_planner.motion.phase_plan import PhasePlan

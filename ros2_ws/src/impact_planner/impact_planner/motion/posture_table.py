@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.dynamics import floor_wrenches
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import Motion, from_derivatives
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import within_ranges
-from humanoid_motion.zmp import floor_wrenches
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 

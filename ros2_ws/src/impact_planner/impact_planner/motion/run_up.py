@@ -13,10 +13,11 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import Dynamics, inverse_dynamics
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.zmp import Dynamics, edge_margin, inverse_dynamics, margins
+from humanoid_motion.zmp import edge_margin, margins
 from scipy.optimize import brentq, minimize_scalar
 
 from impact_planner.errors import InvalidRequest, SpeedUnreachable

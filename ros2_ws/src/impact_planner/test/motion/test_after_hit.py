@@ -8,9 +8,10 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import load_door
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion
-from humanoid_motion.zmp import inverse_dynamics, margins
+from humanoid_motion.zmp import margins
 from impact_planner.errors import PLANNING_ERRORS
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com
 from impact_planner.hit.stance import stance_for_step

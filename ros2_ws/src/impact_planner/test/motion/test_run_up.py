@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.whole_body import com_course, require_joint_limits
-from humanoid_motion.zmp import inverse_dynamics, margins
+from humanoid_motion.zmp import margins
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import InvalidRequest, SpeedUnreachable

@@ -1,0 +1,1 @@
+"""Collision shapes of the robot's links, and the search for the nearest pair of them."""
