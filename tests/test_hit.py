@@ -30,7 +30,7 @@ class TiltWatch:
         self.error = 0.0
 
     def __call__(self, world: World, sample: TickSample) -> None:
-        cosine = rotation(world.robot.imu().quaternion)[2] @ rotation(sample.imu.orientation)[2]
+        cosine = rotation(world.imu_state.quaternion)[2] @ rotation(sample.imu.orientation)[2]
         self.error = max(self.error, float(np.degrees(np.arccos(min(cosine, 1.0)))))
 
 

@@ -7,7 +7,7 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from door_model.door.door import Zone
 from door_model.motion.dynamics import follow_free, simulate
-from hrp2_sim_bridge.physics.door_body import CloserTorque
+from hrp2_sim_bridge.physics.door_load import CloserTorque
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World

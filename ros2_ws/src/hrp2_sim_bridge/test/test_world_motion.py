@@ -128,7 +128,7 @@ def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
     """Brace holds only in the braced posture."""
     braced = robot.posture(robot.braced_posture)
     joint = robot.index("RARM_JOINT1")
-    servos = make_world().robot.servos
+    servos = make_world().servos
     assert servos.limit_torques(braced, brace=True, share=1.0)
     assert servos.forces[joint] > 1000.0
     assert not servos.limit_torques(braced, brace=False, share=1.0)
@@ -144,7 +144,7 @@ def leaning_hit(robot, paper_door, sway, moving, **settings):
 
     braced = robot.posture(robot.braced_posture)
     probe = World(robot, paper_door, 2.0, -0.42, posture=braced)
-    elbow = -probe.robot.contact_sphere().position[1] + robot.contact_radius
+    elbow = -probe.engine.robot.contact_sphere().position[1] + robot.contact_radius
     probe.close()
     world = World(robot, paper_door, elbow + 0.02, -0.42, posture=braced, **settings)
     times = np.array([0.1, 0.6, 0.95, 1.15])
@@ -183,11 +183,12 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
 def test_position_error_decays_with_the_servos_time_constant(make_world, step) -> None:
     """A wrist 20 mrad off is 1/e of that off after the time constant, whatever the step."""
     world = make_world(time_step_coarse=step, servo_time_constant=0.03)
-    joint = world.robot.joint_index["LARM_JOINT4"]
-    world.client.resetJointState(world.robot.body, joint, 0.02, 0.0)
+    client, body = world.engine.client, world.engine.robot.body
+    joint = world.engine.robot.joint_index["LARM_JOINT4"]
+    client.resetJointState(body, joint, 0.02, 0.0)
     for _ in range(6):
         world.step()
-    left = world.client.getJointState(world.robot.body, joint)[0]
+    left = client.getJointState(body, joint)[0]
     assert left == pytest.approx(0.02 * np.exp(-1.0), rel=0.03)
 
 
@@ -215,11 +216,11 @@ def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, 
 def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, moving) -> None:
     """A joint that was held back 0.5 rad comes home no faster than its motor turns."""
     world = make_world()
-    client, body = world.client, world.robot.body
-    joint = world.robot.joint_index["LARM_JOINT4"]
+    client, body = world.engine.client, world.engine.robot.body
+    joint = world.engine.robot.joint_index["LARM_JOINT4"]
     limit = robot.velocity_limit[robot.index("LARM_JOINT4")]
     client.resetJointState(body, joint, 0.5, 0.0)
-    world._joints = world.robot.read_joints()
+    world._joints = world.engine.read_joints()
     speeds = []
     for _ in range(60):
         world.step()

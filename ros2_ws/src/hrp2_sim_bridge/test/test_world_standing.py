@@ -31,16 +31,17 @@ def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, pap
 def test_the_friction_of_soles_and_floor_is_the_one_that_was_asked_for(stood) -> None:
     """PyBullet multiplies the two bodies'; a link's friction is easily lost."""
     world = stood[0]
-    floor = world.client.getDynamicsInfo(0, -1)[1]
-    for sole in world.robot.soles.values():
-        pair = floor * world.client.getDynamicsInfo(world.robot.body, sole)[1]
+    client, robot = world.engine.client, world.engine.robot
+    floor = client.getDynamicsInfo(0, -1)[1]
+    for sole in robot.soles.values():
+        pair = floor * client.getDynamicsInfo(robot.body, sole)[1]
         assert pair == pytest.approx(WorldSettings.friction)
 
 
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
     """No inertia was replaced and none is damped."""
     world = stood[0]
-    client, body = world.client, world.robot.body
+    client, body = world.engine.client, world.engine.robot.body
     mass = 0.0
     for link in range(-1, client.getNumJoints(body)):
         info = client.getDynamicsInfo(body, link)
@@ -89,7 +90,7 @@ def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
 def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
     """Center of mass from Pinocchio equals PyBullet's."""
     world, log, _ = stood
-    client, body = world.client, world.robot.body
+    client, body = world.engine.client, world.engine.robot.body
     total = client.getDynamicsInfo(body, -1)[0]
     moment = total * np.array(client.getBasePositionAndOrientation(body)[0])
     for link in range(client.getNumJoints(body)):

@@ -9,7 +9,8 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 
-from hrp2_sim_bridge.physics.frames import BodyState, quaternion_product, rotation
+from hrp2_sim_bridge.physics.frames import quaternion_product, rotation
+from hrp2_sim_bridge.physics.states import BodyState
 from hrp2_sim_bridge.settings import TICK, SensorSettings
 
 # Slow enough that a sway's accelerations move the attitude little (by gain * speed / g), which the

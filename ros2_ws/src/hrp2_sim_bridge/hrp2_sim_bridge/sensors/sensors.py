@@ -11,7 +11,7 @@ from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
 
-from hrp2_sim_bridge.physics.frames import BodyState
+from hrp2_sim_bridge.physics.states import BodyState
 from hrp2_sim_bridge.sensors.imu import Imu, ImuSample, imu_sample
 from hrp2_sim_bridge.settings import SAMPLES_PER_TICK, TICK, SensorSettings
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.control.stabilizer import (
     Stabilizer,
     StabilizerSettings,
@@ -132,11 +131,11 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
     model, said, felt = StanceModel(world.robot_config), [], []
     for _ in range(480):
         stance = model.at(world.driver.sample(world.time + 0.5 * TICK))
-        base = world.robot.base_states(np.array([world.robot.read_frames()]))
+        base = world.engine.base_states(np.array([world.engine.read_frames()]))
         said.append(stance.zmp + base.position[0, :2])
         now = world.step()
         force = np.array([now.left_wrench[2], now.right_wrench[2]])
-        place = np.array([world.robot.frame(world.robot.soles[side]).position for side in SIDES])
+        place = world.engine.link_states(np.array([world.engine.read_frames()])).position[0, :2]
         torque = now.left_wrench[3:5] + now.right_wrench[3:5]
         felt.append((force @ place[:, :2] + np.array([-torque[1], torque[0]])) / force.sum())
     error = np.abs(np.array(said) - felt)

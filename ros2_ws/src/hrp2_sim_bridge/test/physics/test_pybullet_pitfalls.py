@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.physics.engine import connect, prepare
-from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hrp2_sim_bridge.errors import ModelError
-from hrp2_sim_bridge.physics.engine import connect, prepare
-from hrp2_sim_bridge.physics.robot_body import RobotBody
-from hrp2_sim_bridge.physics.rotors import link_inertias, load_robot
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.rotors import link_inertias, load_robot
 
 
 @pytest.fixture

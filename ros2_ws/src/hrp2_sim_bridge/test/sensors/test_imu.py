@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.physics.frames import BodyState, rotation
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.physics.states import BodyState
 from hrp2_sim_bridge.sensors.imu import (
     AttitudeFilter,
     Imu,
@@ -131,7 +132,7 @@ def test_attitude_in_a_simulated_sway_is_right_to_1_deg(make_world, robot, sway,
     most, force = 0.0, 0.0
     for _ in range(300):
         imu = world.step().imu
-        most = max(most, tilt_error(imu.orientation, world.robot.imu().quaternion))
+        most = max(most, tilt_error(imu.orientation, world.imu_state.quaternion))
         force = max(force, abs(imu.specific_force[1]))
     assert force > 2.0
     assert most < 1.0

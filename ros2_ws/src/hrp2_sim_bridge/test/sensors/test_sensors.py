@@ -160,12 +160,12 @@ def test_exact_sensors_tell_the_truth(make_world, sway, moving):
     world.follow(moving(np.array([0.05, 0.4]), postures), 0.0)
     for _ in range(40):
         sample = world.step()
-        position, velocity, effort = world.robot.read_joints()
+        position, velocity, effort = world.engine.read_joints()
         np.testing.assert_array_equal(sample.position, position)
         np.testing.assert_array_equal(sample.velocity, velocity)
         np.testing.assert_array_equal(sample.effort, effort)
         np.testing.assert_allclose(
-            sample.imu.orientation, world.robot.imu().quaternion, atol=1e-7
+            sample.imu.orientation, world.imu_state.quaternion, atol=1e-7
         )
     log = world.log(with_com=False)
     np.testing.assert_allclose(sample.left_wrench, log["left_wrench"][-5:].mean(axis=0), atol=0.05)
