@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from door_impact_common.constants import GRAVITY
 from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.kinematics import RobotKinematics
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator

@@ -12,9 +12,9 @@ from door_model.door.config import load_door
 from floor_forces import ZmpWatch
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Outcome
 from impact_planner.plan import plan_impact

@@ -14,11 +14,12 @@ from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
+from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.servos import JointServos
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
-from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog, trajectory_content
 from hrp2_sim_bridge.log.recorder import save_npz
@@ -32,7 +33,7 @@ from hrp2_sim_bridge.physics.hit_meter import HitMeter
 from hrp2_sim_bridge.physics.scene import Scene
 from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState
 from hrp2_sim_bridge.sensors.readings import TickReadings
-from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, TickSample
+from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 
 _NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
@@ -43,7 +44,7 @@ _FARTHEST = 10.0  # largest coordinate of the door [m]
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
-class World:
+class World(Driver):
     """HRP-2 standing in half-sitting before a closed door; time is 0 when it has settled.
 
     Args:
@@ -176,7 +177,7 @@ class World:
         """
         if self.fell and not trajectory.is_stop:
             raise TrajectoryRefusedError(
-                "the robot has fallen and wants a reset", "", self.fall.reason, "a standing robot"
+                "the robot has fallen and must be reset", "", self.fall.reason, "a standing robot"
             )
         self.driver.accept(trajectory, stamp, self.time)
         numbers = 3 * len(trajectory.times) * len(trajectory.joint_names)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.physics.frames import rotation
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 SWAY_TIMES = np.array([0.1, 0.5, 0.9, 1.3])
 SWAY = (0.0, 0.04, -0.04, 0.0)

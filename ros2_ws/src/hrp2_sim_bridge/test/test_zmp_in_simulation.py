@@ -16,8 +16,8 @@ ROBOT = load_robot_config()
 @pytest.fixture(scope="module")
 def moved():
     """Its trunk goes 38 mm forward in a second and stands for another half, on rigid soles."""
-    from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
     from hrp2_sim_bridge.world import World
+    from humanoid_motion.driver_interface import TrajectoryArrays
 
     world = World(ROBOT, load_door("paper"), 0.9, -0.5, sole="rigid")
     target = np.array(ROBOT.half_sitting)

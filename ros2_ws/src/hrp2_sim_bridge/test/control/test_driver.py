@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from humanoid_motion.driver_interface import TrajectoryArrays
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -10,9 +10,9 @@ from hrp2_sim_bridge.control.stabilizer import (
     measured_tilt,
     share_load,
 )
-from hrp2_sim_bridge.control.stance_reference import StanceModel
-from hrp2_sim_bridge.sensors.sensors import ImuSample, TickSample
+from hrp2_sim_bridge.control.stance_reference import ReferenceStanceModel
 from hrp2_sim_bridge.settings import TICK, WorldSettings
+from humanoid_motion.driver_interface import ImuSample, TickSample
 from humanoid_motion.kinematics import RobotKinematics
 from humanoid_motion.spline import JointState
 
@@ -114,10 +114,10 @@ def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
 @pytest.mark.parametrize("axis", [0, 1])
 def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis) -> None:
     """A tilt shows on its axis, whatever the heading; a bent chest is no tilt."""
-    stance = StanceModel(robot).at(at_rest(robot.posture({"CHEST_JOINT1": 0.2})))
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.posture({"CHEST_JOINT1": 0.2})))
     bent = sample(robot, turn=about(1, 0.2))
     np.testing.assert_allclose(measured_tilt(bent, stance)[0], 0.0, atol=1e-9)
-    upright = StanceModel(robot).at(at_rest(robot.half_sitting))
+    upright = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
     tilt, rate = measured_tilt(sample(robot, turn=about(axis, 0.01), rate=np.eye(3)[axis]), upright)
     np.testing.assert_allclose(tilt, 0.01 * np.eye(2)[axis], atol=1e-6)
     np.testing.assert_allclose(rate, np.eye(2)[axis], atol=1e-9)
@@ -128,7 +128,7 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
     world = make_world(sole="rigid", friction=0.4)  # grippier soles chatter for single ticks
     path = np.array([sway(y) for y in (0.0, 0.03, -0.03, 0.0)])
     world.follow(moving(np.array([0.1, 0.8, 1.6, 2.3]), path), 0.0)
-    model, said, felt = StanceModel(world.robot_config), [], []
+    model, said, felt = ReferenceStanceModel(world.robot_config), [], []
     for _ in range(480):
         stance = model.at(world.driver.sample(world.time + 0.5 * TICK))
         base = world.engine.base_states(np.array([world.engine.read_frames()]))
@@ -148,7 +148,7 @@ def test_corrections_move_the_soles_as_asked(robot) -> None:
     """A sole goes down by 5 mm and rolls by 0.02 rad about its middle, base_link staying."""
     stabilizer, body = Stabilizer(robot), RobotKinematics(robot)
     middle = np.array([0.015, 0.01, 0.0, 1.0])
-    stance = StanceModel(robot).at(at_rest(robot.half_sitting))
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
     stabilizer._feet[:] = [[-0.005, 0.02, 0.0], [0.0, 0.0, 0.0]]
     body.set_joints(robot.half_sitting)
     before = body.soles()

@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog
 from hrp2_sim_bridge.replay import replay
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 
 def stop() -> TrajectoryArrays:

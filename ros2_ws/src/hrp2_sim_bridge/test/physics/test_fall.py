@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 
 @pytest.fixture(scope="module")

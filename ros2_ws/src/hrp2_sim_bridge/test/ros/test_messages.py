@@ -6,9 +6,11 @@ import pytest
 pytest.importorskip("door_impact_msgs.msg")
 pytest.importorskip("trajectory_msgs.msg")
 
+from door_impact_common.stamps import seconds, stamp_of
 from hrp2_sim_bridge.ros import messages as convert
-from hrp2_sim_bridge.sensors.imu import ImuSample, imu_variances
+from hrp2_sim_bridge.sensors.imu import imu_variances
 from hrp2_sim_bridge.settings import SensorSettings
+from humanoid_motion.driver_interface import ImuSample
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 
@@ -24,7 +26,7 @@ def test_encoder_batches_follow_each_other_without_a_gap() -> None:
     assert [b.first_index for b in batches] == [0, 20, 40]
     assert not any(b.gap_before for b in batches)
     assert [c for b in batches for c in b.counts] == list(range(60))
-    stamps = [convert.seconds(b.header.stamp) for b in batches]
+    stamps = [seconds(b.header.stamp) for b in batches]
     np.testing.assert_allclose(stamps, [0.001, 0.021, 0.041], atol=1e-9)
 
 
@@ -56,7 +58,7 @@ def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
 @pytest.mark.parametrize("nanoseconds", [0, 5_000_000, 3_999_999_999, 600_000_000_000])
 def test_stamp_keeps_every_nanosecond(nanoseconds: int) -> None:
     """Seconds and nanoseconds add up again."""
-    stamp = convert.stamp_of(nanoseconds)
+    stamp = stamp_of(nanoseconds)
     assert stamp.sec * 1_000_000_000 + stamp.nanosec == nanoseconds
 
 
@@ -65,7 +67,7 @@ def test_imu_message_carries_the_variances_on_its_diagonals(noisy: bool) -> None
     """Row-major 3 x 3 matrices, zero beside the diagonals, zero throughout where exact."""
     settings = SensorSettings(sensor_noise=noisy)
     sample = ImuSample(np.array([0.0, 0.0, 0.6, 0.8]), np.arange(3.0), np.arange(3.0, 6.0))
-    message = convert.imu(convert.stamp_of(0), "imu_link", sample, imu_variances(settings))
+    message = convert.imu(stamp_of(0), "imu_link", sample, imu_variances(settings))
     rate = settings.gyro_noise**2 if noisy else 0.0
     force = settings.accelerometer_noise**2 + settings.accelerometer_bias**2 if noisy else 0.0
     covariance = np.reshape(message.angular_velocity_covariance, (3, 3))
