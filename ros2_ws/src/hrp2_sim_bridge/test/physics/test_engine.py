@@ -78,13 +78,13 @@ class StillEngine(Engine):
 
 
 def test_the_interface_of_an_engine_has_at_most_60_lines() -> None:
-    """A second engine has little to implement."""
+    """The interface is short, so that a second engine has little to implement."""
     assert len(inspect.getsource(interface).splitlines()) <= 60
 
 
 @pytest.mark.parametrize("sole", ["rigid", "rubber"])
 def test_a_world_steps_any_engine_that_has_the_interface(robot, paper_door, moving, sole) -> None:
-    """Joints follow a trajectory, the feet carry the weight, and the log has every millisecond."""
+    """With any engine the joints follow, the feet carry the weight, and the log is complete."""
     engine = StillEngine()
     world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole=sole, stabilizer=False)
     observed = []
@@ -108,7 +108,7 @@ def test_a_world_steps_any_engine_that_has_the_interface(robot, paper_door, movi
 
 
 def test_a_world_chooses_fine_steps_near_the_leaf_in_any_engine(robot, paper_door) -> None:
-    """The engine reports the distance; the world sets the step."""
+    """The world sets fine steps where the engine reports a small distance."""
     engine = StillEngine()
     engine.leaf_distance = lambda most: 0.01
     world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole="rigid")
