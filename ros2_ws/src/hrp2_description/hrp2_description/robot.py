@@ -15,7 +15,7 @@ from door_impact_common.arrays import Array
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
-from hrp2_description.robot_types import Arm, Foot, RobotConfig, SoleRubber, Step, needed
+from hrp2_description.robot_types import Arm, FootNames, RobotConfig, SoleRubber, Step, needed
 
 __all__ = ["RobotConfig", "SoleRubber", "load_robot_config", "needed"]
 
@@ -82,7 +82,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        feet=MappingProxyType({side: Foot(**data["feet"][side]) for side in SIDES}),
+        feet=MappingProxyType({side: FootNames(**data["feet"][side]) for side in SIDES}),
         contact_link=data["contact_link"],
         contact_radius=_positive(data, "contact_radius"),
         hand_link=data["hand_link"],

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Foot:
+class FootNames:
     """Names in the URDF that belong to one foot.
 
     Attributes:
@@ -138,7 +138,7 @@ class RobotConfig:
     step: Step
     run_up_start: tuple[float, float]
     soles: Mapping[str, Rect]
-    feet: Mapping[str, Foot]
+    feet: Mapping[str, FootNames]
     contact_link: str
     contact_radius: float
     hand_link: str
