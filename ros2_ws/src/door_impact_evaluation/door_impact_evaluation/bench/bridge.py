@@ -30,7 +30,7 @@ class _Times:
         self._start = (0.0, 0.0)
 
     def __call__(self, world: World, sample: TickSample) -> None:
-        """Read the world's timers after a tick."""
+        """Reads the world's timers after a tick."""
         now = world.wall_time, world.engine.stepping_time
         if self.ticks < 0:
             self._start = now
@@ -39,7 +39,7 @@ class _Times:
 
 
 def overhead(log: Path) -> tuple[float, float]:
-    """Measure the wall time of a simulated second over the whole motion and hit.
+    """Measures the wall time of a simulated second, over the whole motion and hit.
 
     Args:
         log: File to which the simulation's log is written.
