@@ -1,25 +1,24 @@
-"""The ZMP of the simulator's own contact forces, which no node knows, beside the one of sensors."""
+"""The ZMP of the simulator's own contact forces, compared with the ZMP of the sensors."""
 
 from typing import Any
 
 import numpy as np
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.sensors.sensors import TickSample
+from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.kinematics import RobotKinematics
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator
 
-_POINT, _NORMAL, _FORCE = 6, 7, 9  # places in PyBullet's contact points
-
 
 class ZmpWatch:
-    """Both ZMPs of each tick; called after each of them.
+    """Records both ZMPs of each tick; it is called after each tick.
 
     Attributes:
-        time: Of the ticks [s].
-        truth: x and y by the contact forces on the floor, mean over the tick [m].
-        measured: The same by wrenches and joint angles [m]; NaN where there is none.
+        time: Times of the ticks [s].
+        truth: x and y of the ZMP from the contact forces on the floor, mean over the tick [m].
+        measured: x and y of the ZMP from wrenches and joint angles [m]; NaN without a ZMP.
     """
 
     def __init__(self, world: World) -> None:
@@ -27,24 +26,16 @@ class ZmpWatch:
         weight = robot.mass * GRAVITY
         self._odometry = FootOdometry(RobotKinematics(robot), loaded_force=0.05 * weight)
         self._zmp = ZmpEstimator(weight, robot.soles)
-        self._world = world
         self._sums = np.zeros(3)
-        step = world.client.stepSimulation
-
-        def counted_step() -> None:
-            step()
-            self._count()
-
-        world.client.stepSimulation = counted_step
+        world.observers.append(self._count)
         self.time: list[float] = []
         self.truth: list[Any] = []
         self.measured: list[Any] = []
 
-    def _count(self) -> None:
-        world = self._world
-        for contact in world.client.getContactPoints(world.robot.body, world.floor):
-            force = contact[_FORCE] * contact[_NORMAL][2]
-            self._sums += force * np.array([*contact[_POINT][:2], 1.0])
+    def _count(self, engine: Engine) -> None:
+        """Sum the vertical forces and their moments after a physics step."""
+        for contact in engine.floor_contacts():
+            self._sums += contact.force[2] * np.array([*contact.point[:2], 1.0])
 
     def __call__(self, world: World, sample: TickSample) -> None:
         wrenches = {"left": sample.left_wrench, "right": sample.right_wrench}

@@ -1,9 +1,9 @@
-"""A robot that follows its reference exactly, and a door that it hits: no PyBullet.
+"""Kinematics of a robot that follows its reference exactly, and of a door, without PyBullet.
 
-The left sole is fixed to the floor. The door obeys eq. (1); where the elbow reaches it, it takes
-the momentum of eq. (2) for a given effective mass and coefficient of restitution, while the joints
-keep to their reference: what the elbow gives, the floor gives the feet. Later the leaf lies against
-the hand.
+The left sole is fixed to the floor. The door obeys eq. (1). When the elbow reaches the leaf, the
+door receives the momentum of eq. (2) for a given effective mass and coefficient of restitution. The
+joints keep their reference: the floor provides the impulse that the elbow transfers. Afterwards the
+leaf lies against the hand.
 """
 
 import math
@@ -15,13 +15,13 @@ from hrp2_description.robot import load_robot_config
 from reference_door import ReferenceDoor
 from scipy.interpolate import BPoly
 
-STOP_TIME = 0.15     # [s] of braking after an empty trajectory
-HAND_RADIUS = 0.05   # [m], of r_gripper's collision sphere
-LIFTED = 5e-4        # [m], a sole higher than this bears nothing
+STOP_TIME = 0.15     # duration of the braking after an empty trajectory [s]
+HAND_RADIUS = 0.05   # radius of r_gripper's collision sphere [m]
+LIFTED = 5e-4        # height above which a sole bears no load [m]
 
 
 class Reference:
-    """Joint reference in the manner of ros2_control's JointTrajectoryController."""
+    """Joint reference that behaves like ros2_control's JointTrajectoryController."""
 
     def __init__(self, position: np.ndarray) -> None:
         self._levels: tuple[Any, ...] = ()
@@ -29,27 +29,33 @@ class Reference:
         self._rest = position
 
     def at(self, t: float) -> np.ndarray:
-        """Position, speed and acceleration at a time, (3, 30)."""
+        """Return positions, velocities and accelerations at a time, (3, 30) [rad, s]."""
         if not self._levels or t >= self._span[1]:
             return np.array([self._rest, 0.0 * self._rest, 0.0 * self._rest])
         return np.array([level(max(t, self._span[0])) for level in self._levels])
 
     def follow(self, now: float, times: np.ndarray, rows: np.ndarray) -> None:
-        """On from here to points (K,) with 1 to 3 derivatives each, (K, D, 30)."""
+        """Continue from the present reference through points.
+
+        Args:
+            now: Current time [s].
+            times: Times of the points, (K,) [s].
+            rows: Positions and up to two derivatives of them, (K, D, 30).
+        """
         points = [self.at(now)[:rows.shape[1]], *rows]
         spline = BPoly.from_derivatives([now, *times], points)
         self._levels = (spline, spline.derivative(), spline.derivative(2))
         self._span, self._rest = (now, float(times[-1])), rows[-1, 0]
 
     def stop(self, now: float) -> None:
-        """Brakes and holds."""
+        """Brake and hold; `now` is the current time [s]."""
         q, v, a = self.at(now)
         end = q + v * STOP_TIME / 2.0 + a * STOP_TIME**2 / 12.0
         self.follow(now, np.array([now + STOP_TIME]), np.array([[end, 0.0 * v, 0.0 * a]]))
 
 
 class Body:
-    """The robot with its left sole fixed where it stood at first; odom is midway between both."""
+    """The robot with its left sole fixed to the floor; odom is midway between both soles."""
 
     def __init__(self) -> None:
         self.config = load_robot_config()
@@ -65,7 +71,7 @@ class Body:
         self._left = pin.SE3(np.eye(3), left.translation - middle)
 
     def place(self, joints: np.ndarray) -> tuple[np.ndarray, list[Any]]:
-        """Configuration, and soles, elbow and hand in odom."""
+        """Return Pinocchio's configuration, and the poses of soles, elbow and hand in odom."""
         q = pin.neutral(self.model)
         q[self._index] = joints
         pin.framesForwardKinematics(self.model, self.data, q)
@@ -75,7 +81,7 @@ class Body:
         return q, [base * frame for frame in frames]
 
     def motion(self, reference: Reference, t: float, h: float = 0.005) -> tuple[Any, ...]:
-        """Configuration, velocity, acceleration (differences of the reference) and soles."""
+        """Return configuration, velocity and acceleration by differences, and the soles' poses."""
         before, (here, frames), after = (
             self.place(reference.at(t - h)[0])[0], self.place(reference.at(t)[0]),
             self.place(reference.at(t + h)[0])[0])
@@ -84,9 +90,10 @@ class Body:
         return here, (one + two) / 2.0, (two - one) / h, frames[:2]
 
     def sole_wrenches(self, q: Any, v: Any, a: Any, soles: list[Any]) -> list[Any]:
-        """Of the floor on the left and the right sole, in their frames: the whole body's dynamics.
+        """Return the wrenches of the floor on the left and the right sole, in the soles' frames.
 
-        They are shared so that the ZMP lies on the line between the soles, then shifted with it.
+        Their sum follows from the dynamics of the whole body. The forces are distributed so that
+        the ZMP would lie on the line between the soles; then both are shifted to the ZMP.
         """
         torque = pin.rnea(self.model, self.data, q, v, a)
         total = pin.XYZQUATToSE3(q[:7]).act(pin.Force(torque[:6]))
@@ -106,10 +113,19 @@ class Body:
 
 
 class Leaf:
-    """The door and what touches it.
+    """The door, and its contacts with elbow and hand.
+
+    Args:
+        door: Dynamics of the door.
+        hinge: x and y of the hinge in odom, (2,) [m].
+        width: Width of the leaf [m].
+        mass: Effective mass at the elbow [kg].
+        restitution: Coefficient of restitution of a hit of the elbow.
 
     Attributes:
-        impulse: Of all hits of the elbow so far, along the leaf's normal [N s].
+        angle: Opening angle [rad].
+        speed: Angular velocity, positive when the door opens [rad/s].
+        impulse: Sum of the impulses of all hits of the elbow, along the leaf's normal [N s].
     """
 
     def __init__(self, door: ReferenceDoor, hinge: np.ndarray, width: float, mass: float,
@@ -121,7 +137,7 @@ class Leaf:
         self._struck = False
 
     def _least_angle(self, centre: np.ndarray, radius: float) -> tuple[float, float]:
-        """Of a leaf that a sphere touches [rad], and how far from the hinge [m]."""
+        """Return the angle of a leaf that a sphere touches [rad], and its lever arm [m]."""
         x, y = centre[:2] - self._hinge
         away = math.hypot(x, y)
         along = math.sqrt(max(away**2 - radius**2, 0.0))
@@ -131,11 +147,13 @@ class Leaf:
 
     def step(self, dt: float, torque: float, elbow: tuple[Any, float],
              hand: tuple[Any, float]) -> None:
-        """Moves on by dt [s].
+        """Advance by a step.
 
         Args:
-            torque: Of a person, about the hinge [N m].
-            elbow, hand: Centre (3,) and radius [m] of the spheres that touch the leaf.
+            dt: Length of the step [s].
+            torque: Torque of a person about the hinge [N m].
+            elbow: Centre (3,) and radius of the elbow's sphere in odom [m].
+            hand: Centre (3,) and radius of the hand's sphere in odom [m].
         """
         slope = self._door.acceleration(self.angle, self.speed, torque)
         middle = self.angle + 0.5 * dt * self.speed, self.speed + 0.5 * dt * slope
@@ -143,8 +161,8 @@ class Leaf:
         self.angle += dt * middle[1]
         touch, l_b = self._least_angle(*elbow)
         closing = (touch - self._touch.get("elbow", touch)) / dt - self.speed
-        # Eq. (2), with v_rB - v_door = closing l_B, once a touch: it stands for the whole contact,
-        # some 15 ms in which a robot's reference slows down.
+        # Eq. (2), with v_rB - v_door = closing l_B, once for each contact: it represents the whole
+        # contact of about 15 ms, in which the reference of a robot slows down.
         if self.angle > touch:
             self._struck = False
         elif not self._struck and closing > 0.0:

@@ -12,9 +12,9 @@ from door_model.door.config import load_door
 from floor_forces import ZmpWatch
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Outcome
 from impact_planner.plan import plan_impact
@@ -30,7 +30,7 @@ class TiltWatch:
         self.error = 0.0
 
     def __call__(self, world: World, sample: TickSample) -> None:
-        cosine = rotation(world.robot.imu().quaternion)[2] @ rotation(sample.imu.orientation)[2]
+        cosine = rotation(world.imu_state.quaternion)[2] @ rotation(sample.imu.orientation)[2]
         self.error = max(self.error, float(np.degrees(np.arccos(min(cosine, 1.0)))))
 
 

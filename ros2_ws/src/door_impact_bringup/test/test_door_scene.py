@@ -13,7 +13,7 @@ from door_impact_bringup import door_scene
 from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from hrp2_sim_bridge.physics.contact import ContactDesign
-from hrp2_sim_bridge.physics.door_body import HINGE, DoorBody
+from hrp2_sim_bridge.physics.pybullet.leaf import HINGE, LeafBody
 from pybullet_utils.bullet_client import BulletClient
 
 DISTANCE, HINGE_X = 0.753, -0.4056
@@ -51,7 +51,7 @@ def test_the_shown_leaf_is_where_the_simulated_one_is(
     """Rays from the front and from above hit the shown leaf where they hit the simulated one."""
     angle = math.radians(angle_deg)
     simulated, shown = clients
-    body = DoorBody(simulated, DOOR, DISTANCE, HINGE_X, SURFACE).body
+    body = LeafBody(simulated, DOOR, DISTANCE, HINGE_X, SURFACE).body
     simulated.resetJointState(body, HINGE, angle)
     path = tmp_path / "door.urdf"
     path.write_text(door_scene.door_urdf(DOOR))
@@ -67,7 +67,7 @@ def test_the_shown_leaf_is_where_the_simulated_one_is(
 def test_the_closed_leafs_face_lies_where_it_was_surveyed(clients: tuple[Any, Any]) -> None:
     """It lies in y = -door_distance, from the hinge to the free edge, 1 cm above the floor."""
     client, _ = clients
-    DoorBody(client, DOOR, DISTANCE, HINGE_X, SURFACE)
+    LeafBody(client, DOOR, DISTANCE, HINGE_X, SURFACE)
     edges = ((-0.01, 1.0), (0.01, 1.0), (0.89, 1.0), (0.90, 1.0), (0.4, 0.005), (0.4, 0.015),
              (0.4, 2.005), (0.4, 2.015))
     found = client.rayTestBatch([[HINGE_X + x, 0.0, z] for x, z in edges],

@@ -1,4 +1,4 @@
-"""Where this package's data files are."""
+"""The paths of this package's data files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ PACKAGE = "hrp2_description"
 
 
 def data_path(name: str) -> Path:
-    """Return the path of a data file, e.g. ``config/robot.yaml`` or ``urdf/hrp2.urdf``.
+    """Return the path of a data file.
 
-    The source tree comes first when the module runs from it, so that an edited file is never
-    hidden by an older installed copy; otherwise the ament index tells.
+    A module that runs from the source tree uses the file there, so that an older installed copy
+    never hides an edited file; otherwise the ament index has the path.
+
+    Args:
+        name: Path within the package, for example ``config/robot.yaml`` or ``urdf/hrp2.urdf``.
 
     Raises:
-        DataFileNotFoundError: If the file is in neither place.
+        DataFileNotFoundError: The file is in neither place.
     """
     tried: list[str] = []
     source = Path(__file__).resolve().parents[1]
@@ -37,7 +40,13 @@ def data_path(name: str) -> Path:
 
 
 def share_folders(package: str) -> list[Path]:
-    """Return where ROS, and pip for a package built by cmeel as Pinocchio is, put its files."""
+    """Return the folders in which ROS or pip may have installed a package's files.
+
+    The folders of pip are those of packages that cmeel has built, as Pinocchio's are.
+
+    Args:
+        package: Name of the package.
+    """
     share = _ament_share(package)
     by_pip = [Path(entry) / "cmeel.prefix" / "share" / package for entry in sys.path]
     return by_pip if share is None else [share, *by_pip]

@@ -9,8 +9,8 @@ class DescriptionError(DoorImpactError, ValueError):
     """Base of this package's errors.
 
     Attributes:
-        value: What was found.
-        limit: What was asked for, as a number or in words.
+        value: Value that was found.
+        limit: Value or range that was expected, as a number or in words.
     """
 
     def __init__(self, message: str, *, value: object = None, limit: object = None) -> None:
@@ -19,7 +19,7 @@ class DescriptionError(DoorImpactError, ValueError):
 
 
 class DataFileNotFoundError(DescriptionError):
-    """A data file of the package is neither in its source tree nor in an installed share folder."""
+    """A data file is neither in the package's source tree nor in its installed share folder."""
 
 
 class ModelTableError(DescriptionError):
@@ -31,4 +31,4 @@ class RobotConfigError(DescriptionError):
 
 
 class DegeneratePolygonError(DescriptionError):
-    """Points that span no area (or are not finite) were given as a polygon."""
+    """The points of a polygon span no area or are not finite."""

@@ -1,4 +1,7 @@
-"""The table of links and joints (config/hrp2_links.yaml) completed: left, soles, total mass."""
+"""The table of links and joints in config/hrp2_links.yaml, completed.
+
+Completion adds the left side, separates the soles from the feet, and adjusts the total mass.
+"""
 
 from __future__ import annotations
 
@@ -14,21 +17,34 @@ from hrp2_description.data import data_path
 from hrp2_description.errors import ModelTableError
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-# Order of the joints on the robot; a chain on the left follows its right one.
+# Order of the robot's joints by the first part of their names.
 CHAINS = ("RLEG", "LLEG", "CHEST", "HEAD", "RARM", "LARM")
 Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass [kg], CoM (3,) [m] and inertia (3, 3) [kg m^2] about the CoM, in the link's frame."""
+    """Mass and inertia of a body.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Position of the CoM in the link's frame, (3,) [m].
+        inertia: Inertia about the CoM in the axes of the link's frame, (3, 3) [kg m^2].
+    """
 
     mass: float
     com: NDArray[np.float64]
     inertia: NDArray[np.float64]
 
     def without(self, part: Inertial) -> Inertial:
-        """Return what is left when ``part`` (same frame) is taken off (parallel-axis theorem)."""
+        """Return the body that remains when a part is removed, by the parallel-axis theorem.
+
+        Args:
+            part: The part, in the same frame.
+
+        Raises:
+            ModelTableError: The part has the mass of the body or more.
+        """
         mass = self.mass - part.mass
         if mass <= 0.0:
             raise ModelTableError("a part outweighs its whole", value=part.mass, limit=self.mass)
@@ -39,17 +55,28 @@ class Inertial:
         return Inertial(mass, com, inertia)
 
     def scaled_to(self, mass: float) -> Inertial:
-        """Return the same body with another mass spread in the same way."""
+        """Return a body with another mass [kg] and the same distribution of it."""
         return Inertial(mass, self.com, self.inertia * (mass / self.mass))
 
     def principal_moments(self) -> NDArray[np.float64]:
-        """Return the three principal moments (3,) [kg m^2], ascending."""
+        """Return the principal moments in ascending order, (3,) [kg m^2]."""
         return np.asarray(np.linalg.eigvalsh(self.inertia), dtype=np.float64)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A primitive: ``kind`` box (x, y, z), cylinder (radius, length) or sphere (radius) [m]."""
+    """A geometric primitive of a link.
+
+    Attributes:
+        name: Name of the shape within its link.
+        kind: ``box``, ``cylinder`` or ``sphere``.
+        size: Lengths along x, y and z of a box, radius and length of a cylinder, or radius of a
+            sphere [m].
+        xyz: Position of the middle in the link's frame [m].
+        rpy: Roll, pitch and yaw in the link's frame [rad].
+        color: Name of a color in the table.
+        collision: Whether the shape takes part in collisions.
+    """
 
     name: str
     kind: str
@@ -62,7 +89,13 @@ class Shape:
 
 @dataclass(frozen=True)
 class Link:
-    """A link with its inertia and shapes."""
+    """A link.
+
+    Attributes:
+        name: Name of the link.
+        inertial: Mass and inertia.
+        shapes: Shapes for viewers and collisions.
+    """
 
     name: str
     inertial: Inertial
@@ -71,7 +104,19 @@ class Link:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; ``axis`` is None for a fixed one. Limits in rad, rad/s and N m."""
+    """A revolute or fixed joint.
+
+    Attributes:
+        name: Name of the joint.
+        parent: Name of the parent link.
+        child: Name of the child link.
+        xyz: Position of the joint in the parent's frame [m].
+        axis: Axis ``x``, ``y`` or ``z`` of a revolute joint; None for a fixed joint.
+        lower: Lower position limit [rad].
+        upper: Upper position limit [rad].
+        velocity: Largest speed [rad/s].
+        effort: Largest torque [N m].
+    """
 
     name: str
     parent: str
@@ -86,7 +131,14 @@ class Joint:
 
 @dataclass(frozen=True)
 class ModelTable:
-    """The whole robot: links, base first; joints, moving ones in the robot's order, then fixed."""
+    """The whole robot.
+
+    Attributes:
+        name: Name of the robot.
+        links: Links, the base first.
+        joints: Revolute joints in the robot's order, then the fixed ones.
+        colors: Red, green, blue and opacity of each color by its name.
+    """
 
     name: str
     links: tuple[Link, ...]
@@ -99,7 +151,7 @@ class ModelTable:
         return sum(link.inertial.mass for link in self.links)
 
     def link(self, name: str) -> Link:
-        """Return the link of that name."""
+        """Return the link of a name."""
         return next(link for link in self.links if link.name == name)
 
 
@@ -107,10 +159,11 @@ def load_model_table(path: Path | None = None) -> ModelTable:
     """Read the table and complete it.
 
     Args:
-        path: The YAML file; the package's own by default.
+        path: YAML file of the table; the default is the package's own.
 
     Raises:
-        ModelTableError: If masses do not add up or an inertia belongs to no real body.
+        ModelTableError: The masses do not add up, a joint's limits are in the wrong order, or no
+            real body can have a link's inertia.
     """
     text = (path or data_path("config/hrp2_links.yaml")).read_text(encoding="utf-8")
     data = yaml.safe_load(text)
@@ -234,7 +287,7 @@ def _mirror_link(link: Link) -> Link:
 
 
 def _mirror_joint(joint: Joint) -> Joint:
-    # Axes keep their direction, so a turn about x or z changes sign and its limits swap.
+    # The axes keep their direction, so rotations about x and z change sign and their limits swap.
     lower, upper = joint.lower, joint.upper
     if joint.axis in ("x", "z"):
         lower, upper = -upper, -lower

@@ -15,36 +15,38 @@ from door_impact_common.arrays import Array
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
-from hrp2_description.robot_types import Arm, Foot, RobotConfig, SoleRubber, Step, needed
+from hrp2_description.robot_types import Arm, FootNames, RobotConfig, SoleRubber, Step, needed
 
 __all__ = ["RobotConfig", "SoleRubber", "load_robot_config", "needed"]
 
 T = TypeVar("T")
-SIDES = ("left", "right")
-LEG_JOINTS = 6
+SIDES = ("left", "right")  # the order of the sides in every array
+LEG_JOINTS = 6  # number of joints of a leg
+# Types of joints without a limited range.
 _FIXED_TYPES = ("fixed", "floating", "planar")
 
 
 def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     """Read the robot's configuration.
 
-    Joints of the URDF that ``joint_names`` leaves out are an error, unless the file says
-    ``other_joints: fixed``: then they stay at zero (fingers, a head).
+    The file must name all joints of the URDF in ``joint_names``. With ``other_joints: fixed`` the
+    joints that it does not name, such as fingers, stay at zero.
 
     Args:
-        path: A YAML file like config/robot.yaml, which is the default. Its ``urdf`` is found
-            beside it, in its parent folder or among this package's data; or it begins with
-            ``package://`` and the name of a package that ROS or pip has installed.
+        path: YAML file in the form of config/robot.yaml, which is the default. Its field ``urdf``
+            is a path relative to the file's folder, to the parent of that folder, or to this
+            package's data; or it begins with ``package://`` and the name of a package that ROS or
+            pip has installed.
 
     Raises:
-        RobotConfigError: If the file cannot be read, or a field is missing, unusable, or
+        RobotConfigError: The file cannot be read, or a field is missing, is unusable, or
             contradicts the URDF.
     """
     file = Path(path) if path is not None else data_path("config/robot.yaml")
     try:
         data = yaml.safe_load(file.read_text(encoding="utf-8"))
         if not isinstance(data, dict):
-            raise RobotConfigError(f"{file} is no mapping", value=data, limit="a mapping")
+            raise RobotConfigError(f"{file} is not a mapping", value=data, limit="a mapping")
         return _build(data, _find_urdf(str(data["urdf"]), file))
     except RobotConfigError:
         raise
@@ -80,7 +82,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        feet=MappingProxyType({side: Foot(**data["feet"][side]) for side in SIDES}),
+        feet=MappingProxyType({side: FootNames(**data["feet"][side]) for side in SIDES}),
         contact_link=data["contact_link"],
         contact_radius=_positive(data, "contact_radius"),
         hand_link=data["hand_link"],
@@ -96,7 +98,7 @@ def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
 
 
 def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
-    """The fields that a file may leave out, as far as it has them."""
+    """Return those fields of the file that it may omit."""
     found: dict[str, Any] = {}
     for name in ("hand_radius", "clearance", "servo_time_constant"):
         if name in data:
@@ -153,7 +155,7 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
         unknown = sorted({name for name in named if name is not None} - known)
         if unknown:
             raise RobotConfigError(
-                f"{what} that the URDF lacks", value=unknown, limit=f"{what} of it"
+                f"{what} that the URDF does not have", value=unknown, limit=f"{what} of the URDF"
             )
 
 
@@ -166,7 +168,7 @@ def _check_chains(config: RobotConfig) -> None:
             raise RobotConfigError(
                 f"joints of {what}",
                 value=strange or list(joints),
-                limit=f"of joint_names; {LEG_JOINTS} of a leg",
+                limit=f"names in joint_names, {LEG_JOINTS} for a leg",
             )
     if config.arm.elbow not in config.arm.joints:
         raise RobotConfigError(
@@ -218,9 +220,9 @@ def _rotor_links(table: dict[str, list[str]], names: tuple[str, ...]) -> dict[st
 
 
 def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) -> Array:
-    """Lower, upper, speed and torque of each joint, (J, 4)."""
+    """Return lower limit, upper limit, largest speed and largest torque of the joints, (J, 4)."""
     if others not in (None, "fixed"):
-        raise RobotConfigError("other_joints", value=others, limit="fixed, or left out")
+        raise RobotConfigError("other_joints", value=others, limit="fixed, or no such field")
     joints = {
         joint.attrib["name"]: joint
         for joint in robot.findall("joint")
@@ -231,14 +233,15 @@ def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) 
         raise RobotConfigError(
             "joint_names and the URDF's joints differ",
             value=sorted(different),
-            limit="joints of the URDF, each once" if others else "the same set",
+            limit="joints of the URDF, each of them once" if others else "the same set",
         )
     rows = []
     for name in names:
         kind = joints[name].attrib["type"]
         if kind != "revolute" or joints[name].find("mimic") is not None:
             raise RobotConfigError(
-                f"{name} is no joint to plan for", value=kind, limit="revolute and no mimic"
+                f"joint {name} has a type that cannot be used", value=kind,
+                limit="revolute, without mimic",
             )
         limit = joints[name].find("limit")
         found = {} if limit is None else limit.attrib
@@ -246,7 +249,7 @@ def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) 
             rows.append([float(found[key]) for key in ("lower", "upper", "velocity", "effort")])
         except KeyError as missing:
             raise RobotConfigError(
-                f"the URDF limits {name} in part only", value=dict(found), limit=missing.args[0]
+                f"the URDF lacks a limit of {name}", value=dict(found), limit=missing.args[0]
             ) from None
     return np.array(rows)
 
@@ -254,13 +257,23 @@ def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) 
 def _by_joint(
     table: Mapping[str, Sequence[T]], names: tuple[str, ...], what: str
 ) -> dict[str, T]:
-    """Values by joint, of a table by the beginnings of the joints' names, e.g. RLEG: [0, ...]."""
+    """Return the values of a table by joint.
+
+    Args:
+        table: Values for the joints whose names have a common beginning, for example
+            ``RLEG: [0, ...]``.
+        names: Names of all joints.
+        what: Name of the table for error messages.
+
+    Raises:
+        RobotConfigError: A beginning matches no joint, or the number of values differs.
+    """
     values: dict[str, T] = {}
     for beginning, row in table.items():
         joints = [name for name in names if name.startswith(beginning)]
         if not joints or len(row) != len(joints):
             raise RobotConfigError(
-                f"{what} of {', '.join(joints) or f'{beginning}, with which no joint begins'}",
+                f"{what} of {', '.join(joints) or f'{beginning}, which begins no joint name'}",
                 value=row,
                 limit=f"{len(joints)} values",
             )
@@ -274,7 +287,9 @@ def _per_joint(
     values = _by_joint(table, names, what)
     missing = [name for name in names if name not in values]
     if missing:
-        raise RobotConfigError(f"no {what} for some joints", value=missing, limit="one for each")
+        raise RobotConfigError(
+            f"{what} is missing for some joints", value=missing, limit="a value for each joint"
+        )
     return np.array([float(values[name]) for name in names])
 
 
@@ -291,9 +306,9 @@ def _find_urdf(name: str, config_file: Path) -> Path:
         return data_path(name)
     except DataFileNotFoundError:
         raise RobotConfigError(
-            "the URDF is missing",
+            "there is no URDF",
             value=name,
-            limit=f"a file beside {config_file}, or package:// and an installed package",
+            limit=f"a file in the folder of {config_file}, or package:// and an installed package",
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""A robot as the nodes need it: what config/robot.yaml says, with the limits of the URDF."""
+"""The configuration of a robot: the content of config/robot.yaml with the limits of the URDF."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Foot:
+class FootNames:
     """Names in the URDF that belong to one foot.
 
     Attributes:
-        sole: Link of the sole (REP-120 ``l_sole`` or ``r_sole``), on the floor below the ankle.
-        ankle: Link that the ankle-roll joint moves; None: not stated.
-        sensor_joint: Fixed joint above the sole in which the force sensor sits; None: not stated.
+        sole: Link of the sole on the floor below the ankle (REP-120 ``l_sole`` or ``r_sole``).
+        ankle: Link that the ankle-roll joint moves; None if the file does not name it.
+        sensor_joint: Fixed joint above the sole that contains the force sensor; None if the file
+            does not name it.
     """
 
     sole: str
@@ -33,15 +34,15 @@ class Foot:
 
 @dataclass(frozen=True)
 class Arm:
-    """The right arm, which meets the leaf with its hand.
+    """The right arm, whose hand meets the leaf.
 
     Attributes:
-        joints: Those that place the hand, from the shoulder on.
-        elbow: The one of them that bends the elbow.
-        straightest_elbow: Angle of it beyond which the arm counts as stretched [rad]; its sign is
-            that of a bent elbow.
-        wrist_link: Link that keeps as clear of the leaf as the elbow does.
-        heights: Lowest and highest place of the hand on the leaf [m].
+        joints: Joints that place the hand, beginning at the shoulder.
+        elbow: Joint that bends the elbow, which is among `joints`.
+        straightest_elbow: Angle of the elbow beyond which the arm counts as stretched [rad]; it has
+            the sign of a bent elbow.
+        wrist_link: Link that keeps the same distance from the leaf as the elbow.
+        heights: Lowest and highest position of the hand on the leaf above the floor [m].
     """
 
     joints: tuple[str, ...]
@@ -53,12 +54,12 @@ class Arm:
 
 @dataclass(frozen=True)
 class Step:
-    """The right foot's step towards the door.
+    """The step of the right foot towards the door.
 
     Attributes:
-        shortest: [m].
-        nominal: Where no place of the door asks for another [m].
-        longest: [m].
+        shortest: Length of the shortest step [m].
+        nominal: Length of the step unless the place of the door requires another [m].
+        longest: Length of the longest step [m].
         lift: Height of the foot in the middle of the step [m].
     """
 
@@ -70,11 +71,11 @@ class Step:
 
 @dataclass(frozen=True)
 class SoleRubber:
-    """Rubber under one whole sole, along the vertical.
+    """Rubber under one whole sole.
 
     Attributes:
-        stiffness: [N/m].
-        damping: [N s/m].
+        stiffness: Stiffness along the vertical [N/m].
+        damping: Damping along the vertical [N s/m].
     """
 
     stiffness: float
@@ -83,43 +84,45 @@ class SoleRubber:
 
 @dataclass(frozen=True, eq=False)
 class RobotConfig:
-    """A humanoid as the nodes need it. Arrays are (J,), in the order of ``joint_names``, read-only.
+    """A humanoid robot in front of a door.
 
-    What is None by default may be left out of the file: but for ``hand_radius``, only the
-    simulation needs it, and asks for it by `needed`.
+    Arrays are (J,) in the order of `joint_names`, and read-only. The file may omit the fields whose
+    default is None. Except `hand_radius`, only the simulation needs these, and reads them through
+    `needed`.
 
     Attributes:
         name: Name of the robot in its URDF.
-        mass: Total mass [kg], the sum over the URDF.
-        joint_names: The robot's own order.
-        half_sitting: Initial posture, soles level and parallel to the base [rad].
+        mass: Total mass, the sum over the URDF's links [kg].
+        joint_names: Names of the joints in the robot's own order.
+        half_sitting: Initial posture, with the soles level and parallel to the base [rad].
         lower: Lower joint limits [rad].
         upper: Upper joint limits [rad].
         velocity_limit: Largest joint speeds [rad/s].
         effort_limit: Largest joint torques [N m].
-        legs: ``left`` and ``right``: the joints from the hip to the ankle.
+        legs: Joints of the ``left`` and the ``right`` leg, from the hip to the ankle.
         arm: The right arm.
         step: The step towards the door.
         run_up_start: Lowest and highest y of the CoM at the start of a run-up, in odom [m].
-        soles: ``left`` and ``right``: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
-        feet: ``left`` and ``right``: link and joint names.
-        contact_link: Link whose origin is the middle of the body that hits the door.
-        contact_radius: Radius of that body [m].
+        soles: Rectangles (x_min, x_max, y_min, y_max) of the ``left`` and the ``right`` sole in
+            the sole's frame [m].
+        feet: Names of links and joints of the ``left`` and the ``right`` foot.
+        contact_link: Link whose origin is the middle of the sphere that hits the door.
+        contact_radius: Radius of that sphere [m].
         hand_link: Link at the middle of the right hand.
-        braced_posture: Right arm's joint angles during the hit [rad].
+        braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
-        urdf_path: The URDF file.
-        hand_radius: Radius of the hand [m]; None: of the URDF's collision sphere.
-        clearance: That bodies keep from each other and from the leaf [m].
-        disabled_collisions: Pairs of links that are not kept apart, as an SRDF's of that name.
+        urdf_path: Path of the URDF.
+        hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
+        clearance: Smallest distance between bodies, and between a body and the leaf [m].
+        disabled_collisions: Pairs of links that may touch, like an SRDF's ``disable_collisions``.
         gear_ratio: Motor turns per joint turn [-].
-        rotor_inertia: Rotor inertia at the motor [kg m^2].
-        rotor_link: For each joint named, ``child`` or ``parent``: the link on which a simulation
-            without rotors puts the inertia of the joint's.
-        motor_encoder_counts: Counts of a motor's encoder a motor turn.
-        servo_time_constant: Of the decay of a servo's position error [s].
+        rotor_inertia: Inertia of the rotors at the motors [kg m^2].
+        rotor_link: ``child`` or ``parent`` by the name of a joint: the link to which a simulation
+            without rotors adds the inertia of the joint's rotor.
+        motor_encoder_counts: Counts of a motor's encoder per motor turn.
+        servo_time_constant: Time constant with which a servo's position error decays [s].
         sole_rubber: Rubber between an ankle and the floor.
-        imu_frame: Link in which the IMU sits.
+        imu_frame: Link that contains the IMU.
     """
 
     name: str
@@ -135,7 +138,7 @@ class RobotConfig:
     step: Step
     run_up_start: tuple[float, float]
     soles: Mapping[str, Rect]
-    feet: Mapping[str, Foot]
+    feet: Mapping[str, FootNames]
     contact_link: str
     contact_radius: float
     hand_link: str
@@ -155,7 +158,10 @@ class RobotConfig:
 
     @property
     def armature(self) -> Array:
-        """Rotor inertia felt at the joint, gear^2 times rotor_inertia (J,) [kg m^2]; 0: unknown."""
+        """Rotor inertia at the joints, gear_ratio^2 times rotor_inertia, (J,) [kg m^2].
+
+        It is 0 if the file has no actuators.
+        """
         if self.gear_ratio is None or self.rotor_inertia is None:
             return np.zeros(len(self.joint_names))
         reflected: Array = self.gear_ratio**2 * self.rotor_inertia
@@ -163,16 +169,20 @@ class RobotConfig:
 
     @property
     def joint_resolution(self) -> Array:
-        """Joint angle of a count of the motor's encoder (J,) [rad]."""
+        """Joint angle of one count of the motor's encoder, (J,) [rad].
+
+        Raises:
+            RobotConfigError: The file has no encoder or no actuators.
+        """
         counts = needed(self.motor_encoder_counts, "motor_encoder_counts")
         resolution: Array = 2.0 * np.pi / (counts * needed(self.gear_ratio, "actuators"))
         return resolution
 
     def index(self, joint: str) -> int:
-        """Return the joint's place in the (J,) arrays.
+        """Return the index of a joint in the (J,) arrays.
 
         Raises:
-            RobotConfigError: If there is no such joint.
+            RobotConfigError: There is no joint of this name.
         """
         try:
             return self.joint_names.index(joint)
@@ -182,7 +192,18 @@ class RobotConfig:
             ) from None
 
     def posture(self, joints: Mapping[str, float], base: Array | None = None) -> Array:
-        """Return a (J,) posture [rad]: ``base`` (half-sitting by default) with some joints set."""
+        """Return a posture in which some joints differ from a base posture.
+
+        Args:
+            joints: Angles of these joints by their names [rad].
+            base: Base posture, (J,) [rad]; the default is half-sitting.
+
+        Returns:
+            Joint angles (J,) [rad].
+
+        Raises:
+            RobotConfigError: There is no joint of a name.
+        """
         angles = np.array(self.half_sitting if base is None else base, dtype=float)
         for joint, angle in joints.items():
             angles[self.index(joint)] = angle
@@ -190,13 +211,18 @@ class RobotConfig:
 
 
 def needed(value: T | None, field: str) -> T:
-    """Return the value of a field that robot.yaml may leave out, where it is needed after all.
+    """Return the value of a field that the configuration may omit but that is needed now.
+
+    Args:
+        value: Value of the field; None if the configuration omits it.
+        field: Name of the field.
 
     Raises:
-        RobotConfigError: If it is left out.
+        RobotConfigError: The configuration omits the field.
     """
     if value is None:
         raise RobotConfigError(
-            f"the robot's configuration lacks {field}, which this needs", limit=f"a field {field}"
+            f"the robot's configuration lacks {field}, which is needed here",
+            limit=f"a field {field}",
         )
     return value

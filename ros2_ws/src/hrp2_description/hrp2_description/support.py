@@ -1,4 +1,4 @@
-"""Support polygon of the soles, and how far inside it a point lies."""
+"""The support polygon of the soles, and the distance of a point from its edges."""
 
 from __future__ import annotations
 
@@ -9,24 +9,25 @@ from numpy.typing import ArrayLike
 from hrp2_description.errors import DegeneratePolygonError
 
 Point = tuple[float, float]
-# Below this a polygon is a line for our purposes: one square millimetre.
-MIN_AREA = 1e-6
-# Points nearer than a nanometre are one point: edges of no length have no direction.
+MIN_AREA = 1e-6  # area below which a polygon counts as a line: one square millimetre [m^2]
+# Points are rounded to a nanometre, because an edge between equal points has no direction.
 DECIMALS = 9
+_CONVEX_TOLERANCE = 1e-12  # rounding error of the cross product of two edges [m^2]
 
 
 def sole_corners(rect: tuple[float, float, float, float], pose: ArrayLike) -> Array:
-    """Return a sole's corners on the floor, counter-clockwise.
+    """Return the corners of a sole on the floor, counter-clockwise.
 
     Args:
-        rect: (x_min, x_max, y_min, y_max) [m] in the sole's frame.
-        pose: The sole in the world: a homogeneous matrix (4, 4), or (x, y, yaw) (3,) [m, m, rad].
+        rect: Rectangle (x_min, x_max, y_min, y_max) in the sole's frame [m].
+        pose: Pose of the sole in the world, as a homogeneous matrix (4, 4) or as x, y and yaw,
+            (3,) [m, m, rad].
 
     Returns:
-        Corners (4, 2) [m], the world's x and y.
+        x and y of the corners in the world, (4, 2) [m].
 
     Raises:
-        ValueError: If ``pose`` has another shape.
+        ValueError: The pose has another shape.
     """
     x_min, x_max, y_min, y_max = rect
     local = np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]])
@@ -42,16 +43,17 @@ def sole_corners(rect: tuple[float, float, float, float], pose: ArrayLike) -> Ar
 
 
 def support_polygon(*points: ArrayLike) -> Array:
-    """Return the convex hull of the feet's corners.
+    """Return the convex hull of points on the floor.
 
     Args:
-        points: Arrays (N, 2) of points on the floor [m], e.g. one for each sole that bears load.
+        points: Arrays of points (N, 2) [m], for example one for each sole that bears load.
 
     Returns:
-        Corners (M, 2) [m], counter-clockwise, rounded to a nanometre, none on a straight edge.
+        Corners (M, 2) [m], counter-clockwise, rounded to a nanometre. No corner lies on a straight
+        edge.
 
     Raises:
-        DegeneratePolygonError: If the points span no area or are not finite.
+        DegeneratePolygonError: The points span no area or are not finite.
     """
     arrays = [np.asarray(array, dtype=float).reshape(-1, 2) for array in points]
     cloud = np.concatenate(arrays) if arrays else np.empty((0, 2))
@@ -66,24 +68,26 @@ def support_polygon(*points: ArrayLike) -> Array:
 
 
 def polygon_margin(points: ArrayLike, hull: ArrayLike) -> Array:
-    """Return the signed distance from points to a convex polygon's nearest edge.
+    """Return the signed distance of points from the nearest edge of a convex polygon.
 
     Args:
         points: Points (..., 2) [m].
-        hull: Corners (M, 2) of a convex polygon, counter-clockwise, as ``support_polygon`` makes.
+        hull: Corners of the polygon, counter-clockwise, as `support_polygon` returns them,
+            (M, 2) [m].
 
     Returns:
-        Distances (...) [m]: positive inside, zero on an edge, negative outside; NaN for NaN.
+        Distances (...) [m]: positive inside, zero on an edge, negative outside; NaN for a point
+        with NaN.
 
     Raises:
-        DegeneratePolygonError: If ``hull`` spans no area, is clockwise, is not convex or names a
+        DegeneratePolygonError: The polygon spans no area, is clockwise, is not convex, or has a
             corner twice.
     """
     corners = _checked_hull(hull)
     place = np.asarray(points, dtype=float)[..., None, :] - corners
     edges = _following(corners) - corners
     lengths = np.linalg.norm(edges, axis=1)
-    # Distance to each edge's line, positive on its left, and to the edge itself.
+    # Signed distance from the line through each edge, positive on its left; then from the edge.
     left = (edges[:, 0] * place[..., 1] - edges[:, 1] * place[..., 0]) / lengths
     along = np.clip(np.sum(place * edges, axis=-1) / lengths**2, 0.0, 1.0)
     away = np.linalg.norm(place - along[..., None] * edges, axis=-1)
@@ -93,7 +97,7 @@ def polygon_margin(points: ArrayLike, hull: ArrayLike) -> Array:
 
 
 def _half_hull(ordered: list[Point]) -> list[Point]:
-    # Andrew's monotone chain (1979); the last point is left to the other half.
+    # Andrew's monotone chain (1979); the last point belongs to the other half.
     chain: list[Point] = []
     for point in ordered:
         while len(chain) >= 2 and _turn(chain[-2], chain[-1], point) <= 0.0:
@@ -130,7 +134,7 @@ def _checked_hull(hull: ArrayLike) -> Array:
         raise DegeneratePolygonError("corners coincide", value=shortest, limit=10.0**-DECIMALS)
     after = _following(edges)
     turns = edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]
-    if turns.min() < -1e-12:
+    if turns.min() < -_CONVEX_TOLERANCE:
         raise DegeneratePolygonError(
             "the polygon is not convex", value=float(turns.min()), limit=0.0
         )

@@ -1,4 +1,4 @@
-"""Write the URDF from the table of links and joints: ``python -m hrp2_description.urdf``."""
+"""Generates the URDF from the table of links: ``python -m hrp2_description.urdf``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ HEADER = (
 
 
 def urdf_string(table: ModelTable | None = None) -> str:
-    """Return the robot's URDF as text, from the package's own table by default."""
+    """Return the URDF of a robot as text.
+
+    Args:
+        table: Table of links and joints; the default is the package's own.
+    """
     table = table or load_model_table()
     robot = ET.Element("robot", name=table.name)
     robot.append(ET.Comment(HEADER))
@@ -85,7 +89,7 @@ def _joint_element(joint: Joint) -> ET.Element:
 
 
 def _number(value: float) -> str:
-    # Ten digits: below a nanometre, and the same text on every platform.
+    # Ten digits resolve a nanometre and give the same text on every platform.
     return f"{float(value) + 0.0:.10g}"
 
 
@@ -94,7 +98,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def main(args: list[str] | None = None) -> None:
-    """Write the URDF file (``--output``, the source tree's by default)."""
+    """Write the URDF to the file ``--output``; the default is the file in the source tree."""
     parser = argparse.ArgumentParser(description="Write HRP-2's URDF from the table of links.")
     parser.add_argument("--output", type=Path, default=SOURCE_URDF)
     options = parser.parse_args(args)

@@ -1,4 +1,4 @@
-"""Properties of the completed table of links and joints."""
+"""Tests of the completed table of links and joints."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def _edited_table(folder: Path, edit) -> Path:
 
 
 def test_mass_is_58_kg():
-    """The links add up to the maker's mass."""
+    """The masses of the links add up to the manufacturer's figure."""
     assert TABLE.mass == pytest.approx(58.0, abs=1e-9)
 
 
@@ -45,7 +45,7 @@ def test_only_the_trunk_takes_the_remainder():
 
 @pytest.mark.parametrize("link", TABLE.links, ids=lambda link: link.name)
 def test_inertia_belongs_to_a_real_body(link):
-    """Principal moments are positive and obey the triangle inequality, with some room."""
+    """Principal moments are positive and obey the triangle inequality with a margin."""
     a, b, c = link.inertial.principal_moments()
     assert a > 0.0
     assert a + b > c * 1.0001
@@ -53,7 +53,7 @@ def test_inertia_belongs_to_a_real_body(link):
 
 @pytest.mark.parametrize(("right", "left"), SIDES)
 def test_left_is_the_mirror_of_right(right, left):
-    """Mass, CoM and inertia are the reflection of the other side's in the plane y = 0."""
+    """Mass, CoM and inertia are those of the other side, reflected in the plane y = 0."""
     flip = np.diag([1.0, -1.0, 1.0])
     one, other = TABLE.link(right).inertial, TABLE.link(left).inertial
     assert one.mass == other.mass
@@ -62,7 +62,7 @@ def test_left_is_the_mirror_of_right(right, left):
 
 
 def test_foot_keeps_its_inertia_when_the_sole_is_split_off():
-    """Ankle link and sole together weigh and turn as the published foot does."""
+    """Ankle link and sole together have mass, CoM and inertia of the published foot."""
     row = yaml.safe_load(data_path("config/hrp2_links.yaml").read_text())["links"]["r_ankle"]
     ankle, sole = TABLE.link("r_ankle").inertial, TABLE.link("r_sole").inertial
     offset = np.array([0.0, 0.0, -0.105])
@@ -88,7 +88,7 @@ def test_thirty_moving_joints_in_the_robots_order():
 
 
 def test_outer_size():
-    """Arms down and knees straight, the shapes are as wide, deep and high as HRP-2."""
+    """With arms down and straight knees, the shapes have the width, depth and height of HRP-2."""
     place = {"base_link": np.zeros(3)}
     for joint in [*TABLE.joints[:30], *TABLE.joints[30:]]:
         place[joint.child] = place[joint.parent] + joint.xyz
@@ -113,7 +113,7 @@ def test_outer_size():
 
 
 def test_a_bad_inertia_is_refused(tmp_path):
-    """A moment that no body can have is an error that names the link, not a zero."""
+    """A moment of inertia that no body can have is an error that names the link."""
 
     def edit(data):
         data["links"]["RLEG_LINK4"]["inertia"][2] = 0.01
@@ -124,14 +124,14 @@ def test_a_bad_inertia_is_refused(tmp_path):
 
 
 def test_links_heavier_than_the_robot_are_refused(tmp_path):
-    """The trunk never gets a smaller mass than published to make the sum fit."""
+    """The trunk never gets less than its published mass."""
     with pytest.raises(ModelTableError, match="outweigh") as caught:
         load_model_table(_edited_table(tmp_path, lambda data: data.update(total_mass=50.0)))
     assert caught.value.limit == 50.0
 
 
 def test_a_joint_with_swapped_limits_is_refused(tmp_path):
-    """Lower must be below upper."""
+    """The lower limit must be below the upper limit."""
 
     def edit(data):
         data["joints"]["RARM_JOINT3"]["limits_deg"] = [2, -137]
@@ -145,7 +145,7 @@ vectors = st.lists(st.floats(-0.2, 0.2), min_size=3, max_size=3).map(np.array)
 
 @given(vectors, vectors, st.floats(0.1, 5.0), st.floats(0.1, 5.0))
 def test_taking_a_part_off_undoes_adding_it(com_a, com_b, mass_a, mass_b):
-    """Body plus part minus part is the body."""
+    """A body plus a part minus the part is the body again."""
     body_a = Inertial(mass_a, com_a, np.diag([0.1, 0.2, 0.25]))
     body_b = Inertial(mass_b, com_b, np.diag([0.02, 0.03, 0.04]))
     mass = mass_a + mass_b

@@ -1,4 +1,4 @@
-"""The robot's configuration."""
+"""Tests of the robot's configuration."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_arrays_have_an_entry_for_each_joint():
 
 
 def test_published_limits():
-    """Some limits as the sources print them, with yaw and roll swapped on the left."""
+    """Some limits are those of the sources, with yaw and roll swapped on the left."""
     lower, upper = np.rad2deg(ROBOT.lower), np.rad2deg(ROBOT.upper)
     expected = {
         "RLEG_JOINT0": (-45, 30),
@@ -67,20 +67,20 @@ def test_published_limits():
 
 
 def test_half_sitting_is_the_published_posture():
-    """Legs -26, 50, -24 degrees, arms 15, -+10, 0, -30."""
+    """The legs are at -26, 50, -24 degrees and the arms at 15, -+10, 0, -30 degrees."""
     expected = [0, 0, -26, 50, -24, 0] * 2 + [0] * 4
     expected += [15, -10, 0, -30, 0, 0, 10, 15, 10, 0, -30, 0, 0, 10]
     np.testing.assert_allclose(np.rad2deg(ROBOT.half_sitting), expected, atol=1e-9)
 
 
 def test_reflected_rotor_inertia():
-    """Gear^2 times rotor inertia: 0.40 at hip roll, 0.35 at shoulder roll, 1.0 at chest pitch."""
+    """Gear^2 times J is 0.40 at hip roll, 0.35 at shoulder roll, 1.0 kg m^2 at chest pitch."""
     for name, value in (("RLEG_JOINT1", 0.40), ("LARM_JOINT1", 0.35), ("CHEST_JOINT1", 1.01)):
         assert ROBOT.armature[ROBOT.index(name)] == pytest.approx(value, abs=0.01)
 
 
 def test_motor_encoders_resolve_the_joints_behind_the_gears():
-    """2000 counts a motor turn: 31 urad at the ankle's roll (gear 100), a quarter at hip yaw."""
+    """2000 counts per motor turn are 31 urad at ankle roll (gear 100) and a quarter at hip yaw."""
     assert ROBOT.motor_encoder_counts == 2000
     assert ROBOT.joint_resolution.shape == (30,)
     assert ROBOT.joint_resolution[ROBOT.index("LLEG_JOINT5")] == pytest.approx(31.416e-6, rel=1e-4)
@@ -89,20 +89,20 @@ def test_motor_encoders_resolve_the_joints_behind_the_gears():
 
 @pytest.mark.parametrize("counts", [0, -2000, 2000.5, "many", True])
 def test_counts_of_no_encoder_are_refused(tmp_path, counts):
-    """The error carries the value."""
+    """The error has the value."""
     with pytest.raises(RobotConfigError, match="motor_encoder_counts") as caught:
         _load_edited(tmp_path, motor_encoder_counts=counts)
     assert caught.value.value == counts
 
 
 def test_soles_are_mirrored_and_as_large_as_the_collision_box():
-    """Sole rectangles are 0.23 x 0.13 m, farther out than in."""
+    """A sole is 0.23 x 0.13 m and extends farther outward than inward."""
     assert ROBOT.soles["right"] == (-0.10, 0.13, -0.075, 0.055)
     assert ROBOT.soles["left"] == (-0.10, 0.13, -0.055, 0.075)
 
 
 def test_rubber_under_the_soles_is_as_stiff_as_published():
-    """Between LAAS's 4e4 N/m and JSK's 1e5 N/m; over the sole it turns as JSK's bush does."""
+    """It is between LAAS's 4e4 N/m and JSK's 1e5 N/m, and its roll stiffness is that of JSK."""
     rubber = ROBOT.sole_rubber
     assert 4e4 <= rubber.stiffness <= 1e5
     assert 1e2 <= rubber.damping <= 6e2
@@ -111,14 +111,14 @@ def test_rubber_under_the_soles_is_as_stiff_as_published():
 
 
 def test_posture_changes_only_what_is_named():
-    """posture() starts from half-sitting or the given base."""
+    """posture() starts from half-sitting or from the given base."""
     one = ROBOT.posture({"HEAD_JOINT0": 0.1})
     assert np.flatnonzero(one != ROBOT.half_sitting).tolist() == [14]
     assert ROBOT.posture({}, np.ones(30)).tolist() == [1.0] * 30
 
 
 def test_unknown_joint_is_an_error():
-    """The error carries the name."""
+    """The error has the name."""
     with pytest.raises(RobotConfigError) as caught:
         ROBOT.index("RLEG_JOINT9")
     assert caught.value.value == "RLEG_JOINT9"
@@ -128,7 +128,7 @@ def test_unknown_joint_is_an_error():
     "field", ["joint_names", "sole", "feet", "urdf", "legs", "arm", "step", "run_up_start"]
 )
 def test_missing_field_is_named(tmp_path, field):
-    """A configuration without a field says which."""
+    """The error names the missing field."""
     with pytest.raises(RobotConfigError, match=field):
         _load_edited(tmp_path, **{field: None})
 
@@ -138,14 +138,14 @@ def test_missing_field_is_named(tmp_path, field):
               "imu_frame"],
 )  # fmt: skip
 def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_path, field):
-    """The file loads; who needs the field is told its name."""
+    """The file loads, and reading the field raises an error with its name."""
     robot = _load_edited(tmp_path, **{field: None})
     with pytest.raises(RobotConfigError, match=field):
         needed(getattr(robot, field), field)
 
 
 def test_without_actuators_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp_path):
-    """Gears and rotors are unknown together."""
+    """Without actuators there is no rotor inertia, and joint_resolution is an error."""
     robot = _load_edited(tmp_path, actuators=None)
     assert not robot.armature.any()
     with pytest.raises(RobotConfigError, match="actuators"):
@@ -153,7 +153,7 @@ def test_without_actuators_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp
 
 
 def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
-    """Without `other_joints` the list has to be the URDF's."""
+    """Without `other_joints` the list must have all joints of the URDF."""
     short = list(ROBOT.joint_names[:-1])
     tables = {
         key: yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))[key]
@@ -202,7 +202,7 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
     ],
 )
 def test_contradictions_are_refused(tmp_path, changes, message):
-    """Names that the URDF lacks, limits broken and lengths that differ are errors that say so."""
+    """Unknown names, violated limits and wrong lengths are errors that name the cause."""
     with pytest.raises(RobotConfigError, match=message):
         _load_edited(tmp_path, **changes)
 
@@ -217,7 +217,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path, text):
 
 
 def test_missing_data_file_says_where_it_looked():
-    """The error lists the places tried."""
+    """The error lists the paths that were tried."""
     with pytest.raises(DataFileNotFoundError) as caught:
         data_path("config/nothing.yaml")
     assert any("nothing.yaml" in place or "ament" in place for place in caught.value.value)

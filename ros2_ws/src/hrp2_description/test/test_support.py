@@ -1,4 +1,4 @@
-"""Support polygon and margins."""
+"""Tests of the support polygon and of margins in it."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def _hull(points):
 
 
 def test_square_margins():
-    """In the middle, on an edge, beside an edge and off a corner of the unit square."""
+    """The margins of the unit square are right inside, on an edge, outside, and off a corner."""
     hull = support_polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
     points = [[0.5, 0.5], [0.2, 0.5], [1, 0.3], [1.5, 0.5], [1.3, 1.4]]
     np.testing.assert_allclose(
@@ -41,7 +41,7 @@ def test_hull_holds_all_points_and_is_counter_clockwise(points):
 
 @given(clouds, st.tuples(number, number), st.floats(-3, 3), st.tuples(number, number))
 def test_margin_does_not_depend_on_the_frame(points, point, angle, shift):
-    """Turning and moving everything leaves margins unchanged."""
+    """Rotating and translating everything leaves the margins unchanged."""
     hull = _hull(points)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     before = polygon_margin(point, hull)
@@ -51,7 +51,7 @@ def test_margin_does_not_depend_on_the_frame(points, point, angle, shift):
 
 @given(clouds, st.tuples(number, number))
 def test_more_points_never_shrink_the_margin(points, extra):
-    """Adding support can only help."""
+    """Additional support never decreases a margin."""
     hull = _hull(points)
     larger = _hull([*points, extra])
     probes = np.array([[0.1, 0.2], [-0.4, 0.3], [0.9, -0.9]])
@@ -60,7 +60,7 @@ def test_more_points_never_shrink_the_margin(points, extra):
 
 @given(clouds, st.tuples(number, number))
 def test_margin_agrees_with_a_dense_walk_along_the_edges(points, point):
-    """Its size is the distance to the nearest point of the outline."""
+    """Its absolute value is the distance to the nearest point of the outline."""
     hull = _hull(points)
     share = np.linspace(0.0, 1.0, 400)[:, None, None]
     outline = (1 - share) * hull + share * np.roll(hull, -1, axis=0)
@@ -70,7 +70,7 @@ def test_margin_agrees_with_a_dense_walk_along_the_edges(points, point):
 
 @pytest.mark.parametrize("points", [[], [[0, 0]], [[0, 0], [1, 1]], [[0, 0], [1, 1], [2, 2]]])
 def test_degenerate_hulls_are_errors(points):
-    """Nothing, a point and a line are no polygons."""
+    """No point, one point and a line are not polygons."""
     with pytest.raises(DegeneratePolygonError):
         support_polygon(points)
 
@@ -94,13 +94,13 @@ def test_nan_is_an_error_in_a_hull_and_nan_as_a_point():
     ids=["clockwise", "line", "dented", "corner twice"],
 )
 def test_margin_refuses_what_is_no_convex_polygon(hull):
-    """A wrong polygon would give a wrong sign in silence."""
+    """A polygon that would give a wrong sign is an error."""
     with pytest.raises(DegeneratePolygonError):
         polygon_margin([0.1, 0.1], hull)
 
 
 def test_sole_corners_from_plane_pose_and_matrix_agree():
-    """(x, y, yaw) and the homogeneous matrix of the same pose give the same corners."""
+    """x, y, yaw and the homogeneous matrix of the same pose give the same corners."""
     x, y, yaw = 0.3, -0.295, 0.4
     matrix = np.eye(4)
     matrix[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]

@@ -1,4 +1,4 @@
-"""The committed URDF, and what Pinocchio and PyBullet make of it."""
+"""Tests of the committed URDF as Pinocchio and PyBullet load it."""
 
 import xml.etree.ElementTree as ET
 
@@ -14,7 +14,7 @@ MODEL = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
 
 
 def _placed(posture):
-    """Return Pinocchio's data and the posture's vector, the feet on the floor around the origin."""
+    """Return Pinocchio's data and configuration with the feet on the floor around the origin."""
     data = MODEL.createData()
     q = pin.neutral(MODEL)
     for name, angle in zip(ROBOT.joint_names, posture, strict=True):
@@ -31,12 +31,12 @@ def _frame(data, name):
 
 
 def test_committed_file_is_what_the_generator_makes():
-    """hrp2.urdf was generated from the table as it is."""
+    """hrp2.urdf was generated from the present table."""
     assert data_path("urdf/hrp2.urdf").read_text(encoding="utf-8") == urdf_string()
 
 
 def test_generator_writes_where_told(tmp_path, capsys):
-    """--output decides where the file goes, and the path is printed."""
+    """--output sets the path of the file, and the path is printed."""
     main(["--output", str(tmp_path / "a.urdf")])
     assert (tmp_path / "a.urdf").read_text(encoding="utf-8") == urdf_string()
     assert "a.urdf" in capsys.readouterr().out
@@ -52,7 +52,7 @@ def test_half_sitting_waist_height_and_soles():
 
 
 def test_half_sitting_com():
-    """The CoM lies where the published models have it, above the middle of the feet."""
+    """The CoM has the height of the published models and lies above the middle of the feet."""
     _, q = _placed(ROBOT.half_sitting)
     com = pin.centerOfMass(MODEL, MODEL.createData(), q)
     assert 0.8077 < com[2] < 0.814
@@ -70,7 +70,7 @@ def test_half_sitting_inertia():
 
 
 def test_mirrored_posture_gives_mirrored_frames():
-    """Swapping sides and signs of yaw and roll reflects every hand and foot in y = 0."""
+    """Swapping the sides and the signs of yaw and roll reflects hands and feet in y = 0."""
     rng = np.random.default_rng(5)
     posture = np.zeros(30)
     posture[:6] = rng.uniform(ROBOT.lower[:6], ROBOT.upper[:6])
@@ -106,7 +106,7 @@ def test_braced_hand_rests_beside_the_waist():
 
 @pytest.fixture(scope="module")
 def bullet():
-    """A PyBullet world without window, with the robot in it."""
+    """A PyBullet world without a window that contains the robot."""
     pybullet = pytest.importorskip("pybullet")
     client = pybullet.connect(pybullet.DIRECT)
     body = pybullet.loadURDF(
@@ -148,7 +148,7 @@ def _pose(bullet, posture):
 
 
 def test_elbow_touches_a_wall_first(bullet):
-    """Braced, beside a wall on the right, the elbow's sphere is what touches."""
+    """In the braced posture the elbow's sphere is the body nearest to a wall on the right."""
     pybullet, client, body = bullet
     links = _pose(bullet, ROBOT.posture(ROBOT.braced_posture))
     slab = pybullet.createCollisionShape(
@@ -164,7 +164,7 @@ def test_elbow_touches_a_wall_first(bullet):
     pybullet.removeBody(wall, physicsClientId=client)
     first = gaps.pop(ROBOT.contact_link)
     assert first == pytest.approx(elbow[1] + 1.0 - ROBOT.contact_radius, abs=2e-3)
-    # The upper arm ends at the elbow and is farther away by what its rim leaves of the sphere.
+    # The upper arm ends at the elbow; its rim is farther away than the sphere around the elbow.
     assert gaps.pop("RARM_LINK2") - first > 0.015
     assert min(gaps.values()) - first > 0.09
 

@@ -1,4 +1,4 @@
-"""Errors of the simulated robot; each carries what was wrong as attributes and in its message."""
+"""Errors of the simulated robot."""
 
 from __future__ import annotations
 
@@ -20,52 +20,54 @@ class SimulatorMissingError(SimBridgeError):
 
 
 class SecondDriverError(SimBridgeError):
-    """A driver of a robot is in the graph already.
+    """Another driver of a robot is in the graph already.
 
     Attributes:
-        value: the topic that it publishes.
+        value: Topic that the other driver publishes.
     """
 
     def __init__(self, topic: str) -> None:
         super().__init__(
-            f"someone publishes {topic} already: beside a robot's driver the simulation must not "
-            "run (driver:=none leaves it out)"
+            f"another node publishes {topic} already: the simulation must not run together with "
+            "the driver of a robot (driver:=none leaves the simulation out)",
+            value=topic,
         )
-        self.value = topic
 
 
 class ModelError(SimBridgeError):
-    """The simulator did not take the model as it was given.
+    """The simulator changed the model of the robot.
 
     Attributes:
-        body: link or joint concerned.
-        value: what was found.
-        limit: what was asked.
+        body: Name of the link, joint or robot concerned.
+        value: Value in the simulator.
+        limit: Value in the model.
     """
 
     def __init__(self, body: str, value: object, limit: object, what: str) -> None:
-        super().__init__(f"{body}: {what} is {value}, must be {limit}")
+        super().__init__(
+            f"{body}: {what} is {value}, must be {limit}", quantity=what, value=value, limit=limit
+        )
         self.body = body
-        self.value = value
-        self.limit = limit
 
 
 class TrajectoryRefusedError(SimBridgeError):
-    """A trajectory was refused as a whole; the motion under way is unchanged.
+    """A trajectory was refused as a whole; the present motion is unchanged.
 
     Attributes:
-        joint: joint concerned, empty where it is the whole trajectory.
-        value: offending value.
-        limit: what it had to respect.
+        reason: What is wrong, in words, with the unit of the value.
+        joint: Name of the joint concerned; empty if the error concerns the whole trajectory.
+        value: Offending value.
+        limit: Limit that the value violates.
     """
 
     def __init__(self, reason: str, joint: str, value: object, limit: object) -> None:
         where = f"{joint}: " if joint else ""
-        super().__init__(f"{where}{reason}: {_short(value)}, limit {_short(limit)}")
-        self.reason = reason
+        found = "" if joint and value == joint else f": {_short(value)}"
+        super().__init__(
+            f"{where}{reason}{found}, allowed: {_short(limit)}", value=value, limit=limit,
+            reason=reason,
+        )
         self.joint = joint
-        self.value = value
-        self.limit = limit
 
 
 def _short(value: object) -> str:

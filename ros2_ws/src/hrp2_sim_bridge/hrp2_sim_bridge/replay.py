@@ -1,4 +1,4 @@
-"""``ros2 run hrp2_sim_bridge replay``: a run had again from its log, without a node."""
+"""The command ``ros2 run hrp2_sim_bridge replay``: repeats a run from its log, without nodes."""
 
 from __future__ import annotations
 
@@ -12,26 +12,28 @@ import numpy as np
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.driver_interface import TrajectoryArrays
 
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.settings import SensorSettings
 from hrp2_sim_bridge.world import World
 
+_DESCRIPTION = "Repeat a run from its log and report whether both runs are the same."
+
 
 def replay(world: World, text: str, ticks: int) -> None:
-    """Give a world that has just been made or reset the same orders at the same ticks.
+    """Give the orders of a log to a world at the same ticks.
 
     Args:
-        world: of the same robot, door and settings.
-        text: of a `CommandLog`.
-        ticks: how far to step.
+        world: World with the same robot, door and settings, just made or reset.
+        text: Text of a `CommandLog`.
+        ticks: Number of ticks to step.
 
     Raises:
-        SettingError: the log has lost orders, or the world is not at its start.
+        SettingError: The log has lost orders, or the world is not at its start.
     """
-    log = json.loads(str(text))  # as an npz gives it back, too
+    log = json.loads(str(text))  # an npz file returns the text as an array
     if log["lost"]:
-        raise SettingError("orders lost from the command log", log["lost"], 0)
+        raise SettingError("number of orders lost from the command log", log["lost"], 0)
     if world.tick != 0:
         raise SettingError("tick of the world", world.tick, 0)
     orders = log["orders"]
@@ -52,14 +54,17 @@ def _give(world: World, order: dict[str, Any]) -> None:
 
 
 def replay_log(log: dict[str, Any]) -> dict[str, Any]:
-    """Give a new world the orders of a log; returns its own log.
+    """Repeat a run in a new world, with the robot and the doors that are configured now.
 
     Args:
-        log: as `World.log` has it; of the robot and the doors that are configured now.
+        log: Log of the run, as `World.log` returns it.
+
+    Returns:
+        Log of the repeated run.
 
     Raises:
         SettingError: The log has lost orders.
-        DoorModelError: There is no such door.
+        DoorModelError: There is no door of the log's name.
     """
     settings = json.loads(str(log["settings"])) | {"gui": False}
     settings["sensors"] = SensorSettings(**settings["sensors"])
@@ -73,7 +78,7 @@ def replay_log(log: dict[str, Any]) -> dict[str, Any]:
 
 
 def differences(log: dict[str, Any], again: dict[str, Any]) -> list[str]:
-    """Names of the columns that are not the same bit for bit; settings aside."""
+    """Return the names of the columns that differ in any bit, except the settings."""
     names = (log.keys() | again.keys()) - {"settings"}
     return sorted(
         name for name in names
@@ -84,12 +89,15 @@ def differences(log: dict[str, Any], again: dict[str, Any]) -> list[str]:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Replay a log and tell whether it is the same run.
+    """Repeat a run from its log and report whether both runs are the same.
+
+    Args:
+        args: Command line; the default is that of the process.
 
     Returns:
-        0 where it is, 1 where it is not or cannot be replayed.
+        0 if they are the same, 1 if they differ or the log cannot be replayed.
     """
-    parser = argparse.ArgumentParser(prog="replay", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog="replay", description=_DESCRIPTION)
     parser.add_argument("log", type=Path, help="simulation.npz of a demonstration, or ~/save_log's")
     path: Path = parser.parse_args(args).log
     try:
@@ -97,14 +105,16 @@ def main(args: list[str] | None = None) -> int:
             log = dict(data)
         different = differences(log, replay_log(log))
     except KeyError as error:
-        print(f"replay: {path} is no log of the simulation: no {error.args[0]}", file=sys.stderr)
+        missing = error.args[0]
+        print(f"replay: {path} is not a log of the simulation: it has no {missing}",
+              file=sys.stderr)
         return 1
     except (DoorImpactError, OSError) as error:
         print(f"replay: {path}: {error}", file=sys.stderr)
         return 1
     seconds = float(log["time"][-1])
     if different:
-        print(f"{seconds:.1f} s replayed; not the same in {', '.join(different)}")
+        print(f"{seconds:.1f} s replayed; the runs differ in {', '.join(different)}")
         return 1
     print(f"{seconds:.1f} s replayed: the same run, bit for bit in {len(log)} columns")
     return 0

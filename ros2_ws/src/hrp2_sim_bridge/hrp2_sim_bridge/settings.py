@@ -1,4 +1,4 @@
-"""How the world is simulated and how well the sensors measure, checked."""
+"""Settings of the simulation and of the sensors, with the checks of their ranges."""
 
 from __future__ import annotations
 
@@ -8,39 +8,42 @@ from dataclasses import dataclass, field, fields
 from door_impact_common.errors import SettingError
 
 TICK = 0.005  # HRP-2's control period [s]
-SAMPLE = 0.001  # of the log and the encoder [s]
+SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
 SOLES = ("rigid", "rubber")
-SHORTEST_STEP = 1e-5  # [s]
-CONTACT_DURATIONS = (0.002, 0.1)  # [s]
-MOST_ITERATIONS = 10_000
+SHORTEST_STEP = 1e-5  # shortest physics step [s]
+CONTACT_DURATIONS = (0.002, 0.1)  # shortest and longest contact of robot and leaf [s]
+MOST_ITERATIONS = 10_000  # largest number of the solver's iterations
+_WHOLE_TOLERANCE = 1e-9  # rounding error of a whole number of steps in a millisecond
 
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """Noise and bias of the robot's sensors. The door's encoder has none but its steps.
+    """Noise and bias of the robot's sensors; the door's encoder has only its quantization.
 
-    No figure of HRP-2's own sensors is at hand: each is assumed, of the size that such sensors
-    have. Noise is white, a standard deviation per axis and sample; a bias is a standard deviation
-    per axis over power-ons, constant from one to the next.
+    The figures of HRP-2's own sensors are not known to this project; all values are assumptions of
+    the usual size. A noise is the standard deviation of white noise for each axis and sample. A
+    bias is the standard deviation over power-ons for each axis; it is constant in between.
 
     Attributes:
-        sensor_noise: False makes every sensor exact: joint velocities are not differences then,
-            the attitude is not estimated, and the figures below do not count.
-        force_sensor_calibrated: whether the offsets of the force sensors were taken away with
-            the robot hanging in the air.
-        force_noise: of a foot's force, a sample of 1 ms [N]; 0.1 % of a range of 1 kN.
-        torque_noise: of a foot's torque, a sample of 1 ms [N m].
-        force_bias: of a foot's force before the calibration [N].
-        torque_bias: of a foot's torque before the calibration [N m].
-        force_calibration_samples: of 1 ms whose mean is taken as the offset; 1000 last 1 s.
-        gyro_noise: of an angular velocity, a sample of 5 ms [rad/s].
-        gyro_bias: of an angular velocity before the calibration [rad/s].
-        accelerometer_noise: of a specific force, a sample of 5 ms [m/s^2].
-        accelerometer_bias: of a specific force [m/s^2]; nothing takes it away, and it tilts the
-            attitude by bias / g: by 0.06 deg.
-        imu_calibration_samples: of 5 ms, hanging still, whose means give the offset of the gyro
-            and the first attitude; 2000 last 10 s.
+        sensor_noise: Whether the sensors have noise and bias. If not, every sensor is exact, joint
+            velocities are no differences, the attitude is not estimated, and the other settings
+            have no effect.
+        force_sensor_calibrated: Whether the offsets of the force sensors were measured and
+            subtracted while the robot hung in the air.
+        force_noise: Noise of a foot's force in a sample of 1 ms [N]; 0.1 % of a range of 1 kN.
+        torque_noise: Noise of a foot's torque in a sample of 1 ms [N m].
+        force_bias: Bias of a foot's force before the calibration [N].
+        torque_bias: Bias of a foot's torque before the calibration [N m].
+        force_calibration_samples: Number of samples of 1 ms whose mean is the measured offset;
+            1000 samples take 1 s.
+        gyro_noise: Noise of an angular velocity in a sample of 5 ms [rad/s].
+        gyro_bias: Bias of an angular velocity before the calibration [rad/s].
+        accelerometer_noise: Noise of a specific force in a sample of 5 ms [m/s^2].
+        accelerometer_bias: Bias of a specific force [m/s^2]. No calibration removes it, and it
+            tilts the attitude by bias / g, 0.06 deg.
+        imu_calibration_samples: Number of samples of 5 ms, with the robot hanging still, whose
+            means are the gyro's offset and the first attitude; 2000 samples take 10 s.
     """
 
     sensor_noise: bool = True
@@ -57,44 +60,45 @@ class SensorSettings:
     imu_calibration_samples: int = 2000
 
     def __post_init__(self) -> None:
-        """Refuse what no sensor has.
+        """Check the settings.
 
         Raises:
-            SettingError: with the setting, its value and its limit.
+            SettingError: A setting has a wrong type or is out of its range.
         """
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if isinstance(one.default, bool):
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if isinstance(setting.default, bool):
                 if not isinstance(value, bool):
-                    raise SettingError(one.name, value, "True or False")
-            elif isinstance(one.default, int):
+                    raise SettingError(setting.name, value, "True or False")
+            elif isinstance(setting.default, int):
                 if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                    raise SettingError(one.name, value, "a whole number, 1 or more")
+                    raise SettingError(setting.name, value, "a whole number, 1 or more")
             elif not (math.isfinite(value) and value >= 0.0):
-                raise SettingError(one.name, value, "a finite number, 0 or more")
+                raise SettingError(setting.name, value, "a finite number, 0 or more")
 
 
 @dataclass(frozen=True)
 class WorldSettings:
-    """How the world is simulated.
+    """Settings of the simulation.
 
     Attributes:
-        gui: show PyBullet's window.
-        time_step_coarse: physics step [s], divides a millisecond.
-        time_step_fine: the same while the robot is near the leaf [s].
-        brace: whether braced joints may carry more than their motors.
-        rotor_scale: multiple of the rotors' inertia, 0 for none.
-        servo_time_constant: of the joints' servos [s]; None: the robot's own.
-        restitution: of the leaf for two free masses; None: the door's own.
-        contact_duration: of the impact that the leaf's surface is designed for [s].
-        friction: between soles and floor.
-        iterations: of the solver.
-        seed: chooses the encoder's arbitrary zero and the noise of the sensors.
-        encoder_bits: width of the door's counter, 16 or 32.
-        log_seconds: length of motion that the log keeps [s].
-        sensors: how well the robot's sensors measure.
-        sole: "rubber" as `RobotConfig.sole_rubber` says, or "rigid".
-        stabilizer: whether it runs on rubber; rigid soles need none.
+        gui: Whether the simulator shows a window.
+        time_step_coarse: Physics step far from the leaf [s]; a millisecond is a multiple of it.
+        time_step_fine: Physics step near the leaf [s]; a millisecond is a multiple of it.
+        brace: Whether braced joints may carry more than their motors.
+        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+        servo_time_constant: Time constant of the joints' servos [s]; None means the robot's own.
+        restitution: Coefficient of restitution that the leaf shows to a free mass; None means the
+            door's own.
+        contact_duration: Duration of the impact for which the leaf's surface is designed [s].
+        friction: Coefficient of friction between soles and floor.
+        iterations: Number of the solver's iterations in each step.
+        seed: Seed of the encoder's arbitrary zero and of the sensors' noise.
+        encoder_bits: Width of the door's counter, 16 or 32.
+        log_seconds: Duration of the motion that the log keeps [s].
+        sensors: Noise and biases of the robot's sensors.
+        sole: "rubber", as in `RobotConfig.sole_rubber`, or "rigid".
+        stabilizer: Whether the stabilizer runs on rubber soles; rigid soles need none.
     """
 
     gui: bool = False
@@ -125,15 +129,15 @@ class WorldSettings:
         return self.stabilizer and self.rubber
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be simulated.
+        """Check the settings.
 
         Raises:
-            SettingError: with the setting, its value and its limit.
+            SettingError: A setting is out of its range.
         """
         for name in ("time_step_coarse", "time_step_fine"):
             step = getattr(self, name)
             whole = math.isfinite(step) and SHORTEST_STEP <= step <= SAMPLE
-            if not whole or abs(SAMPLE / step - round(SAMPLE / step)) > 1e-9:
+            if not whole or abs(SAMPLE / step - round(SAMPLE / step)) > _WHOLE_TOLERANCE:
                 raise SettingError(name, step, f"a whole fraction of {SAMPLE} s")
         shortest, longest = CONTACT_DURATIONS
         if not shortest <= self.contact_duration <= longest:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -12,48 +14,68 @@ from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
+from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
+from hrp2_sim_bridge.control.servos import JointServos
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
-from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog, trajectory_content
 from hrp2_sim_bridge.log.recorder import save_npz
 from hrp2_sim_bridge.log.truth_log import TruthLog
-from hrp2_sim_bridge.physics.contact import leaf_contact
-from hrp2_sim_bridge.physics.door_body import DoorBody, DoorState
-from hrp2_sim_bridge.physics.engine import connect, prepare
+from hrp2_sim_bridge.physics.contact import design_leaf
+from hrp2_sim_bridge.physics.door_load import DoorLoad
+from hrp2_sim_bridge.physics.engine import Engine
+from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.physics.fall import FallWatch
 from hrp2_sim_bridge.physics.hit_meter import HitMeter
-from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.physics.scene import Scene
+from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState
 from hrp2_sim_bridge.sensors.readings import TickReadings
-from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, TickSample
+from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 
-_NEAR = 0.08  # robot closer to the leaf than this: fine steps [m]
-_FASTEST_APPROACH = 4.0  # of robot and leaf [m/s]
-_SETTLING_TICKS = 40  # before time 0, for the soles to carry the weight
-_RUBBER_SETTLING_TICKS = 100  # rubber swings for a while
-_IMU = 3  # place of the IMU among the links whose states are read
-_FARTHEST = 10.0  # place of the door [m]
+_NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
+_FASTEST_APPROACH = 4.0  # upper bound of the speed at which robot and leaf approach [m/s]
+_SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
+_RUBBER_SETTLING_TICKS = 100  # the same for rubber soles, on which the robot swings for a while
+_FARTHEST = 10.0  # largest coordinate of the door [m]
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
-class World:
-    """HRP-2 standing in half-sitting before a closed door; time is 0 once it stands.
+class World(Driver):
+    """HRP-2 standing in half-sitting before a closed door; time is 0 when it has settled.
 
     Args:
-        robot: configuration.
-        door: configuration.
-        door_distance: of the leaf's face from the origin, to -y [m].
-        hinge_x: place of the hinge, negative behind the robot [m].
-        posture: (30,) at the start [rad]; half-sitting by default.
-        settings: fields of `WorldSettings`.
+        robot: Configuration of the robot.
+        door: Configuration of the door.
+        door_distance: Distance of the leaf's face from the origin, towards -y [m].
+        hinge_x: x of the hinge; it is negative behind the robot [m].
+        posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
+        engine: Physics engine; the default is a new one of PyBullet.
+        settings: Fields of `WorldSettings`.
+
+    Attributes:
+        robot_config: Configuration of the robot.
+        door_config: Configuration of the door.
+        settings: Settings of the simulation.
+        contact: Surface of the leaf.
+        engine: Physics engine.
+        driver: Reference of the joints.
+        servos: Position servos of the joints.
+        door: Closer, friction, stops and pushes of the door.
+        hit: Meter of the contact between robot and leaf.
+        fall: Watch for a fall of the robot.
+        time_step: Present length of a physics step [s].
+        wall_time: Wall time that all ticks have needed since the world was made [s].
+        observers: Functions that are called with the engine after each physics step.
 
     Raises:
-        SettingError: a setting out of its range.
-        SimulatorMissingError: no PyBullet.
-        ModelError: PyBullet did not take the robot as its URDF says.
+        SettingError: A setting is out of its range.
+        SimulatorMissingError: PyBullet is not installed.
+        ModelError: PyBullet changed a mass or an inertia of the robot.
+        RobotConfigError: The robot's configuration lacks something that the simulation needs.
     """
 
     def __init__(
@@ -64,6 +86,7 @@ class World:
         hinge_x: float,
         *,
         posture: Array | None = None,
+        engine: Engine | None = None,
         **settings: Any,
     ) -> None:
         self.robot_config = robot
@@ -73,16 +96,18 @@ class World:
         self._door_distance = door_distance
         self._hinge_x = hinge_x
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
-        self.contact = leaf_contact(door, hinge_x, self.settings)
+        self.contact = design_leaf(door, hinge_x, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
-        self._log = TruthLog(self.settings.log_seconds)
+        self.engine = make_engine() if engine is None else engine
+        self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values)
         self._orders = CommandLog()
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
         self._stabilizer = Stabilizer(robot) if self.settings.stabilized else None
-        self.client: Any = None
+        self.wall_time = 0.0
+        self.observers: list[Callable[[Engine], None]] = []
         self.reset()
 
     @property
@@ -92,7 +117,7 @@ class World:
 
     @property
     def tick(self) -> int:
-        """Control ticks since the start."""
+        """Number of control ticks since time 0."""
         return self._ticks
 
     @property
@@ -101,43 +126,39 @@ class World:
         return self._door_state
 
     @property
+    def imu_state(self) -> BodyState:
+        """True pose and velocity of the IMU's frame."""
+        return self.engine.link_states(np.array([self._frames])).at((0, IMU))
+
+    @property
     def fell(self) -> bool:
-        """True once the base tilted by more than 30 deg or a body but the feet met the floor."""
+        """Whether the base tilted by more than 30 deg or another link than a sole met the floor."""
         return bool(self.fall.reason)
 
     def reset(self) -> None:
-        """Back to the start: the same state, bit for bit."""
-        if self.client is not None and not self.settings.gui:
-            self.close()
-        if self.client is None:
-            # A new physics server: nothing of the last run can be left in it.
-            self.client = connect(self.settings.gui)
-        settings = self.settings
+        """Return to the start; a later run with the same orders is the same, bit for bit."""
+        settings, robot = self.settings, self.robot_config
+        scene = Scene(
+            robot, self._posture, self.door_config, self._door_distance, self._hinge_x,
+            self.contact, settings,
+        )
         self.time_step = settings.time_step_coarse
-        self.floor = prepare(
-            self.client, self.time_step, settings.iterations, settings.friction
-        )
-        self.robot = RobotBody(
-            self.client, self.robot_config, self._posture, rotor_scale=settings.rotor_scale,
-            servo_time_constant=settings.servo_time_constant, rubber=settings.rubber,
-        )
-        self.robot.servos.set_step(self.time_step)
-        self.door = DoorBody(
-            self.client, self.door_config, self._door_distance, self._hinge_x, self.contact
-        )
-        self.hit = HitMeter(self.client, self.robot, self.door, self.robot_config)
-        self.fall = FallWatch()
+        self.engine.reset(scene)
+        self.servos = JointServos(robot, scene.servo_time_constant)
+        self.door = DoorLoad(self.door_config)
+        self.hit = HitMeter(self.engine, robot)
+        self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
         settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
         self._ticks = -settling
-        self._felt: TickSample | None = None
+        self._sensed: TickSample | None = None
         if self._stabilizer is not None:
             self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
-        self._joints = self.robot.read_joints()
-        self._frames = self.robot.read_frames()
-        self._door_state = self.door.state()
+        self._joints = self.engine.read_joints()
+        self._frames = self.engine.read_frames()
+        self._door_state = self.engine.door_state()
         self._far_until = self._ticks
-        self._sensors.power_on(self._posture, self.robot.imu())
+        self._sensors.power_on(self._posture, self.imu_state)
         for _ in range(settling):
             self.step()
         self._log.clear()
@@ -145,18 +166,18 @@ class World:
         self.hit.clear()
 
     def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
-        """Take a trajectory over, or refuse it whole; one without points means stop.
+        """Accept a trajectory or refuse it as a whole; one without points means stop.
 
         Args:
-            trajectory: of all joints.
-            stamp: when its clock starts [s], 0 for now.
+            trajectory: Trajectory of all joints.
+            stamp: Time at which its clock starts [s]; 0 means now.
 
         Raises:
-            TrajectoryRefusedError: what is wrong with it, or with the robot.
+            TrajectoryRefusedError: The trajectory violates a limit, or the robot has fallen.
         """
         if self.fell and not trajectory.is_stop:
             raise TrajectoryRefusedError(
-                "the robot has fallen and wants a reset", "", self.fall.reason, "a standing robot"
+                "the robot has fallen and must be reset", "", self.fall.reason, "a standing robot"
             )
         self.driver.accept(trajectory, stamp, self.time)
         numbers = 3 * len(trajectory.times) * len(trajectory.joint_names)
@@ -171,65 +192,40 @@ class World:
         self._orders.add(self.tick, "stop")
 
     def push_door(self, impulse: float, duration: float) -> None:
-        """Push the door as a hand does, from now on.
+        """Push the door by hand, beginning now.
 
         Args:
-            impulse: angular impulse about the hinge [N m s], positive opens.
-            duration: of the half sine of torque [s].
+            impulse: Angular impulse about the hinge [N m s]; a positive one opens the door.
+            duration: Duration of the push, whose torque is half a sine [s].
 
         Raises:
-            SettingError: a duration that is not positive, or no number.
+            SettingError: The push exceeds what a hand can do, or is not a number.
         """
         self.door.push(impulse, duration, self.time)
         self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
 
     def step(self) -> TickSample:
-        """Advance by one control tick; returns what the sensors say at its end."""
-        fine = self._choose_step()
-        step = self.time_step
-        per_sample = round(SAMPLE / step)
-        steps = SAMPLES_PER_TICK * per_sample
-        times: Array = np.array([self.time + step * index for index in range(steps + 1)])
-        reference = self.driver.positions(times)
-        if self._stabilizer is not None and self._felt is not None and not self.fell:
-            self._stabilizer.update(self._felt, self.driver.sample)
-            reference += self._stabilizer.offsets(times)
-        braced = self.robot.servos.limit_torques(
-            reference[0], brace=self.settings.brace and fine and not self.fell,
-            share=_FALLEN_TORQUE if self.fell else 1.0,
-        )
-        self.robot.hold_rotors(braced)
-        targets = self.robot.servos.within_speed(reference, self._joints[0], step)
-        speeds = (targets[1:] - targets[:-1]) / step
-        readings = TickReadings([self._frames])
-        orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
-        for first in range(0, len(orders), per_sample):
-            self._steps(orders[first : first + per_sample], times[first], readings, fine)
-            self._read(readings, braced)
-        self._ticks += 1
-        self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
-        if self.fall.update(self.robot, self.floor):
-            self.driver.stop(self.time)
-        ends = readings.ends(self.robot)
-        self._felt = self._sensors.read(
-            self.time, self._joints, readings.wrenches(self.robot, ends, TICK),
-            ends.at((1, _IMU)), [self._encoder.count(state.angle) for state in readings.door],
-        )
-        return self._felt
+        """Advance by one control tick; return what the sensors measured by its end."""
+        begin = perf_counter()
+        sample = self._step()
+        self.wall_time += perf_counter() - begin
+        return sample
 
     def log(self, *, with_com: bool = True) -> dict[str, Any]:
-        """The truth so far.
+        """Return the true states since time 0.
 
-        One row a millisecond (mean wrenches [N, N m] and contact force [N] over it, states at its
-        end; frames: world, wrenches in the soles'), and one a tick for keys that begin with
-        "tick_"; `contact_link` is an index into `link_names`, -1 for none.
+        A column has one row for each millisecond: mean wrenches [N, N m] in the soles' frames and
+        mean contact force [N] over it, and states at its end in the world. Columns whose names
+        begin with "tick_" have one row for each tick. `contact_link` is an index into `link_names`,
+        -1 without contact.
 
         Args:
-            with_com: add CoM position and velocity, which takes about 10 us a row.
+            with_com: Whether to add position and velocity of the CoM, which costs about 10 us for
+                each row.
         """
-        log = self._log.arrays(self.robot, with_com=with_com)
+        log = self._log.arrays(self.engine, self.robot_config, with_com=with_com)
         return log | {
-            "link_names": np.array(self.robot.link_names),
+            "link_names": np.array(self.engine.link_names),
             "brace_impulse": self.hit.brace_impulse,
             "carried_impulse": self.hit.carried_impulse,
             "motor_impulse": self.hit.motor_impulse,
@@ -248,14 +244,12 @@ class World:
         }
 
     def save_log(self, path: str | Path) -> Path:
-        """Write `log` as an npz; returns its path."""
+        """Write `log` to a file with the suffix npz; return its path."""
         return save_npz(path, self.log())
 
     def close(self) -> None:
-        """Leave PyBullet."""
-        if self.client is not None:
-            self.client.disconnect()
-            self.client = None
+        """Release the physics engine; the log remains readable."""
+        self.engine.close()
 
     def _check_place(self, door_distance: float, hinge_x: float) -> None:
         if not 0.0 < door_distance <= _FARTHEST:
@@ -263,44 +257,79 @@ class World:
         if not abs(hinge_x) <= _FARTHEST:
             raise SettingError("hinge_x", hinge_x, f"within {_FARTHEST:g} m of the origin")
 
+    def _step(self) -> TickSample:
+        fine = self._choose_step()
+        step = self.time_step
+        per_sample = round(SAMPLE / step)
+        steps = SAMPLES_PER_TICK * per_sample
+        times: Array = np.array([self.time + step * index for index in range(steps + 1)])
+        reference = self.driver.positions(times)
+        if self._stabilizer is not None and self._sensed is not None and not self.fell:
+            self._stabilizer.update(self._sensed, self.driver.sample)
+            reference += self._stabilizer.offsets(times)
+        braced = self.servos.limit_torques(
+            reference[0], brace=self.settings.brace and fine and not self.fell,
+            share=_FALLEN_TORQUE if self.fell else 1.0,
+        )
+        self.engine.limit_torques(self.servos.forces, braced=braced)
+        targets = self.servos.within_speed(reference, self._joints[0], step)
+        speeds = (targets[1:] - targets[:-1]) / step
+        readings = TickReadings([self._frames])
+        orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
+        for first in range(0, len(orders), per_sample):
+            self._take_steps(
+                orders[first : first + per_sample], times[first], readings, near=fine
+            )
+            self._read(readings, braced)
+        self._ticks += 1
+        self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
+        if self.fall.update(self.engine):
+            self.driver.stop(self.time)
+        ends = readings.ends(self.engine)
+        self._sensed = self._sensors.read(
+            self.time, self._joints, readings.wrenches(self.engine, ends, TICK),
+            ends.at((1, IMU)), [self._encoder.count(state.angle) for state in readings.door],
+        )
+        return self._sensed
+
     def _choose_step(self) -> bool:
-        """Fine steps near the leaf, where robot and door become one problem for the solver."""
+        """Choose the length of the physics steps; return True if they are fine.
+
+        They are fine near the leaf, where the solver treats robot and door as one problem.
+        """
         if self._ticks < self._far_until:
             return False
-        points = self.client.getClosestPoints(self.robot.body, self.door.body, 2.0 * _NEAR)
-        distance = min((point[8] for point in points), default=2.0 * _NEAR)
+        distance = self.engine.leaf_distance(2.0 * _NEAR)
         fine = distance < _NEAR
-        # Nothing crosses the rest of the way any sooner.
+        # Before this tick nothing can cover the rest of the distance.
         self._far_until = self._ticks + int((distance - _NEAR) / (_FASTEST_APPROACH * TICK))
         settings = self.settings
         step = settings.time_step_fine if fine else settings.time_step_coarse
         if step != self.time_step:
-            self.client.setTimeStep(step)
-            self.robot.servos.set_step(step)
+            self.engine.set_time_step(step)
             self.time_step = step
         return fine
 
-    def _steps(
+    def _take_steps(
         self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings,
-        near: bool,
+        *, near: bool,
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
         reactions = []
         for position, speed in orders:
-            self.robot.servos.command(position, speed)
-            self.door.turn(torque)
-            self.client.stepSimulation()
-            reactions.append(self.robot.read_reactions())
+            reactions.append(self.engine.step(position, speed, torque))
+            for observer in self.observers:
+                observer(self.engine)
             if near:
                 self.hit.add_step(1.0 / len(orders))
         readings.reactions.append(np.array(reactions).mean(axis=0))
 
     def _read(self, readings: TickReadings, braced: bool) -> None:
-        """Take readings at the end of a millisecond."""
-        self._joints = self.robot.read_joints()
-        self._frames = self.robot.read_frames()
-        self._door_state = self.door.state()
+        """Add the readings at the end of a millisecond."""
+        self._joints = self.engine.read_joints()
+        self._frames = self.engine.read_frames()
+        self._door_state = self.engine.door_state()
         readings.joints.append(self._joints)
         readings.frames.append(self._frames)
         readings.door.append(self._door_state)

@@ -1,4 +1,4 @@
-"""Robot, doors and worlds that several tests use."""
+"""Robot, door and worlds that several tests use."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from door_model.door.config import DoorConfig, load_door
 from hrp2_description.robot import RobotConfig, load_robot_config
-from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 ANKLE_X = 0.3 * np.sin(np.radians(26.0)) - 0.3 * np.sin(np.radians(24.0))
 LEG = 0.3 * np.cos(np.radians(26.0)) + 0.3 * np.cos(np.radians(24.0))
@@ -17,25 +18,25 @@ LEG = 0.3 * np.cos(np.radians(26.0)) + 0.3 * np.cos(np.radians(24.0))
 
 @pytest.fixture(scope="session")
 def robot() -> RobotConfig:
-    """HRP-2."""
+    """The configuration of HRP-2."""
     return load_robot_config()
 
 
 @pytest.fixture(scope="session")
 def paper_door() -> DoorConfig:
-    """The paper's door."""
+    """The configuration of the paper's door."""
     return load_door("paper")
 
 
 @pytest.fixture(scope="session")
 def limits(robot: RobotConfig) -> JointLimits:
-    """HRP-2's limits."""
+    """The limits of HRP-2's joints."""
     return JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
 
 
 @pytest.fixture
 def make_world(robot: RobotConfig, paper_door: DoorConfig) -> Iterator[Callable[..., World]]:
-    """Makes worlds with the paper's door and closes them."""
+    """A function that makes worlds with the paper's door, which are closed afterwards."""
     worlds = []
 
     def make(door_distance: float = 0.9, **settings: object) -> World:
@@ -49,7 +50,7 @@ def make_world(robot: RobotConfig, paper_door: DoorConfig) -> Iterator[Callable[
 
 @pytest.fixture(scope="session")
 def sway(robot: RobotConfig) -> Callable[..., np.ndarray]:
-    """Posture with the body shifted sideways by y [m] over parallel legs."""
+    """A function for the posture with the body shifted sideways by y [m] over parallel legs."""
 
     def posture(y: float, base: np.ndarray | None = None) -> np.ndarray:
         q = np.array(robot.half_sitting if base is None else base)
@@ -70,7 +71,7 @@ def sway(robot: RobotConfig) -> Callable[..., np.ndarray]:
 
 @pytest.fixture(scope="session")
 def moving(robot: RobotConfig) -> Callable[..., TrajectoryArrays]:
-    """Trajectory through postures (K, 30) at times (K), at rest at both ends."""
+    """A function for a trajectory through postures (K, 30) at times (K), at rest at both ends."""
 
     def trajectory(times: np.ndarray, postures: np.ndarray) -> TrajectoryArrays:
         from scipy.interpolate import CubicSpline

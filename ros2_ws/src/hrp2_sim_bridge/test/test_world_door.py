@@ -7,7 +7,7 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from door_model.door.door import Zone
 from door_model.motion.dynamics import follow_free, simulate
-from hrp2_sim_bridge.physics.door_body import CloserTorque
+from hrp2_sim_bridge.physics.door_load import CloserTorque
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 DURATION = 0.2
-# A closer as one finds them: it damps closing more, has a backcheck and a latch zone.
+# A usual closer: it damps closing more than opening, and has a backcheck and a latch zone.
 REAL = replace(
     load_door("paper"), c_c_closing=0.5, backcheck=Zone(0.2, 0.3), latch=Zone(0.15, 0.2),
     friction=0.5,
@@ -30,13 +30,13 @@ REAL = replace(
     ],
 )
 def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
-    """Pushed door swings as eq. (1) says."""
+    """A pushed door swings as eq. (1) predicts."""
 
     def torque(time: float) -> float:
         push = impulse * math.pi / (2 * DURATION) * math.sin(math.pi * time / DURATION)
         return push if time < DURATION else 0.0
 
-    # The push must first outweigh the closer, which presses the leaf against its stop.
+    # The push must first exceed the torque of the closer, which presses the leaf against its stop.
     rest = -CloserTorque(config, 1.0)(0.0, 0.0)
     begin = next(t for t in np.arange(0.0, DURATION, 1e-5) if torque(t) > rest)
     model = simulate(
@@ -49,7 +49,7 @@ def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     angle = world.log(with_com=False)["door_angle"]
     world.close()
     top = int(np.argmax(model.theta))
-    # The simulated stop gives way: it hands the leaf 0.0005 rad/s while the push outgrows it.
+    # The simulated stop is elastic: it adds 0.0005 rad/s while the push exceeds the closer.
     assert math.degrees(angle.max()) == pytest.approx(
         math.degrees(model.theta.max()), abs=0.08
     )
@@ -61,7 +61,7 @@ def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
 
 
 def test_real_closer_shuts_as_the_model_says(robot) -> None:
-    """From the peak on: its own viscosity, latch zone and friction, to the closed door."""
+    """A door with latch zone and friction closes from its peak as the model predicts."""
     world = World(robot, REAL, 0.9, -0.42)
     world.push_door(9.0, DURATION)
     for _ in range(1100):
@@ -81,7 +81,7 @@ def test_real_closer_shuts_as_the_model_says(robot) -> None:
 @pytest.mark.parametrize(
     "name", ["paper", pytest.param("size4", marks=pytest.mark.nightly("another door"))])
 def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
-    """Door falls shut without bouncing much and settles."""
+    """A door closes, bounces by less than 0.3 deg, and settles."""
     world = World(robot, load_door(name), 0.9, -0.42)
     world.push_door(8.0, DURATION)
     for _ in range(750):
@@ -96,7 +96,7 @@ def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
 
 
 def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_world) -> None:
-    """Closed door counts do not flicker and swings count as the angle."""
+    """The count of a closed door is constant, and that of a swing follows the angle."""
     world = make_world(encoder_bits=16, seed=5)
     zero = world.step().counts[0]
     counts = [c for _ in range(20) for c in world.step().counts]
@@ -112,7 +112,7 @@ def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_wo
 
 @given(st.integers(0, 1 << 32), st.sampled_from([16, 32]), st.floats(-0.1, 2.0))
 def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
-    """Counter wraps and never leaves its range."""
+    """The counter overflows and never leaves its range."""
     counter = EncoderCounter(offset, bits)
     count = counter.count(angle)
     assert 0 <= count < 1 << bits
@@ -122,7 +122,7 @@ def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
 
 @pytest.mark.parametrize(("impulse", "duration"), [(1.0, 0.0), (1.0, -1.0), (float("nan"), 0.1)])
 def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
-    """Impossible push is refused."""
+    """An impossible push is refused."""
     with pytest.raises(SettingError):
         make_world().push_door(impulse, duration)
 
@@ -138,7 +138,7 @@ def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
     ],
 )
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
-    """Setting out of range is an error that names it."""
+    """A setting out of its range is an error with its name and value."""
     with pytest.raises(SettingError) as error:
         WorldSettings(**{name: value})
     assert error.value.setting == name
@@ -146,7 +146,7 @@ def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
 
 
 def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:
-    """Hard push meets the outer stop inside the linkage's range."""
+    """A hard push ends at the outer stop, within the range of the linkage."""
     world = make_world()
     world.push_door(60.0, 0.3)
     for _ in range(300):

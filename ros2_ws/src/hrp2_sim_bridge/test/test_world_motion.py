@@ -1,30 +1,30 @@
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.physics.frames import rotation
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 SWAY_TIMES = np.array([0.1, 0.5, 0.9, 1.3])
 SWAY = (0.0, 0.04, -0.04, 0.0)
 
 
 def run(world, seconds):
-    """Step for so many seconds; returns the log."""
+    """Step for a number of seconds; return the log."""
     for _ in range(round(seconds / 0.005)):
         world.step()
     return world.log()
 
 
 def swaying(world, sway, moving, slower=1.0):
-    """Start the sway."""
+    """Start a sway from foot to foot."""
     postures = np.array([sway(y) for y in SWAY])
     world.follow(moving(SWAY_TIMES * slower, postures), 0.0)
 
 
 @pytest.fixture(scope="module", params=["rubber", "rigid"])
 def swayed(request, robot, paper_door, sway, moving):
-    """Log of a quick sway from foot to foot."""
+    """The log of a fast sway from foot to foot."""
     from hrp2_sim_bridge.world import World
 
     world = World(robot, paper_door, 0.9, -0.42, sole=request.param)
@@ -34,7 +34,7 @@ def swayed(request, robot, paper_door, sway, moving):
 
 
 def test_wrenches_change_the_momentum_as_newton_says(swayed, robot) -> None:
-    """The sensors, freed of the soles' weight and inertia, miss nothing."""
+    """The impulse of the computed wrenches is the change of the momentum."""
     force = np.zeros((len(swayed["time"]), 3))
     for side in ("left", "right"):
         for row, quaternion in enumerate(swayed[f"{side}_sole_quaternion"]):
@@ -47,7 +47,7 @@ def test_wrenches_change_the_momentum_as_newton_says(swayed, robot) -> None:
 
 
 def test_logged_velocities_are_the_slopes_of_logged_positions(swayed) -> None:
-    """Logged velocities are the slopes of logged positions."""
+    """The logged velocities are the derivatives of the logged positions."""
     for position, velocity in (
         ("com_position", "com_velocity"), ("b_position", "b_velocity"),
         ("base_position", "base_linear_velocity"),
@@ -56,12 +56,12 @@ def test_logged_velocities_are_the_slopes_of_logged_positions(swayed) -> None:
         integral = swayed[velocity][1:].sum(axis=0) * 0.001
         np.testing.assert_allclose(integral, moved, atol=3e-4)
         slope = np.gradient(swayed[position], 0.001, axis=0)[50:-50]
-        # Steps of the floor's forces leave a trace in a slope over 2 ms.
+        # Sudden changes of the floor's forces show in a derivative over 2 ms.
         assert np.median(np.abs(slope - swayed[velocity][50:-50])) < 2e-3
 
 
 def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, moving) -> None:
-    """A raised arm at nearly its top speed: 1 mm at 0.6 m is 1.7 mrad."""
+    """An arm raised at almost its largest speed follows to 1 mrad, 1 mm at 0.6 m is 1.7 mrad."""
     world = make_world()
     up = robot.posture({"LARM_JOINT0": -1.45, "LARM_JOINT3": -1.2})
     times = np.array([0.05, 0.75, 1.4])
@@ -75,8 +75,8 @@ def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, mov
 
 
 def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
-    """On rigid soles; test_world_rubber.py has it on rubber."""
-    world = make_world(door_distance=0.47, sole="rigid")  # some of it in fine steps
+    """On rigid soles runs after two resets are the same, bit for bit."""
+    world = make_world(door_distance=0.47, sole="rigid")  # part of the run has fine steps
     logs = []
     for _ in range(2):
         world.reset()
@@ -89,7 +89,7 @@ def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) ->
 
 
 def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway, moving) -> None:
-    """Refused trajectories leave the motion as it was."""
+    """Refused trajectories do not change the motion."""
     logs = []
     for disturbed in (False, True):
         world = make_world()
@@ -107,9 +107,9 @@ def test_refused_trajectories_leave_the_motion_as_it_was(make_world, robot, sway
 
 
 def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving) -> None:
-    """Changing the step near the leaf does not jolt."""
+    """A change of the physics step near the leaf does not disturb the motion."""
     world = make_world(door_distance=0.5, sole="rigid")
-    swaying(world, sway, moving, slower=1.8)  # no sole lifts: a rocking robot forgives nothing
+    swaying(world, sway, moving, slower=1.8)  # slow: no sole lifts off
     log = run(world, 2.2)
     fine = log["tick_fine"]
     changes = np.flatnonzero(np.diff(fine.astype(int)))
@@ -125,10 +125,10 @@ def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving)
 
 
 def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
-    """Brace holds only in the braced posture."""
+    """The brace holds only in the braced posture."""
     braced = robot.posture(robot.braced_posture)
     joint = robot.index("RARM_JOINT1")
-    servos = make_world().robot.servos
+    servos = make_world().servos
     assert servos.limit_torques(braced, brace=True, share=1.0)
     assert servos.forces[joint] > 1000.0
     assert not servos.limit_torques(braced, brace=False, share=1.0)
@@ -139,12 +139,12 @@ def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
 
 
 def leaning_hit(robot, paper_door, sway, moving, **settings):
-    """Sway onto the leaf with the braced arm; returns the world and its log."""
+    """Sway onto the leaf with the braced arm; return the world and its log."""
     from hrp2_sim_bridge.world import World
 
     braced = robot.posture(robot.braced_posture)
     probe = World(robot, paper_door, 2.0, -0.42, posture=braced)
-    elbow = -probe.robot.contact_sphere().position[1] + robot.contact_radius
+    elbow = -probe.engine.robot.contact_sphere().position[1] + robot.contact_radius
     probe.close()
     world = World(robot, paper_door, elbow + 0.02, -0.42, posture=braced, **settings)
     times = np.array([0.1, 0.6, 0.95, 1.15])
@@ -157,7 +157,7 @@ def leaning_hit(robot, paper_door, sway, moving, **settings):
 def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     robot, paper_door, sway, moving, brace
 ) -> None:
-    """Hit of the robot turns the door by its impulse."""
+    """The angular momentum of the door is the impulse of the robot's hit."""
     world, log = leaning_hit(robot, paper_door, sway, moving, brace=brace)
     force = log["contact_force"]
     touched = np.flatnonzero(force > 5.0)
@@ -181,18 +181,19 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
 
 @pytest.mark.parametrize("step", [0.0005, 0.00025])
 def test_position_error_decays_with_the_servos_time_constant(make_world, step) -> None:
-    """A wrist 20 mrad off is 1/e of that off after the time constant, whatever the step."""
+    """A position error of a wrist decays to 1/e in the time constant, at any physics step."""
     world = make_world(time_step_coarse=step, servo_time_constant=0.03)
-    joint = world.robot.joint_index["LARM_JOINT4"]
-    world.client.resetJointState(world.robot.body, joint, 0.02, 0.0)
+    client, body = world.engine.client, world.engine.robot.body
+    joint = world.engine.robot.joint_index["LARM_JOINT4"]
+    client.resetJointState(body, joint, 0.02, 0.0)
     for _ in range(6):
         world.step()
-    left = world.client.getJointState(world.robot.body, joint)[0]
+    left = client.getJointState(body, joint)[0]
     assert left == pytest.approx(0.02 * np.exp(-1.0), rel=0.03)
 
 
 def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, moving) -> None:
-    """Point B of a swinging arm is where base and joint angles of the same row put it, to 20 um."""
+    """Point B agrees with base and joint angles of the same row to 20 um."""
     import pinocchio as pin
 
     world = make_world()
@@ -213,13 +214,13 @@ def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, 
 
 
 def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, moving) -> None:
-    """A joint that was held back 0.5 rad comes home no faster than its motor turns."""
+    """A joint 0.5 rad away from its reference returns no faster than its motor's speed."""
     world = make_world()
-    client, body = world.client, world.robot.body
-    joint = world.robot.joint_index["LARM_JOINT4"]
+    client, body = world.engine.client, world.engine.robot.body
+    joint = world.engine.robot.joint_index["LARM_JOINT4"]
     limit = robot.velocity_limit[robot.index("LARM_JOINT4")]
     client.resetJointState(body, joint, 0.5, 0.0)
-    world._joints = world.robot.read_joints()
+    world._joints = world.engine.read_joints()
     speeds = []
     for _ in range(60):
         world.step()
@@ -230,7 +231,7 @@ def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, 
 
 
 def test_log_is_saved_whole_and_can_be_read_back(make_world, tmp_path) -> None:
-    """Log is saved whole and can be read back."""
+    """A log is saved completely and can be read again."""
     world = make_world()
     log = run(world, 0.05)
     path = world.save_log(tmp_path / "deep" / "run")

@@ -9,7 +9,7 @@ from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
 
 @pytest.fixture(scope="module", params=["rubber", "rigid"])
 def stood(request, robot, paper_door):
-    """World that stood for two seconds, its log, and what exact sensors said."""
+    """A world that stood for two seconds, its log, and the readings of exact sensors."""
     from hrp2_sim_bridge.world import World
 
     exact = SensorSettings(sensor_noise=False)
@@ -21,7 +21,7 @@ def stood(request, robot, paper_door):
 
 @pytest.mark.parametrize("field", ["rotor_link", "servo_time_constant", "imu_frame"])
 def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, paper_door, field):
-    """The field is named."""
+    """The error names the missing field."""
     from hrp2_sim_bridge.world import World
 
     with pytest.raises(RobotConfigError, match=field):
@@ -29,18 +29,19 @@ def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, pap
 
 
 def test_the_friction_of_soles_and_floor_is_the_one_that_was_asked_for(stood) -> None:
-    """PyBullet multiplies the two bodies'; a link's friction is easily lost."""
+    """The friction of a sole multiplied by that of the floor is the configured one."""
     world = stood[0]
-    floor = world.client.getDynamicsInfo(0, -1)[1]
-    for sole in world.robot.soles.values():
-        pair = floor * world.client.getDynamicsInfo(world.robot.body, sole)[1]
+    client, robot = world.engine.client, world.engine.robot
+    floor = client.getDynamicsInfo(0, -1)[1]
+    for sole in robot.soles.values():
+        pair = floor * client.getDynamicsInfo(robot.body, sole)[1]
         assert pair == pytest.approx(WorldSettings.friction)
 
 
 def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
-    """No inertia was replaced and none is damped."""
+    """PyBullet has replaced no inertia, and no joint is damped."""
     world = stood[0]
-    client, body = world.client, world.robot.body
+    client, body = world.engine.client, world.engine.robot.body
     mass = 0.0
     for link in range(-1, client.getNumJoints(body)):
         info = client.getDynamicsInfo(body, link)
@@ -52,7 +53,7 @@ def test_no_inertia_was_replaced_and_none_is_damped(stood) -> None:
 
 
 def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
-    """Robot is upright from the first millisecond on."""
+    """The robot is upright in its place from the first millisecond."""
     world, log, _ = stood
     assert np.degrees(world.fall.max_tilt) < 0.1
     np.testing.assert_allclose(log["base_position"][0], [-0.00949, 0.0, 0.648702], atol=5e-4)
@@ -60,7 +61,7 @@ def test_robot_is_upright_from_the_first_millisecond_on(stood) -> None:
 
 
 def test_soles_carry_the_weight_to_half_a_percent(stood, robot) -> None:
-    """Soles carry the weight to half a percent."""
+    """The soles carry the weight to half a percent."""
     log = stood[1]
     carried = log["left_wrench"][:, 2] + log["right_wrench"][:, 2]
     np.testing.assert_allclose(carried, robot.mass * GRAVITY, rtol=0.005)
@@ -69,13 +70,13 @@ def test_soles_carry_the_weight_to_half_a_percent(stood, robot) -> None:
 
 
 def test_half_sitting_holds_for_two_seconds(stood) -> None:
-    """Half sitting holds for two seconds."""
+    """Half-sitting is held for two seconds."""
     com = stood[1]["com_position"]
     assert np.linalg.norm(com - com[0], axis=1).max() < 0.002
 
 
 def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
-    """ZMP of the wrenches lies under the center of mass."""
+    """The ZMP of the wrenches is below the center of mass."""
     log = stood[1]
     force, moment = np.zeros(3), np.zeros(3)
     for side in ("left", "right"):
@@ -87,9 +88,9 @@ def test_zmp_of_the_wrenches_lies_under_the_center_of_mass(stood) -> None:
 
 
 def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
-    """Center of mass from Pinocchio equals PyBullet's."""
+    """The center of mass by Pinocchio is that of PyBullet."""
     world, log, _ = stood
-    client, body = world.client, world.robot.body
+    client, body = world.engine.client, world.engine.robot.body
     total = client.getDynamicsInfo(body, -1)[0]
     moment = total * np.array(client.getBasePositionAndOrientation(body)[0])
     for link in range(client.getNumJoints(body)):
@@ -100,7 +101,7 @@ def test_center_of_mass_from_pinocchio_equals_pybullets(stood) -> None:
 
 
 def test_imu_feels_gravity_and_no_rotation(stood) -> None:
-    """IMU feels gravity and no rotation."""
+    """The IMU of a standing robot measures gravity and no rotation."""
     imu = stood[2][-1].imu
     np.testing.assert_allclose(imu.specific_force, [0.0, 0.0, GRAVITY], atol=0.02)
     assert np.abs(imu.angular_velocity).max() < 1e-3
@@ -108,7 +109,7 @@ def test_imu_feels_gravity_and_no_rotation(stood) -> None:
 
 
 def test_samples_come_every_tick_with_as_many_counts_as_milliseconds(stood) -> None:
-    """Samples come every tick with as many counts as milliseconds."""
+    """Each tick has a sample with one count for each millisecond."""
     samples = stood[2]
     np.testing.assert_allclose(np.diff([s.time for s in samples]), 0.005, atol=1e-12)
     assert all(len(s.counts) == 5 for s in samples)
@@ -116,7 +117,7 @@ def test_samples_come_every_tick_with_as_many_counts_as_milliseconds(stood) -> N
 
 
 def test_motor_torques_are_those_of_statics_for_the_arms(stood, robot) -> None:
-    """Arms hang free, so their torques are gravity's alone, whatever the feet do."""
+    """The torques of the free arms and the head are those of gravity."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())

@@ -1,4 +1,4 @@
-"""ZMP and odometry of a simulated robot beside what the simulator knows."""
+"""ZMP and odometry of a simulated robot, compared with the simulator's true states."""
 
 import numpy as np
 import pytest
@@ -15,9 +15,9 @@ ROBOT = load_robot_config()
 
 @pytest.fixture(scope="module")
 def moved():
-    """Its trunk goes 38 mm forward in a second and stands for another half, on rigid soles."""
-    from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
+    """The trunk moves 38 mm forward in one second and stands for half a second, on rigid soles."""
     from hrp2_sim_bridge.world import World
+    from humanoid_motion.driver_interface import TrajectoryArrays
 
     world = World(ROBOT, load_door("paper"), 0.9, -0.5, sole="rigid")
     target = np.array(ROBOT.half_sitting)
@@ -45,7 +45,7 @@ def moved():
 
 
 def test_odometry_follows_the_simulators_truth(moved):
-    """Joint angles and loads alone give base_link to 1 mm while the robot moves by 38 mm."""
+    """Joint angles and foot loads alone give base_link to 1 mm while the robot moves by 38 mm."""
     poses, _, log = moved
     at = np.searchsorted(log["time"], np.arange(1, 301) * 0.005 - 1e-6)
     truth = log["base_position"][at]
@@ -55,7 +55,7 @@ def test_odometry_follows_the_simulators_truth(moved):
 
 
 def test_standing_zmp_is_below_the_com_in_simulation(moved):
-    """Once the robot stands still, farther forward, the ZMP is the CoM's projection to 1 mm."""
+    """When the robot stands still again, the ZMP is the projection of the CoM to 1 mm."""
     _, readings, log = moved
     assert log["com_position"][-1, 0] > 0.03
     np.testing.assert_allclose(readings[-1].point, log["com_position"][-1, :2], atol=1e-3)
@@ -64,7 +64,7 @@ def test_standing_zmp_is_below_the_com_in_simulation(moved):
 
 
 def test_moving_zmp_leads_the_com_as_a_pendulums_does(moved):
-    """In the motion the ZMP leaves the CoM by the acceleration times z / g, to within 5 mm."""
+    """During the motion the ZMP differs from the CoM by the acceleration times z / g, to 5 mm."""
     _, readings, log = moved
     ticks = np.arange(20, 200)
     at = np.searchsorted(log["time"], (ticks + 1) * 0.005 - 1e-6)
@@ -79,7 +79,7 @@ def test_moving_zmp_leads_the_com_as_a_pendulums_does(moved):
 
 
 def test_poses_are_rigid(moved):
-    """base_link and the soles stay proper poses over the whole motion."""
+    """The poses of base_link and the soles remain rigid over the whole motion."""
     poses, _, _ = moved
     for pose in poses[::50]:
         for matrix in (pose.base, *pose.soles.values()):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_sim_bridge.physics.engine import connect
+from hrp2_sim_bridge.physics.pybullet.client import connect
 from PIL import Image, ImageDraw, ImageFont
 
 SIZE = (520, 480)  # width and height of a frame [pixel]

@@ -1,4 +1,4 @@
-"""Drop test: a free ball on the leaf, to see the restitution that its surface shows."""
+"""Drop test: a free ball hits the leaf and shows the restitution of the leaf's surface."""
 
 from __future__ import annotations
 
@@ -7,25 +7,27 @@ from dataclasses import dataclass
 from door_model.door.config import DoorConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
-from hrp2_sim_bridge.physics.door_body import DoorBody
-from hrp2_sim_bridge.physics.engine import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
 from hrp2_sim_bridge.settings import WorldSettings
 
-_RADIUS = 0.05  # of the ball, as of the robot's elbow [m]
-_DISTANCE = 0.4  # of the leaf's face from the origin [m]
-_GAP = 0.01  # between ball and leaf at first [m]
-_HEIGHT = 0.9  # of the ball [m]
-_AFTERWARDS = 0.04  # watched after the time in which the ball comes [s]
+_RADIUS = 0.05  # radius of the ball, the same as that of the robot's elbow [m]
+_DISTANCE = 0.4  # distance of the leaf's face from the origin [m]
+_GAP = 0.01  # distance between ball and leaf at the start [m]
+_HEIGHT = 0.9  # height of the ball above the floor [m]
+_FORCE = 9  # entry of the normal force in PyBullet's contact points
+_AFTERWARDS = 0.04  # simulated time after the ball has reached the leaf [s]
 
 
 @dataclass(frozen=True)
 class DropTest:
-    """What a free ball and the leaf did.
+    """Result of a drop test.
 
     Attributes:
-        restitution: speed of separation over speed of approach.
-        momentum_ratio: angular momentum about the hinge after over before; 1 is conservation.
-        duration: of the contact [s].
+        restitution: Speed of separation divided by speed of approach.
+        momentum_ratio: Angular momentum about the hinge after the contact divided by that before
+            it; 1 if it is conserved.
+        duration: Duration of the contact [s].
     """
 
     restitution: float
@@ -37,21 +39,24 @@ def drop_test(
     door: DoorConfig, design: ContactDesign, *, mass: float, lever: float, speed: float,
     step: float,
 ) -> DropTest:
-    """Let a ball without gravity hit a leaf without closer.
+    """Let a ball hit a leaf without gravity and without closer.
 
     Args:
-        door: whose leaf is hit.
-        design: of the leaf's surface.
-        mass: of the ball [kg].
-        lever: distance of the hit from the hinge [m].
-        speed: of the ball [m/s].
-        step: physics step [s].
+        door: Configuration of the door.
+        design: Surface of the leaf.
+        mass: Mass of the ball [kg].
+        lever: Distance of the hit from the hinge [m].
+        speed: Speed of the ball towards the leaf [m/s].
+        step: Physics step [s].
+
+    Raises:
+        SimulatorMissingError: PyBullet is not installed.
     """
     client = connect(False)
     try:
         prepare(client, step, WorldSettings.iterations, WorldSettings.friction)
         client.setGravity(0.0, 0.0, 0.0)
-        leaf = DoorBody(client, door, _DISTANCE, -lever, design)
+        leaf = LeafBody(client, door, _DISTANCE, -lever, design)
         sphere = client.createCollisionShape(client.GEOM_SPHERE, radius=_RADIUS)
         start = [0.0, -_DISTANCE + _RADIUS + _GAP, _HEIGHT]
         ball = client.createMultiBody(mass, sphere, basePosition=start)
@@ -60,7 +65,8 @@ def drop_test(
         touching = 0
         for _ in range(int((2.0 * _GAP / speed + _AFTERWARDS) / step)):
             client.stepSimulation()
-            touching += any(c[9] > 0.0 for c in client.getContactPoints(ball, leaf.body))
+            contacts = client.getContactPoints(ball, leaf.body)
+            touching += any(contact[_FORCE] > 0.0 for contact in contacts)
         after = -client.getBaseVelocity(ball)[0][1]
         omega = leaf.state().velocity
     finally:

@@ -1,4 +1,4 @@
-"""Pull test: the mass that point B of the simulated robot shows to a blow."""
+"""Pull test: the effective mass that point B of the simulated robot shows to a short force."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
 from numpy.typing import ArrayLike
 
-from hrp2_sim_bridge.physics.engine import connect, prepare
-from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
 from hrp2_sim_bridge.settings import WorldSettings
 
-_HOLD = 1e6  # what a locked joint may carry [N m]
-_GRIP = 1e7  # what holds a sole on the floor [N]
-_ITERATIONS = 2000  # of the solver: nothing here is in a hurry, and it must converge
+_HOLD = 1e6  # torque that a locked joint may carry [N m]
+_GRIP = 1e7  # force that may hold a sole on the floor [N]
+_ITERATIONS = 2000  # iterations of the solver, which must converge here
 
 
 @dataclass(frozen=True)
 class PullTest:
-    """A blow and its effect.
+    """Result of a pull test.
 
     Attributes:
-        impulse: given to point B [N s].
-        speed_change: of point B along the blow [m/s].
+        impulse: Impulse on point B [N s].
+        speed_change: Change of point B's speed along the impulse [m/s].
     """
 
     impulse: float
@@ -33,7 +33,7 @@ class PullTest:
 
     @property
     def effective_mass(self) -> float:
-        """Mass that point B shows [kg]."""
+        """Effective mass at point B [kg]."""
         return self.impulse / self.speed_change
 
 
@@ -48,23 +48,24 @@ def pull_test(
     duration: float = 2e-4,
     step: float = 2e-5,
 ) -> PullTest:
-    """Strike point B of the simulated robot and see how fast it moves.
+    """Apply a short force at point B of the simulated robot and measure how fast it moves.
 
-    Both soles are fixed to the world and weightless, as the constraints of the effective mass
-    `1 / (J M^-1 J^T)` are; joints that are not locked have no motor.
+    There is no gravity and both soles are fixed to the world, as in the constraints of the
+    effective mass `1 / (J M^-1 J^T)`. Joints that are not locked have no motor.
 
     Args:
-        robot: configuration.
-        posture: (30,) [rad].
-        locked: joints that are held, as by the brace.
-        rotor_scale: multiple of the rotors' inertia.
-        direction: of the blow in the world, (3,).
-        impulse: of the blow, small enough to move nothing far [N s].
-        duration: over which a constant force gives it [s].
-        step: physics step [s].
+        robot: Configuration of the robot.
+        posture: Joint angles, (30,) [rad].
+        locked: Names of the joints that are held as by the brace.
+        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+        direction: Direction of the force in the world, (3,).
+        impulse: Impulse of the force, small enough to move nothing far [N s].
+        duration: Duration of the constant force [s].
+        step: Physics step [s].
 
     Raises:
-        SettingError: the blow is shorter than a step.
+        SettingError: The force is shorter than a step.
+        SimulatorMissingError: PyBullet is not installed.
     """
     if not duration >= step:
         raise SettingError("duration", duration, f"at least a step of {step} s")

@@ -1,1 +1,1 @@
-"""The driver that takes trajectories, and the stabilizer that keeps the robot up."""
+"""The reference of the joints, their servos, and the stabilizer that keeps the robot upright."""

@@ -1,43 +1,47 @@
-"""Trajectory driver with the manners of ros2_control's JointTrajectoryController."""
+"""The reference of the joints, which behaves like ros2_control's JointTrajectoryController."""
 
 from __future__ import annotations
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.spline import JointState, Spline
 
 from hrp2_sim_bridge.control.trajectory import (
     CheckedTrajectory,
     JointLimits,
-    TrajectoryArrays,
     check_arrays,
     check_spline,
 )
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 
 _DEFAULT_VELOCITY_FACTOR = 1.1
-_DEFAULT_STOP_TIME = 0.15  # [s]
-_DEFAULT_TICK = 0.005  # [s], HRP-2's control period
-_LATEST_START = 60.0  # a trajectory that starts later is stamped by another clock [s]
-_BRAKES = (1.0, 0.5, 0.25, 0.1)  # shares of the stop time that are tried
-_SAME_TIME = 1e-9  # [s]
+_DEFAULT_STOP_TIME = 0.15  # duration of the braking [s]
+_DEFAULT_TICK = 0.005  # HRP-2's control period [s]
+_LATEST_START = 60.0  # longest wait for a start; a later stamp comes from another clock [s]
+_BRAKES = (1.0, 0.5, 0.25, 0.1)  # shares of the stop time that are tried for a braking
+_SAME_TIME = 1e-9  # largest difference of equal times [s]
+_AT_REST = 1e-6  # speed below which a joint counts as at rest [rad/s]
 
 
 class TrajectoryDriver:
-    """Reference of all joints as a function of time, changed only by accepted trajectories.
+    """Reference of all joints as a function of time; only accepted trajectories change it.
 
-    Silence means hold. A trajectory is checked as a whole before its first sample, and a refused
-    one changes nothing. A later trajectory takes over at its start time, until then the one before
-    goes on.
+    Without a trajectory the joints hold their position. A trajectory is checked as a whole before
+    its first sample, and a refused one changes nothing. A later trajectory replaces the present one
+    at its start time.
 
     Args:
-        limits: names and limits of the N joints.
-        position: (N,) where the joints rest at first [rad].
-        velocity_factor: speed allowed for the way to the first point and between points, as a
-            multiple of the limit; points themselves must respect the limit.
-        stop_time: duration of the braking after an empty trajectory [s].
-        tick: control period [s]; a first point at time 0 may differ from the reference by what the
-            joint covers in one tick.
+        limits: Names and limits of the N joints.
+        position: Positions of the joints at rest at the start, (N,) [rad].
+        velocity_factor: Largest speed between points and towards the first point, as a multiple of
+            the limit; the speeds at the points themselves must respect the limit.
+        stop_time: Duration of the braking after an empty trajectory [s].
+        tick: Control period [s]. A first point at time 0 may differ from the reference by the
+            distance that the joint covers in one tick.
+
+    Attributes:
+        limits: Names and limits of the joints.
     """
 
     def __init__(
@@ -57,7 +61,15 @@ class TrajectoryDriver:
         self.reset(position)
 
     def reset(self, position: Array, now: float = 0.0) -> None:
-        """Forget every trajectory and rest at a position (N,) [rad]."""
+        """Discard every trajectory and rest.
+
+        Args:
+            position: Positions of the joints, (N,) [rad].
+            now: Current time [s].
+
+        Raises:
+            TrajectoryRefusedError: The positions are not N finite numbers.
+        """
         rest = np.array(position, dtype=float)
         if rest.shape != (len(self.limits.names),) or not np.isfinite(rest).all():
             raise TrajectoryRefusedError(
@@ -66,7 +78,7 @@ class TrajectoryDriver:
         self._splines = [Spline(np.array([now]), rest[None])]
 
     def sample(self, time: float) -> JointState:
-        """Reference at a time [s], not earlier than the last `accept`."""
+        """Return the reference at a time [s], not earlier than that of the last `accept`."""
         splines = self._splines
         for spline in reversed(splines):
             if time >= spline.start - _SAME_TIME:
@@ -74,28 +86,29 @@ class TrajectoryDriver:
         return splines[0].sample(time)
 
     def positions(self, times: Array) -> Array:
-        """Reference positions (T, N) at rising times (T,) [s], as `sample` has them."""
+        """Return the reference positions (T, N) [rad] at increasing times (T,) [s]."""
         out = self._splines[0].positions(times)
         for spline in self._splines[1:]:
-            begun = times >= spline.start - _SAME_TIME
-            if begun.any():
-                out[begun] = spline.positions(np.maximum(times[begun], spline.start))
+            started = times >= spline.start - _SAME_TIME
+            if started.any():
+                out[started] = spline.positions(np.maximum(times[started], spline.start))
         return out
 
     def is_moving(self, time: float) -> bool:
-        """True while a trajectory is under way or waits for its start."""
+        """Return True while a trajectory is being followed or waits for its start."""
         return time < self._splines[-1].end
 
     def accept(self, message: TrajectoryArrays, stamp: float, now: float) -> None:
-        """Take a trajectory over, or refuse it whole.
+        """Accept a trajectory, or refuse it as a whole.
 
         Args:
-            message: the trajectory; without points it means stop.
-            stamp: when its clock starts [s]; 0 means now.
-            now: current time [s].
+            message: Trajectory; one without points means stop.
+            stamp: Time at which its clock starts [s]; 0 means now.
+            now: Current time [s].
 
         Raises:
-            TrajectoryRefusedError: names the joint, the value and the limit.
+            TrajectoryRefusedError: The trajectory is refused; the error has the joint, the value
+                and the limit.
         """
         if message.is_stop:
             self.stop(now)
@@ -104,37 +117,40 @@ class TrajectoryDriver:
             raise TrajectoryRefusedError("stamp [s]", "", float(stamp), ">= 0 and finite")
         if stamp > now + _LATEST_START:
             raise TrajectoryRefusedError(
-                "stamp [s] too far ahead, is it by the driver's clock (use_sim_time)?", "",
+                "stamp [s] too far ahead: is it from the driver's clock (use_sim_time)? Stamp", "",
                 float(stamp), now + _LATEST_START,
             )
         checked = check_arrays(message, self.limits)
         origin = now if stamp == 0.0 else stamp
         if origin + checked.times[-1] < now - _SAME_TIME:
             raise TrajectoryRefusedError(
-                "the trajectory ended before it came, at [s]", "",
-                float(origin + checked.times[-1]), float(now),
+                "the trajectory had ended before it arrived, end [s]", "",
+                float(origin + checked.times[-1]), f"after {now:.6g}",
             )
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             spline = self._spline_from(checked, origin, now)
         check_spline(spline, self.limits, self._velocity_factor)
-        # Straight lines have corners anyway and end on their last point.
+        # Straight lines have corners in any case, and end at their last point.
         splines = self._with_brake(spline) if checked.velocity is not None else [spline]
         for brake in splines[1:]:
             check_spline(brake, self.limits, self._velocity_factor)
         self._append(splines, now)
 
     def stop(self, now: float) -> None:
-        """Brake every joint smoothly within the stop time and hold; drops what waited."""
+        """Brake every joint within the stop time and hold; discard waiting trajectories."""
         state = self.sample(now)
         self._append([self._brake(state, now)], now)
 
     def _spline_from(self, checked: CheckedTrajectory, origin: float, now: float) -> Spline:
-        """Absolute times; starts from the reference unless the first point is due at the start."""
+        """Build the motion in absolute time.
+
+        It starts at the present reference, unless the first point is due at the start.
+        """
         times = origin + checked.times
         start = max(origin, now)
         late = np.searchsorted(times, start + _SAME_TIME, side="right")
         if late > 1 or (late == 1 and times[0] < start - _SAME_TIME):
-            # Overdue: go on inside the message's own spline, if the reference is close to it.
+            # Overdue: continue inside the trajectory's own spline, if the reference is close to it.
             spline = Spline(times, checked.position, checked.velocity, checked.acceleration)
             self._check_jump(spline.sample(start).position, start, self._tick)
             return spline
@@ -167,14 +183,14 @@ class TrajectoryDriver:
             )
 
     def _with_brake(self, spline: Spline) -> list[Spline]:
-        """A last point that still moves is followed by a brake, not by a jolt."""
+        """Add a braking motion if the last point still moves."""
         end = spline.end_state()
-        if np.abs(end.velocity).max() < 1e-6:
+        if np.abs(end.velocity).max() < _AT_REST:
             return [spline]
         return [spline, self._brake(end, spline.end)]
 
     def _brake(self, state: JointState, now: float) -> Spline:
-        """As softly as the stop time allows, but harder where that would break a limit."""
+        """Brake within the stop time, or faster if the motion would otherwise violate a limit."""
         for share in _BRAKES:
             brake = self._brake_within(state, now, share * self._stop_time)
             try:
@@ -185,7 +201,7 @@ class TrajectoryDriver:
         return brake
 
     def _brake_within(self, state: JointState, now: float, duration: float) -> Spline:
-        # With no position asked, velocity falls as a cubic: this is where that ends.
+        # The end position of a braking whose velocity is a cubic of time.
         end = state.position + state.velocity * duration / 2 + state.acceleration * duration**2 / 12
         end = np.clip(
             end,
@@ -203,6 +219,6 @@ class TrajectoryDriver:
     def _append(self, splines: list[Spline], now: float) -> None:
         start = max(splines[0].start, now)
         kept = [old for old in self._splines if old.start < start - _SAME_TIME]
-        # Of those already started only the last one still counts.
-        begun = [old for old in kept if old.start <= now]
-        self._splines = begun[-1:] + [old for old in kept if old.start > now] + splines
+        # Of the splines that have started, only the last one is still needed.
+        started = [old for old in kept if old.start <= now]
+        self._splines = started[-1:] + [old for old in kept if old.start > now] + splines

@@ -1,16 +1,18 @@
-"""Keeps the robot upright on rubber soles, from what its IMU and foot force sensors say.
+"""Keeps the robot upright on rubber soles with its IMU and foot force sensors.
 
 The scheme is that of HRP-2's and HRP-4C's stabilizers (Kajita et al., "Biped walking stabilization
-based on linear inverted pendulum tracking", IROS 2010): a fed-back tilt asks for a ZMP, the ZMP is
-shared between the feet as forces and ankle moments, and each foot gives way until it feels them.
-Two things are ours. The rubber's stiffness is known, so a foot is put at once where the rubber
-should answer with the wanted force; the damping control only makes up for what is left. And the
-feet are held against the floor, not against the body: when the body tilts, they do not.
+based on linear inverted pendulum tracking", IROS 2010). The measured tilt determines a wanted ZMP,
+the ZMP is distributed between the feet as forces and ankle moments, and each foot yields until it
+measures them. This version differs in two points. The rubber's stiffness is known, so a foot moves
+at once to where the rubber should respond with the wanted force; the damping control only corrects
+the remaining difference. And the feet keep their orientation to the floor, not to the body: when
+the body tilts, they do not.
 
-The joints of HRP-2 are stiff, so the body tilts as a whole about its soles, and the IMU's tilt is
-the CoM's error over its height. For an inverted pendulum of mass m and height h,
-m h^2 phi'' = m g h phi + M, the moment M = -(m g h + m h^2 w^2) phi - 2 zeta w m h^2 phi' of the
-floor places both poles at the frequency w.
+The joints of HRP-2 are stiff, so the body tilts as a whole about its soles, and the tilt that the
+IMU measures is the CoM's error divided by its height. For an inverted pendulum of mass m and height
+h, m h^2 phi'' = m g h phi + M, a moment of the floor
+M = -(m g h + m h^2 w^2) phi - 2 zeta w m h^2 phi' gives poles of the natural frequency w and the
+damping ratio zeta.
 """
 
 from __future__ import annotations
@@ -25,40 +27,42 @@ from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import SIDES, RobotConfig, needed
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.spline import JointState
 
-from hrp2_sim_bridge.control.stance_reference import Stance, StanceModel
+from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
 from hrp2_sim_bridge.physics.frames import cross, rotation
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import TICK
 
-_BEARS = 0.05  # share of the weight above which a sole is on the floor
-_FOREIGN = 0.05  # a reference's ZMP so far beyond the soles is not the floor's doing [m]
-_EXACT = 1e-6  # [m]
-_SINGULAR = 0.01  # damping of the legs' inverse where a knee is straight [m, rad]
+_BEARS = 0.05  # normal force above which a sole is on the floor, as a share of the weight
+_FOREIGN = 0.05  # a reference's ZMP farther outside the soles is not caused by the floor [m]
+_EXACT = 1e-6  # distance below which the soles can bear the wanted ZMP [m]
+_SINGULAR = 0.01  # damping of the legs' inverse kinematics, for a straight knee [m, rad]
 
 
 @dataclass(frozen=True)
 class StabilizerSettings:
     """Gains and bounds of the stabilizer.
 
-    Chosen on a linear model: the body, of moment of inertia 1.2 m h^2, on the rubber of one foot
-    or two, in roll and pitch, with the tick's delay and the smoothing. There every mode that swings
-    has a damping ratio of at least 0.75 with a rubber 30 % softer or stiffer or with a gain 30 %
-    off (0.5 with `damping` itself 30 % lower), and of 0.4 with two ticks of delay more.
+    They were chosen with a linear model: a body with the moment of inertia 1.2 m h^2 on the rubber
+    of one foot or of both, in roll and pitch, with the delay of a tick and the smoothing. Every
+    oscillating mode of this model has a damping ratio of at least 0.75 if the rubber is 30 % softer
+    or stiffer or one gain differs by 30 % (0.5 if `damping` itself is 30 % lower), and of at least
+    0.4 with two more ticks of delay.
 
     Attributes:
-        frequency: of the pendulum's closed loop [rad/s].
-        damping: its damping ratio.
-        integral_time: in which a lasting tilt doubles its moment [s].
-        force_rate: share of a missing force or moment made up in a second [1/s].
-        force_memory: time constant with which that is forgotten [s].
-        smoothing: time constant of the feet's commands [s].
-        soft_start: time in which the corrections come in after a reset [s].
-        inset: ZMP so near to a sole's middle, or outside: the sole bears all [m].
-        edge: the ankle moments keep the ZMP so far within a sole [m].
-        largest_lift: bound of a foot's correction [m].
-        largest_angle: the same [rad].
+        frequency: Natural frequency of the pendulum's closed loop [rad/s].
+        damping: Damping ratio of the pendulum's closed loop.
+        integral_time: Time in which a constant tilt doubles its moment [s].
+        force_rate: Rate at which a missing force or moment is corrected [1/s].
+        force_memory: Time constant with which these corrections decay [s].
+        smoothing: Time constant of the feet's commands [s].
+        soft_start: Time after a reset in which the corrections reach their full size [s].
+        inset: Distance of the ZMP from a sole's middle, towards the other sole, at which this sole
+            begins to bear the whole weight [m].
+        edge: Smallest distance of the ZMP from a sole's edge that the ankle moments keep [m].
+        largest_lift: Largest correction of a foot's height [m].
+        largest_angle: Largest correction of a foot's roll or pitch [rad].
     """
 
     frequency: float = 4.5
@@ -74,10 +78,10 @@ class StabilizerSettings:
     largest_angle: float = 0.15
 
     def __post_init__(self) -> None:
-        """Refuse what is no gain.
+        """Check the settings.
 
         Raises:
-            SettingError: with the setting, its value and its limit.
+            SettingError: A setting is not a positive number.
         """
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
@@ -87,13 +91,13 @@ class StabilizerSettings:
 
 @dataclass(frozen=True)
 class FootLoads:
-    """What the feet are to bear, in the level frame; rows are the left and the right foot.
+    """Wanted loads of the feet in the level frame; rows are the left and the right foot.
 
     Attributes:
-        force: (2,) normal forces [N].
-        moment: (2, 2) about x and y through the soles' middles [N m].
-        pivot: (2,) point between the soles about which the body tilts [m].
-        beyond: distance of the ZMP that was asked from what the soles can bear [m].
+        force: Normal forces, (2,) [N].
+        moment: Moments about the x and y axes through the soles' middles, (2, 2) [N m].
+        pivot: x and y of the point between the soles about which the body tilts, (2,) [m].
+        beyond: Distance of the wanted ZMP from the nearest one that the soles can bear [m].
     """
 
     force: Array
@@ -110,15 +114,15 @@ def share_load(
     reach: Array,
     inset: float,
 ) -> FootLoads:
-    """Share a ZMP between the feet: by its place between them, the rest by their ankles.
+    """Distribute a ZMP between the feet: forces by its position, ankle moments for the rest.
 
     Args:
-        zmp: (2,) wanted [m].
-        normal_force: on both soles [N].
-        centers: (2, 2) middles of the left and right sole [m].
-        standing: which soles are on the floor, one at least.
-        reach: (2,) of the ZMP from a sole's middle along x and y [m].
-        inset: a ZMP nearer to a sole's middle than this, or beyond, is borne by it alone [m].
+        zmp: x and y of the wanted ZMP, (2,) [m].
+        normal_force: Normal force on both soles together [N].
+        centers: x and y of the middles of the left and the right sole, (2, 2) [m].
+        standing: Whether each sole is on the floor; at least one must be.
+        reach: Largest distance of the ZMP from a sole's middle along x and y, (2,) [m].
+        inset: Distance of the ZMP from a sole's middle at which this sole alone bears it [m].
     """
     if all(standing):
         line = centers[0] - centers[1]
@@ -137,27 +141,33 @@ def share_load(
 
 
 class Stabilizer:
-    """Corrects the reference of the legs, once a control tick.
+    """Corrects the reference of the legs once in each control tick.
 
     Args:
-        robot: configuration; its rubber is the one that is reckoned with.
-        settings: gains and bounds.
+        robot: Configuration of the robot, with the rubber that the stabilizer assumes.
+        settings: Gains and bounds; the default are those of `StabilizerSettings`.
+
+    Attributes:
+        settings: Gains and bounds.
+
+    Raises:
+        RobotConfigError: The configuration has no rubber or no IMU.
     """
 
     def __init__(self, robot: RobotConfig, settings: StabilizerSettings | None = None) -> None:
         self.settings = settings or StabilizerSettings()
         self._robot = robot
-        self._model = StanceModel(robot)
+        self._model = ReferenceStanceModel(robot)
         self._weight = robot.mass * GRAVITY
         rubber = needed(robot.sole_rubber, "sole_rubber")
         stiffness = rubber.stiffness
         half = self._model.half_size
         self._stiffness = stiffness
-        # A rigid sole on four springs at its corners, about x and y.
+        # Stiffness of a rigid sole on four springs at its corners against rotation about x and y.
         self._turn_stiffness = stiffness * half[::-1] ** 2
         self._reach = half - self.settings.edge
-        # A command is reached a tick later and smoothed, but the rubber's damping answers early: so
-        # far ahead the reference is looked at.
+        # Number of ticks by which the stabilizer looks ahead in the reference: a command is reached
+        # one tick later and smoothed, but the rubber's damping responds early.
         early = rubber.damping / stiffness
         self._lead = max(1, 1 + round((self.settings.smoothing - early) / TICK))
         angle = self.settings.largest_angle
@@ -165,7 +175,7 @@ class Stabilizer:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Return to the state without corrections."""
         count = len(self._robot.joint_names)
         self._tilt_sum = np.zeros(2)
         self._made_up = np.zeros((2, 3))
@@ -174,10 +184,17 @@ class Stabilizer:
         self._after = np.zeros(count)
         self._begin = 0.0
         self._eased = 0.0
-        self._coming: deque[tuple[Stance, FootLoads]] = deque(maxlen=self._lead)
+        self._coming: deque[tuple[ReferenceStance, FootLoads]] = deque(maxlen=self._lead)
 
     def offsets(self, times: Array) -> Array:
-        """Corrections (T, 30) [rad] at times (T,) [s] of the tick that the last update began."""
+        """Return the corrections within the tick that the last `update` began.
+
+        Args:
+            times: Times, (T,) [s].
+
+        Returns:
+            Corrections of the joint positions, (T, 30) [rad].
+        """
         share = np.clip((times - self._begin) / TICK, 0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
@@ -185,8 +202,8 @@ class Stabilizer:
         """Choose the correction for the end of the tick that begins now.
 
         Args:
-            sample: what the sensors said at the end of the tick before.
-            reference: the uncorrected reference at a time [s].
+            sample: Measurements at the end of the previous tick.
+            reference: Function that returns the uncorrected reference at a time [s].
         """
         now = sample.time
         if not self._coming:
@@ -199,7 +216,7 @@ class Stabilizer:
         wanted = self._wanted_loads(stance, tilt, rate)
         self._coming.append((stance, wanted))
         feet = self._foot_commands(stance, wanted, tilt) + self._made_up
-        # At once, the legs would stretch by the sag and the robot would hop.
+        # Without the soft start the legs would stretch at once, and the robot would hop.
         self._eased = min(self._eased + TICK / self.settings.soft_start, 1.0)
         target = self._eased * np.clip(feet, -self._bound, self._bound)
         self._feet += (target - self._feet) * (TICK / (TICK + self.settings.smoothing))
@@ -208,8 +225,8 @@ class Stabilizer:
         corrected = position + self._joint_offsets(stance)
         self._after = np.clip(corrected, robot.lower, robot.upper) - position
 
-    def _wanted_loads(self, stance: Stance, tilt: Array, rate: Array) -> FootLoads:
-        """Loads that carry the reference and set the body upright again."""
+    def _wanted_loads(self, stance: ReferenceStance, tilt: Array, rate: Array) -> FootLoads:
+        """Compute loads that carry the reference and bring the body upright."""
         settings = self.settings
         height = float(stance.com[2]) - stance.floor
         inertia = self._robot.mass * height**2
@@ -217,32 +234,36 @@ class Stabilizer:
         rate_gain = 2.0 * settings.damping * settings.frequency * inertia
         moment = -gain * (tilt + self._tilt_sum) - rate_gain * rate
         reference = self._share(stance.zmp, stance)
-        # What the soles cannot bear is not theirs: at the hit the door brakes the body.
+        # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
         zmp = stance.zmp if reference.beyond < _FOREIGN else stance.com[:2]
         shift = np.array([-moment[1], moment[0]]) / self._weight
         wanted = self._share(zmp + shift, stance)
-        if wanted.beyond < _EXACT:  # else the soles can do no more, however long it lasts
+        if wanted.beyond < _EXACT:  # otherwise the soles can do no more, and a sum would wind up
             self._tilt_sum += tilt * (TICK / settings.integral_time)
             np.clip(self._tilt_sum, -settings.largest_angle, settings.largest_angle,
                     out=self._tilt_sum)
         return wanted
 
-    def _share(self, zmp: Array, stance: Stance) -> FootLoads:
+    def _share(self, zmp: Array, stance: ReferenceStance) -> FootLoads:
         return share_load(
             zmp, stance.normal_force, stance.centers, stance.standing, self._reach,
             self.settings.inset,
         )
 
-    def _foot_commands(self, stance: Stance, wanted: FootLoads, tilt: Array) -> Array:
-        """Height [m], roll and pitch [rad] (2, 3) that press the rubber as wanted, level axes."""
+    def _foot_commands(self, stance: ReferenceStance, wanted: FootLoads, tilt: Array) -> Array:
+        """Compute heights [m], rolls and pitches [rad] of the feet that load the rubber as wanted.
+
+        Returns:
+            Commands of the left and the right foot in level axes, (2, 3).
+        """
         arm = stance.centers - wanted.pivot
         feet = np.empty((2, 3))
         feet[:, 0] = -wanted.force / self._stiffness - (tilt[0] * arm[:, 1] - tilt[1] * arm[:, 0])
         feet[:, 1:] = -wanted.moment / self._turn_stiffness - tilt
         return feet
 
-    def _make_up(self, sample: TickSample, stance: Stance, wanted: FootLoads) -> None:
-        """Damping control: each foot gives way to the force that is not wanted."""
+    def _make_up(self, sample: TickSample, stance: ReferenceStance, wanted: FootLoads) -> None:
+        """Update the damping control: each foot yields to the part of its load that is unwanted."""
         settings = self.settings
         wrenches = np.stack([sample.left_wrench, sample.right_wrench])
         normal = wrenches[:, 2]
@@ -252,8 +273,8 @@ class Stabilizer:
                 continue
             x, y = self._model.middles[foot]
             about = wrenches[foot, 3:5] - normal[foot] * np.array([y, -x])
-            felt = stance.turns[foot][:2, :2] @ about
-            step = (felt - wanted.moment[foot]) / self._turn_stiffness
+            measured = stance.turns[foot][:2, :2] @ about
+            step = (measured - wanted.moment[foot]) / self._turn_stiffness
             self._made_up[foot, 1:] += step * (settings.force_rate * TICK)
         if all(stance.standing):
             excess = normal - wanted.force
@@ -261,8 +282,8 @@ class Stabilizer:
             self._made_up[:, 0] += np.array([step, -step]) * (settings.force_rate * TICK)
         np.clip(self._made_up, -self._bound, self._bound, out=self._made_up)
 
-    def _joint_offsets(self, stance: Stance) -> Array:
-        """(30,) [rad] that move the feet as commanded."""
+    def _joint_offsets(self, stance: ReferenceStance) -> Array:
+        """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""
         twist = np.zeros((2, 6))
         for foot, (lift, roll, pitch) in enumerate(self._feet):
             turn = stance.turns[foot].T @ np.array([roll, pitch, 0.0])
@@ -278,8 +299,16 @@ class Stabilizer:
         return offsets
 
 
-def measured_tilt(sample: TickSample, stance: Stance) -> tuple[Array, Array]:
-    """Tilt of the body about x and y of the level frame (2,) [rad], and its rate (2,) [rad/s]."""
+def measured_tilt(sample: TickSample, stance: ReferenceStance) -> tuple[Array, Array]:
+    """Compute the tilt of the body from the IMU.
+
+    Args:
+        sample: Measurements at the end of a tick.
+        stance: ReferenceStance of the reference at that time.
+
+    Returns:
+        Tilt about x and y of the level frame, (2,) [rad], and its rate, (2,) [rad/s].
+    """
     up = rotation(sample.imu.orientation)[2]
     tilt = stance.imu @ cross(up, stance.imu[2])
     rate = stance.imu @ (sample.imu.angular_velocity - stance.imu_rate)

@@ -1,7 +1,8 @@
-"""What a reference motion of the joints means for the body: soles, CoM, ZMP (Pinocchio).
+"""Soles, CoM and ZMP that follow from a reference motion of the joints, computed by Pinocchio.
 
-The sole that the reference holds lower stands flat and still on the floor; that alone fixes how
-base_link moves. Everything is said in the level frame: origin in base_link's, axes of that sole.
+The lower sole of the reference is assumed to stand flat and still on the floor, which determines
+the motion of base_link. All vectors are in the level frame: its origin is that of base_link, its
+axes are those of the lower sole.
 """
 
 from __future__ import annotations
@@ -15,25 +16,26 @@ from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.spline import JointState
 
-_LEAST_LOAD = 0.2  # share of the weight that the floor bears at least, however fast the motion
-_ON_FLOOR = 0.002  # a sole no higher than this over the other stands, too [m]
+_LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
+_ON_FLOOR = 0.002  # largest height over the lower sole at which the other sole stands, too [m]
 
 
 @dataclass(frozen=True)
-class Stance:
+class ReferenceStance:
     """The reference at one time, in the level frame; rows are the left and the right foot.
 
     Attributes:
-        zmp: (2,) of the whole motion, on the floor [m].
-        com: (3,) [m].
-        floor: height of the floor [m].
-        normal_force: of the floor on both soles [N].
-        centers: (2, 2) middles of the soles [m].
-        turns: (2, 3, 3) axes of the soles.
-        standing: (2,) whether a sole is on the floor.
-        legs: (2, 6, 6) twist of the sole in its frame [m/s, rad/s] by the leg's joints [rad/s].
-        imu: (3, 3) axes of the IMU.
-        imu_rate: (3,) angular velocity of the IMU in its frame [rad/s].
+        zmp: x and y of the ZMP of the whole motion, on the floor, (2,) [m].
+        com: Position of the CoM, (3,) [m].
+        floor: Height of the floor [m].
+        normal_force: Normal force of the floor on both soles together [N].
+        centers: x and y of the soles' middles, (2, 2) [m].
+        turns: Rotation matrices of the soles, (2, 3, 3).
+        standing: Whether each sole is on the floor, (2,).
+        legs: Jacobians of the soles by the joints of their legs, twists in the soles' frames,
+            (2, 6, 6).
+        imu: Rotation matrix of the IMU, (3, 3).
+        imu_rate: Angular velocity of the IMU in its own frame, (3,) [rad/s].
     """
 
     zmp: Array
@@ -48,16 +50,16 @@ class Stance:
     imu_rate: Array
 
 
-class StanceModel:
-    """Works stances out.
+class ReferenceStanceModel:
+    """Computes the stance of a reference.
 
     Args:
-        robot: configuration.
+        robot: Configuration of the robot.
 
     Attributes:
-        leg_joints: (2, 6) places of the left and right leg's joints in HRP-2's order.
-        middles: (2, 2) x and y of the soles' middles in their frames [m].
-        half_size: (2,) of a sole along x and y [m].
+        leg_joints: Indices of the left and the right leg's joints in HRP-2's order, (2, 6).
+        middles: x and y of the soles' middles in the soles' frames, (2, 2) [m].
+        half_size: Half the size of a sole along x and y, (2,) [m].
     """
 
     def __init__(self, robot: RobotConfig) -> None:
@@ -79,8 +81,12 @@ class StanceModel:
         self._least_load = _LEAST_LOAD * robot.mass * GRAVITY
         self._q = pin.neutral(self._model)
 
-    def at(self, reference: JointState) -> Stance:
-        """The stance of a reference of the joints (30,), of any speed and acceleration."""
+    def at(self, reference: JointState) -> ReferenceStance:
+        """Compute the stance.
+
+        Args:
+            reference: Positions, velocities and accelerations of the joints, (30,) each.
+        """
         model, data, q = self._model, self._data, self._q
         v, a = np.zeros(model.nv), np.zeros(model.nv)
         q[self._q_index] = reference.position
@@ -92,7 +98,7 @@ class StanceModel:
         heights = [float(up @ pose.translation) for pose in poses]
         lower = 0 if heights[0] <= heights[1] else 1
         level = poses[lower].rotation.T
-        # The standing sole is at rest, so base_link moves as the sole does not.
+        # The lower sole is at rest, so base_link has the opposite of the sole's relative motion.
         sole, world = self._soles[lower], pin.ReferenceFrame.WORLD
         v[:6] = -pin.getFrameVelocity(model, data, sole, world).vector
         a[:6] = -pin.getFrameAcceleration(model, data, sole, world).vector
@@ -109,7 +115,7 @@ class StanceModel:
         floor = float(places[lower, 2])
         force, torque = level @ wrench[:3], level @ wrench[3:]
         normal = max(float(force[2]), self._least_load)
-        return Stance(
+        return ReferenceStance(
             zmp=np.array([floor * force[0] - torque[1], floor * force[1] + torque[0]]) / normal,
             com=level @ pin.centerOfMass(model, data, q, False),
             floor=floor,

@@ -1,4 +1,4 @@
-"""A joint trajectory as it arrives, and the checks before any of it moves a joint."""
+"""The checks of a joint trajectory, all of which it must pass before it moves a joint."""
 
 from __future__ import annotations
 
@@ -7,27 +7,29 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.spline import Spline
 from numpy.typing import NDArray
 
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 
-_SAMPLES = 20_000  # of a whole motion between its points
-_SAMPLES_PER_SEGMENT = (9, 129)  # at least and at most
+_SAMPLES = 20_000  # samples of a whole motion that are checked between its points
+_SAMPLES_PER_SEGMENT = (9, 129)  # fewest and most samples between two points
 _MOST_POINTS = 5_000
-_POSITION_SLACK = 1e-6  # rounding of a point planned on the limit [rad]
-_POSITION_OVERSHOOT = 0.005  # of the spline between two points inside the limits [rad]
+_POSITION_SLACK = 1e-6  # rounding error of a point that was planned on a limit [rad]
+_POSITION_OVERSHOOT = 0.005  # allowed overshoot of a limit between two points [rad]
+_SPEED_SLACK = 1e-6  # relative rounding error of a speed that was planned on its limit
 
 
 @dataclass(frozen=True)
 class JointLimits:
-    """What the driver allows.
+    """Limits of the joints that the driver enforces.
 
     Attributes:
-        names: (N) joint names in the driver's order.
-        lower: (N,) [rad].
-        upper: (N,) [rad].
-        velocity: (N,) largest speed [rad/s].
+        names: Names of the N joints in the driver's order.
+        lower: Lower position limits, (N,) [rad].
+        upper: Upper position limits, (N,) [rad].
+        velocity: Largest speeds, (N,) [rad/s].
     """
 
     names: tuple[str, ...]
@@ -37,37 +39,14 @@ class JointLimits:
 
 
 @dataclass(frozen=True)
-class TrajectoryArrays:
-    """The content of a trajectory_msgs/JointTrajectory as sequences, unchecked.
-
-    Attributes:
-        joint_names: names in the message's order.
-        times: time_from_start of each point [s].
-        positions, velocities, accelerations: one sequence a point, velocities and accelerations
-            empty where the message has none.
-    """
-
-    joint_names: Sequence[str]
-    times: Sequence[float]
-    positions: Sequence[Sequence[float]]
-    velocities: Sequence[Sequence[float]] = ()
-    accelerations: Sequence[Sequence[float]] = ()
-
-    @property
-    def is_stop(self) -> bool:
-        """True for a trajectory without points, which means: stop."""
-        return len(self.times) == 0
-
-
-@dataclass(frozen=True)
 class CheckedTrajectory:
-    """Arrays in the driver's joint order, finite and of the right shape.
+    """Points of a trajectory in the driver's joint order, finite and of the right shape.
 
     Attributes:
-        times: (K,) [s].
-        position: (K, N) [rad].
-        velocity: (K, N) [rad/s] or None.
-        acceleration: (K, N) [rad/s^2] or None.
+        times: Times of the points from the trajectory's start, strictly increasing, (K,) [s].
+        position: Joint positions, (K, N) [rad].
+        velocity: Joint velocities, (K, N) [rad/s]; None if the trajectory has none.
+        acceleration: Joint accelerations, (K, N) [rad/s^2]; None if the trajectory has none.
     """
 
     times: Array
@@ -77,17 +56,20 @@ class CheckedTrajectory:
 
 
 def check_arrays(message: TrajectoryArrays, limits: JointLimits) -> CheckedTrajectory:
-    """Check names, shapes, times, finite values, position and velocity limits of the points.
+    """Check the joint names, and shapes, times, values and limits of the points.
 
     Args:
-        message: at least one point.
-        limits: of the N joints.
+        message: Trajectory with at least one point.
+        limits: Limits of the N joints.
+
+    Returns:
+        The points in the driver's joint order.
 
     Raises:
-        TrajectoryRefusedError: with the joint, the value and the limit.
+        TrajectoryRefusedError: A check failed; the error has the joint, the value and the limit.
     """
     if len(message.times) > _MOST_POINTS:
-        raise TrajectoryRefusedError("points", "", len(message.times), _MOST_POINTS)
+        raise TrajectoryRefusedError("number of points", "", len(message.times), _MOST_POINTS)
     order = _joint_order(message.joint_names, limits.names)
     times = _checked_times(message.times)
     given = tuple(message.joint_names)
@@ -97,7 +79,9 @@ def check_arrays(message: TrajectoryArrays, limits: JointLimits) -> CheckedTraje
         velocity = _rows("velocity", message.velocities, len(times), order, given)
     if _present(message.accelerations):
         if velocity is None:
-            raise TrajectoryRefusedError("accelerations without velocities", "", "none", "both")
+            raise TrajectoryRefusedError(
+                "accelerations without velocities, velocities", "", "none", "both"
+            )
         acceleration = _rows("acceleration", message.accelerations, len(times), order, given)
     _check_range("position [rad] of a point above the limit", position,
                  limits.upper + _POSITION_SLACK, limits)
@@ -105,20 +89,20 @@ def check_arrays(message: TrajectoryArrays, limits: JointLimits) -> CheckedTraje
                  -limits.lower + _POSITION_SLACK, limits, sign=-1.0)
     if velocity is not None:
         _check_range("speed [rad/s] of a point", np.abs(velocity),
-                     limits.velocity * (1.0 + 1e-6), limits)
+                     limits.velocity * (1.0 + _SPEED_SLACK), limits)
     return CheckedTrajectory(times, position, velocity, acceleration)
 
 
 def check_spline(spline: Spline, limits: JointLimits, velocity_factor: float) -> None:
-    """Check the motion between the points.
+    """Check positions and speeds between the points.
 
     Args:
-        spline: the whole motion.
-        limits: of its joints.
-        velocity_factor: how much more than the limit the spline may reach between points.
+        spline: The whole motion.
+        limits: Limits of its joints.
+        velocity_factor: Largest speed between points as a multiple of the speed limit.
 
     Raises:
-        TrajectoryRefusedError: with the joint, the value and the limit.
+        TrajectoryRefusedError: A limit is violated; the error has the joint, value and limit.
     """
     if not len(spline.coefficients):
         return
@@ -127,7 +111,7 @@ def check_spline(spline: Spline, limits: JointLimits, velocity_factor: float) ->
         _, position, velocity = spline.inner_states(each)
     _check_range("speed [rad/s] between points", np.abs(velocity),
                  limits.velocity * velocity_factor, limits)
-    # A motion may start outside (the robot was there), so only new ground counts.
+    # A motion may start outside the limits, where the robot is; it must not go farther out.
     upper = np.maximum(limits.upper, spline.position[0]) + _POSITION_OVERSHOOT
     lower = np.minimum(limits.lower, spline.position[0]) - _POSITION_OVERSHOOT
     _check_range("position [rad] between points above the limit", position, upper, limits)
@@ -138,7 +122,7 @@ def check_spline(spline: Spline, limits: JointLimits, velocity_factor: float) ->
 def _check_range(
     what: str, values: Array, bound: Array, limits: JointLimits, sign: float = 1.0
 ) -> None:
-    bad = ~(values <= bound)  # so that what overflowed to NaN is bad too
+    bad = ~(values <= bound)  # a value that overflowed to NaN is bad, too
     if not bad.any():
         return
     row, column = np.argwhere(bad)[0]
@@ -152,17 +136,25 @@ def _present(rows: Sequence[Sequence[float]]) -> bool:
 
 
 def _joint_order(given: Sequence[str], known: tuple[str, ...]) -> NDArray[np.intp]:
-    """Column of the message that holds each of the driver's joints."""
+    """Return the message's column of each of the driver's joints.
+
+    Raises:
+        TrajectoryRefusedError: The message does not name each joint exactly once.
+    """
     column: dict[str, int] = {}
     for index, name in enumerate(given):
         if name not in known:
-            raise TrajectoryRefusedError("unknown joint", name, name, f"the {len(known)} joints")
+            raise TrajectoryRefusedError(
+                "unknown joint", name, name, f"the robot's {len(known)} joints"
+            )
         if name in column:
-            raise TrajectoryRefusedError("joint named twice", name, 2, 1)
+            raise TrajectoryRefusedError("joint named twice, times", name, 2, 1)
         column[name] = index
     for name in known:
         if name not in column:
-            raise TrajectoryRefusedError("joint missing", name, len(given), len(known))
+            raise TrajectoryRefusedError(
+                "joint missing, number of joints", name, len(given), len(known)
+            )
     return np.array([column[name] for name in known], dtype=np.intp)
 
 

@@ -1,1 +1,1 @@
-"""The log of a run: every command, every state, and how to run it again."""
+"""The log of a run: all orders and true states; `replay` repeats a run from it."""

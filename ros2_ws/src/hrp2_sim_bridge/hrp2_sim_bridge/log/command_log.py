@@ -1,4 +1,4 @@
-"""Everything the world was told, so that a run can be had again, bit for bit."""
+"""All orders that the world accepted, so that a run can be repeated bit for bit."""
 
 from __future__ import annotations
 
@@ -6,24 +6,31 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
+from humanoid_motion.driver_interface import TrajectoryArrays
 
-_MOST = 5_000_000  # numbers kept, some 200 MB
+_MOST = 5_000_000  # largest number of values that are kept, about 200 MB
 
 
 class CommandLog:
-    """Orders in the sequence in which the world took them."""
+    """Orders in the sequence in which the world accepted them."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Delete all orders."""
         self._orders: list[dict[str, Any]] = []
         self._lost, self._numbers = 0, 0
 
     def add(self, tick: int, kind: str, *, numbers: int = 1, **content: Any) -> None:
-        """Add an order of so many numbers that came before a tick."""
+        """Add an order.
+
+        Args:
+            tick: Number of the tick before which the order was accepted.
+            kind: Kind of the order: trajectory, stop or push.
+            numbers: Number of values in the content; beyond a limit all further orders are lost.
+            content: Content of the order.
+        """
         self._numbers += numbers
         if self._lost or self._numbers > _MOST:
             self._lost += 1
@@ -31,12 +38,12 @@ class CommandLog:
         self._orders.append({"tick": tick, "kind": kind} | content)
 
     def text(self) -> str:
-        """The log as JSON, which keeps every bit of a number."""
+        """Return the log as JSON, which preserves every bit of a number."""
         return json.dumps({"lost": self._lost, "orders": self._orders})
 
 
 def trajectory_content(message: TrajectoryArrays) -> dict[str, Any]:
-    """A trajectory as JSON takes it."""
+    """Return the content of a trajectory in the types that JSON has."""
     return {name: _plain(value) for name, value in asdict(message).items()}
 
 

@@ -1,4 +1,4 @@
-"""The truth of a run, kept for evaluation: arrays that grow, up to a bound."""
+"""Columns of numbers that grow up to a bound, and the file to which they are written."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from door_impact_common.errors import SettingError
 from numpy.typing import ArrayLike, NDArray
 
-_FIRST_CAPACITY = 4096
-_LEAST_ROWS = 16
+_FIRST_CAPACITY = 4096  # number of rows for which there is room at the start
+_LEAST_ROWS = 16  # smallest bound on the number of rows
 
 
 class Recorder:
-    """Named columns that grow row by row; beyond the bound the older half is forgotten.
+    """Named columns that grow row by row; beyond a bound the older half is deleted.
 
     Args:
-        columns: shape and dtype of one row of each column.
-        most_rows: bound on the number of rows.
+        columns: Shape and dtype of one row of each column, by the column's name.
+        most_rows: Bound on the number of rows.
     """
 
     def __init__(self, columns: Mapping[str, tuple[tuple[int, ...], str]], most_rows: int) -> None:
@@ -36,7 +36,12 @@ class Recorder:
         return self._rows
 
     def add(self, count: int, **rows: ArrayLike) -> None:
-        """Append so many rows, fewer than fit; every column must be given."""
+        """Append rows.
+
+        Args:
+            count: Number of rows, at most half of the bound.
+            rows: Rows of every column, by the column's name.
+        """
         while self._rows + count > self._capacity:
             self._make_room()
         for name, data in self._data.items():
@@ -44,11 +49,11 @@ class Recorder:
         self._rows += count
 
     def arrays(self) -> dict[str, NDArray]:
-        """Copies of the columns so far."""
+        """Return copies of the columns."""
         return {name: data[: self._rows].copy() for name, data in self._data.items()}
 
     def clear(self) -> None:
-        """Forget every row."""
+        """Delete every row."""
         self._rows = 0
 
     def _make_room(self) -> None:
@@ -66,10 +71,10 @@ class Recorder:
 
 
 def check_writable(path: str | Path) -> None:
-    """Make sure that `save_npz` will be able to write, before a run whose log would be lost.
+    """Check before a run that `save_npz` can write its log afterwards.
 
     Raises:
-        SettingError: There is no file of that name, or it cannot be written.
+        SettingError: The path is no file's name, or the file cannot be written.
     """
     target = Path(path)
     try:
@@ -82,7 +87,20 @@ def check_writable(path: str | Path) -> None:
 
 
 def save_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> Path:
-    """Write an npz, whole or not at all; not compressed: a node at its end has no time."""
+    """Write an npz file that appears completely or not at all.
+
+    The file is not compressed, because a node that ends has little time.
+
+    Args:
+        path: File; its suffix is replaced by npz. Missing folders are made.
+        arrays: Arrays by their names in the file.
+
+    Returns:
+        Path of the written file.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
     target = Path(path).with_suffix(".npz")
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.with_name(target.name + ".part")

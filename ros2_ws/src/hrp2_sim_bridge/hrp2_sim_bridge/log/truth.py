@@ -1,4 +1,4 @@
-"""Centre of mass of a logged motion, by Pinocchio from the same URDF."""
+"""Centre of mass of a logged motion, computed by Pinocchio from the same URDF."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from hrp2_sim_bridge.physics.frames import rotation
 
 
 class CenterOfMass:
-    """CoM position and velocity from base state and joint states.
+    """Computes position and velocity of the CoM from the states of base and joints.
 
     Args:
-        robot: configuration; its URDF is the model.
+        robot: Configuration of the robot, whose URDF is the model.
     """
 
     def __init__(self, robot: RobotConfig) -> None:
@@ -33,24 +33,24 @@ class CenterOfMass:
     def series(
         self, position: Array, quaternion: Array, linear: Array, angular: Array, q: Array, dq: Array
     ) -> tuple[Array, Array]:
-        """CoM of T samples.
+        """Compute the CoM of T samples; all vectors are in the world.
 
         Args:
-            position: (T, 3) of base_link in the world [m].
-            quaternion: (T, 4) x, y, z, w.
-            linear: (T, 3) velocity of base_link's origin in the world [m/s].
-            angular: (T, 3) in the world [rad/s].
-            q: (T, 30) [rad].
-            dq: (T, 30) [rad/s].
+            position: Positions of base_link, (T, 3) [m].
+            quaternion: Orientations x, y, z, w of base_link, (T, 4).
+            linear: Velocities of base_link's origin, (T, 3) [m/s].
+            angular: Angular velocities of base_link, (T, 3) [rad/s].
+            q: Joint positions, (T, 30) [rad].
+            dq: Joint velocities, (T, 30) [rad/s].
 
         Returns:
-            positions (T, 3) [m] and velocities (T, 3) [m/s] in the world.
+            Positions (T, 3) [m] and velocities (T, 3) [m/s] of the CoM.
         """
         turn = rotation(quaternion)
         full_q = np.zeros((len(q), self._model.nq))
         full_v = np.zeros((len(q), self._model.nv))
         full_q[:, :3], full_q[:, 3:7] = position, quaternion
-        # The free flyer's velocity is in the body's own frame.
+        # Pinocchio expresses the base's velocity in the base's own frame.
         full_v[:, :3] = np.einsum("tji,tj->ti", turn, linear)
         full_v[:, 3:6] = np.einsum("tji,tj->ti", turn, angular)
         full_q[:, self._q_columns] = q

@@ -1,4 +1,4 @@
-"""The 1 kHz log of a run: what only the evaluation may know."""
+"""The 1 kHz log of a run: true states, which only the evaluation may use."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.log.recorder import Recorder
 from hrp2_sim_bridge.log.truth import CenterOfMass
-from hrp2_sim_bridge.physics.robot_body import FRAME_VALUES, RobotBody
+from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 from hrp2_sim_bridge.sensors.readings import TickReadings
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK
@@ -18,7 +18,6 @@ from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK
 _COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
     "time": ((), "f8"),
     "joints": ((2, 30), "f4"),
-    "frames": ((FRAME_VALUES,), "f8"),
     "reactions": ((len(SIDES), 6), "f8"),
     "door": ((2,), "f8"),
     "contact_force": ((), "f8"),
@@ -35,19 +34,20 @@ _TICK_COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
 
 
 class TruthLog:
-    """Rows a millisecond, kept as PyBullet gives them, and rows a tick.
+    """One row for each millisecond, as the engine reports it, and one for each tick.
 
     Args:
-        length: of motion that is kept [s].
+        length: Duration of the motion that is kept [s].
+        frame_values: Length of a row of `Engine.read_frames`.
     """
 
-    def __init__(self, length: float) -> None:
+    def __init__(self, length: float, frame_values: int) -> None:
         rows = int(length / SAMPLE)
-        self._samples = Recorder(_COLUMNS, rows)
+        self._samples = Recorder(_COLUMNS | {"frames": ((frame_values,), "f8")}, rows)
         self._ticks = Recorder(_TICK_COLUMNS, rows // SAMPLES_PER_TICK)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Delete all rows."""
         self._samples.clear()
         self._ticks.clear()
 
@@ -60,7 +60,15 @@ class TruthLog:
         braced: bool,
         fine: bool,
     ) -> None:
-        """Add the readings of a tick that ends at a time [s], with the reference (30,) then."""
+        """Add the readings of a tick.
+
+        Args:
+            readings: Readings of the tick.
+            time: Time at the end of the tick [s].
+            reference: Commanded joint positions at the end of the tick, (30,) [rad].
+            braced: Whether the brace held.
+            fine: Whether the physics steps were fine.
+        """
         count = len(readings.joints)
         joints = np.array(readings.joints)
         self._samples.add(
@@ -79,15 +87,21 @@ class TruthLog:
             tick_peak_torque=np.abs(joints[:, 2]).max(axis=0), tick_braced=braced, tick_fine=fine,
         )
 
-    def arrays(self, body: RobotBody, *, with_com: bool) -> dict[str, Any]:
-        """All of it in the world's and the soles' frames, with the CoM if wanted."""
-        kept, robot = self._samples.arrays(), body.robot
-        # Nothing is known before the first row: it counts as without acceleration.
-        links = body.link_states(np.vstack([kept["frames"][:1], kept["frames"]]))
-        base = body.base_states(kept["frames"])
+    def arrays(self, engine: Engine, robot: RobotConfig, *, with_com: bool) -> dict[str, Any]:
+        """Return all columns in the world's and the soles' frames.
+
+        Args:
+            engine: Engine of the readings.
+            robot: Configuration of the robot.
+            with_com: Whether to add position and velocity of the CoM.
+        """
+        kept = self._samples.arrays()
+        # The state before the first row is not known; the first row has no acceleration.
+        links = engine.link_states(np.vstack([kept["frames"][:1], kept["frames"]]))
+        base = engine.base_states(kept["frames"])
         soles = links.at((slice(None), slice(len(SIDES))))
         wrenches = foot_wrenches(
-            kept["reactions"], soles, SAMPLE, body.sole_mass, body.sole_inertia
+            kept["reactions"], soles, SAMPLE, engine.sole_mass, engine.sole_inertia
         )
         log: dict[str, Any] = {
             "time": kept["time"],

@@ -1,1 +1,1 @@
-"""Robot and door in the physics engine."""
+"""Robot and door in a physics engine, behind the interface `engine.py`."""

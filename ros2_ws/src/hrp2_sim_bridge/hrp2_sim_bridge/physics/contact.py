@@ -1,9 +1,10 @@
 r"""Stiffness and damping of the leaf's surface for a wanted coefficient of restitution.
 
-PyBullet's `restitution` has no effect between these bodies, its contact stiffness and damping do.
-Its solver treats them as an implicit spring-damper that cannot pull, which loses some speed of its
-own; so the damping is found by running that very scheme for two free masses, before any robot is
-there. For a reduced mass :math:`\mu`, penetration :math:`x` and step :math:`h`,
+PyBullet's `restitution` has no effect between these bodies, but its contact stiffness and damping
+have one. Its solver treats them as an implicit spring-damper that cannot pull. This scheme loses
+some speed by itself, so the damping is found by simulating the same scheme for two free masses
+before the world is built. For a reduced mass :math:`\mu`, a penetration :math:`x` and a step
+:math:`h`,
 
 .. math:: \mu (v_{n+1} - v_n) / h = -\max(0, k (x_n + h v_{n+1}) + c v_{n+1}).
 """
@@ -19,12 +20,12 @@ from scipy.optimize import brentq
 
 from hrp2_sim_bridge.settings import WorldSettings
 
-_PHASES = 16  # first contact falls anywhere within a step: the mean over so many places
+_PHASES = 16  # instants within a step at which the first contact may fall; results are their means
 _SOFTEST, _STIFFEST = 0.0, 8.0  # range of the damping ratio
-_ROBOT_MASS = 58.0  # free mass at point B that a leaf is designed for: what it shows in a hit [kg]
-_LEAST_LEVER = 0.1  # of a hit [m]
-_ROUNDS = 4  # of matching the duration
-_SETTLED = 200.0  # longest contact followed, in units of 1 / natural frequency
+_ROBOT_MASS = 58.0  # mass that point B shows in a hit and that the leaf is designed for [kg]
+_LEAST_LEVER = 0.1  # shortest distance of a hit from the hinge [m]
+_ROUNDS = 4  # iterations that match the duration
+_SETTLED = 200.0  # longest contact that is simulated, in units of 1 / natural frequency
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,11 @@ class ContactDesign:
     """Surface of the leaf.
 
     Attributes:
-        stiffness: [N/m].
-        damping: [N s/m].
-        restitution: coefficient of restitution that two free masses will show.
-        duration: of that contact [s].
-        reduced_mass: it was designed for [kg].
+        stiffness: Stiffness of the contact [N/m].
+        damping: Damping of the contact [N s/m].
+        restitution: Coefficient of restitution that two free masses will show.
+        duration: Duration of that contact [s].
+        reduced_mass: Reduced mass for which the surface was designed [kg].
     """
 
     stiffness: float
@@ -47,28 +48,28 @@ class ContactDesign:
 
 
 def reduced_mass(first: float, second: float) -> float:
-    """Mass that moves as the distance of two free masses does [kg]."""
+    """Return the reduced mass of two masses: it moves as their distance does [kg]."""
     return first * second / (first + second)
 
 
 def simulate_impact(frequency: float, ratio: float, step: float) -> tuple[float, float]:
-    """Run the solver's scheme through one impact.
+    """Simulate one impact with the solver's scheme.
 
     Args:
-        frequency: natural frequency sqrt(k / mu) [rad/s].
-        ratio: damping ratio c / (2 sqrt(k mu)).
-        step: physics step [s].
+        frequency: Natural frequency sqrt(k / mu) [rad/s].
+        ratio: Damping ratio c / (2 sqrt(k mu)).
+        step: Physics step [s].
 
     Returns:
-        coefficient of restitution and duration of contact [s], means over where within a step the
-        contact begins.
+        Coefficient of restitution and duration of the contact [s]; both are means over the instants
+        within a step at which the contact may begin.
     """
     k, c = frequency**2, 2.0 * ratio * frequency  # per unit of reduced mass
     x = -step * (np.arange(_PHASES) + 0.5) / _PHASES
     v = np.ones(_PHASES)
     touching = np.zeros(_PHASES)
     for _ in range(int(_SETTLED / (frequency * step))):
-        # Speculative contact: a gap that closes within the step already counts, less the gap.
+        # Speculative contact: a gap that closes within the step counts already, minus the gap.
         free = np.where(x > 0.0, k * (x + step * v) + c * v, 0.0)
         gain = 1.0 + step * (step * k + c)
         force = np.maximum(free, 0.0) / gain
@@ -83,16 +84,16 @@ def simulate_impact(frequency: float, ratio: float, step: float) -> tuple[float,
 def design_contact(
     restitution: float, mass: float, duration: float, step: float
 ) -> ContactDesign:
-    """Find stiffness and damping.
+    """Find the stiffness and damping that show a coefficient of restitution.
 
     Args:
-        restitution: wanted, 0 to about 0.9; what the scheme cannot reach is an error.
-        mass: reduced mass of the two bodies [kg].
-        duration: wanted duration of contact [s].
-        step: physics step around the impact [s].
+        restitution: Wanted coefficient of restitution, from 0 to about 0.9.
+        mass: Reduced mass of the two bodies [kg].
+        duration: Wanted duration of the contact [s].
+        step: Physics step during the impact [s].
 
     Raises:
-        SettingError: restitution outside 0 .. what a step of this length can show.
+        SettingError: The restitution is negative or larger than a step of this length can show.
     """
     if not (np.isfinite(restitution) and restitution >= 0.0):
         raise SettingError("restitution", restitution, "0 or more")
@@ -101,7 +102,7 @@ def design_contact(
     for _ in range(_ROUNDS):
         ratio = _damping_ratio(restitution, frequency, step)
         _, took = simulate_impact(frequency, ratio, step)
-        # A plastic contact never ends by itself; its duration is not a meaningful target.
+        # A plastic contact does not end by itself, so its duration cannot always be reached.
         frequency *= float(np.clip(took / duration, 0.5, 1.5))
     ratio = _damping_ratio(restitution, frequency, step)
     shown, took = simulate_impact(frequency, ratio, step)
@@ -114,16 +115,16 @@ def design_contact(
     )
 
 
-def leaf_contact(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> ContactDesign:
-    """Surface of a leaf for a free mass that hits it abreast of the origin, where the robot stands.
+def design_leaf(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> ContactDesign:
+    """Design the surface of a leaf for a hit at x = 0, where the robot stands.
 
     Args:
-        door: its inertia, and its restitution if the settings leave it open.
-        hinge_x: place of the hinge [m].
-        settings: restitution, duration of contact, physics step near the leaf.
+        door: Configuration of the door; its restitution counts where the settings have none.
+        hinge_x: x of the hinge [m].
+        settings: Restitution, duration of the contact, and physics step near the leaf.
 
     Raises:
-        SettingError: A restitution that a step of this length cannot show.
+        SettingError: A step of this length cannot show the restitution.
     """
     wanted = settings.restitution
     lever = max(abs(hinge_x), _LEAST_LEVER)
@@ -136,7 +137,11 @@ def leaf_contact(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> C
 
 
 def _damping_ratio(restitution: float, frequency: float, step: float) -> float:
-    """Damping ratio for a restitution; the heaviest damping stands for a plastic hit."""
+    """Find the damping ratio for a restitution; a plastic hit gets the largest damping.
+
+    Raises:
+        SettingError: The restitution is larger than a step of this length can show.
+    """
     most, _ = simulate_impact(frequency, _SOFTEST, step)
     if restitution > most:
         limit = f"at most {most:.3f} with a step of {step} s"

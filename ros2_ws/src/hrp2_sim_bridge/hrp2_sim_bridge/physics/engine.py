@@ -1,97 +1,60 @@
-"""PyBullet itself: importing it with a message that helps, and one client of it."""
+"""The interface that a physics engine offers to the world; `engines.py` names the engines."""
 
-from __future__ import annotations
+from typing import Protocol
 
-import ctypes
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from door_impact_common.arrays import Array
 
-from door_impact_common.errors import SettingError
-
-from hrp2_sim_bridge.errors import SimulatorMissingError
-
-GRAVITY = 9.80665  # standard gravity, ISO 80000-3 [m/s^2]
-
-_OFTEN = (
-    "stepSimulation", "getJointState", "getJointStates", "getLinkStates", "getContactPoints",
-    "getBasePositionAndOrientation", "getBaseVelocity", "multiplyTransforms",
-    "setJointMotorControl2", "setJointMotorControlArray",
-)
+from hrp2_sim_bridge.physics.scene import Scene
+from hrp2_sim_bridge.physics.states import BodyState, DoorState, FloorContact, Reactions, Touch
 
 
-def load_pybullet() -> Any:
-    """The pybullet module.
+class Engine(Protocol):
+    """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
 
-    Raises:
-        SimulatorMissingError: it is not installed.
-    """
-    try:
-        with _quiet():
-            import pybullet
-    except ImportError as error:
-        raise SimulatorMissingError from error
-    return pybullet
+    link_names: tuple[str, ...]
+    sole_mass: Array  # masses (2,) below the force sensors of the left and the right foot [kg]
+    sole_inertia: Array  # principal moments of these bodies in the soles' axes, (2, 3) [kg m^2]
+    frame_values: int  # length of a row of `read_frames`
+    stepping_time: float  # wall time that the engine itself has needed for its steps [s]
 
+    def reset(self, scene: Scene) -> None:
+        """Build a scene in its first state; nothing of an earlier run remains."""
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """PyBullet greets on both standard streams, which belong to whoever uses this module."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept = [os.dup(stream) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for stream in (1, 2):
-            os.dup2(nowhere, stream)
-        yield
-    finally:
-        ctypes.CDLL(None).fflush(None)  # else the greeting comes out later
-        for stream, copy in zip((1, 2), kept, strict=True):
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
+    def set_time_step(self, step: float) -> None:
+        """Set the length of the coming physics steps [s]."""
 
+    def limit_torques(self, limits: list[float], *, braced: bool) -> None:
+        """Set the motors' torque limits (30) [N m]; `braced` tells whether the brace holds."""
 
-def connect(gui: bool) -> Any:
-    """A client of a new physics server, in this process or in a window.
+    def step(self, position: list[float], velocity: list[float], torque: float) -> Reactions:
+        """Step towards joint targets [rad, rad/s] with a torque on the leaf [N m]."""
 
-    Raises:
-        SimulatorMissingError: PyBullet is not installed.
-        SettingError: There is no display for a window.
-    """
-    if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        # PyBullet would end the process without a word.
-        raise SettingError("gui", gui, "false where DISPLAY names no display")
-    pybullet = load_pybullet()
-    # Comes with pybullet.
-    from pybullet_utils.bullet_client import BulletClient
+    def read_joints(self) -> Array:
+        """Return joint positions [rad], velocities [rad/s], motor torques [N m], (3, 30)."""
 
-    with _quiet():
-        client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
-    for name in _OFTEN:
-        # BulletClient looks a function up anew at each call, which takes longer than some of them.
-        setattr(client, name, getattr(client, name))
-    if gui:
-        client.configureDebugVisualizer(client.COV_ENABLE_GUI, 0)
-        client.resetDebugVisualizerCamera(2.6, 120.0, -18.0, [0.0, -0.2, 0.7])
-    return client
+    def read_frames(self) -> list[float]:
+        """Return a row of numbers, of which `link_states` and `base_states` make states."""
 
+    def link_states(self, rows: Array) -> BodyState:
+        """Return states (T, 4) of left sole, right sole, contact link and IMU from T rows."""
 
-def prepare(client: Any, time_step: float, iterations: int, friction: float) -> int:
-    """Empty the world, set its physics and lay the floor; returns the floor's body."""
-    client.resetSimulation()
-    client.setGravity(0.0, 0.0, -GRAVITY)
-    client.setPhysicsEngineParameter(
-        fixedTimeStep=time_step,
-        numSolverIterations=iterations,
-        numSubSteps=0,
-        deterministicOverlappingPairs=1,
-    )
-    plane = client.createCollisionShape(client.GEOM_PLANE)
-    floor = client.createMultiBody(0.0, plane)
-    # PyBullet multiplies the two bodies' friction: the floor holds the pair's value.
-    client.changeDynamics(floor, -1, lateralFriction=friction, restitution=0.0)
-    return int(floor)
+    def base_states(self, rows: Array) -> BodyState:
+        """Return states (T,) of base_link from T rows of `read_frames`."""
+
+    def tilt(self) -> float:
+        """Return the angle between base_link's z axis and the vertical [rad]."""
+
+    def door_state(self) -> DoorState:
+        """Return the leaf's angle and angular velocity."""
+
+    def leaf_distance(self, most: float) -> float:
+        """Return the distance between robot and leaf, at most `most` [m]."""
+
+    def touch(self) -> Touch:
+        """Return the contact between robot and leaf after the last step."""
+
+    def floor_contacts(self) -> list[FloorContact]:
+        """Return the contacts between robot and floor after the last step."""
+
+    def close(self) -> None:
+        """Release the engine; `link_states` and `base_states` still work."""

@@ -1,1 +1,1 @@
-"""The node hrp2_sim_bridge, its parameters and messages."""
+"""The node hrp2_sim_bridge, its parameters and its messages."""

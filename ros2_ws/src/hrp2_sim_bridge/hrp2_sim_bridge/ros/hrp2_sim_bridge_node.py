@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from door_impact_common.errors import DoorImpactError, SettingError
+from door_impact_common.errors import SettingError
 from door_impact_common.node import run_node
+from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
 from door_model.door.config import load_door
 from geometry_msgs.msg import WrenchStamped
-from hrp2_description.robot import load_robot_config, needed
+from hrp2_description.robot import SIDES, load_robot_config, needed
+from humanoid_motion.driver_interface import TickSample
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -30,19 +32,23 @@ from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.ros.pacer import Pacer
 from hrp2_sim_bridge.ros.parameters import BridgeParameters
 from hrp2_sim_bridge.sensors.imu import imu_variances
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 from hrp2_sim_bridge.world import World
 
 NAME = "hrp2_sim_bridge"
 QUEUE = 50
-ENCODER_BATCH = 20  # samples: 50 Hz
-DIAGNOSTICS_TICKS = 40  # 5 Hz
+ENCODER_BATCH = 20  # samples in a message, which makes 50 messages per second
+DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
 
 
 class SimBridge(Node):
-    """Steps the world and talks about it; everything else is in the library."""
+    """Steps the world, publishes its samples and passes orders to it.
+
+    Raises:
+        SettingError: A parameter is out of its range, or the log cannot be written.
+        SimBridgeError: The simulation cannot run.
+    """
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -50,9 +56,7 @@ class SimBridge(Node):
         self._log_file = self._options.text("log_file")
         if self._log_file:
             check_writable(self._log_file)
-        self._push_duration = self._options.number("push_duration")
-        if not self._push_duration > 0.0:
-            raise SettingError("push_duration", self._push_duration, "positive")
+        self._push_duration = self._options.positive("push_duration")
         self.world = World(
             load_robot_config(self._options.text("robot_config") or None),
             load_door(self._options.text("door")),
@@ -65,7 +69,7 @@ class SimBridge(Node):
         self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
         self._accepted, self._refused = 0, 0
         self._refusal = ""
-        self._fall_told = False
+        self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
         self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
@@ -81,7 +85,7 @@ class SimBridge(Node):
         self._imu = self.create_publisher(Imu, "/imu", QUEUE)
         self._wrenches = {
             side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
-            for side in ("left", "right")
+            for side in SIDES
         }
         self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
         self._description = self.create_publisher(String, "/robot_description", latched)
@@ -90,10 +94,10 @@ class SimBridge(Node):
         self._description.publish(String(data=urdf))
 
     def run(self) -> None:
-        """Step the world until the end; then write the log, if one is wanted.
+        """Step the world until the context ends; then write the log if `log_file` is set.
 
         Raises:
-            SecondDriverError: A robot is in the graph already.
+            SecondDriverError: The driver of a robot is in the graph already.
         """
         if self.count_publishers("/joint_states") > 1:
             raise SecondDriverError("/joint_states")
@@ -114,7 +118,7 @@ class SimBridge(Node):
 
     def _publish(self, sample: TickSample) -> None:
         now = self._now_ns()
-        stamp = convert.stamp_of(now)
+        stamp = stamp_of(now)
         self._clock_topic.publish(Clock(clock=stamp))
         robot = self.world.robot_config
         self._joints.publish(convert.joint_state(stamp, robot.joint_names, sample))
@@ -138,9 +142,9 @@ class SimBridge(Node):
             level, text = DiagnosticStatus.WARN, f"trajectory refused: {self._refusal}"
         if world.fell:
             level, text = DiagnosticStatus.ERROR, f"fell: {world.fall.reason}"
-            if not self._fall_told:
+            if not self._fall_reported:
                 self.get_logger().error(text)
-            self._fall_told = True
+            self._fall_reported = True
         values = {
             "accepted": self._accepted,
             "refused": self._refused,
@@ -149,12 +153,12 @@ class SimBridge(Node):
         }
         self._diagnostics.publish(
             convert.diagnostics(
-                convert.stamp_of(self._now_ns()), world.robot_config.name, level, text, values
+                stamp_of(self._now_ns()), world.robot_config.name, level, text, values
             )
         )
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
-        stamp = convert.seconds(message.header.stamp)
+        stamp = seconds(message.header.stamp)
         try:
             self.world.follow(convert.trajectory_arrays(message), stamp)
         except TrajectoryRefusedError as error:
@@ -174,7 +178,7 @@ class SimBridge(Node):
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
         self._encoder.restart()
-        self._refusal, self._fall_told = "", False
+        self._refusal, self._fall_reported = "", False
         response.success, response.message = True, "back in half-sitting at time 0"
         return response
 
@@ -182,7 +186,7 @@ class SimBridge(Node):
         duration = self._push_duration if request.duration < 0.0 else request.duration
         try:
             self.world.push_door(request.impulse, duration)
-        except DoorImpactError as error:
+        except SettingError as error:
             response.success, response.message = False, str(error)
         else:
             response.success = True
@@ -201,14 +205,14 @@ class SimBridge(Node):
         return response
 
     def _finish(self) -> None:
-        """Write the log, if one is wanted, and leave the simulator."""
+        """Write the log if `log_file` is set, and release the simulator."""
         if self._log_file:
             self.world.save_log(self._log_file)
         self.world.close()
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until Ctrl-C or SIGTERM; return the exit code."""
     return run_node(SimBridge, errors=(OSError,), args=args, spin=SimBridge.run)
 
 

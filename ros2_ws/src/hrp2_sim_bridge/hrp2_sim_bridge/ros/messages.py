@@ -1,38 +1,27 @@
-"""Between the simulator's dataclasses and the messages of the driver's topics."""
+"""Conversions between the simulation's dataclasses and the messages of the driver's topics."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
+from door_impact_common.stamps import NANOSECONDS, seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from geometry_msgs.msg import WrenchStamped
+from humanoid_motion.driver_interface import ImuSample, TickSample, TrajectoryArrays
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
-from hrp2_sim_bridge.sensors.imu import ImuSample, ImuVariances
-from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
+from hrp2_sim_bridge.sensors.imu import ImuVariances
+from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN
 
 DOOR_JOINT = "door_hinge"
-_NANO = 1_000_000_000
-
-
-def stamp_of(nanoseconds: int) -> Time:
-    """Simulated time as a stamp."""
-    return Time(sec=nanoseconds // _NANO, nanosec=nanoseconds % _NANO)
-
-
-def seconds(stamp: Any) -> float:
-    """A Time or Duration message in seconds."""
-    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 
 
 def trajectory_arrays(message: JointTrajectory) -> TrajectoryArrays:
-    """The content of a trajectory, unchecked."""
+    """Return the content of a trajectory message, unchecked."""
     points = message.points
     return TrajectoryArrays(
         joint_names=list(message.joint_names),
@@ -44,7 +33,7 @@ def trajectory_arrays(message: JointTrajectory) -> TrajectoryArrays:
 
 
 def joint_state(stamp: Time, names: Sequence[str], sample: TickSample) -> JointState:
-    """Joint positions, velocities and torques."""
+    """Return the message of joint positions [rad], velocities [rad/s] and torques [N m]."""
     message = JointState()
     message.header.stamp = stamp
     message.name = list(names)
@@ -55,7 +44,7 @@ def joint_state(stamp: Time, names: Sequence[str], sample: TickSample) -> JointS
 
 
 def wrench(stamp: Time, frame: str, values: Array) -> WrenchStamped:
-    """Force [N] and torque [N m] (6,) in a frame."""
+    """Return the message of a force [N] and a torque [N m], (6,), in a frame."""
     message = WrenchStamped()
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -65,7 +54,7 @@ def wrench(stamp: Time, frame: str, values: Array) -> WrenchStamped:
 
 
 def imu(stamp: Time, frame: str, sample: ImuSample, variances: ImuVariances) -> Imu:
-    """Orientation, angular velocity and specific force with the diagonals of their covariances."""
+    """Return the message of an IMU's reading, with the variances on the covariances' diagonals."""
     message = Imu()
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -82,11 +71,11 @@ def imu(stamp: Time, frame: str, sample: ImuSample, variances: ImuVariances) -> 
 
 
 class EncoderBatcher:
-    """Collects the counter's samples and hands them out in batches.
+    """Collects the counter's samples and returns them in batches.
 
     Args:
-        period: between two samples [s].
-        size: samples a batch.
+        period: Time between two samples [s].
+        size: Number of samples in a batch.
     """
 
     def __init__(self, period: float, size: int) -> None:
@@ -97,18 +86,23 @@ class EncoderBatcher:
         self._gap = False
 
     def restart(self) -> None:
-        """Forget what was collected; the next batch tells of the gap."""
+        """Discard the collected samples; the next batch reports the gap."""
         self._index += len(self._counts)
         self._counts.clear()
         self._gap = True
 
     def add(self, counts: Sequence[int], nanoseconds: int) -> EncoderSamples | None:
-        """Add samples, the last one taken at a time [ns]; returns a batch when it is full."""
+        """Add samples and return a batch once it is full.
+
+        Args:
+            counts: Counts of the samples.
+            nanoseconds: Time of the last sample [ns].
+        """
         self._counts.extend(counts)
         if len(self._counts) < self._size:
             return None
         message = EncoderSamples()
-        back = round((len(self._counts) - 1) * self._period * _NANO)
+        back = round((len(self._counts) - 1) * self._period * NANOSECONDS)
         message.header.stamp = stamp_of(nanoseconds - back)
         message.header.frame_id = DOOR_JOINT
         message.period = self._period
@@ -125,7 +119,15 @@ class EncoderBatcher:
 def diagnostics(
     stamp: Time, robot: str, level: bytes, text: str, values: Mapping[str, object]
 ) -> DiagnosticArray:
-    """State of the driver."""
+    """Return the message of the driver's state.
+
+    Args:
+        stamp: Time of the state.
+        robot: Name of the robot.
+        level: Level of `DiagnosticStatus`.
+        text: State in words.
+        values: Further values by their names.
+    """
     status = DiagnosticStatus()
     status.name = "hrp2_sim_bridge: driver"
     status.hardware_id = robot

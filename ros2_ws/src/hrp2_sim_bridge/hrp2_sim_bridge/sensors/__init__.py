@@ -1,1 +1,1 @@
-"""What the robot's sensors would report of the simulated state."""
+"""The robot's sensors and the door's encoder, computed from the simulated state."""

@@ -1,4 +1,4 @@
-"""Wrenches of the floor on the soles from the sensors above them."""
+"""Wrenches of the floor on the soles, computed from the force sensors above the soles."""
 
 from __future__ import annotations
 
@@ -6,27 +6,29 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 
-from hrp2_sim_bridge.physics.frames import BodyState, cross, into_frame, rotation
+from hrp2_sim_bridge.physics.frames import cross, into_frame, rotation
+from hrp2_sim_bridge.physics.states import BodyState
 
 
 def foot_wrenches(
     reactions: Array, soles: BodyState, duration: float, mass: Array, inertia: Array
 ) -> Array:
-    """Force and torque of the floor on each sole, in the sole's frame.
+    """Compute force and torque of the floor on each sole, in the sole's frame.
 
-    The sensor sits above the sole: its reading R leaves out the sole's weight and inertia, so
-    f = m (a - g) - R and n = I alpha + omega x I omega - R_n.
+    The sensor sits above the sole, so its reading R, R_n does not contain the sole's own weight and
+    inertia: f = m (a - g) - R and n = I alpha + omega x I omega - R_n.
 
     Args:
-        reactions: (T, F, 6) mean readings of F feet over T intervals, [N] and [N m]: what the ankle
-            exerts on the sole.
-        soles: (T + 1, F) states at the intervals' ends.
-        duration: of an interval [s].
-        mass: (F,) of the soles [kg].
-        inertia: (F, 3) their principal moments, about the soles' axes [kg m^2].
+        reactions: Mean force [N] and torque [N m] of the ankle on the sole, for T intervals and F
+            feet, (T, F, 6).
+        soles: States of the soles at the ends of the intervals, (T + 1, F).
+        duration: Duration of an interval [s].
+        mass: Masses of the soles, (F,) [kg].
+        inertia: Principal moments of the soles about their axes, (F, 3) [kg m^2].
 
     Returns:
-        (T, F, 6) force [N] and torque about the sole frame's origin [N m]; +z when standing.
+        Force [N] and torque about the origin of the sole's frame [N m], (T, F, 6). The force points
+        along +z when the robot stands.
     """
     turn = rotation(soles.quaternion[1:])
     acceleration = (soles.linear[1:] - soles.linear[:-1]) / duration

@@ -1,4 +1,4 @@
-"""The inertial measurement unit in the chest, and the attitude that the robot makes of it."""
+"""The inertial measurement unit in the chest, and the robot's estimate of its attitude."""
 
 from __future__ import annotations
 
@@ -8,43 +8,30 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
+from humanoid_motion.driver_interface import ImuSample
 
-from hrp2_sim_bridge.physics.frames import BodyState, quaternion_product, rotation
+from hrp2_sim_bridge.physics.frames import quaternion_product, rotation
+from hrp2_sim_bridge.physics.states import BodyState
 from hrp2_sim_bridge.settings import TICK, SensorSettings
 
-# Slow enough that a sway's accelerations move the attitude little (by gain * speed / g), which the
-# gyro allows because it is calibrated at rest.
-PROPORTIONAL_GAIN = 0.15  # k_P [1/s]
-INTEGRAL_GAIN = 0.002  # k_I [1/s^2]
-# Of more than this the accelerometer does not correct the attitude: the robot accelerates.
-LARGEST_CORRECTION = 0.01  # [rad]
-ACCELERATION_LIMIT = 1.0  # | |f| - g | from which the accelerometer does not count [m/s^2]
-_ANY_HEADING = math.pi**2 / 3.0  # variance of an angle of which nothing is known [rad^2]
-
-
-@dataclass(frozen=True)
-class ImuSample:
-    """Reading of an IMU.
-
-    Attributes:
-        orientation: (4,) quaternion x, y, z, w of its frame in the world.
-        angular_velocity: (3,) in its frame [rad/s].
-        specific_force: (3,) acceleration less gravity, in its frame [m/s^2]; +g upward at rest.
-    """
-
-    orientation: Array
-    angular_velocity: Array
-    specific_force: Array
+# The gains are low, so that the accelerations of a sway hardly move the attitude (by gain * speed /
+# g). The gyro allows this because it is calibrated at rest.
+PROPORTIONAL_GAIN = 0.15  # k_P of the attitude filter [1/s]
+INTEGRAL_GAIN = 0.002  # k_I of the attitude filter [1/s^2]
+# A larger difference between attitude and accelerometer comes from an acceleration of the robot.
+LARGEST_CORRECTION = 0.01  # largest difference that the filter corrects [rad]
+ACCELERATION_LIMIT = 1.0  # | |f| - g | above which the accelerometer is ignored [m/s^2]
+_ANY_HEADING = math.pi**2 / 3.0  # variance of a completely unknown angle [rad^2]
 
 
 @dataclass(frozen=True)
 class ImuVariances:
-    """Variances about or along the three axes of an IMU's readings at rest; 0 where exact.
+    """Variances of an IMU's readings at rest, for its three axes; 0 for exact readings.
 
     Attributes:
-        orientation: (3,) [rad^2].
-        angular_velocity: (3,) [rad^2/s^2].
-        specific_force: (3,) [m^2/s^4].
+        orientation: Variances of rotations about the axes, (3,) [rad^2].
+        angular_velocity: Variances of the angular velocity, (3,) [rad^2/s^2].
+        specific_force: Variances of the specific force, (3,) [m^2/s^4].
     """
 
     orientation: tuple[float, float, float]
@@ -53,10 +40,11 @@ class ImuVariances:
 
 
 def imu_variances(settings: SensorSettings) -> ImuVariances:
-    """Variances that the settings imply; accelerations of the robot add to the tilt's.
+    """Compute the variances that follow from the settings, for a robot that does not accelerate.
 
-    The tilt's parts are the accelerometer's bias, what the filter lets through of both noises, and
-    what the calibration leaves of the gyro's bias until the filter finds it.
+    The variance of the tilt has four parts: the accelerometer's bias, the noise of accelerometer
+    and gyro after the filter, and the gyro's bias that remains after the calibration until the
+    filter has estimated it.
     """
     if not settings.sensor_noise:
         zero = (0.0, 0.0, 0.0)
@@ -75,15 +63,15 @@ def imu_variances(settings: SensorSettings) -> ImuVariances:
 
 
 def imu_sample(before: BodyState, after: BodyState, duration: float) -> ImuSample:
-    """Exact reading from the states of the IMU's frame around a tick.
+    """Compute an exact reading from the states of the IMU's frame before and after a tick.
 
     Args:
-        before: at its begin.
-        after: at its end.
-        duration: [s].
+        before: State at the start of the tick.
+        after: State at the end of the tick.
+        duration: Duration of the tick [s].
 
     Returns:
-        Orientation and angular velocity at the end, mean specific force over the tick.
+        Orientation and angular velocity at the end, and mean specific force over the tick.
     """
     turn = rotation(after.quaternion).T
     acceleration = (after.linear - before.linear) / duration
@@ -92,25 +80,35 @@ def imu_sample(before: BodyState, after: BodyState, duration: float) -> ImuSampl
 
 
 def mean_rate(before: Array, after: Array, duration: float) -> Array:
-    """Mean angular velocity over a tick in the body's frame (3,) [rad/s], as a gyro's filter has.
+    """Compute the mean angular velocity over a tick, which a gyro with its filter measures.
 
     Args:
-        before: (4,) quaternion x, y, z, w at its begin.
-        after: (4,) the same at its end.
-        duration: [s].
+        before: Quaternion x, y, z, w of the body at the start of the tick, (4,).
+        after: Quaternion x, y, z, w of the body at the end of the tick, (4,).
+        duration: Duration of the tick [s].
+
+    Returns:
+        Angular velocity in the body's frame, (3,) [rad/s].
     """
     x, y, z, w = before.tolist()
     *vector, half_cosine = quaternion_product((-x, -y, -z, w), after.tolist())
     half_sine = math.hypot(*vector)
     if half_sine == 0.0:
         return np.zeros(3)
-    # atan of the ratio: the same for a quaternion and its negative.
+    # The arc tangent of the ratio is the same for a quaternion and its negative.
     angle = 2.0 * math.atan(half_sine / half_cosine)
     return np.array(vector) * (angle / (half_sine * duration))
 
 
 def level_attitude(specific_force: Array) -> Array:
-    """Quaternion x, y, z, w (4,) of an IMU at rest that reads (3,) [m/s^2]; heading 0."""
+    """Compute the attitude of an IMU at rest from its reading, with heading 0.
+
+    Args:
+        specific_force: Specific force in the IMU's frame, (3,) [m/s^2].
+
+    Returns:
+        Quaternion x, y, z, w of the IMU's frame in the world, (4,).
+    """
     x, y, z = specific_force.tolist()
     roll = math.atan2(y, z) / 2.0
     pitch = math.atan2(-x, math.hypot(y, z)) / 2.0
@@ -123,17 +121,18 @@ def level_attitude(specific_force: Array) -> Array:
 
 
 class AttitudeFilter:
-    """Attitude and gyro bias from gyro and accelerometer: explicit complementary filter.
+    """Estimates attitude and gyro bias from gyro and accelerometer.
 
-    R. Mahony, T. Hamel, J.-M. Pflimlin, "Nonlinear complementary filters on the special orthogonal
-    group", IEEE Trans. Automatic Control 53(5), 2008, with the vertical as the only direction:
-    R' = R (Omega - b + k_P w)x, b' = -k_I w, w = v x v_hat. Nothing corrects the heading. The
-    accelerometer, whose direction v is the vertical at rest only, counts less the farther its
-    length is from g, and not at all from `ACCELERATION_LIMIT` on.
+    This is the explicit complementary filter of R. Mahony, T. Hamel, J.-M. Pflimlin, "Nonlinear
+    complementary filters on the special orthogonal group", IEEE Trans. Automatic Control 53(5),
+    2008, with the vertical as the only reference direction: R' = R (Omega - b + k_P w)x,
+    b' = -k_I w, w = v x v_hat. Nothing corrects the heading. The accelerometer's direction v is the
+    vertical only at rest. Therefore its weight decreases with the difference between its length and
+    g, and is 0 at a difference of `ACCELERATION_LIMIT` or more.
 
     Args:
-        orientation: (4,) quaternion x, y, z, w to start from.
-        bias: (3,) of the gyro to start from [rad/s].
+        orientation: Quaternion x, y, z, w at the start, (4,).
+        bias: Bias of the gyro at the start, (3,) [rad/s].
     """
 
     def __init__(self, orientation: Array, bias: Array) -> None:
@@ -142,20 +141,21 @@ class AttitudeFilter:
 
     @property
     def bias(self) -> Array:
-        """Estimate of the gyro's bias (3,) [rad/s]."""
+        """Estimated bias of the gyro, (3,) [rad/s]."""
         return np.array(self._bias)
 
     def update(self, rate: Array, specific_force: Array, duration: float) -> Array:
-        """Advance by one sample; in plain floats, which are quicker than arrays of three.
+        """Advance the estimate by one sample.
 
         Args:
-            rate: (3,) the gyro's, mean over the time since the last sample [rad/s].
-            specific_force: (3,) the accelerometer's [m/s^2].
-            duration: since the last sample [s].
+            rate: Mean reading of the gyro since the last sample, (3,) [rad/s].
+            specific_force: Reading of the accelerometer, (3,) [m/s^2].
+            duration: Time since the last sample [s].
 
         Returns:
-            (4,) quaternion x, y, z, w of the IMU's frame in the world.
+            Quaternion x, y, z, w of the IMU's frame in the world, (4,).
         """
+        # Plain floats are faster than arrays of three numbers.
         x, y, z, w = self._turn
         fx, fy, fz = specific_force.tolist()
         length = math.hypot(fx, fy, fz)
@@ -165,17 +165,18 @@ class AttitudeFilter:
         error = [
             scale * (fy * uz - fz * uy), scale * (fz * ux - fx * uz), scale * (fx * uy - fy * ux),
         ]
-        wide = math.hypot(*error) / LARGEST_CORRECTION
-        if wide > 1.0:
-            error = [wrong / wide for wrong in error]
-        # Half the rotation of this sample, and then its quaternion, applied on the body's side.
+        excess = math.hypot(*error) / LARGEST_CORRECTION
+        if excess > 1.0:
+            error = [part / excess for part in error]
+        # Half the rotation vector of this sample in the body's frame, from which its quaternion
+        # follows.
         a, b, c = (
-            0.5 * duration * (omega - bias + PROPORTIONAL_GAIN * wrong)
-            for omega, bias, wrong in zip(rate.tolist(), self._bias, error, strict=True)
+            0.5 * duration * (omega - bias + PROPORTIONAL_GAIN * part)
+            for omega, bias, part in zip(rate.tolist(), self._bias, error, strict=True)
         )
         self._bias = [
-            bias - INTEGRAL_GAIN * duration * wrong
-            for bias, wrong in zip(self._bias, error, strict=True)
+            bias - INTEGRAL_GAIN * duration * part
+            for bias, part in zip(self._bias, error, strict=True)
         ]
         half = math.hypot(a, b, c)
         ratio = math.sin(half) / half if half > 0.0 else 1.0
@@ -186,16 +187,16 @@ class AttitudeFilter:
 
 
 class Imu:
-    """The noisy IMU, from power-on: calibrated while the robot hangs still, then read each tick.
+    """The IMU with noise: calibrated at power-on while the robot hangs still, then read each tick.
 
     Args:
-        settings: noise and biases.
-        random: draws the biases and the calibration's noise.
-        hanging: state of its frame at rest.
+        settings: Noise and biases.
+        random: Generator that draws the biases and the calibration's noise.
+        hanging: State of the IMU's frame at rest during the calibration.
 
     Attributes:
-        bias: (6,) of gyro [rad/s] and accelerometer [m/s^2], as drawn.
-        filter: the robot's estimator.
+        bias: Drawn biases of gyro [rad/s] and accelerometer [m/s^2], (6,).
+        filter: The robot's estimator of its attitude.
     """
 
     def __init__(
@@ -206,21 +207,21 @@ class Imu:
             [settings.gyro_bias, settings.accelerometer_bias], 3
         )
         samples = settings.imu_calibration_samples
-        # The mean of so many samples, drawn at once.
+        # The mean over all samples is drawn at once.
         mean = self.bias + random.standard_normal(6) * self._noise / math.sqrt(samples)
         mean[3:] += GRAVITY * rotation(hanging.quaternion)[2]
         self.filter = AttitudeFilter(level_attitude(mean[3:]), mean[:3])
 
     def read(self, before: BodyState, after: BodyState, normal: Array) -> ImuSample:
-        """What the IMU and the robot's estimator say at the end of a tick.
+        """Return the readings of the IMU and of the robot's estimator at the end of a tick.
 
         Args:
-            before: state of its frame at the tick's begin.
-            after: at its end.
-            normal: (6,) standard normal numbers: gyro, accelerometer.
+            before: State of the IMU's frame at the start of the tick.
+            after: State of the IMU's frame at the end of the tick.
+            normal: Standard normal random numbers for gyro and accelerometer, (6,).
 
         Returns:
-            Estimated orientation, angular velocity without the estimated bias, specific force.
+            Estimated orientation, angular velocity minus the estimated bias, and specific force.
         """
         error = self.bias + self._noise * normal
         gyro = mean_rate(before.quaternion, after.quaternion, TICK) + error[:3]

@@ -1,4 +1,4 @@
-"""What PyBullet said in a control tick, millisecond by millisecond."""
+"""Readings of the physics engine during a control tick, one for each millisecond."""
 
 from __future__ import annotations
 
@@ -8,23 +8,21 @@ import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 
-from hrp2_sim_bridge.physics.door_body import DoorState
-from hrp2_sim_bridge.physics.frames import BodyState
-from hrp2_sim_bridge.physics.hit_meter import Touch
-from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.physics.engine import Engine
+from hrp2_sim_bridge.physics.states import BodyState, DoorState, Touch
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 
 
 @dataclass
 class TickReadings:
-    """Readings at the ends of milliseconds, in the form that costs least.
+    """Readings at the ends of milliseconds, in the form that costs the least time.
 
     Attributes:
-        frames: `RobotBody.read_frames` at the start of the tick, then after each millisecond.
-        joints: `RobotBody.read_joints` after each.
-        reactions: (2, 6) mean of `RobotBody.read_reactions` over its physics steps.
-        door: state of the leaf.
-        touches: contact of robot and leaf.
+        frames: `Engine.read_frames` at the start of the tick and after each millisecond.
+        joints: `Engine.read_joints` after each millisecond.
+        reactions: Means of the ankles' reactions over the steps of each millisecond, (2, 6).
+        door: State of the leaf after each millisecond.
+        touches: Contact between robot and leaf in each millisecond.
     """
 
     frames: list[list[float]]
@@ -33,14 +31,23 @@ class TickReadings:
     door: list[DoorState] = field(default_factory=list)
     touches: list[Touch] = field(default_factory=list)
 
-    def ends(self, robot: RobotBody) -> BodyState:
-        """States (2, 4) of the links of `RobotBody.link_states` before and after the tick."""
-        return robot.link_states(np.array([self.frames[0], self.frames[-1]]))
+    def ends(self, engine: Engine) -> BodyState:
+        """Return the states (2, 4) of `Engine.link_states` at the start and end of the tick."""
+        return engine.link_states(np.array([self.frames[0], self.frames[-1]]))
 
-    def wrenches(self, robot: RobotBody, ends: BodyState, duration: float) -> Array:
-        """Mean wrench of the floor on both soles over the tick (2, 6), in the soles' frames."""
+    def wrenches(self, engine: Engine, ends: BodyState, duration: float) -> Array:
+        """Compute the mean wrench of the floor on each sole over the tick.
+
+        Args:
+            engine: Engine of the readings.
+            ends: Link states at the start and end of the tick, from `ends`.
+            duration: Duration of the tick [s].
+
+        Returns:
+            Forces [N] and torques [N m] on the left and the right sole, in its frame, (2, 6).
+        """
         mean = np.array(self.reactions).mean(axis=0)
         soles = ends.at((slice(None), slice(len(SIDES))))
         return foot_wrenches(
-            mean[None], soles, duration, robot.sole_mass, robot.sole_inertia
+            mean[None], soles, duration, engine.sole_mass, engine.sole_inertia
         )[0]

@@ -1,55 +1,34 @@
-"""What the robot's and the door's sensors say."""
+"""The sensors of the robot, and the encoder at the door's hinge."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
+from humanoid_motion.driver_interface import TickSample
 
-from hrp2_sim_bridge.physics.frames import BodyState
-from hrp2_sim_bridge.sensors.imu import Imu, ImuSample, imu_sample
+from hrp2_sim_bridge.physics.states import BodyState
+from hrp2_sim_bridge.sensors.imu import Imu, imu_sample
 from hrp2_sim_bridge.settings import SAMPLES_PER_TICK, TICK, SensorSettings
 
-COUNTS_PER_TURN = 14400  # 3600 lines, quadrature
-_STREAM = 1  # of random numbers under the world's seed: not the one of the door's encoder
-
-
-@dataclass(frozen=True)
-class TickSample:
-    """Everything the sensors say at the end of a control tick; joints in HRP-2's order.
-
-    Attributes:
-        time: [s].
-        position: (30,) [rad].
-        velocity: (30,) [rad/s].
-        effort: (30,) [N m].
-        left_wrench: (6,) mean over the tick of the floor's force and torque in l_sole [N, N m].
-        right_wrench: (6,) the same in r_sole.
-        imu: the IMU.
-        counts: of the door's encoder, one a millisecond since the tick before.
-    """
-
-    time: float
-    position: Array
-    velocity: Array
-    effort: Array
-    left_wrench: Array
-    right_wrench: Array
-    imu: ImuSample
-    counts: tuple[int, ...]
+COUNTS_PER_TURN = 14400  # counts of the door's encoder per turn: 3600 lines in quadrature
+# Stream of random numbers under the world's seed, different from that of the door's encoder.
+_STREAM = 1
 
 
 class EncoderCounter:
-    """A counter board: whole counts of the hinge's encoder from an arbitrary zero, wrapping.
+    """A counter board: whole counts of the hinge's encoder from an arbitrary zero, with overflow.
 
     Args:
-        offset: count at the closed door.
-        bits: width of the counter, 16 or 32; it counts 0 .. 2^bits - 1.
+        offset: Count at the closed door.
+        bits: Width of the counter, 16 or 32; it counts from 0 to 2^bits - 1.
+
+    Raises:
+        SettingError: The counter has another width.
     """
 
     def __init__(self, offset: int, bits: int) -> None:
@@ -59,16 +38,16 @@ class EncoderCounter:
         self._modulus = 1 << bits
 
     def count(self, angle: float) -> int:
-        """Count at an angle of the door [rad]."""
+        """Return the count at an angle of the door [rad]."""
         return (self._offset + math.floor(angle / math.tau * COUNTS_PER_TURN)) % self._modulus
 
 
 class JointEncoders:
-    """Incremental encoders on the motors, and the velocities that a driver makes of them.
+    """Incremental encoders on the motors, and the velocities that a driver computes from them.
 
     Args:
-        resolution: (30,) joint angle of a count [rad].
-        position: (30,) at power-on [rad].
+        resolution: Joint angle of one count, (30,) [rad].
+        position: Joint positions at power-on, (30,) [rad].
     """
 
     def __init__(self, resolution: Array, position: Array) -> None:
@@ -80,11 +59,14 @@ class JointEncoders:
         return quantized
 
     def read(self, position: Array) -> tuple[Array, Array]:
-        """What they say of the true positions (30,) [rad] at the end of a tick.
+        """Return the readings at the end of a tick.
+
+        Args:
+            position: True joint positions, (30,) [rad].
 
         Returns:
-            Positions (30,) in whole counts [rad], and their differences over the tick (30,)
-            [rad/s]: the mean speed, half a tick (2.5 ms) late.
+            Positions in whole counts, (30,) [rad], and their differences over the tick, (30,)
+            [rad/s]. A difference is the mean velocity, with a delay of half a tick (2.5 ms).
         """
         quantized = self._quantized(position)
         velocity = (quantized - self._before) / TICK
@@ -93,46 +75,46 @@ class JointEncoders:
 
 
 class FootForceSensors:
-    """Force sensors of both feet, from power-on.
+    """Force sensors of both feet, calibrated at power-on.
 
-    As on HRP-2 their offsets are taken while the robot hangs: the feet then bear nothing, and the
-    mean reading is the bias, but for what is left of the noise.
+    As on HRP-2 the offsets are measured while the robot hangs: the feet then carry no load, and the
+    mean reading is the bias plus the remaining noise.
 
     Args:
-        settings: noise and biases.
-        random: draws the biases and the calibration's noise.
+        settings: Noise and biases.
+        random: Generator that draws the biases and the calibration's noise.
 
     Attributes:
-        bias: (2, 6) that is left in the readings, left and right [N, N m].
+        bias: Bias that remains in the readings, left and right, (2, 6) [N, N m].
     """
 
     def __init__(self, settings: SensorSettings, random: np.random.Generator) -> None:
         noise = np.repeat([settings.force_noise, settings.torque_noise], 3)
         spread = np.repeat([settings.force_bias, settings.torque_bias], 3)
         bias = spread * random.standard_normal((2, 6))
-        # Means of many samples are drawn at once: their noise is less by the root of the number.
+        # The mean is drawn at once; its noise is smaller by the root of the number of samples.
         in_air = noise / math.sqrt(settings.force_calibration_samples)
         reading = bias + in_air * random.standard_normal((2, 6))
         self.bias = bias - reading if settings.force_sensor_calibrated else bias
         self._noise = noise / math.sqrt(SAMPLES_PER_TICK)
 
     def read(self, wrenches: Array, normal: Array) -> Array:
-        """What they say of a tick: the mean of its samples.
+        """Return the mean reading over a tick, left and right, (2, 6) [N, N m].
 
         Args:
-            wrenches: (2, 6) true mean over the tick, left and right [N, N m].
-            normal: (2, 6) standard normal numbers.
+            wrenches: True mean wrenches over the tick, left and right, (2, 6) [N, N m].
+            normal: Standard normal random numbers, (2, 6).
         """
         return wrenches + self.bias + self._noise * normal
 
 
 class RobotSensors:
-    """All sensors of the robot: noisy ones as the settings say, or exact ones.
+    """All sensors of the robot, with noise or exact.
 
     Args:
-        robot: configuration.
-        settings: of the sensors.
-        seed: of their noise and biases.
+        robot: Configuration of the robot.
+        settings: Noise and biases of the sensors, or whether they are exact.
+        seed: Seed of noise and biases.
     """
 
     def __init__(self, robot: RobotConfig, settings: SensorSettings, seed: int) -> None:
@@ -141,11 +123,11 @@ class RobotSensors:
         self._seed = seed
 
     def power_on(self, position: Array, imu: BodyState) -> None:
-        """Begin anew: biases, calibrations and all later noise follow from the seed alone.
+        """Switch the sensors on and calibrate them; biases and noise follow from the seed alone.
 
         Args:
-            position: (30,) joint angles [rad].
-            imu: state of the IMU's frame, at rest.
+            position: Joint positions, (30,) [rad].
+            imu: State of the IMU's frame, at rest.
         """
         self._random = np.random.default_rng([self._seed, _STREAM])
         self._imu_before = imu
@@ -161,14 +143,14 @@ class RobotSensors:
         imu: BodyState,
         counts: Sequence[int],
     ) -> TickSample:
-        """What the sensors say at the end of a tick.
+        """Return the readings at the end of a tick.
 
         Args:
-            time: [s].
-            joints: (3, 30) true positions [rad], velocities [rad/s] and motor torques [N m].
-            wrenches: (2, 6) true mean over the tick, left and right [N, N m].
-            imu: true state of the IMU's frame.
-            counts: of the door's encoder.
+            time: Time at the end of the tick [s].
+            joints: True positions [rad], velocities [rad/s] and motor torques [N m], (3, 30).
+            wrenches: True mean wrenches over the tick, left and right, (2, 6) [N, N m].
+            imu: True state of the IMU's frame.
+            counts: Counts of the door's encoder since the previous tick.
         """
         before, self._imu_before = self._imu_before, imu
         position, velocity, torque = joints

@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.trajectory import JointLimits, TrajectoryArrays
+from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from humanoid_motion.driver_interface import TrajectoryArrays
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,12 +14,12 @@ LIMITS = JointLimits(NAMES, np.full(3, -1.0), np.full(3, 1.0), np.array([2.0, 4.
 
 
 def driver() -> TrajectoryDriver:
-    """A driver of three joints at rest."""
+    """Return a driver of three joints at rest."""
     return TrajectoryDriver(LIMITS, np.zeros(3))
 
 
 def message(times, positions, velocities=(), accelerations=(), names=NAMES) -> TrajectoryArrays:
-    """A trajectory for the three joints."""
+    """Return a trajectory for the three joints."""
     return TrajectoryArrays(names, times, positions, velocities, accelerations)
 
 
@@ -29,7 +30,7 @@ NAN, INF = float("nan"), float("inf")
 
 
 def test_silence_means_hold() -> None:
-    """Silence means hold."""
+    """Without a trajectory the joints hold their position."""
     for time in (0.0, 1.0, 1e6):
         state = driver().sample(time)
         assert not state.position.any()
@@ -37,7 +38,7 @@ def test_silence_means_hold() -> None:
 
 
 def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> None:
-    """Trajectory without a stamp starts now from the reference and holds its last point."""
+    """A trajectory with stamp 0 starts now from the reference and holds its last point."""
     d = driver()
     d.accept(GOOD, 0.0, 3.0)
     assert not d.sample(3.0).position.any()
@@ -47,7 +48,7 @@ def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> Non
 
 
 def test_names_may_come_in_any_order() -> None:
-    """Names may come in any order."""
+    """The joints of a trajectory may have any order."""
     order = [2, 0, 1]
     shuffled = message(
         GOOD.times,
@@ -88,12 +89,12 @@ def test_names_may_come_in_any_order() -> None:
         (message([0.5, 0.6], [[0.0] * 3, [0.3, 0.0, 0.0]]), "a", "between points"),
         (replace(GOOD, accelerations=[[1e308, 0.0, 0.0], [0.0] * 3]), "a", "between points"),
         (message([1e-300, 2e-300], [[0.0] * 3] * 2, [[0.0] * 3] * 2, [[0.0] * 3] * 2), "b", ""),
-        # What comes to rest from a last point that moves, or bends, is part of the whole.
+        # The braking after a last point with a velocity or an acceleration is part of the motion.
         (message([3.0], [[1.0, 0.0, 0.0]], [[1.9, 0.0, 0.0]]), "a", "above"),
         (message([1.0, 1.001], [[0.0] * 3] * 2, [[0.0] * 3, [0.01, 0.0, 0.0]],
                  [[0.0] * 3, [1e4, 0.0, 0.0]]), "a", ""),
         (message(np.arange(1.0, 6002.0).tolist(), [[0.0] * 3] * 6001), "", "points"),
-        # Outside only for a short while of a long segment.
+        # Outside the limits only for a short part of a long segment.
         (message([0.6, 5.58], [[0.0, 0.0, 0.0], [-0.67, 0.0, 0.0]], [[0.0] * 3, [1.9, 0.0, 0.0]],
                  [[0.0] * 3, [13.0, 0.0, 0.0]]), "a", ""),
         # Inside the limits at both points, outside between them.
@@ -101,7 +102,7 @@ def test_names_may_come_in_any_order() -> None:
     ],
 )
 def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> None:
-    """Bad trajectory is refused and changes nothing."""
+    """A bad trajectory is refused with the joint and a reason, and changes nothing."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = [d.sample(t).position.copy() for t in np.linspace(0.3, 1.2, 20)]
@@ -115,13 +116,13 @@ def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> Non
 
 @pytest.mark.parametrize("stamp", [NAN, INF, -1.0])
 def test_impossible_stamp_is_refused(stamp) -> None:
-    """Impossible stamp is refused."""
+    """An impossible stamp is refused."""
     with pytest.raises(TrajectoryRefusedError):
         driver().accept(GOOD, stamp, 0.0)
 
 
 def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
-    """Wall time where the simulation's is meant would wait for decades."""
+    """A stamp of the wall clock, which would wait for decades, is refused with a hint."""
     d = driver()
     with pytest.raises(TrajectoryRefusedError, match="use_sim_time") as refused:
         d.accept(GOOD, 1.8e9, 12.0)
@@ -133,7 +134,7 @@ def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
 
 @given(st.lists(st.floats(-1.0, 3.0), min_size=1, max_size=30))
 def test_many_positions_at_once_are_those_one_by_one(times) -> None:
-    """Vectorised sampling is sampling, across replaced and waiting trajectories."""
+    """positions() agrees with sample() across replaced and waiting trajectories."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     d.accept(message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.7, 0.2)
@@ -144,13 +145,13 @@ def test_many_positions_at_once_are_those_one_by_one(times) -> None:
 
 
 def test_trajectory_that_is_over_before_it_comes_is_refused() -> None:
-    """Trajectory that is over before it comes is refused."""
+    """A trajectory that has ended before it arrives is refused."""
     with pytest.raises(TrajectoryRefusedError, match="ended"):
         driver().accept(GOOD, 1.0, 2.5)
 
 
 def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
-    """Stamp in the future lets the trajectory under way go on."""
+    """Until a later start the present trajectory continues."""
     d, alone = driver(), driver()
     for each in (d, alone):
         each.accept(GOOD, 0.0, 0.0)
@@ -162,7 +163,7 @@ def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
 
 
 def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
-    """Later stamp waits behind an earlier one that also waits."""
+    """A trajectory waits after an earlier one that waits, too."""
     d = driver()
     d.accept(message([0.5], [[0.1, 0.0, 0.0]]), 1.0, 0.0)
     d.accept(message([0.5], [[0.2, 0.0, 0.0]]), 2.0, 0.0)
@@ -173,7 +174,7 @@ def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
 
 
 def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
-    """Late trajectory is joined where it should be by now."""
+    """A late trajectory is followed from the point at which it should be now."""
     d = driver()
     times = np.arange(0.0, 1.01, 0.1)
     ramp = np.outer(0.25 * times**2, [1.0, 1.0, 1.0])
@@ -185,7 +186,7 @@ def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
 
 @given(st.floats(0.01, 1.2), st.floats(0.5, 1.5))
 def test_replacement_is_continuous_up_to_acceleration(when, duration) -> None:
-    """Replacement is continuous up to acceleration."""
+    """A replaced motion is continuous up to the acceleration."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = d.sample(when)
@@ -201,7 +202,7 @@ def test_replacement_is_continuous_up_to_acceleration(when, duration) -> None:
 
 @given(st.floats(0.0, 1.5))
 def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
-    """Stop brakes smoothly and holds within limits."""
+    """A stop brakes smoothly, holds, and respects the limits."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     before = d.sample(when)
@@ -218,7 +219,7 @@ def test_stop_brakes_smoothly_and_holds_within_limits(when) -> None:
 
 @given(st.floats(0.0, 0.1))
 def test_stop_on_the_way_to_a_limit_stays_within_it(when) -> None:
-    """A quick move that ends on the limit may be stopped anywhere."""
+    """A fast motion towards a limit can be stopped anywhere without exceeding the limit."""
     d = driver()
     d.reset(np.array([0.9, 0.0, 0.0]))
     d.accept(message([0.1], [[1.0, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.0, 0.0)
@@ -229,7 +230,7 @@ def test_stop_on_the_way_to_a_limit_stays_within_it(when) -> None:
 
 @pytest.mark.parametrize("tick", [1, 3, 6, 12, 84, 1000, 1663])
 def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(tick) -> None:
-    """Its stamp, in seconds and nanoseconds, may be a rounding error later than the tick."""
+    """A waiting trajectory starts in its tick even if its stamp is rounded to a later time."""
     d = driver()
     stamp = round(tick * 5_000_000 // 10**9) + (tick * 5_000_000 % 10**9) * 1e-9
     d.accept(message([stamp + 1.0], [[0.2, 0.0, 0.0]], [[0.4, 0.0, 0.0]]), 0.0, 0.0)
@@ -241,7 +242,7 @@ def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(ti
 
 
 def test_stop_drops_what_waits() -> None:
-    """Stop drops what waits."""
+    """A stop discards a waiting trajectory."""
     d = driver()
     d.accept(message([0.5], [[0.3, 0.0, 0.0]]), 1.0, 0.0)
     d.stop(0.5)
@@ -249,7 +250,7 @@ def test_stop_drops_what_waits() -> None:
 
 
 def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None:
-    """Last point that still moves is followed by a brake not a jolt."""
+    """A last point with a velocity is followed by a smooth braking."""
     d = driver()
     d.accept(message([1.0], [[0.5, 0.0, 0.0]], [[1.0, 0.0, 0.0]]), 0.0, 0.0)
     speed = np.array([d.sample(t).velocity[0] for t in np.arange(0.9, 1.3, 0.001)])
@@ -259,7 +260,7 @@ def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None
 
 
 def test_reset_forgets_everything() -> None:
-    """Reset forgets everything."""
+    """A reset discards every trajectory."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     d.reset(np.full(3, 0.4), 0.0)
@@ -269,7 +270,7 @@ def test_reset_forgets_everything() -> None:
 
 @given(st.floats(0.0, 1.4), st.sampled_from([0.001, 0.00025]))
 def test_reference_never_moves_faster_than_the_limit_between_substeps(start, step) -> None:
-    """Reference never moves faster than the limit between substeps."""
+    """The reference never moves faster than the limit between physics steps."""
     d = driver()
     d.accept(GOOD, 0.0, 0.0)
     moved = np.abs(d.sample(start + step).position - d.sample(start).position)

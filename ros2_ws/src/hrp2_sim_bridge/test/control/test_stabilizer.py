@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.control.stabilizer import (
     Stabilizer,
     StabilizerSettings,
     measured_tilt,
     share_load,
 )
-from hrp2_sim_bridge.control.stance_reference import StanceModel
-from hrp2_sim_bridge.sensors.sensors import ImuSample, TickSample
+from hrp2_sim_bridge.control.stance_reference import ReferenceStanceModel
 from hrp2_sim_bridge.settings import TICK, WorldSettings
+from humanoid_motion.driver_interface import ImuSample, TickSample
 from humanoid_motion.kinematics import RobotKinematics
 from humanoid_motion.spline import JointState
 
@@ -26,7 +25,7 @@ def shared(zmp, standing=(True, True), inset=0.02):
 
 
 def zmp_of(loads):
-    """ZMP of both feet's forces and moments."""
+    """Return the ZMP of the forces and moments of both feet."""
     total = loads.force.sum()
     x = (loads.force @ CENTERS[:, 0] - loads.moment[:, 1].sum()) / total
     y = (loads.force @ CENTERS[:, 1] + loads.moment[:, 0].sum()) / total
@@ -38,12 +37,12 @@ def at_rest(position):
 
 
 def resting(position):
-    """A reference that rests."""
+    """Return a reference at rest."""
     return lambda _time: at_rest(position)
 
 
 def sample(robot, time=0.0, turn=(0.0, 0.0, 0.0, 1.0), rate=(0.0, 0.0, 0.0), load=(285.0, 285.0)):
-    """What the sensors say in half-sitting, the IMU turned and the feet loaded as told."""
+    """Return measurements in half-sitting with a turned IMU and given loads of the feet."""
     wrenches = [np.array([0.0, 0.0, force, 0.0, -0.015 * force, 0.0]) for force in load]
     imu = ImuSample(np.array(turn), np.array(rate), np.array([0.0, 0.0, GRAVITY]))
     return TickSample(
@@ -52,18 +51,18 @@ def sample(robot, time=0.0, turn=(0.0, 0.0, 0.0, 1.0), rate=(0.0, 0.0, 0.0), loa
 
 
 def offset_at(stabilizer, time):
-    """Correction (30,) at a time."""
+    """Return the correction (30,) at a time."""
     return stabilizer.offsets(np.array([time]))[0]
 
 
 def about(axis, angle):
-    """Quaternion x, y, z, w of a turn about an axis of the world."""
+    """Return the quaternion x, y, z, w of a turn about an axis of the world."""
     return np.append(np.sin(angle / 2.0) * np.eye(3)[axis], np.cos(angle / 2.0))
 
 
 @pytest.mark.parametrize("zmp", [(0.0, -0.1), (0.05, 0.09), (-0.06, -0.33), (0.1, 0.15)])
 def test_the_feet_together_make_the_zmp_that_was_asked(zmp) -> None:
-    """Forces and moments of the feet add up to the weight at the ZMP."""
+    """The forces and moments of the feet together have the wanted ZMP."""
     loads = shared(zmp)
     assert loads.beyond == 0.0
     assert loads.force.sum() == pytest.approx(570.0)
@@ -72,20 +71,20 @@ def test_the_feet_together_make_the_zmp_that_was_asked(zmp) -> None:
 
 
 def test_a_zmp_under_one_sole_or_one_sole_on_the_floor_is_borne_by_it_alone() -> None:
-    """Near a sole's middle, or where the other one swings, the other bears nothing."""
+    """A ZMP near a sole's middle, or with one sole in the air, loads one sole alone."""
     assert shared((0.0, 0.09)).force.tolist() == [570.0, 0.0]
     assert shared((0.0, 0.06), standing=(False, True)).force.tolist() == [0.0, 570.0]
 
 
 def test_no_foot_is_asked_for_more_than_its_sole_bears() -> None:
-    """A ZMP off the soles is brought back to their edges, and said to be."""
+    """A ZMP outside the soles is moved to their edges, and its distance is reported."""
     loads = shared((0.4, 0.3))
     assert loads.beyond == pytest.approx(0.28)
     np.testing.assert_allclose(zmp_of(loads), CENTERS[0] + REACH, atol=1e-12)
 
 
 def test_sharing_is_continuous() -> None:
-    """A ZMP that moves by a tenth of a millimeter moves no more than 2 N or 0.3 N m."""
+    """A shift of the ZMP by 0.1 mm changes the loads by less than 2 N and 0.3 N m."""
     path = [shared((0.02, y)) for y in np.arange(-0.35, 0.15, 1e-4)]
     assert np.abs(np.diff([loads.force for loads in path], axis=0)).max() < 2.0
     assert np.abs(np.diff([loads.moment for loads in path], axis=0)).max() < 0.3
@@ -94,19 +93,19 @@ def test_sharing_is_continuous() -> None:
 @pytest.mark.parametrize("name", ["frequency", "force_memory", "largest_lift"])
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
 def test_gains_out_of_range_are_refused(name, value) -> None:
-    """The error carries the setting, its value and its limit."""
+    """The error names the setting."""
     with pytest.raises(SettingError, match=name):
         StabilizerSettings(**{name: value})
 
 
 def test_unknown_soles_are_refused() -> None:
-    """The error names the setting and what is allowed."""
+    """The error names the setting and the allowed values."""
     with pytest.raises(SettingError, match="sole is soft, must be rigid or rubber"):
         WorldSettings(sole="soft")
 
 
 def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
-    """Rubber is the default; rigid soles need none."""
+    """Rubber soles and the stabilizer are the default; rigid soles have no stabilizer."""
     assert WorldSettings().stabilized
     assert not WorldSettings(sole="rigid").stabilized
     assert not WorldSettings(stabilizer=False).stabilized
@@ -114,29 +113,29 @@ def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis) -> None:
-    """A tilt shows on its axis, whatever the heading; a bent chest is no tilt."""
-    stance = StanceModel(robot).at(at_rest(robot.posture({"CHEST_JOINT1": 0.2})))
+    """A tilt is measured about its own axis, and a bent chest is not a tilt."""
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.posture({"CHEST_JOINT1": 0.2})))
     bent = sample(robot, turn=about(1, 0.2))
     np.testing.assert_allclose(measured_tilt(bent, stance)[0], 0.0, atol=1e-9)
-    upright = StanceModel(robot).at(at_rest(robot.half_sitting))
+    upright = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
     tilt, rate = measured_tilt(sample(robot, turn=about(axis, 0.01), rate=np.eye(3)[axis]), upright)
     np.testing.assert_allclose(tilt, 0.01 * np.eye(2)[axis], atol=1e-6)
     np.testing.assert_allclose(rate, np.eye(2)[axis], atol=1e-9)
 
 
 def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, moving) -> None:
-    """On rigid soles, which follow the reference, both ZMPs are the same within millimeters."""
-    world = make_world(sole="rigid", friction=0.4)  # grippier soles chatter for single ticks
+    """On rigid soles the ZMP of the reference is that of the simulation to millimeters."""
+    world = make_world(sole="rigid", friction=0.4)  # with more friction soles chatter
     path = np.array([sway(y) for y in (0.0, 0.03, -0.03, 0.0)])
     world.follow(moving(np.array([0.1, 0.8, 1.6, 2.3]), path), 0.0)
-    model, said, felt = StanceModel(world.robot_config), [], []
+    model, said, felt = ReferenceStanceModel(world.robot_config), [], []
     for _ in range(480):
         stance = model.at(world.driver.sample(world.time + 0.5 * TICK))
-        base = world.robot.base_states(np.array([world.robot.read_frames()]))
+        base = world.engine.base_states(np.array([world.engine.read_frames()]))
         said.append(stance.zmp + base.position[0, :2])
         now = world.step()
         force = np.array([now.left_wrench[2], now.right_wrench[2]])
-        place = np.array([world.robot.frame(world.robot.soles[side]).position for side in SIDES])
+        place = world.engine.link_states(np.array([world.engine.read_frames()])).position[0, :2]
         torque = now.left_wrench[3:5] + now.right_wrench[3:5]
         felt.append((force @ place[:, :2] + np.array([-torque[1], torque[0]])) / force.sum())
     error = np.abs(np.array(said) - felt)
@@ -146,10 +145,10 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
 
 
 def test_corrections_move_the_soles_as_asked(robot) -> None:
-    """A sole goes down by 5 mm and rolls by 0.02 rad about its middle, base_link staying."""
+    """A commanded sole moves down by 5 mm and rolls by 0.02 rad about its middle."""
     stabilizer, body = Stabilizer(robot), RobotKinematics(robot)
     middle = np.array([0.015, 0.01, 0.0, 1.0])
-    stance = StanceModel(robot).at(at_rest(robot.half_sitting))
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
     stabilizer._feet[:] = [[-0.005, 0.02, 0.0], [0.0, 0.0, 0.0]]
     body.set_joints(robot.half_sitting)
     before = body.soles()
@@ -162,7 +161,7 @@ def test_corrections_move_the_soles_as_asked(robot) -> None:
 
 
 def test_corrections_are_bounded_and_respect_the_joints_limits(robot) -> None:
-    """However far the robot leans and for however long, the legs stay within their limits."""
+    """In any lean the corrections are bounded and the legs stay within their limits."""
     rest = robot.half_sitting
     narrow = replace(robot, lower=rest - 0.02, upper=rest + 0.02)
     stabilizer, farthest = Stabilizer(narrow), 0.0
@@ -176,7 +175,7 @@ def test_corrections_are_bounded_and_respect_the_joints_limits(robot) -> None:
 
 
 def test_corrections_are_continuous_in_time(robot) -> None:
-    """A tick begins where the one before ended, and goes on evenly."""
+    """The corrections of a tick begin at the end of the previous ones and are linear in time."""
     stabilizer, reference = Stabilizer(robot), resting(robot.half_sitting)
     for tick in range(20):
         begin = tick * TICK
@@ -188,7 +187,7 @@ def test_corrections_are_continuous_in_time(robot) -> None:
 
 
 def test_a_foot_in_the_air_forgets_its_corrections(robot) -> None:
-    """What damping control made up fades, and a lifted sole is only kept level."""
+    """The corrections of a lifted foot decay."""
     stabilizer = Stabilizer(robot)
     lifted = robot.posture(
         {"RLEG_JOINT2": -0.65, "RLEG_JOINT3": 1.25, "RLEG_JOINT4": -0.60}

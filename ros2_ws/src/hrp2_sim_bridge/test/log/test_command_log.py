@@ -3,19 +3,19 @@ import json
 import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog
 from hrp2_sim_bridge.replay import replay
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 
 def stop() -> TrajectoryArrays:
-    """A trajectory that means stop."""
+    """Return a trajectory that means stop."""
     return TrajectoryArrays((), (), ())
 
 
 def test_the_same_orders_give_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
-    """A run with a sway, a refused order, a push and two stops is had again from its log."""
+    """A run with a sway, a refused order, a push and two stops is repeated exactly from its log."""
     first = make_world(door_distance=0.5)
     for tick in range(200):
         if tick == 10:
@@ -42,14 +42,14 @@ def test_the_same_orders_give_the_same_run_bit_for_bit(make_world, sway, moving)
 
 
 def test_orders_of_numpys_numbers_can_be_kept(make_world) -> None:
-    """JSON knows none of them."""
+    """NumPy's numbers, which JSON does not have, are converted."""
     world = make_world()
     world.push_door(np.float32(5.0), np.float64(0.2))
     assert json.loads(world.log(with_com=False)["commands"])["orders"][0]["impulse"] == 5.0
 
 
 def test_reset_begins_a_new_log(make_world) -> None:
-    """Orders from before a reset belong to another run."""
+    """A log has no orders from before the last reset."""
     world = make_world()
     world.push_door(5.0, 0.2)
     world.step()
@@ -58,7 +58,7 @@ def test_reset_begins_a_new_log(make_world) -> None:
 
 
 def test_a_log_with_lost_orders_is_refused(make_world, monkeypatch) -> None:
-    """What cannot be the same run is not replayed."""
+    """A log with lost orders cannot give the same run and is not replayed."""
     monkeypatch.setattr("hrp2_sim_bridge.log.command_log._MOST", 1)
     log = CommandLog()
     for tick in range(3):
@@ -72,7 +72,7 @@ def test_a_log_with_lost_orders_is_refused(make_world, monkeypatch) -> None:
 
 
 def test_replay_wants_a_world_at_its_start(make_world) -> None:
-    """A world that has run is refused."""
+    """A world that has been stepped is refused."""
     world = make_world()
     world.step()
     with pytest.raises(SettingError, match="tick"):

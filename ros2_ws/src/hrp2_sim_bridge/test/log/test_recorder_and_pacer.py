@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 @given(st.integers(16, 300), st.integers(0, 200), st.integers(1, 7))
 def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, ticks, each) -> None:
-    """Recorder keeps the latest rows in order and within its bound."""
+    """A recorder keeps the latest rows in order, at most as many as its bound."""
     recorder = Recorder({"n": ((), "f8"), "v": ((2,), "f4")}, most)
     rows = ticks * each
     for first in range(0, rows, each):
@@ -21,7 +21,7 @@ def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, tick
 
 
 def test_recorder_grows_beyond_its_first_capacity() -> None:
-    """Recorder grows beyond its first capacity."""
+    """A recorder grows beyond its first capacity."""
     recorder = Recorder({"n": ((), "i8")}, 100_000)
     for row in range(10_000):
         recorder.add(1, n=row)
@@ -29,7 +29,7 @@ def test_recorder_grows_beyond_its_first_capacity() -> None:
 
 
 class Watch:
-    """A clock set by hand."""
+    """A clock whose time the test sets."""
 
     now = 0.0
 
@@ -38,7 +38,7 @@ class Watch:
 
 
 def test_pacer_waits_for_real_time() -> None:
-    """Pacer waits for real time."""
+    """A pacer waits until real time has reached simulated time."""
     watch = Watch()
     pacer = Pacer(2.0, watch)
     pacer.advance(0.1)
@@ -48,7 +48,7 @@ def test_pacer_waits_for_real_time() -> None:
 
 
 def test_pacer_does_not_hurry_after_a_long_stop() -> None:
-    """Pacer does not hurry after a long stop."""
+    """After a long stop a pacer does not make up for the lost time."""
     watch = Watch()
     pacer = Pacer(1.0, watch)
     watch.now = 100.0
@@ -59,7 +59,7 @@ def test_pacer_does_not_hurry_after_a_long_stop() -> None:
 
 
 def test_pacer_without_a_factor_never_waits() -> None:
-    """Pacer without a factor never waits."""
+    """A pacer without a factor never waits."""
     pacer = Pacer(0.0, Watch())
     pacer.advance(1e3)
     assert pacer.wait() == 0.0

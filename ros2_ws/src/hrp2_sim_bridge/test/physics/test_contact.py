@@ -13,7 +13,7 @@ BALL, L_B, STEP = 47.0, 0.42, 0.00025
 @pytest.mark.parametrize("speed", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7])
 def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, speed) -> None:
-    """Free ball leaves the leaf with the restitution asked for."""
+    """A free ball leaves the leaf with the wanted restitution, and momentum is conserved."""
     door = load_door("paper")
     design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
     shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP)
@@ -25,7 +25,7 @@ def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, s
 
 @given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))
 def test_design_meets_restitution_and_duration(restitution, mass, duration) -> None:
-    """Design meets restitution and duration."""
+    """The designed surface has the wanted restitution and duration."""
     design = design_contact(restitution, mass, duration, STEP)
     assert design.restitution == pytest.approx(restitution, abs=1e-3)
     assert design.duration == pytest.approx(duration, rel=0.05)
@@ -35,7 +35,7 @@ def test_design_meets_restitution_and_duration(restitution, mass, duration) -> N
 
 @given(st.floats(100.0, 300.0), st.floats(0.0, 1.0))
 def test_scheme_converges_to_the_exact_spring_damper_that_cannot_pull(frequency, ratio) -> None:
-    """The exact restitution of v' = -2 z w v - w^2 x while the force pushes."""
+    """With small steps the restitution is the exact one of v' = -2 z w v - w^2 x without pull."""
     shown, _ = simulate_impact(frequency, ratio, 2e-6)
     if ratio < 1.0:
         root = np.sqrt(1.0 - ratio**2)
@@ -48,7 +48,7 @@ def test_scheme_converges_to_the_exact_spring_damper_that_cannot_pull(frequency,
 
 @pytest.mark.parametrize("bad", [-0.1, 0.99, float("nan")])
 def test_restitution_out_of_reach_is_an_error_that_names_it(bad) -> None:
-    """Restitution out of reach is an error that names it."""
+    """A restitution that cannot be reached is an error that names it."""
     with pytest.raises(SettingError) as error:
         design_contact(bad, 28.0, 0.015, STEP)
     assert error.value.setting == "restitution"

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from humanoid_motion.driver_interface import TrajectoryArrays
 
 
 @pytest.fixture(scope="module")
 def fallen(robot, paper_door, moving):
-    """A robot that leant over its toes, a second after it fell; the log since, the world."""
+    """A robot one second after it fell over its toes: the world, and the log after the fall."""
     from hrp2_sim_bridge.world import World
 
     world = World(robot, paper_door, 0.9, -0.42)
@@ -27,14 +27,14 @@ def fallen(robot, paper_door, moving):
 
 
 def test_fall_is_noticed_and_named(fallen) -> None:
-    """The reason says what touched the floor or how far the base tilted."""
+    """The reason names what touched the floor or how far the base tilted."""
     world, _ = fallen
     assert world.fell
     assert "tilted" in world.fall.reason or "on the floor" in world.fall.reason
 
 
 def test_fallen_robot_does_not_fight_the_floor(fallen, robot) -> None:
-    """After a fall no joint has more than a tenth of its torque, braced or not."""
+    """After a fall no joint uses more than a tenth of its torque, braced or not."""
     _, log = fallen
     ratio = log["tick_peak_torque"].max(axis=0) / robot.effort_limit
     assert ratio.max() <= 0.1 + 1e-6
@@ -42,13 +42,13 @@ def test_fallen_robot_does_not_fight_the_floor(fallen, robot) -> None:
 
 
 def test_fallen_robot_holds_its_reference(fallen) -> None:
-    """The motion under way ends."""
+    """The present motion ends with the fall."""
     _, log = fallen
     np.testing.assert_array_equal(log["tick_reference"][-1], log["tick_reference"][-100])
 
 
 def test_fallen_robot_refuses_to_move_but_takes_a_stop_and_a_reset(fallen, robot) -> None:
-    """A trajectory is refused with the reason of the fall; a reset makes it stand."""
+    """A fallen robot refuses a trajectory with the reason of the fall; after a reset it stands."""
     world, _ = fallen
     reason = world.fall.reason
     still = TrajectoryArrays(robot.joint_names, [1.0], [robot.half_sitting.tolist()])

@@ -9,7 +9,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 @given(seeds)
 def test_rotation_is_scipys(seed) -> None:
-    """Matrices of a stack of quaternions."""
+    """The matrices of a stack of quaternions are those of SciPy."""
     turns = Rotation.random(6, random_state=np.random.default_rng(seed))
     quaternions = turns.as_quat().reshape(2, 3, 4)
     np.testing.assert_allclose(
@@ -19,14 +19,14 @@ def test_rotation_is_scipys(seed) -> None:
 
 @given(seeds)
 def test_cross_product_is_numpys(seed) -> None:
-    """Of stacks of vectors."""
+    """The cross products of stacks of vectors are those of NumPy."""
     a, b = np.random.default_rng(seed).standard_normal((2, 4, 5, 3))
     np.testing.assert_allclose(cross(a, b), np.cross(a, b), atol=1e-12)
 
 
 @given(seeds)
 def test_into_frame_undoes_the_rotation(seed) -> None:
-    """A vector turned with its frame has the components it had."""
+    """A vector that rotates with its frame keeps its components."""
     random = np.random.default_rng(seed)
     turn = rotation(Rotation.random(random_state=random).as_quat())
     vector = random.standard_normal(3)
@@ -35,7 +35,7 @@ def test_into_frame_undoes_the_rotation(seed) -> None:
 
 @given(seeds)
 def test_product_turns_by_both(seed) -> None:
-    """The matrix of a product is the product of the matrices."""
+    """The matrix of a product of quaternions is the product of their matrices."""
     p, q = Rotation.random(2, random_state=np.random.default_rng(seed)).as_quat()
     both = rotation(np.array(quaternion_product(p, q)))
     np.testing.assert_allclose(both, rotation(p) @ rotation(q), atol=1e-12)

@@ -1,15 +1,15 @@
-"""What PyBullet does by itself and must not do here (docs/physics.md)."""
+"""Tests that PyBullet's unwanted defaults have no effect (docs/physics.md)."""
 
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.physics.engine import connect, prepare
-from hrp2_sim_bridge.physics.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
 
 
 @pytest.fixture
 def lifted(robot):
-    """The robot in half-sitting 5 m above the floor, motors off; the client."""
+    """The client, and the robot in half-sitting 5 m above the floor with its motors off."""
     client = connect(False)
     prepare(client, 0.0005, 50, 0.8)
     body = RobotBody(client, robot, robot.half_sitting, rotor_scale=1.0)
@@ -22,7 +22,7 @@ def lifted(robot):
 
 
 def test_nothing_slows_a_fall(lifted) -> None:
-    """PyBullet damps links by 4 % a second unless told not to."""
+    """A fall is not damped, as PyBullet's default would by 4 % per second."""
     client, body = lifted
     for _ in range(600):
         client.stepSimulation()
@@ -31,7 +31,7 @@ def test_nothing_slows_a_fall(lifted) -> None:
 
 
 def test_nothing_slows_a_joint(lifted) -> None:
-    """A wrist that spins in free fall keeps its speed."""
+    """A wrist that turns in free fall keeps its speed."""
     client, body = lifted
     client.setGravity(0.0, 0.0, 0.0)
     joint = body.joint_index["LARM_JOINT6"]
@@ -43,7 +43,7 @@ def test_nothing_slows_a_joint(lifted) -> None:
 
 
 def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
-    """Joints held on the URDF's limit need no more torque than gravity asks for."""
+    """Joints that are held at the URDF's limits need no more torque than gravity requires."""
     world = make_world(sole="rigid")  # on rubber the whole body sways a little
     ends = {"LARM_JOINT2": "upper", "LARM_JOINT4": "lower", "HEAD_JOINT0": "upper"}
     posture = robot.posture(
@@ -61,7 +61,7 @@ def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
 
 
 def test_world_without_a_door_nearby_takes_coarse_steps_and_beside_it_fine_ones(make_world) -> None:
-    """The solver fails robot and door together at coarse steps."""
+    """Physics steps are fine near the door, where the solver would fail with coarse ones."""
     for distance, fine in ((0.9, False), (0.4, True)):
         world = make_world(door_distance=distance)
         for _ in range(5):

@@ -5,14 +5,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hrp2_sim_bridge.errors import ModelError
-from hrp2_sim_bridge.physics.engine import connect, prepare
-from hrp2_sim_bridge.physics.robot_body import RobotBody
-from hrp2_sim_bridge.physics.rotors import link_inertias, load_robot
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.rotors import link_inertias, load_robot
 
 
 @pytest.fixture
 def client():
-    """An empty world."""
+    """A client with an empty world."""
     client = connect(False)
     prepare(client, 0.0005, 50, 0.8)
     yield client
@@ -20,7 +20,7 @@ def client():
 
 
 def struck_speeds(client, robot, scale, posture, joint):
-    """Speeds (30,) of the floating robot's joints after a short torque of 1 N m s at one."""
+    """Return the speeds (30,) of a floating robot's joints after an impulse of 1 N m s at one."""
     body = load_robot(client, robot, scale)
     count = client.getNumJoints(body)
     indices = {client.getJointInfo(body, i)[1].decode(): i for i in range(count)}
@@ -38,7 +38,7 @@ def struck_speeds(client, robot, scale, posture, joint):
 
 
 def pinocchio_matrix(robot, scale, posture):
-    """Pinocchio's mass matrix (36, 36) with the links of `link_inertias`, the joints' columns."""
+    """Return Pinocchio's mass matrix (36, 36) with `link_inertias`, and the joints' columns."""
     model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
     bare, full = link_inertias(robot, 0.0), link_inertias(robot, scale)
     for name, inertia in full.items():
@@ -61,7 +61,7 @@ def pinocchio_matrix(robot, scale, posture):
 def test_struck_joint_moves_as_the_mass_matrix_with_rotors_says(
     client, robot, scale, joint
 ) -> None:
-    """PyBullet takes inertias that break the triangle inequality, products and all."""
+    """PyBullet accepts inertias that violate the triangle inequality, with their products."""
     posture = robot.posture(robot.braced_posture)
     matrix, columns = pinocchio_matrix(robot, scale, posture)
     wanted = np.linalg.inv(matrix)[np.ix_(columns, columns)][:, robot.index(joint)]
@@ -70,7 +70,7 @@ def test_struck_joint_moves_as_the_mass_matrix_with_rotors_says(
 
 
 def test_a_rotor_weighs_on_its_joint_as_gear_squared(robot) -> None:
-    """The mass matrix of the hitting arm gains at least gear^2 J on each joint's own entry."""
+    """Rotors add at least gear^2 J to the joint's own entry of the mass matrix."""
     bare, columns = pinocchio_matrix(robot, 0.0, robot.half_sitting)
     full, _ = pinocchio_matrix(robot, 1.0, robot.half_sitting)
     for index, name in enumerate(robot.joint_names):
@@ -82,14 +82,14 @@ def test_a_rotor_weighs_on_its_joint_as_gear_squared(robot) -> None:
 
 
 def test_rotors_add_inertia_and_no_mass(client, robot) -> None:
-    """The robot's mass stays 58 kg."""
+    """The robot's mass remains 58 kg with rotors."""
     body = load_robot(client, robot, 1.0)
     masses = [client.getDynamicsInfo(body, i)[0] for i in range(-1, client.getNumJoints(body))]
     assert sum(masses) == pytest.approx(58.0, abs=1e-6)
 
 
 def test_inertia_that_pybullet_replaced_is_found(client, robot, monkeypatch) -> None:
-    """Without the second step a link with a rotor would have another inertia: that is an error."""
+    """An inertia that PyBullet replaced while loading is an error."""
     change = client.changeDynamics
     monkeypatch.setattr(client, "changeDynamics", lambda *_, **__: None, raising=False)
     with pytest.raises(ModelError) as error:
@@ -99,21 +99,21 @@ def test_inertia_that_pybullet_replaced_is_found(client, robot, monkeypatch) -> 
 
 
 def test_wrong_total_mass_is_found(client, robot) -> None:
-    """A configuration whose mass is not the URDF's is an error that tells both."""
+    """A configuration with another mass than the URDF is an error with both values."""
     with pytest.raises(ModelError, match="mass") as error:
         load_robot(client, dataclasses.replace(robot, mass=60.0), 0.0)
     assert error.value.limit == 60.0
 
 
 def test_rotors_may_be_on_no_link(robot) -> None:
-    """An empty rotor_link leaves every link as it is."""
+    """An empty rotor_link leaves every inertia unchanged."""
     none = dataclasses.replace(robot, rotor_link=MappingProxyType({}))
     for name, inertia in link_inertias(none, 1.0).items():
         np.testing.assert_array_equal(inertia, link_inertias(robot, 0.0)[name])
 
 
 def shown_mass(client, body, direction):
-    """Mass at point B of the floating robot with all joints held, by a blow of 0.1 N s [kg]."""
+    """Return the mass at point B of a floating robot with held joints, for 0.1 N s [kg]."""
     client.setGravity(0.0, 0.0, 0.0)
     client.setTimeStep(2e-5)
     for joint in body.joint_index.values():
@@ -129,7 +129,7 @@ def shown_mass(client, body, direction):
 
 
 def rigid_mass(robot, posture, direction):
-    """The same of one rigid body without rotors, by Pinocchio [kg]."""
+    """Return the mass at point B of one rigid body without rotors, by Pinocchio [kg]."""
     matrix, _ = pinocchio_matrix(robot, 0.0, posture)
     model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
     data, q = model.createData(), pin.neutral(model)
@@ -142,7 +142,7 @@ def rigid_mass(robot, posture, direction):
 
 @pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (1.0, 0.0, 0.0)])
 def test_a_robot_with_held_rotors_is_struck_as_one_rigid_body(client, robot, direction) -> None:
-    """Point B shows that body's mass to 0.2 %; rotors on the links would add 2 and 17 %."""
+    """Point B shows the mass of a rigid body to 0.2 %; rotors on the links would add 2 and 17 %."""
     posture, along = robot.posture(robot.braced_posture), np.array(direction)
     body = RobotBody(client, robot, posture, rotor_scale=1.0)
     body.hold_rotors(True)
@@ -151,7 +151,7 @@ def test_a_robot_with_held_rotors_is_struck_as_one_rigid_body(client, robot, dir
 
 
 def test_letting_rotors_go_gives_back_every_inertia_exactly(client, robot) -> None:
-    """All that PyBullet knows of each link, bit for bit; held, the inertias are others."""
+    """After a brace every link has its inertia of before, bit for bit; during it, another one."""
     body = RobotBody(client, robot, robot.half_sitting, rotor_scale=1.0)
 
     def links():

@@ -1,4 +1,4 @@
-"""Conversions; they need the message packages, but no graph."""
+"""Tests of the conversions; they need the message packages, but no graph."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,16 @@ import pytest
 pytest.importorskip("door_impact_msgs.msg")
 pytest.importorskip("trajectory_msgs.msg")
 
+from door_impact_common.stamps import seconds, stamp_of
 from hrp2_sim_bridge.ros import messages as convert
-from hrp2_sim_bridge.sensors.imu import ImuSample, imu_variances
+from hrp2_sim_bridge.sensors.imu import imu_variances
 from hrp2_sim_bridge.settings import SensorSettings
+from humanoid_motion.driver_interface import ImuSample
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 
 def test_encoder_batches_follow_each_other_without_a_gap() -> None:
-    """Indices, stamps and counts of batches join; the stamp is the first sample's."""
+    """Indices, stamps and counts of batches are continuous; the stamp is the first sample's."""
     batcher = convert.EncoderBatcher(0.001, 20)
     batches = []
     for tick in range(1, 13):
@@ -24,12 +26,12 @@ def test_encoder_batches_follow_each_other_without_a_gap() -> None:
     assert [b.first_index for b in batches] == [0, 20, 40]
     assert not any(b.gap_before for b in batches)
     assert [c for b in batches for c in b.counts] == list(range(60))
-    stamps = [convert.seconds(b.header.stamp) for b in batches]
+    stamps = [seconds(b.header.stamp) for b in batches]
     np.testing.assert_allclose(stamps, [0.001, 0.021, 0.041], atol=1e-9)
 
 
 def test_restart_drops_what_was_collected_and_marks_the_gap() -> None:
-    """The batch after a restart tells that samples are missing, the next one not."""
+    """Only the first batch after a restart reports that samples are missing."""
     batcher = convert.EncoderBatcher(0.001, 5)
     batcher.add([1, 2, 3], 3_000_000)
     batcher.restart()
@@ -42,7 +44,7 @@ def test_restart_drops_what_was_collected_and_marks_the_gap() -> None:
 
 
 def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
-    """Missing velocities stay missing; a message without points means stop."""
+    """Missing velocities stay missing, and a message without points means stop."""
     point = JointTrajectoryPoint(positions=[0.1, 0.2])
     point.time_from_start.sec, point.time_from_start.nanosec = 1, 500_000_000
     arrays = convert.trajectory_arrays(JointTrajectory(joint_names=["a", "b"], points=[point]))
@@ -55,17 +57,17 @@ def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
 
 @pytest.mark.parametrize("nanoseconds", [0, 5_000_000, 3_999_999_999, 600_000_000_000])
 def test_stamp_keeps_every_nanosecond(nanoseconds: int) -> None:
-    """Seconds and nanoseconds add up again."""
-    stamp = convert.stamp_of(nanoseconds)
+    """Seconds and nanoseconds of a stamp add up to the time."""
+    stamp = stamp_of(nanoseconds)
     assert stamp.sec * 1_000_000_000 + stamp.nanosec == nanoseconds
 
 
 @pytest.mark.parametrize("noisy", [True, False])
 def test_imu_message_carries_the_variances_on_its_diagonals(noisy: bool) -> None:
-    """Row-major 3 x 3 matrices, zero beside the diagonals, zero throughout where exact."""
+    """Covariances are row-major and diagonal; those of exact sensors are zero."""
     settings = SensorSettings(sensor_noise=noisy)
     sample = ImuSample(np.array([0.0, 0.0, 0.6, 0.8]), np.arange(3.0), np.arange(3.0, 6.0))
-    message = convert.imu(convert.stamp_of(0), "imu_link", sample, imu_variances(settings))
+    message = convert.imu(stamp_of(0), "imu_link", sample, imu_variances(settings))
     rate = settings.gyro_noise**2 if noisy else 0.0
     force = settings.accelerometer_noise**2 + settings.accelerometer_bias**2 if noisy else 0.0
     covariance = np.reshape(message.angular_velocity_covariance, (3, 3))

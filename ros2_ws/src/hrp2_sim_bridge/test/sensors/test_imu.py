@@ -1,4 +1,4 @@
-"""The IMU, and the attitude that is made of it."""
+"""Tests of the IMU and of the attitude that is estimated from it."""
 
 import math
 from itertools import pairwise
@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
-from hrp2_sim_bridge.physics.frames import BodyState, rotation
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.physics.states import BodyState
 from hrp2_sim_bridge.sensors.imu import (
     AttitudeFilter,
     Imu,
@@ -25,25 +26,25 @@ RATES = st.tuples(*[st.floats(-20.0, 20.0)] * 3).map(np.array)
 
 
 def axis_turn(axis, angle):
-    """Quaternion of a rotation about an axis (0, 1, 2)."""
+    """Return the quaternion of a rotation about an axis (0, 1, 2)."""
     quaternion = np.zeros(4)
     quaternion[axis], quaternion[3] = math.sin(angle / 2.0), math.cos(angle / 2.0)
     return quaternion
 
 
 def tilt_error(estimate, truth=LEVEL):
-    """Angle between the vertical of two attitudes [deg]."""
+    """Return the angle between the verticals of two attitudes [deg]."""
     cosine = rotation(estimate)[2] @ rotation(truth)[2]
     return math.degrees(math.acos(min(1.0, cosine)))
 
 
 def state(velocity=0.0, quaternion=LEVEL):
-    """Of an IMU that moves sideways [m/s]."""
+    """Return the state of an IMU that moves sideways at a velocity [m/s]."""
     return BodyState(np.zeros(3), quaternion, np.array([0.0, velocity, 0.0]), np.zeros(3))
 
 
 def errors_in(velocities, seed):
-    """Tilt errors [deg] (N) and the IMU of a level robot with these sideways speeds (N + 1)."""
+    """Return tilt errors (N) [deg] and the IMU of a level robot with sideways speeds (N + 1)."""
     random = np.random.default_rng(seed)
     states = [state(velocity) for velocity in velocities]
     imu = Imu(SensorSettings(), random, states[0])
@@ -56,7 +57,7 @@ def errors_in(velocities, seed):
 
 @given(ANGLES, ANGLES)
 def test_first_attitude_is_that_of_the_vertical(roll, pitch):
-    """It has the tilt of a robot at rest, and no heading."""
+    """The first attitude has the tilt of a robot at rest, and heading 0."""
     turn = rotation(axis_turn(1, pitch)) @ rotation(axis_turn(0, roll))
     found = rotation(level_attitude(turn.T @ UP))
     np.testing.assert_allclose(found, turn, atol=1e-9)
@@ -64,7 +65,7 @@ def test_first_attitude_is_that_of_the_vertical(roll, pitch):
 
 @given(RATES)
 def test_mean_rate_is_that_of_the_rotation_between(rate):
-    """The filter without corrections turns by a rate; the rate is found in its attitudes."""
+    """The mean rate is the one by which the filter turned the attitude."""
     start = axis_turn(0, 0.7)
     after = AttitudeFilter(start, np.zeros(3)).update(rate, np.zeros(3), TICK)
     np.testing.assert_allclose(mean_rate(start, after, TICK), rate, atol=1e-7)
@@ -73,14 +74,14 @@ def test_mean_rate_is_that_of_the_rotation_between(rate):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_standing_attitude_is_right_to_0_3_deg(seed):
-    """For ten seconds after power-on."""
+    """The attitude of a standing robot is right to 0.3 deg for ten seconds after power-on."""
     errors, _ = errors_in(np.zeros(2000), seed)
     assert errors.max() < 0.3
 
 
 @given(ANGLES, st.sampled_from([0, 1]))
 def test_a_tilted_robot_starts_from_its_own_attitude(angle, axis):
-    """Power-on in any tilt is right to 0.3 deg, from the accelerometer alone."""
+    """At power-on the attitude is right to 0.3 deg in any tilt, from the accelerometer alone."""
     hanging = state(quaternion=axis_turn(axis, angle))
     imu = Imu(SensorSettings(), np.random.default_rng(0), hanging)
     reading = imu.read(hanging, hanging, np.zeros(6))
@@ -89,7 +90,7 @@ def test_a_tilted_robot_starts_from_its_own_attitude(angle, axis):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_swaying_attitude_is_right_to_1_deg(seed):
-    """With sideways accelerations of 2 m/s^2, at 0.5 Hz for six seconds."""
+    """The attitude is right to 1 deg in a sway of 2 m/s^2 at 0.5 Hz for six seconds."""
     time = np.arange(0.0, 6.0, TICK)
     errors, _ = errors_in(2.0 / math.pi * np.sin(math.pi * time), seed)
     assert errors.max() < 1.0
@@ -97,7 +98,7 @@ def test_swaying_attitude_is_right_to_1_deg(seed):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_attitude_through_a_hit_is_right_to_1_deg(seed):
-    """A run-up of half a second to 0.5 m/s that ends within 15 ms, at 3.4 g."""
+    """The attitude is right to 1 deg in a run-up to 0.5 m/s that ends at 3.4 g within 15 ms."""
     run_up = np.linspace(0.0, -0.5, 101)
     speed = np.concatenate([run_up, -0.5 * np.array([2.0, 1.0]) / 3.0, np.zeros(200)])
     errors, _ = errors_in(speed, seed)
@@ -105,7 +106,7 @@ def test_attitude_through_a_hit_is_right_to_1_deg(seed):
 
 
 def test_the_accelerometer_does_not_count_in_a_hit():
-    """15 ms at 4 g sideways move the attitude of an exact IMU by nothing."""
+    """15 ms at 4 g sideways do not change the attitude of an exact IMU."""
     estimator = AttitudeFilter(LEVEL, np.zeros(3))
     for _ in range(3):
         found = estimator.update(np.zeros(3), UP + (0.0, 4.0 * GRAVITY, 0.0), TICK)
@@ -113,7 +114,7 @@ def test_the_accelerometer_does_not_count_in_a_hit():
 
 
 def test_the_accelerometer_counts_half_where_its_length_is_half_way_to_the_limit():
-    """0.5 m/s^2 more than g correct a wrong tilt half as fast."""
+    """A force 0.5 m/s^2 longer than g corrects a wrong tilt half as fast."""
     corrected = []
     for excess in (0.0, 0.5):
         estimator = AttitudeFilter(axis_turn(0, 0.009), np.zeros(3))
@@ -124,21 +125,21 @@ def test_the_accelerometer_counts_half_where_its_length_is_half_way_to_the_limit
 
 
 def test_attitude_in_a_simulated_sway_is_right_to_1_deg(make_world, robot, sway, moving):
-    """Of the swaying robot itself, with more than 2 m/s^2."""
+    """The attitude of a swaying simulated robot is right to 1 deg at more than 2 m/s^2."""
     world = make_world()
     postures = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
     world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), postures), 0.0)
     most, force = 0.0, 0.0
     for _ in range(300):
         imu = world.step().imu
-        most = max(most, tilt_error(imu.orientation, world.robot.imu().quaternion))
+        most = max(most, tilt_error(imu.orientation, world.imu_state.quaternion))
         force = max(force, abs(imu.specific_force[1]))
     assert force > 2.0
     assert most < 1.0
 
 
 def test_filter_follows_a_turn_about_every_axis():
-    """An exact gyro's turn of 0.5 rad is followed to 0.01 deg, whatever the accelerometer does."""
+    """The filter follows an exact gyro through 0.5 rad about each axis."""
     for axis in range(3):
         estimator = AttitudeFilter(LEVEL, np.zeros(3))
         for tick in range(100):
@@ -150,7 +151,7 @@ def test_filter_follows_a_turn_about_every_axis():
 
 
 def test_tilting_robot_is_followed_by_the_noisy_imu():
-    """Half a radian in a second: the gyro says the rate, the attitude is right to 0.3 deg."""
+    """In a turn of 0.5 rad/s the angular velocity is right, and the attitude to 0.3 deg."""
     random = np.random.default_rng(0)
     turns = [state(quaternion=axis_turn(0, 0.5 * k * TICK)) for k in range(201)]
     imu = Imu(SensorSettings(), random, turns[0])
@@ -161,7 +162,7 @@ def test_tilting_robot_is_followed_by_the_noisy_imu():
 
 
 def test_wrong_tilt_is_corrected_slowly():
-    """An error of 0.5 deg falls as k_P = 0.15 / s says, a little faster for k_I."""
+    """An error of 0.5 deg decays with k_P = 0.15 / s, a little faster because of k_I."""
     estimator = AttitudeFilter(axis_turn(0, math.radians(0.5)), np.zeros(3))
     found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(1333)]
     assert found[1332] == pytest.approx(0.5 / math.e, rel=0.15)  # 1 / k_P = 6.67 s
@@ -169,14 +170,14 @@ def test_wrong_tilt_is_corrected_slowly():
 
 
 def test_large_tilt_is_corrected_no_faster_than_one_of_10_mrad():
-    """An error of 5 deg falls by 1.5 mrad in a second: k_P times the largest correction."""
+    """An error of 5 deg decays by 1.5 mrad per second, k_P times the largest correction."""
     estimator = AttitudeFilter(axis_turn(0, math.radians(5.0)), np.zeros(3))
     found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(200)]
     assert math.radians(5.0 - found[-1]) == pytest.approx(1.5e-3, rel=0.02)
 
 
 def test_a_run_ups_acceleration_moves_the_attitude_by_less_than_1_mrad():
-    """2.5 m/s^2 sideways for 0.2 s: the force points 250 mrad off the vertical."""
+    """2.5 m/s^2 sideways for 0.2 s change the attitude by less than 1 mrad."""
     estimator = AttitudeFilter(LEVEL, np.zeros(3))
     for _ in range(40):
         found = estimator.update(np.zeros(3), UP + (0.0, 2.5, 0.0), TICK)
@@ -197,7 +198,7 @@ def test_gyro_bias_is_estimated():
 
 
 def test_calibration_at_rest_finds_the_gyros_bias():
-    """To the noise of the mean of 2000 samples, about all axes."""
+    """The calibration finds the gyro's bias to the noise of the mean of 2000 samples."""
     left = []
     for seed in range(100):
         imu = Imu(SensorSettings(), np.random.default_rng(seed), state())
@@ -206,7 +207,7 @@ def test_calibration_at_rest_finds_the_gyros_bias():
 
 
 def test_heading_is_not_corrected():
-    """A wrong heading stays, and a bias about the vertical turns it and is not found."""
+    """A wrong heading remains, and a bias about the vertical turns it without being estimated."""
     estimator = AttitudeFilter(axis_turn(2, 0.3), np.zeros(3))
     for _ in range(2000):
         found = estimator.update(np.array([0.0, 0.0, 0.01]), UP, TICK)
@@ -215,7 +216,7 @@ def test_heading_is_not_corrected():
 
 
 def test_variances_are_those_of_the_readings():
-    """Over power-ons, standing: tilt, rate and specific force after ten seconds."""
+    """The stated variances are those of tilt, rate and force over power-ons after ten seconds."""
     settings = SensorSettings()
     variances = imu_variances(settings)
     tilts, rates, forces = [], [], []
@@ -234,7 +235,7 @@ def test_variances_are_those_of_the_readings():
 
 
 def test_variance_of_the_tilt_knows_what_the_calibration_leaves_of_the_gyros_bias():
-    """A calibration by half a second is bad; at its worst, after 18 s, the tilt shows it."""
+    """The variance of the tilt includes the gyro's bias after a short calibration."""
     settings = SensorSettings(imu_calibration_samples=100)
     tilts = []
     for seed in range(25):

@@ -1,4 +1,4 @@
-"""Joint encoders, foot force sensors, and all sensors together in the simulation."""
+"""Tests of joint encoders, foot force sensors, and all sensors together in the simulation."""
 
 import dataclasses
 import math
@@ -24,14 +24,14 @@ EXACT = SensorSettings(sensor_noise=False)
 
 
 def flat(sample):
-    """All numbers of a tick's sample."""
+    """Return all numbers of a tick's sample."""
     fields = dataclasses.asdict(sample)
     return np.concatenate([np.ravel(v) for v in (*fields.pop("imu").values(), *fields.values())])
 
 
 @given(POSTURES)
 def test_joint_angles_come_in_whole_counts_of_the_motor(position):
-    """Each joint has its own step, and is off by half of it at the most."""
+    """Each joint angle is a whole count, with an error of at most half a count."""
     read, _ = JointEncoders(STEP, np.zeros(30)).read(position)
     counts = read / math.tau * ROBOT.gear_ratio * 2000
     np.testing.assert_allclose(counts, np.rint(counts), atol=1e-6)
@@ -39,7 +39,7 @@ def test_joint_angles_come_in_whole_counts_of_the_motor(position):
 
 
 def test_every_joint_sees_its_own_step_and_nothing_finer():
-    """0.4 counts are not seen, 0.6 are seen as one."""
+    """A motion of 0.4 counts is not measured, one of 0.6 counts is measured as one count."""
     encoders = JointEncoders(STEP, np.zeros(30))
     np.testing.assert_array_equal(encoders.read(0.4 * STEP)[0], 0.0)
     np.testing.assert_allclose(encoders.read(0.6 * STEP)[0], STEP)
@@ -47,7 +47,7 @@ def test_every_joint_sees_its_own_step_and_nothing_finer():
 
 @given(POSTURES, POSTURES)
 def test_velocity_is_the_mean_speed_over_the_tick(before, after):
-    """Displacement by duration, to a count a tick: whole counts a tick."""
+    """The velocity is the displacement over the duration, in whole counts per tick."""
     encoders = JointEncoders(STEP, np.zeros(30))
     encoders.read(before)
     _, velocity = encoders.read(after)
@@ -57,7 +57,7 @@ def test_velocity_is_the_mean_speed_over_the_tick(before, after):
 
 
 def test_velocity_is_half_a_tick_late():
-    """At constant acceleration it is the speed of 2.5 ms ago, to a count a tick."""
+    """At constant acceleration the velocity is that of 2.5 ms ago, to one count per tick."""
     acceleration, now = 40.0, 0.1
     encoders = JointEncoders(STEP, np.full(30, acceleration * (now - TICK) ** 2 / 2.0))
     _, velocity = encoders.read(np.full(30, acceleration * now**2 / 2.0))
@@ -67,7 +67,7 @@ def test_velocity_is_half_a_tick_late():
 
 
 def test_noise_of_a_tick_is_that_of_the_mean_of_five_samples():
-    """1 N and 0.03 N m a millisecond, less by the root of five a tick."""
+    """The noise of a tick is 1 N and 0.03 N m divided by the root of five."""
     random = np.random.default_rng(3)
     sensors = FootForceSensors(SensorSettings(), random)
     read = np.array([sensors.read(np.zeros((2, 6)), n) for n in random.normal(size=(8000, 2, 6))])
@@ -77,7 +77,7 @@ def test_noise_of_a_tick_is_that_of_the_mean_of_five_samples():
 
 @pytest.mark.parametrize("samples", [10, 1000])
 def test_calibration_leaves_the_noise_of_its_mean(samples):
-    """Of 5 N and 0.5 N m, noise by the root of the number of samples is left."""
+    """After a calibration the bias is the noise divided by the root of the number of samples."""
     settings = SensorSettings(force_calibration_samples=samples)
     left = [FootForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
     wanted = np.array([1.0] * 3 + [0.03] * 3) / math.sqrt(samples)
@@ -85,7 +85,7 @@ def test_calibration_leaves_the_noise_of_its_mean(samples):
 
 
 def test_without_calibration_the_whole_bias_is_left():
-    """5 N and 0.5 N m over power-ons."""
+    """Without calibration the bias over power-ons is 5 N and 0.5 N m."""
     settings = SensorSettings(force_sensor_calibrated=False)
     left = [FootForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
     np.testing.assert_allclose(np.std(left, axis=(0, 1)), [5.0] * 3 + [0.5] * 3, rtol=0.1)
@@ -123,20 +123,20 @@ def stood(stand):
 
 
 def test_noisy_soles_carry_the_weight_to_half_a_percent(stood):
-    """Every tick, with calibrated sensors."""
+    """In every tick the calibrated sensors show the weight to half a percent."""
     carried = [sample.left_wrench[2] + sample.right_wrench[2] for sample in stood[0][0]]
     np.testing.assert_allclose(carried, ROBOT.mass * GRAVITY, rtol=0.005)
 
 
 def test_calibrated_zmp_is_right_to_half_a_millimetre_and_not_exact(stood):
-    """Noise moves the standing ZMP by about 0.1 mm."""
+    """The noise moves the ZMP of a standing robot by about 0.1 mm."""
     error = stood[0][2] - stood[1][2]
     assert 2e-5 < np.sqrt(np.mean(error**2)) < 2e-4
     assert np.abs(error).max() < 5e-4
 
 
 def test_uncalibrated_bias_shows_in_the_zmp(stand, stood):
-    """By what the bias makes of it: -n_y / f_z, (n_x + y (f_left - f_right)) / f_z."""
+    """The ZMP is shifted by the moments of the biases divided by the normal force."""
     settings = SensorSettings(force_sensor_calibrated=False)
     samples, log, points = stand(sensors=settings)
     shift = points.mean(axis=0) - stood[1][2].mean(axis=0)
@@ -154,18 +154,18 @@ def test_uncalibrated_bias_shows_in_the_zmp(stand, stood):
 
 
 def test_exact_sensors_tell_the_truth(make_world, sway, moving):
-    """In a motion: joints, wrenches and attitude are those of the simulator."""
+    """Without noise, joints, wrenches and attitude are the simulator's true ones in a motion."""
     world = make_world(sensors=EXACT)
     postures = np.array([sway(0.0), sway(0.03)])
     world.follow(moving(np.array([0.05, 0.4]), postures), 0.0)
     for _ in range(40):
         sample = world.step()
-        position, velocity, effort = world.robot.read_joints()
+        position, velocity, effort = world.engine.read_joints()
         np.testing.assert_array_equal(sample.position, position)
         np.testing.assert_array_equal(sample.velocity, velocity)
         np.testing.assert_array_equal(sample.effort, effort)
         np.testing.assert_allclose(
-            sample.imu.orientation, world.robot.imu().quaternion, atol=1e-7
+            sample.imu.orientation, world.imu_state.quaternion, atol=1e-7
         )
     log = world.log(with_com=False)
     np.testing.assert_allclose(sample.left_wrench, log["left_wrench"][-5:].mean(axis=0), atol=0.05)
@@ -173,7 +173,7 @@ def test_exact_sensors_tell_the_truth(make_world, sway, moving):
 
 
 def test_the_truth_does_not_depend_on_the_sensors(stood):
-    """Logs of noisy and exact runs are the same, bit for bit."""
+    """The logs of runs with and without noise are the same, bit for bit."""
     noisy, exact = stood[0][1], stood[1][1]
     for name in exact.keys() - {"settings"}:
         column = exact[name]
@@ -181,7 +181,7 @@ def test_the_truth_does_not_depend_on_the_sensors(stood):
 
 
 def test_the_same_seed_reads_the_same_and_another_one_does_not(make_world):
-    """Two worlds, and a third, whose feet and IMU read otherwise."""
+    """Two worlds of one seed have the same readings, a world of another seed has others."""
     first, second, other = (make_world(seed=seed).step() for seed in (7, 7, 8))
     np.testing.assert_array_equal(flat(first), flat(second))
     assert np.all(first.left_wrench != other.left_wrench)
@@ -190,7 +190,7 @@ def test_the_same_seed_reads_the_same_and_another_one_does_not(make_world):
 
 
 def test_reset_brings_the_same_readings_back(make_world):
-    """Bit for bit, though noise was drawn meanwhile."""
+    """After a reset the readings repeat bit for bit."""
     world = make_world()
     first = [flat(world.step()) for _ in range(20)]
     world.reset()
@@ -217,7 +217,7 @@ def test_sensors_that_cannot_be_are_refused(name, value):
 
 
 def test_sensors_are_noisy_unless_asked_otherwise():
-    """Worlds have noisy, calibrated sensors by default."""
+    """By default the sensors are noisy and calibrated."""
     sensors = WorldSettings().sensors
     assert sensors.sensor_noise
     assert sensors.force_sensor_calibrated

@@ -1,11 +1,12 @@
-"""Rotor inertia, which PyBullet does not know: what of it can be put into the links.
+"""Rotor inertia, which PyBullet does not have, approximated by additional inertia of the links.
 
-A rotor behind a gear of ratio N adds A = N^2 J to the joint's entry of the mass matrix and to no
-other (Featherstone, "Rigid Body Dynamics Algorithms", 2008, section 9.6). An inertia A about the
-joint's axis on one of the two links adds the same, but also resists that link's other turns about
-this axis. So `robot.yaml` names for each rotor the link that turns with the joint while the other
-one stays as it is when the robot sways on its feet (`rotor_link`): the child of hips and knees, the
-parent of ankles. docs/physics.md has the effective masses that come of it beside the exact ones.
+A rotor of inertia J behind a gear of ratio N adds A = N^2 J to its joint's diagonal entry of the
+mass matrix and changes no other entry (Featherstone, "Rigid Body Dynamics Algorithms", 2008,
+section 9.6). An inertia A about the joint's axis on one of the joint's two links adds the same, but
+also resists every other turn of that link about this axis. Therefore `robot.yaml` names a link for
+each rotor (`rotor_link`): the link that turns when the robot sways on its feet while the joint's
+other link keeps its orientation. This is the child link of hips and knees and the parent link of
+ankles. docs/physics.md compares the resulting effective masses with the exact ones.
 """
 
 from __future__ import annotations
@@ -24,21 +25,25 @@ from hrp2_sim_bridge.physics.frames import rotation
 
 _ENTRIES = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
             "izz": (2, 2)}
-# Bullet zeroes an inertia that breaks the triangle inequality, as that of a link with a rotor's
-# does. It is loaded with these moments about the wanted axes, and given its own ones afterwards.
+# Bullet replaces an inertia that violates the triangle inequality by zero, and the inertia of a
+# link with a rotor does. A link is therefore loaded with these moments [kg m^2] about the wanted
+# principal axes and receives its own moments afterwards.
 _STAND_IN = np.array([1.0, 1.1, 1.2])
-_TOLERANCE = 1e-3  # of products of inertia that stay, as a share of the largest moment
+_TOLERANCE = 1e-3  # largest product of inertia that may be lost, as a share of the largest moment
 
 
 def link_inertias(robot: RobotConfig, rotor_scale: float) -> dict[str, Array]:
-    """Inertias of all links with their rotors.
+    """Compute the inertias of all links with their rotors.
 
     Args:
-        robot: Configuration.
-        rotor_scale: Multiple of the rotors' inertia, 0 for none.
+        robot: Configuration of the robot.
+        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
 
     Returns:
-        Inertia (3, 3) [kg m^2] about each link's CoM, in the link's axes.
+        Inertia (3, 3) [kg m^2] about each link's CoM, in the link's axes, by the link's name.
+
+    Raises:
+        RobotConfigError: The configuration has no `rotor_link`.
     """
     root = ET.parse(robot.urdf_path).getroot()
     inertias = {link.attrib["name"]: _read(link) for link in root.findall("link")}
@@ -48,7 +53,8 @@ def link_inertias(robot: RobotConfig, rotor_scale: float) -> dict[str, Array]:
         side = rotor_link.get(joint.attrib["name"])
         if side is not None:
             link = _named(joint, side).attrib["link"]
-            # Joint frames of the URDF are parallel to their parents': the axis is the same in both.
+            # The URDF's joint frames are parallel to the frames of their parent links, so the axis
+            # has the same components in both links.
             axis = np.array(_named(joint, "axis").attrib["xyz"].split(), dtype=float)
             added = rotor_scale * armature[joint.attrib["name"]] * np.outer(axis, axis)
             inertias[link] = inertias[link] + added
@@ -56,10 +62,18 @@ def link_inertias(robot: RobotConfig, rotor_scale: float) -> dict[str, Array]:
 
 
 def load_robot(client: Any, robot: RobotConfig, rotor_scale: float) -> int:
-    """Load the robot, its links with their rotors; returns PyBullet's body.
+    """Load the robot with the rotors' inertia on its links.
+
+    Args:
+        client: Client of PyBullet.
+        robot: Configuration of the robot.
+        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+
+    Returns:
+        PyBullet's index of the robot.
 
     Raises:
-        ModelError: PyBullet did not take a mass or an inertia as it was given.
+        ModelError: PyBullet changed a mass or an inertia.
     """
     wanted = link_inertias(robot, rotor_scale)
     tree = ET.parse(robot.urdf_path)
@@ -85,16 +99,19 @@ def load_robot(client: Any, robot: RobotConfig, rotor_scale: float) -> int:
 def moments_by_link(
     client: Any, body: int, robot: RobotConfig, rotor_scale: float
 ) -> list[list[float]]:
-    """Moments of inertia about the axes that each link of a loaded robot has there, base first.
+    """Compute moments of inertia about the inertial axes that the links have in PyBullet.
 
-    Where the rotors are others than the robot was loaded with, products of less than 1e-3 kg m^2
-    are left out.
+    If the rotor scale differs from the one with which the robot was loaded, products of inertia of
+    less than 1e-3 kg m^2 are neglected.
 
     Args:
-        client: Of PyBullet.
-        body: The robot there.
-        robot: Configuration.
-        rotor_scale: Multiple of the rotors' inertia, 0 for none.
+        client: Client of PyBullet.
+        body: PyBullet's index of the loaded robot.
+        robot: Configuration of the robot.
+        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+
+    Returns:
+        Three moments [kg m^2] for each link, the base first.
     """
     wanted = link_inertias(robot, rotor_scale)
     return [
@@ -110,7 +127,11 @@ def _about_principal_axes(client: Any, body: int, index: int, inertia: Array) ->
 
 
 def _check(client: Any, robot: RobotConfig, body: int, wanted: dict[str, Array]) -> None:
-    """PyBullet replaces what it dislikes by zero, silently."""
+    """Compare inertias and mass with the wanted ones; PyBullet replaces some without a message.
+
+    Raises:
+        ModelError: An inertia or the whole mass differs.
+    """
     total = 0.0
     for index in range(-1, client.getNumJoints(body)):
         name = _link_name(client, body, index)
@@ -129,7 +150,7 @@ def _link_name(client: Any, body: int, index: int) -> str:
 
 
 def _with_moments(inertia: Array, moments: Array) -> Array:
-    """An inertia (3, 3) with the principal axes of a given one and other moments (3,)."""
+    """Return an inertia (3, 3) with the principal axes of a given one and other moments (3,)."""
     axes = np.linalg.eigh(inertia)[1]
     return np.asarray(axes @ np.diag(moments) @ axes.T)
 
@@ -151,5 +172,6 @@ def _write(link: ET.Element, inertia: Array) -> None:
 def _named(element: ET.Element, path: str) -> ET.Element:
     found = element.find(path)
     if found is None:
-        raise ModelError(element.attrib["name"], "missing", path, "element of the URDF")
+        what = f"element {path} of the URDF"
+        raise ModelError(element.attrib["name"], "missing", "present", what)
     return found

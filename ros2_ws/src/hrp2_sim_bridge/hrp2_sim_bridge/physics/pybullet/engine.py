@@ -1,0 +1,146 @@
+"""PyBullet behind the interface that the world uses."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from door_impact_common.arrays import Array
+
+from hrp2_sim_bridge.physics.engine import Engine
+from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
+from hrp2_sim_bridge.physics.pybullet.robot_body import FRAME_VALUES, RobotBody
+from hrp2_sim_bridge.physics.scene import Scene
+from hrp2_sim_bridge.physics.states import (
+    NO_TOUCH,
+    BodyState,
+    DoorState,
+    FloorContact,
+    Reactions,
+    Touch,
+)
+
+# Entries of PyBullet's contact points.
+_LINK, _POINT, _NORMAL, _DISTANCE, _FORCE = 3, 6, 7, 8, 9
+
+
+class PyBulletEngine(Engine):
+    """Robot, door and floor in PyBullet; the methods are those of `Engine`.
+
+    Attributes:
+        client: Client of PyBullet; None before the first `reset` and after `close`.
+        robot: The robot in PyBullet.
+        leaf: The door's leaf in PyBullet.
+        floor: PyBullet's index of the floor.
+    """
+
+    frame_values = FRAME_VALUES
+
+    def __init__(self) -> None:
+        self.client: Any = None
+        self.stepping_time = 0.0
+
+    def reset(self, scene: Scene) -> None:
+        """Build a scene on a new physics server, or in the window if there is one.
+
+        Raises:
+            SimulatorMissingError: PyBullet is not installed.
+            SettingError: There is no display for the window.
+            ModelError: PyBullet changed a mass or an inertia of the robot.
+            RobotConfigError: The robot's configuration lacks something that the simulation needs.
+        """
+        settings = scene.settings
+        if self.client is not None and not settings.gui:
+            self.close()
+        if self.client is None:
+            # Nothing of the last run can remain in a new physics server.
+            self.client = connect(settings.gui)
+        step = settings.time_step_coarse
+        self.floor = prepare(self.client, step, settings.iterations, settings.friction)
+        self.robot = RobotBody(
+            self.client, scene.robot, scene.posture, rotor_scale=settings.rotor_scale,
+            servo_time_constant=scene.servo_time_constant, rubber=settings.rubber,
+        )
+        self.robot.motors.set_time_step(step)
+        self.leaf = LeafBody(
+            self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact
+        )
+        self.link_names = self.robot.link_names
+        self.sole_mass, self.sole_inertia = self.robot.sole_mass, self.robot.sole_inertia
+
+    def set_time_step(self, step: float) -> None:
+        """Set the length of the coming physics steps [s]."""
+        self.client.setTimeStep(step)
+        self.robot.motors.set_time_step(step)
+
+    def limit_torques(self, limits: list[float], *, braced: bool) -> None:
+        """Set the torque limits, and keep the rotors off the links while the brace holds."""
+        self.robot.motors.limits = limits
+        self.robot.hold_rotors(braced)
+
+    def step(self, position: list[float], velocity: list[float], torque: float) -> Reactions:
+        """Take a physics step; return force and torque of both ankles on the soles."""
+        self.robot.motors.command(position, velocity)
+        self.leaf.apply_torque(torque)
+        begin = perf_counter()
+        self.client.stepSimulation()
+        self.stepping_time += perf_counter() - begin
+        return self.robot.read_reactions()
+
+    def read_joints(self) -> Array:
+        """Return positions, velocities and motor torques of the joints, (3, 30)."""
+        return self.robot.read_joints()
+
+    def read_frames(self) -> list[float]:
+        """Return PyBullet's own numbers for the links that matter and the base."""
+        return self.robot.read_frames()
+
+    def link_states(self, rows: Array) -> BodyState:
+        """Return states (T, 4) of left sole, right sole, contact link and IMU."""
+        return self.robot.link_states(rows)
+
+    def base_states(self, rows: Array) -> BodyState:
+        """Return states (T,) of base_link."""
+        return self.robot.base_states(rows)
+
+    def tilt(self) -> float:
+        """Return the angle between base_link's z axis and the vertical [rad]."""
+        return self.robot.tilt()
+
+    def door_state(self) -> DoorState:
+        """Return the leaf's angle and angular velocity."""
+        return self.leaf.state()
+
+    def leaf_distance(self, most: float) -> float:
+        """Return the distance between robot and leaf, at most `most` [m]."""
+        points = self.client.getClosestPoints(self.robot.body, self.leaf.body, most)
+        return min((point[_DISTANCE] for point in points), default=most)
+
+    def touch(self) -> Touch:
+        """Return the contact between robot and leaf."""
+        contacts = self.client.getContactPoints(self.robot.body, self.leaf.body)
+        if not contacts:
+            return NO_TOUCH
+        most = max(contacts, key=itemgetter(_FORCE))
+        total = sum(contact[_FORCE] for contact in contacts)
+        return Touch(total, most[_LINK], np.array(most[_POINT])) if total > 0.0 else NO_TOUCH
+
+    def floor_contacts(self) -> list[FloorContact]:
+        """Return the contacts between robot and floor."""
+        names = (*self.link_names, "base_link")  # PyBullet's index of the base is -1
+        return [
+            FloorContact(
+                names[contact[_LINK]], contact[_POINT],
+                [contact[_FORCE] * part for part in contact[_NORMAL]], contact[_DISTANCE],
+            )
+            for contact in self.client.getContactPoints(self.robot.body, self.floor)
+        ]
+
+    def close(self) -> None:
+        """Disconnect from the physics server."""
+        if self.client is not None:
+            self.client.disconnect()
+            self.client = None

@@ -1,0 +1,116 @@
+"""The interface between the world and a physics engine."""
+
+import inspect
+
+import numpy as np
+import pytest
+from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.physics import engine as interface
+from hrp2_sim_bridge.physics.engine import Engine
+from hrp2_sim_bridge.physics.states import NO_TOUCH, BodyState, DoorState
+from hrp2_sim_bridge.world import World
+
+
+class StillEngine(Engine):
+    """An engine in which the joints are at their targets and nothing else moves."""
+
+    link_names = ("l_sole", "r_sole")
+    sole_mass = np.ones(2)
+    sole_inertia = np.ones((2, 3))
+    frame_values = 1
+    stepping_time = 0.0
+
+    def __init__(self) -> None:
+        self.closed, self.steps, self.step_length, self.door_torques = False, [], None, []
+
+    def reset(self, scene) -> None:
+        self.joints = np.array([scene.posture, np.zeros(30), np.zeros(30)])
+        self.step_length = scene.settings.time_step_coarse
+        self.half_weight = scene.robot.mass * GRAVITY / 2.0
+
+    def set_time_step(self, step) -> None:
+        self.step_length = step
+
+    def limit_torques(self, limits, *, braced) -> None:
+        self.limits, self.braced = limits, braced
+
+    def step(self, position, velocity, torque):
+        self.joints[:2] = position, velocity
+        self.steps.append(self.step_length)
+        self.door_torques.append(torque)
+        # Of the ankles on the soles, which add their own weight.
+        force = -(self.half_weight - self.sole_mass[0] * GRAVITY)
+        return [(0.0, 0.0, force, 0.0, 0.0, 0.0)] * 2
+
+    def read_joints(self):
+        return self.joints.copy()
+
+    def read_frames(self):
+        return [0.0]
+
+    def _states(self, *shape):
+        turn = np.tile([0.0, 0.0, 0.0, 1.0], (*shape, 1))
+        return BodyState(np.zeros((*shape, 3)), turn, np.zeros((*shape, 3)), np.zeros((*shape, 3)))
+
+    def link_states(self, rows):
+        return self._states(len(rows), 4)
+
+    def base_states(self, rows):
+        return self._states(len(rows))
+
+    def tilt(self) -> float:
+        return 0.0
+
+    def door_state(self):
+        return DoorState(0.0, 0.0)
+
+    def leaf_distance(self, most) -> float:
+        return most
+
+    def touch(self):
+        return NO_TOUCH
+
+    def floor_contacts(self):
+        return []
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_the_interface_of_an_engine_has_at_most_60_lines() -> None:
+    """The interface is short, so that a second engine has little to implement."""
+    assert len(inspect.getsource(interface).splitlines()) <= 60
+
+
+@pytest.mark.parametrize("sole", ["rigid", "rubber"])
+def test_a_world_steps_any_engine_that_has_the_interface(robot, paper_door, moving, sole) -> None:
+    """With any engine the joints follow, the feet carry the weight, and the log is complete."""
+    engine = StillEngine()
+    world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole=sole, stabilizer=False)
+    observed = []
+    world.observers.append(observed.append)
+    steps = len(engine.steps)
+    target = robot.posture({"LARM_JOINT4": -0.5})
+    world.follow(moving(np.array([0.05, 0.5]), np.array([robot.half_sitting, target])), 0.0)
+    samples = [world.step() for _ in range(110)]
+    resolution = robot.joint_resolution
+    assert np.all(np.abs(samples[-1].position - target) <= resolution)
+    carried = samples[-1].left_wrench[2] + samples[-1].right_wrench[2]
+    assert carried == pytest.approx(robot.mass * GRAVITY, rel=0.01)
+    assert len(engine.steps) - steps == len(observed) == 110 * 10
+    assert set(engine.steps) == {world.settings.time_step_coarse}
+    assert engine.door_torques[-1] == pytest.approx(-paper_door.door().restoring_torque(0.0))
+    log = world.log()
+    assert len(log["time"]) == 550
+    assert not world.fell
+    world.close()
+    assert engine.closed
+
+
+def test_a_world_chooses_fine_steps_near_the_leaf_in_any_engine(robot, paper_door) -> None:
+    """The world sets fine steps where the engine reports a small distance."""
+    engine = StillEngine()
+    engine.leaf_distance = lambda most: 0.01
+    world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole="rigid")
+    assert engine.steps[-1] == world.time_step == world.settings.time_step_fine
+    assert world.wall_time > 0.0

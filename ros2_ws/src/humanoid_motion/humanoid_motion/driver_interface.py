@@ -1,0 +1,104 @@
+"""The interface of a robot's driver: simulation, kinematic double and hardware have it alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from door_impact_common.arrays import Array
+
+
+@dataclass(frozen=True)
+class TrajectoryArrays:
+    """The content of a trajectory_msgs/JointTrajectory as sequences, unchecked.
+
+    Attributes:
+        joint_names: Names of the joints in the message's order.
+        times: time_from_start of each point [s].
+        positions: Positions of the joints, one sequence for each point [rad].
+        velocities: Velocities in the same form [rad/s]; empty if the message has none.
+        accelerations: Accelerations in the same form [rad/s^2]; empty if the message has none.
+    """
+
+    joint_names: Sequence[str]
+    times: Sequence[float]
+    positions: Sequence[Sequence[float]]
+    velocities: Sequence[Sequence[float]] = ()
+    accelerations: Sequence[Sequence[float]] = ()
+
+    @property
+    def is_stop(self) -> bool:
+        """True for a trajectory without points, which means stop."""
+        return len(self.times) == 0
+
+
+@dataclass(frozen=True)
+class ImuSample:
+    """Reading of an IMU.
+
+    Attributes:
+        orientation: Quaternion x, y, z, w of the IMU's frame in the world, (4,).
+        angular_velocity: Angular velocity in the IMU's frame, (3,) [rad/s].
+        specific_force: Acceleration minus gravity in the IMU's frame, (3,) [m/s^2]; at rest it
+            points upward with the length g.
+    """
+
+    orientation: Array
+    angular_velocity: Array
+    specific_force: Array
+
+
+@dataclass(frozen=True)
+class TickSample:
+    """All measurements at the end of a control tick; joints are in the robot's order.
+
+    Attributes:
+        time: Time at the end of the tick [s].
+        position: Joint positions, (J,) [rad].
+        velocity: Joint velocities, (J,) [rad/s].
+        effort: Motor torques, (J,) [N m].
+        left_wrench: Mean force and torque of the floor on the left sole over the tick, in the
+            frame l_sole, (6,) [N, N m].
+        right_wrench: Mean force and torque of the floor on the right sole over the tick, in the
+            frame r_sole, (6,) [N, N m].
+        imu: Reading of the IMU.
+        counts: Counts of the door's encoder since the previous tick, one for each millisecond.
+    """
+
+    time: float
+    position: Array
+    velocity: Array
+    effort: Array
+    left_wrench: Array
+    right_wrench: Array
+    imu: ImuSample
+    counts: tuple[int, ...]
+
+
+class Driver(Protocol):
+    """A robot that follows trajectories and measures, and the encoder of the door before it."""
+
+    @property
+    def time(self) -> float:
+        """Time of the driver's clock, by which trajectories are stamped [s]."""
+
+    def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
+        """Accept a trajectory, or refuse it as a whole and continue the present motion.
+
+        Points that are over are skipped; the motion goes from the present reference to the next
+        point, and holds the last point at its end. A trajectory without points means stop.
+
+        Args:
+            trajectory: Trajectory of all joints, in any order.
+            stamp: Time at which its clock starts [s]; 0 means now.
+
+        Raises:
+            DoorImpactError: The trajectory is refused.
+        """
+
+    def stop(self) -> None:
+        """Brake every joint and hold still."""
+
+    def step(self) -> TickSample:
+        """Advance to the end of the next control tick; return what was measured by then."""
