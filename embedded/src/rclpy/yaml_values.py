@@ -87,7 +87,10 @@ def load_parameters(text: str) -> Any:
 
 def _value(node: Any) -> Any:
     if isinstance(node, yaml.MappingNode):
-        return {str(key.value): _value(value) for key, value in node.value}
+        tree: dict[str, Any] = {}
+        for key, value in node.value:
+            _merge(tree, str(key.value), _value(value))
+        return tree
     if isinstance(node, yaml.SequenceNode):
         return _sequence(node)
     if node.tag != _PLAIN:
@@ -95,6 +98,15 @@ def _value(node: Any) -> Any:
     if not node.value:
         raise ArgumentError(f"No value at line {node.start_mark.line + 1}")
     return parameter_value(node.value)
+
+
+def _merge(tree: dict[str, Any], key: str, value: Any) -> None:
+    """Adds a value to a mapping. A key may be repeated: rcl then merges the mappings below it."""
+    if isinstance(value, dict) and isinstance(old := tree.get(key), dict):
+        for inner, inner_value in value.items():
+            _merge(old, inner, inner_value)
+    else:
+        tree[key] = value
 
 
 def _sequence(node: Any) -> Any:
