@@ -32,10 +32,10 @@ class Future:
             text = f"The following exception was never retrieved: {self._exception}"
             print(text, file=sys.stderr)
 
-    def __await__(self) -> Generator[Future, None, Any]:
-        """Hands itself to the task that awaits it until it is done."""
+    def __await__(self) -> Generator[_Awaited, None, Any]:
+        """Waits in the coroutine of an executor's task, or of a task of asyncio."""
         while not self._done:
-            yield self
+            yield _Awaited(self)
         return self.result()
 
     def done(self) -> bool:
@@ -132,6 +132,42 @@ def _nothing() -> None:
     """Stands for the weak reference to an executor where there is none."""
 
 
+class _Awaited:
+    """What a coroutine yields that awaits a future: an executor waits for that future.
+
+    Asyncio finds here what it needs of a future of its own, which is done together with that one.
+    """
+
+    _asyncio_future_blocking = True
+
+    def __init__(self, future: Future) -> None:
+        self.future = future
+
+    def get_loop(self) -> Any:
+        from asyncio import get_running_loop  # slow to import, and there already
+
+        return get_running_loop()
+
+    def add_done_callback(self, callback: Callable[[Any], Any], *, context: Any = None) -> None:
+        loop = self.get_loop()
+        self._waiter = waiter = loop.create_future()
+
+        def finish() -> None:
+            if not waiter.done():
+                waiter.set_result(None)
+
+        def wake() -> None:
+            loop.call_soon_threadsafe(finish)
+
+        waiter.add_done_callback(lambda _: self.future._remove_waker(wake))
+        waiter.add_done_callback(callback, context=context)
+        self.future._add_waker(wake)
+
+    def cancel(self, msg: Any = None) -> bool:
+        """Ends the waiting, not the future."""
+        return bool(self._waiter.cancel(msg))
+
+
 class Task(Future):
     """A function or a coroutine that an executor runs; the future of what it returns."""
 
@@ -176,9 +212,9 @@ class Task(Future):
             self._executing = False
         if self._done:
             self._handler = self._args = self._kwargs = None
-        elif isinstance(awaited, Future):
+        elif isinstance(awaited, _Awaited):
             # Last of all: it may be done already, and another thread take over.
-            awaited._add_waker(self._resume)
+            awaited.future._add_waker(self._resume)
         else:
             self._resume()
 
