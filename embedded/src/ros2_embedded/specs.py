@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
+from codecs import decode
 from dataclasses import dataclass, field
 from typing import Any
-
-import yaml
 
 PRIMITIVES = frozenset(
     [
@@ -39,6 +38,11 @@ _FIELD = re.compile(
     r"(?P<type>[A-Za-z][\w/]*)(?P<bound><=\d+)?(?P<array>\[(?:<=)?\d*\])?"
     r"\s+(?P<name>\w+)\s*(?P<rest>.*)"
 )
+_ITEM = r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,'"\s][^,]*)"""
+"""An element of an array, in quotes or not."""
+_ARRAY = re.compile(rf"\[\s*(?:{_ITEM}\s*(?:,\s*{_ITEM}\s*)*)?\]")
+_ESCAPE = re.compile(r"\\(?:[ntvbrfa\\'\"]|[0-7]{1,3}|x[0-9a-fA-F]{1,2})")
+"""A character in a string that IDL has written otherwise."""
 
 
 class InterfaceError(Exception):
@@ -115,20 +119,45 @@ class MessageSpec:
         return self.fields or (Field(DUMMY_FIELD, FieldType("uint8")),)
 
 
+def _unquoted(text: str, kind: FieldType, where: str) -> str:
+    """A string without the quotes around it; in it a backslash stands before each such quote."""
+    quote = text[:1]
+    if len(text) > 1 and quote in "'\"" and text.endswith(quote):
+        text = text[1:-1]
+        if re.search(rf"(?<!\\){quote}", text):
+            raise InterfaceError(f"{where}: a quote in the string {text} lacks its backslash")
+        text = text.replace("\\" + quote, quote)
+    if kind.string_bound and len(text) > kind.string_bound:
+        raise InterfaceError(f"{where}: '{text}' has more than {kind.string_bound} characters")
+    return text
+
+
+def _items(text: str, kind: FieldType, where: str) -> list[str]:
+    """The elements of an array `[a, "b, c"]`, as they are written."""
+    if not _ARRAY.fullmatch(text):
+        raise InterfaceError(f"{where}: cannot read the array '{text}'")
+    items = [item.strip() for item in re.findall(_ITEM, text[1:-1])]
+    if len(items) > kind.size > 0 or (kind.container == "array" and len(items) < kind.size):
+        raise InterfaceError(f"{where}: {len(items)} values for {kind}")
+    return items
+
+
 def _value(text: str, kind: FieldType, where: str) -> Any:
     """Reads a default or a constant."""
-    value = yaml.safe_load(text)
     if kind.container:
-        scalar = FieldType(kind.base, string_bound=kind.string_bound)
-        return [_value(str(v), scalar, where) for v in value]
+        items = _items(text, kind, where)
+        if kind.base == "string":
+            return [_unquoted(item, kind, where) for item in items]
+        return [_value(item, FieldType(kind.base), where) for item in items]
     try:
         if kind.base == "string":
-            return value if text[:1] in "'\"" else text
+            plain = _unquoted(text, kind, where)
+            return _ESCAPE.sub(lambda match: decode(match[0], "unicode-escape"), plain)
         if kind.base == "bool":
-            return {"true": True, "1": True, "false": False, "0": False}[str(value).lower()]
+            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
         if kind.base.startswith("float"):
             return float(text)
-        number = int(text, 0)
+        number = int(text, 10 if text.lstrip("+-").isdigit() else 0)
         return bytes([number]) if kind.base == "byte" else number
     except (KeyError, ValueError) as error:
         raise InterfaceError(f"{where}: '{text}' is no {kind.base}") from error
@@ -151,19 +180,6 @@ def _field_type(match: re.Match[str], package: str) -> FieldType:
     return FieldType(base, container, size, int((match["bound"] or "<=0")[2:]))
 
 
-def _strip_comment(line: str) -> str:
-    """Removes a comment, but not a # within quotes."""
-    quote = ""
-    for i, char in enumerate(line):
-        if quote:
-            quote = "" if char == quote else quote
-        elif char in "'\"":
-            quote = char
-        elif char == "#":
-            return line[:i].strip()
-    return line.strip()
-
-
 def parse_message(name: str, text: str) -> MessageSpec:
     """Parses one message.
 
@@ -177,7 +193,7 @@ def parse_message(name: str, text: str) -> MessageSpec:
     fields: list[Field] = []
     constants: list[Constant] = []
     for number, raw in enumerate(text.splitlines(), 1):
-        line = _strip_comment(raw)
+        line = raw.partition("#")[0].strip()  # also within quotes, as in ROS 2
         if not line:
             continue
         where = f"{name}, line {number}"
