@@ -74,7 +74,13 @@ class LaunchReader:
             LaunchError: the file is missing or makes no sense.
         """
         try:
-            tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".py" or text.lstrip().startswith("<"):
+                language = "Python" if path.suffix == ".py" else "XML"
+                raise LaunchError(
+                    f"{path}: launch files in {language} are not supported here, only in YAML"
+                )
+            tree = yaml.safe_load(text)
         except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
             raise LaunchError(f"{path}: {error}") from error
         if not isinstance(tree, dict) or not isinstance(tree.get("launch"), list):
