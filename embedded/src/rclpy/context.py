@@ -183,6 +183,9 @@ class Context:
         else:
             self._on_shutdown.append(callback)
 
+    def destroy(self) -> None:
+        """Does nothing more than the shutdown has done: nothing is left to be freed."""
+
     def shutdown(self) -> None:
         """Leaves the domain.
 
