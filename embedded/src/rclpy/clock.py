@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rclpy.clock_type import ClockType
+from rclpy.context import Context, get_default_context
 from rclpy.duration import Duration
 from rclpy.exceptions import NotInitializedException
 from rclpy.time import Time
-
-if TYPE_CHECKING:
-    from rclpy.context import Context
 
 __all__ = [
     "Clock",
@@ -234,8 +232,6 @@ class Clock:
             NotInitializedException: the context is not initialised or was shut down.
             ValueError: a time of another kind of clock.
         """
-        from rclpy.context import get_default_context  # it logs, with clocks
-
         chosen = context or get_default_context()
         if not chosen.ok():
             raise NotInitializedException

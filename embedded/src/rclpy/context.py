@@ -216,8 +216,6 @@ class Context:
 
     def leave(self) -> None:
         """Leaves the domain after the shutdown."""
-        from rclpy.node import Node  # it imports this module
-
         # Cut off half-way, threads of Cyclone DDS would outlive the interpreter and crash in it.
         with signals_wait(), self.lock:
             if self.background is None:
@@ -227,7 +225,8 @@ class Context:
                 wait_set.close()
             self.background.stop()
             for node in list(self.nodes):
-                Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
+                # Not by `destroy_node`, which may be the program's own: rclpy calls none of these.
+                node.handle.destroy(node)
             outputs.console.enabled = True
             # In this order: a participant must be gone before its domain.
             self.graph = self.background = None

@@ -342,22 +342,7 @@ class Node(NodeParameters, NodeGraph):
 
     def destroy_node(self) -> None:
         """Ends the node and all that it has; once more does nothing."""
-        handle = self.__handle
-        if handle.destroyed:
-            return
-        handle.destroyed = True
-        if handle.executor is not None:
-            handle.executor.remove_node(self)
-        for waitable in list(handle.waitables):
-            waitable.destroy()
-        things: list[Any] = [
-            *handle.services, *handle.entities, *handle.guards, *handle.publishers, *handle.timers
-        ]  # fmt: skip
-        for thing in things:
-            thing.destroy()
-        handle.services, handle.entities, handle.publishers, handle.timers = [], [], [], []
-        handle.guards = []
-        handle.leave_graph(self)
+        self.__handle.destroy(self)
 
 
 def _no_callback() -> None:

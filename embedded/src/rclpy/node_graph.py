@@ -11,7 +11,7 @@ from ros2_embedded.graph import Endpoint
 
 from rclpy.exceptions import NodeNameNonExistentError
 from rclpy.names import expand_topic_name, validate_full_topic_name
-from rclpy.qos import QoSProfile
+from rclpy.qos_dds import from_dds
 from rclpy.topic_endpoint_info import TopicEndpointInfo, TopicEndpointTypeEnum
 from rclpy.type_hash import TypeHash
 
@@ -177,7 +177,7 @@ def _info(end: Endpoint, owner: tuple[str, str], kind: TopicEndpointTypeEnum) ->
         topic_type_hash=TypeHash.from_text(parse_user_data(end.qos).get("typehash", "")),
         endpoint_type=kind,
         endpoint_gid=list(end.guid),
-        qos_profile=QoSProfile.from_dds(end.qos),
+        qos_profile=from_dds(end.qos),
     )
 
 

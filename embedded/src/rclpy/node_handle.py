@@ -92,8 +92,20 @@ class NodeHandle:
         self.context.nodes.add(node)
         self._end = background.call_when_gone(node, partial(graph.remove_node, self.entry))
 
-    def leave_graph(self, node: Any) -> None:
-        """Takes the node out of the graph."""
+    def destroy(self, node: Any) -> None:
+        """Ends everything that the node has, and takes it out of the graph."""
+        if self.destroyed:
+            return
+        self.destroyed = True
+        if self.executor is not None:
+            self.executor.remove_node(node)
+        for waitable in list(self.waitables):
+            waitable.destroy()
+        owned = (self.services, self.entities, self.guards, self.publishers, self.timers)
+        for thing in [thing for things in owned for thing in things]:
+            thing.destroy()
+        self.services, self.entities, self.guards = [], [], []
+        self.publishers, self.timers = [], []
         self._end.detach()
         if (graph := self.context.graph) is not None:
             graph.remove_node(self.entry)

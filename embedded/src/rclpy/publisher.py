@@ -22,6 +22,7 @@ from rclpy.event_handler import EndpointEvents, EventHandler, PublisherEventCall
 from rclpy.exceptions import InvalidHandle, RCLError
 from rclpy.qos import QoSProfile
 from rclpy.qos_best_available import for_publisher
+from rclpy.qos_dds import to_dds
 
 
 class Publisher:
@@ -45,7 +46,7 @@ class Publisher:
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
         dds_topic = make_topic(participant, name, msg_type)
-        self._writer: Any = DataWriter(participant, dds_topic, chosen.to_dds(user_data, True))
+        self._writer: Any = DataWriter(participant, dds_topic, to_dds(chosen, user_data, True))
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
         events = event_callbacks.events(node, topic)

@@ -7,11 +7,8 @@ from collections.abc import Callable
 from enum import Enum, IntEnum
 from typing import Any
 
-from cyclonedds.core import Qos
-
 from rclpy.duration import Duration
 from rclpy.qos_compatibility import QoSCompatibility, qos_check_compatible
-from rclpy.qos_dds import from_dds, to_dds
 
 __all__ = [
     "DeadlineBestAvailable",
@@ -242,15 +239,6 @@ class QoSProfile:
     def keep_all(self) -> bool:
         """Whether every sample is kept."""
         return self.history == HistoryPolicy.KEEP_ALL
-
-    def to_dds(self, user_data: str, writer: bool) -> Qos:
-        """As Cyclone DDS's QoS, in the way of rmw_cyclonedds_cpp."""
-        return to_dds(self, user_data, writer)
-
-    @classmethod
-    def from_dds(cls, qos: Qos) -> QoSProfile:
-        """The profile of an endpoint that was found in the domain."""
-        return cls(**from_dds(qos))
 
 
 qos_profile_unknown = QoSProfile(

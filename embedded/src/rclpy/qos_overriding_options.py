@@ -14,7 +14,7 @@ from rclpy.parameter_store import new_descriptor
 from rclpy.qos import QoSPolicyKind, QoSProfile
 
 QosCallbackResult = SetParametersResult
-QosCallbackType = Callable[[QoSProfile], QosCallbackResult]
+QosCallbackType = Callable[[QoSProfile], Any]
 
 
 class InvalidQosOverridesError(Exception):

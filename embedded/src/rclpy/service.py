@@ -33,6 +33,7 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Entity
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
+from rclpy.qos_dds import to_dds
 from rclpy.task import Future
 
 _POLL = 0.01
@@ -107,7 +108,7 @@ class _Peer(Entity):
             user_data = f"{own}typehash={type_hash(full_type_name(payload))};"
             topic = make_topic(participant, topic_name, wire_class(payload))
             kind = DataWriter if way == "write" else DataReader
-            endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
+            endpoints[way] = kind(participant, topic, to_dds(qos, user_data, way == "write"))
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
         self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF

@@ -21,6 +21,7 @@ from rclpy.event_handler import EndpointEvents, EventHandler, SubscriptionEventC
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.qos_best_available import for_subscription
+from rclpy.qos_dds import to_dds
 
 
 def _accepts(callback: Callable[..., Any], count: int) -> bool:
@@ -62,7 +63,7 @@ class Subscription(Entity):
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
         dds_topic = make_topic(participant, name, msg_type)
-        self._reader: Any = DataReader(participant, dds_topic, chosen.to_dds(user_data, False))
+        self._reader: Any = DataReader(participant, dds_topic, to_dds(chosen, user_data, False))
         self._endpoints.add_reader(self._reader, self.receive)
         events = event_callbacks.events(node, topic)
         self._events = EndpointEvents(node, self.callback_group, self._reader, events)

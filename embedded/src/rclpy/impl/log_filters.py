@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
-from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.impl.logging_severity import LoggingSeverity
 
 _REQUIRED = object()
 _FILTERS: dict[str, dict[str, Any]] = {
-    "throttle": {"throttle_duration_sec": _REQUIRED, "throttle_time_source_type": Clock()},
+    "throttle": {"throttle_duration_sec": _REQUIRED, "throttle_time_source_type": None},
     "skip_first": {"skip_first": _REQUIRED},
     "once": {"once": _REQUIRED},
 }
@@ -54,7 +55,7 @@ class CallSite:
         """
         self._name, self._severity, self._options = name, severity, _detected(given)
         clock = self._options.get("throttle_time_source_type")
-        if clock is not None and not isinstance(clock, Clock):
+        if clock is not None and not isinstance(getattr(clock, "clock_type", None), ClockType):
             raise ValueError(
                 f'Received throttle_time_source_type of "{clock}" is not a clock instance'
             )
@@ -77,7 +78,8 @@ class CallSite:
         """Whether this call writes."""
         options = self._options
         if "throttle_duration_sec" in options:
-            now = options["throttle_time_source_type"].now().nanoseconds
+            clock = options["throttle_time_source_type"]
+            now = time.time_ns() if clock is None else clock.now().nanoseconds
             if now < self._last + options["throttle_duration_sec"] * 1e9:
                 return False
             self._last = now
