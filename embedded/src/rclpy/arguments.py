@@ -10,17 +10,7 @@ from typing import Any
 
 from rclpy.exceptions import UnknownROSArgsError
 from rclpy.names import expand_topic_name
-from rclpy.yaml_values import ArgumentError, load_parameters, load_yaml
-
-__all__ = [
-    "ArgumentError",
-    "RemapRule",
-    "RosArguments",
-    "flatten",
-    "load_parameter_file",
-    "load_yaml",
-    "parse_arguments",
-]
+from rclpy.yaml_values import ArgumentError, load_parameters
 
 
 @dataclass(frozen=True)

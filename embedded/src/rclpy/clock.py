@@ -16,16 +16,6 @@ from rclpy.duration import Duration
 from rclpy.exceptions import NotInitializedException
 from rclpy.time import Time
 
-__all__ = [
-    "Clock",
-    "ClockChange",
-    "ClockType",
-    "JumpHandle",
-    "JumpThreshold",
-    "ROSClock",
-    "TimeJump",
-]
-
 
 class ClockChange(IntEnum):
     """What else happens to a clock in a jump of its time."""

@@ -11,26 +11,9 @@ from cyclonedds.core import DDSStatus
 from ros2_embedded.status import Sinks, changes_of
 
 from rclpy.entity import Entity
-from rclpy.exceptions import UnsupportedEventTypeError
+from rclpy.exceptions import UnsupportedEventTypeError as UnsupportedEventTypeError
 from rclpy.qos import QoSPolicyKind, qos_policy_name_from_kind
 from rclpy.weak_method import weakly
-
-__all__ = [
-    "EventHandler",
-    "IncompatibleTypeInfo",
-    "PublisherEventCallbacks",
-    "QoSLivelinessChangedInfo",
-    "QoSLivelinessLostInfo",
-    "QoSMessageLostInfo",
-    "QoSOfferedDeadlineMissedInfo",
-    "QoSOfferedIncompatibleQoSInfo",
-    "QoSPublisherMatchedInfo",
-    "QoSRequestedDeadlineMissedInfo",
-    "QoSRequestedIncompatibleQoSInfo",
-    "QoSSubscriptionMatchedInfo",
-    "SubscriptionEventCallbacks",
-    "UnsupportedEventTypeError",
-]
 
 _POLICY_KINDS = {
     2: QoSPolicyKind.DURABILITY,
@@ -44,43 +27,29 @@ _POLICY_KINDS = {
 
 
 @dataclass(frozen=True)
-class IncompatibleTypeInfo:
+class _Counts:
+    total_count: int
+    total_count_change: int
+
+
+class IncompatibleTypeInfo(_Counts):
     """How often an endpoint of another type was met; here never, as with rmw_cyclonedds_cpp."""
 
-    total_count: int
-    total_count_change: int
 
-
-@dataclass(frozen=True)
-class QoSRequestedDeadlineMissedInfo:
+class QoSRequestedDeadlineMissedInfo(_Counts):
     """How often no message came in time."""
 
-    total_count: int
-    total_count_change: int
 
-
-@dataclass(frozen=True)
-class QoSOfferedDeadlineMissedInfo:
+class QoSOfferedDeadlineMissedInfo(_Counts):
     """How often no message was published in time."""
 
-    total_count: int
-    total_count_change: int
 
-
-@dataclass(frozen=True)
-class QoSLivelinessLostInfo:
+class QoSLivelinessLostInfo(_Counts):
     """How often a publisher did not say in time that it is alive."""
 
-    total_count: int
-    total_count_change: int
 
-
-@dataclass(frozen=True)
-class QoSMessageLostInfo:
+class QoSMessageLostInfo(_Counts):
     """How many messages were lost."""
-
-    total_count: int
-    total_count_change: int
 
 
 @dataclass(frozen=True)
@@ -94,20 +63,16 @@ class QoSLivelinessChangedInfo:
 
 
 @dataclass(frozen=True)
-class QoSRequestedIncompatibleQoSInfo:
+class QoSRequestedIncompatibleQoSInfo(_Counts):
     """How many endpoints do not fit, and the policy by which the last one does not."""
 
-    total_count: int
-    total_count_change: int
     last_policy_kind: int
 
 
 @dataclass(frozen=True)
-class QoSPublisherMatchedInfo:
+class QoSPublisherMatchedInfo(_Counts):
     """How many endpoints fit."""
 
-    total_count: int
-    total_count_change: int
     current_count: int
     current_count_change: int
 

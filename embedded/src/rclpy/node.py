@@ -10,7 +10,8 @@ from rclpy.clock import Clock, ROSClock
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import NodeNameNonExistentError, NotInitializedException, RCLError
+from rclpy.exceptions import NodeNameNonExistentError as NodeNameNonExistentError
+from rclpy.exceptions import NotInitializedException, RCLError
 from rclpy.guard_condition import GuardCondition
 from rclpy.logging import RcutilsLogger
 from rclpy.names import expand_topic_name, validate_full_topic_name, validate_topic_name
@@ -26,8 +27,6 @@ from rclpy.service import Client, Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Rate, Timer
 from rclpy.type_support import check_is_valid_msg_type, check_is_valid_srv_type
-
-__all__ = ["Node", "NodeNameNonExistentError"]
 
 
 class Node(NodeParameters, NodeGraph):

@@ -8,38 +8,8 @@ from enum import Enum, IntEnum
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.qos_compatibility import QoSCompatibility, qos_check_compatible
-
-__all__ = [
-    "DeadlineBestAvailable",
-    "DurabilityPolicy",
-    "HistoryPolicy",
-    "InvalidQoSProfileException",
-    "LivelinessLeaseDurationeBestAvailable",
-    "LivelinessPolicy",
-    "QoSCompatibility",
-    "QoSDurabilityPolicy",
-    "QoSHistoryPolicy",
-    "QoSLivelinessPolicy",
-    "QoSPolicyEnum",
-    "QoSPolicyKind",
-    "QoSPresetProfiles",
-    "QoSProfile",
-    "QoSReliabilityPolicy",
-    "ReliabilityPolicy",
-    "as_profile",
-    "qos_check_compatible",
-    "qos_policy_name_from_kind",
-    "qos_profile_action_status_default",
-    "qos_profile_best_available",
-    "qos_profile_default",
-    "qos_profile_parameter_events",
-    "qos_profile_parameters",
-    "qos_profile_sensor_data",
-    "qos_profile_services_default",
-    "qos_profile_system_default",
-    "qos_profile_unknown",
-]
+from rclpy.qos_compatibility import QoSCompatibility as QoSCompatibility
+from rclpy.qos_compatibility import qos_check_compatible as qos_check_compatible
 
 
 class QoSPolicyKind(IntEnum):

@@ -9,17 +9,6 @@ from rclpy.arguments import parse_arguments
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 
-__all__ = [
-    "get_available_rmw_implementations",
-    "get_default_context",
-    "get_rmw_implementation_identifier",
-    "ok",
-    "remove_ros_args",
-    "shutdown",
-    "timeout_sec_to_nsec",
-    "try_shutdown",
-]
-
 
 def ok(*, context: Context | None = None) -> bool:
     """Whether the context is initialised and not shut down."""

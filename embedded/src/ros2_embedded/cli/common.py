@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ros2_embedded.naming import is_hidden
 
@@ -13,16 +13,20 @@ Handler = Callable[[argparse.Namespace], "int | str | None"]
 """Does the work; a text that it returns is an error: it goes to stderr, the exit code is 1."""
 
 
+Define = Callable[[argparse.ArgumentParser], Any]
+"""Adds options to a parser."""
+
+
 class CliError(RuntimeError):
     """What the user is to be told; the command then ends with 1."""
 
 
-class Verb(NamedTuple):
-    """A verb of a command: what it is for, its options, what it does."""
+class Verb:
+    """A verb of a command: its summary, the function that runs it, and what adds its options."""
 
-    summary: str
-    define: Callable[[argparse.ArgumentParser], None]
-    run: Handler
+    def __init__(self, summary: str, run: Handler, *options: Define) -> None:
+        """The options are added in this order."""
+        self.summary, self.run, self.options = summary, run, options
 
 
 def add_commands(
@@ -53,36 +57,36 @@ def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> 
     parser.set_defaults(run=show_help)
     summaries = {name: verb.summary for name, verb in verbs.items()}
     for name, subparser in add_commands(parser, parser.prog, summaries).items():
-        verbs[name].define(subparser)
+        for add in verbs[name].options:
+            add(subparser)
         subparser.set_defaults(run=verbs[name].run)
 
 
-def add_count(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for the number of `topics`, `services`, ... alone."""
-    parser.add_argument(
-        "-c",
-        f"--count-{what}",
-        dest="count",
-        action="store_true",
-        help=f"Only display the number of {what} discovered",
-    )
+def option(*names: str, **settings: Any) -> Define:
+    """An option or an argument, as `argparse` has it."""
+    return lambda parser: parser.add_argument(*names, **settings)
 
 
-def add_hidden(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for hidden `topics` or `services` too."""
-    parser.add_argument(
-        f"--include-hidden-{what}",
-        dest="include_hidden",
-        action="store_true",
-        help=f"Consider hidden {what} as well",
-    )
+def flag(*names: str, text: str, **settings: Any) -> Define:
+    """An option without a value."""
+    return option(*names, action="store_true", help=text, **settings)
 
 
-def add_types(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for the types too."""
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help=f"Additionally show the {what} type"
-    )
+def count_flag(what: str) -> Define:
+    """The option that asks for the number of `topics`, `services`, ... alone."""
+    text = f"Only display the number of {what} discovered"
+    return flag("-c", f"--count-{what}", dest="count", text=text)
+
+
+def hidden_flag(what: str) -> Define:
+    """The option that asks for hidden `topics` or `services` too."""
+    text = f"Consider hidden {what} as well"
+    return flag(f"--include-hidden-{what}", dest="include_hidden", text=text)
+
+
+def types_flag(what: str) -> Define:
+    """The option that asks for the types too."""
+    return flag("-t", "--show-types", text=f"Additionally show the {what} type")
 
 
 def add_window(parser: argparse.ArgumentParser, default: int, text: str, **options: Any) -> None:
@@ -102,7 +106,7 @@ Named = Sequence[tuple[str, list[str]]]
 
 
 def visible(found: Named, options: argparse.Namespace) -> Named:
-    """Those that are not hidden, or all if `add_hidden`'s option asks for them."""
+    """Those that are not hidden, or all if `hidden_flag`'s option asks for them."""
     return [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
 
 
