@@ -14,31 +14,6 @@ class ArgumentError(RCLInvalidROSArgsError):
     """A ROS argument that cannot be understood."""
 
 
-class RosYamlLoader(yaml.SafeLoader):
-    """YAML in which `1e-3` is a number too."""
-
-
-RosYamlLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|[-+]?(\d+\.\d*|\.\d+)|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
-    ),
-    list("-+0123456789."),
-)
-
-
-def load_yaml(text: str) -> Any:
-    """Reads YAML.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    try:
-        return yaml.load(text, RosYamlLoader)
-    except yaml.YAMLError as error:
-        raise ArgumentError(f"not valid YAML: {error}") from error
-
-
 _PLAIN = "plain"
 
 

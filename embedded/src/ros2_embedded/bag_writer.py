@@ -43,12 +43,9 @@ class _Storage(McapWriter):
     def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
         """Adds a channel; rosbag2 looks for the type's hash beside the offers."""
         metadata = BytesIO()
-        for key, value in (
-            ("offered_qos_profiles", offered_qos_profiles),
-            ("topic_type_hash", connection.digest),
-        ):
-            write_string(metadata, key)
-            write_string(metadata, value)
+        offers = ("offered_qos_profiles", offered_qos_profiles)
+        for text in (*offers, "topic_type_hash", connection.digest):
+            write_string(metadata, text)
         channel = Channel(
             connection.id, connection.msgtype, connection.topic, "cdr", metadata.getvalue()
         )
