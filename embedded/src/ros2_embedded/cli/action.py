@@ -84,7 +84,7 @@ _VERBS = {
     "list": Verb(
         "Output a list of action names", _list, types_flag("action"), count_flag("actions")
     ),
-    "send_goal": Verb("Send an action goal", action_goal.send_goal, action_goal.define),
+    "send_goal": Verb("Send an action goal", action_goal.send_goal, *action_goal.OPTIONS),
     "type": Verb("Print a action's type", _type, _NAME),
 }
 

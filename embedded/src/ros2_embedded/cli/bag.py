@@ -8,8 +8,8 @@ from ros2_embedded.cli import bag_info, bag_record
 from ros2_embedded.cli.common import Verb, define_verbs
 
 _VERBS = {
-    "info": Verb("Print information about a bag to the screen", bag_info.info, bag_info.define),
-    "record": Verb("Record ROS data to a bag", bag_record.record, bag_record.define),
+    "info": Verb("Print information about a bag to the screen", bag_info.info, *bag_info.OPTIONS),
+    "record": Verb("Record ROS data to a bag", bag_record.record, *bag_record.OPTIONS),
 }
 
 

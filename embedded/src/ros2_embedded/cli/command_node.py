@@ -17,7 +17,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, flag, option
 
 PREFIX = "_ros2cli"
 """Names of these nodes begin with it: they are hidden."""
@@ -30,27 +30,17 @@ _LONGEST = 5.0
 
 
 def add_direct_options(parser: argparse.ArgumentParser) -> None:
-    """Options of a verb whose node listens itself."""
-    parser.add_argument(
-        "--spin-time",
-        type=float,
-        default=_SPIN_TIME,
-        help="Spin time in seconds to wait for discovery (only applies when "
-        "not using an already running daemon)",
-    )
-    parser.add_argument(
-        "-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time"
-    )
+    """Adds the options of a verb whose node listens itself."""
+    spin_time = ("Spin time in seconds to wait for discovery (only applies when not using an "
+                 "already running daemon)")  # fmt: skip
+    option("--spin-time", type=float, default=_SPIN_TIME, help=spin_time)(parser)
+    flag("-s", "--use-sim-time", text="Enable ROS simulation time")(parser)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of a verb that ROS 2 may answer from its daemon, which does not exist here."""
+    """Adds those of a verb that ROS 2 may answer from its daemon, which does not exist here."""
     add_direct_options(parser)
-    parser.add_argument(
-        "--no-daemon",
-        action="store_true",
-        help="Do not spawn nor use an already running daemon",
-    )
+    flag("--no-daemon", text="Do not spawn nor use an already running daemon")(parser)
 
 
 @contextmanager

@@ -89,16 +89,21 @@ def types_flag(what: str) -> Define:
     return flag("-t", "--show-types", text=f"Additionally show the {what} type")
 
 
-def add_window(parser: argparse.ArgumentParser, default: int, text: str, **options: Any) -> None:
-    """Adds the option for how many messages something is reckoned from."""
-    parser.add_argument(
-        "--window",
-        "-w",
-        type=positive_int,
-        default=default,
-        help=f"{text} (default: {default})",
-        **options,
-    )
+def exclusive(*options: Define) -> Define:
+    """Options of which only one may be given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        group: Any = parser.add_mutually_exclusive_group()
+        for each in options:
+            each(group)
+
+    return add
+
+
+def window_option(default: int, text: str, **settings: Any) -> Define:
+    """The option for how many messages something is reckoned from."""
+    text = f"{text} (default: {default})"
+    return option("--window", "-w", type=positive_int, default=default, help=text, **settings)
 
 
 Named = Sequence[tuple[str, list[str]]]
@@ -151,11 +156,11 @@ def positive_float(text: str) -> float:
     return number
 
 
-def add_values(parser: argparse.ArgumentParser, name: str, text: str) -> Any:
-    """Adds the YAML of a message, on the command line or from standard input."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(name, nargs="?", default="{}", help=text)
-    group.add_argument("--stdin", action="store_true", help=_STDIN[name])
+def values_options(name: str, text: str) -> Define:
+    """The YAML of a message, on the command line or from standard input."""
+    return exclusive(
+        option(name, nargs="?", default="{}", help=text), flag("--stdin", text=_STDIN[name])
+    )
 
 
 _STDIN = {
@@ -165,5 +170,5 @@ _STDIN = {
 
 
 def given_values(options: argparse.Namespace, name: str) -> str:
-    """What `add_values` was given."""
+    """What `values_options` was given."""
     return sys.stdin.read() if options.stdin else getattr(options, name)

@@ -83,7 +83,7 @@ _VERBS = {
         option("type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')"),
         flag("--no-quotes", text="if true output has no outer quotes."),
     ),
-    "show": Verb("Output the interface definition", interface_show.show, interface_show.define),
+    "show": Verb("Output the interface definition", interface_show.show, *interface_show.OPTIONS),
 }
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from ament_index_python.resources import has_resource
 
 from ros2_embedded.catalogue import interface_text, list_packages
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, exclusive, flag, option
 from ros2_embedded.specs import InterfaceError, parse_message
 
 
@@ -33,23 +33,17 @@ class _Type(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--all-comments",
-        action="store_true",
-        help="Show all comments, including for nested interface definitions",
-    )
-    group.add_argument(
-        "--no-comments", action="store_true", help="Show no comments or whitespace"
-    )  # fmt: skip
-    parser.add_argument(
-        "type",
-        action=_Type,
-        help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' "
-        "reads the argument from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show -').",
-    )
+OPTIONS = (
+    exclusive(
+        flag("--all-comments",
+             text="Show all comments, including for nested interface definitions"),
+        flag("--no-comments", text="Show no comments or whitespace"),
+    ),
+    option("type", action=_Type,
+           help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' "
+           "reads the argument from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show "
+           "-')."),
+)  # fmt: skip
 
 
 def show(options: argparse.Namespace) -> None:

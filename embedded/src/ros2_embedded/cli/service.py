@@ -61,7 +61,7 @@ def _find(options: argparse.Namespace) -> None:
 
 
 _VERBS = {
-    "call": Verb("Call a service", service_call.call, service_call.define),
+    "call": Verb("Call a service", service_call.call, *service_call.OPTIONS),
     "find": Verb(
         "Output a list of available services of a given type",
         _find,

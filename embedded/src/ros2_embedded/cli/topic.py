@@ -84,11 +84,11 @@ def _find(options: argparse.Namespace) -> None:
 
 
 _VERBS = {
-    "bw": Verb("Display bandwidth used by topic", topic_bw.bandwidth, topic_bw.define),
+    "bw": Verb("Display bandwidth used by topic", topic_bw.bandwidth, *topic_bw.OPTIONS),
     "delay": Verb(
-        "Display delay of topic from timestamp in header", topic_delay.delay, topic_delay.define
+        "Display delay of topic from timestamp in header", topic_delay.delay, *topic_delay.OPTIONS
     ),
-    "echo": Verb("Output messages from a topic", topic_echo.echo, topic_echo.define),
+    "echo": Verb("Output messages from a topic", topic_echo.echo, *topic_echo.OPTIONS),
     "find": Verb(
         "Output a list of available topics of a given type",
         _find,
@@ -98,7 +98,7 @@ _VERBS = {
         count_flag("topics"),
         hidden_flag("topics"),
     ),
-    "hz": Verb("Print the average publishing rate to screen", topic_hz.rate, topic_hz.define),
+    "hz": Verb("Print the average publishing rate to screen", topic_hz.rate, *topic_hz.OPTIONS),
     "info": Verb(
         "Print information about a topic",
         _info,
@@ -118,7 +118,7 @@ _VERBS = {
         hidden_flag("topics"),
         flag("-v", "--verbose", text="List full details about each topic"),
     ),
-    "pub": Verb("Publish a message to a topic", topic_pub.publish, topic_pub.define),
+    "pub": Verb("Publish a message to a topic", topic_pub.publish, *topic_pub.OPTIONS),
     "type": Verb(
         "Print a topic's type",
         _type,

@@ -12,36 +12,25 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import qos_profile_sensor_data
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import add_window
+from ros2_embedded.cli.common import flag, option, window_option
 from ros2_embedded.cli.topic_echo import expression
 from ros2_embedded.cli.topic_type import type_of_topic
 
-_WINDOW = 10000
 _PERIOD = 1_000_000_000
 """Shortest time between two lines [ns]."""
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument(
-        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
-    )  # fmt: skip
-    text = "window size, in # of messages, for calculating rate"
-    add_window(parser, _WINDOW, text, dest="window_size", metavar="WINDOW")
-    parser.add_argument(
-        "--filter",
-        dest="filter_expr",
-        metavar="EXPR",
-        help="only measure messages matching the specified Python expression",
-    )
-    parser.add_argument(
-        "--wall-time",
-        dest="use_wtime",
-        action="store_true",
-        help="calculates rate using wall time which can be helpful when clock is not published "
-        "during simulation",
-    )
-    add_direct_options(parser)
+OPTIONS = (
+    option("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
+    window_option(10000, "window size, in # of messages, for calculating rate",
+                  dest="window_size", metavar="WINDOW"),
+    option("--filter", dest="filter_expr", metavar="EXPR",
+           help="only measure messages matching the specified Python expression"),
+    flag("--wall-time", dest="use_wtime",
+         text="calculates rate using wall time which can be helpful when clock is not published "
+         "during simulation"),
+    add_direct_options,
+)  # fmt: skip
 
 
 class Rate:
