@@ -35,7 +35,7 @@ class CallbackGroup:
         raise NotImplementedError
 
     def ending_execution(self, entity: Any) -> None:
-        """Says that the entity's callback has ended."""
+        """Notes that the callback of the entity has ended."""
         raise NotImplementedError
 
     def park(self, entity: Any) -> None:

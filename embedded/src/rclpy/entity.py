@@ -1,4 +1,4 @@
-"""What an executor works on: things with an inbox for what has come."""
+"""The entities that an executor serves: each has an inbox for received samples."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Entity:
         return self._endpoints.sources
 
     def receive(self, samples: list[Any]) -> None:
-        """Takes samples that have come."""
+        """Puts received samples into the inbox."""
         self._inbox.extend(samples)
         self.wake()
 
@@ -58,7 +58,7 @@ class Entity:
         self.wake()
 
     def drop_turn(self, executor: Any) -> None:
-        """The executor has it in its queue no more: what comes from now on asks for a turn."""
+        """Notes that the executor has dequeued the entity: the next sample queues it again."""
         if self._queued_in is executor:
             self._queued_in = None
 
@@ -71,28 +71,28 @@ class Endpoints:
     """The DDS writers and readers of one entity: registers them in the graph, and releases them."""
 
     def __init__(self, node: Any) -> None:
-        """Has none yet."""
+        """Has no endpoints at first."""
         self._node = node
         self._writers: list[Any] = []
         self._readers: list[Any] = []
         self.sources: list[Source] = []
-        """What hands over the readers' samples."""
+        """The sources that deliver the readers' samples."""
 
     def add_writer(self, writer: Any) -> None:
-        """Tells the graph of a writer."""
+        """Adds a writer to the graph."""
         self._writers.append(writer)
         self._node.handle.entry.writers.append(writer.guid.bytes)
         self._node.context.graph.changed()
 
     def add_reader(self, reader: Any, sink: Any) -> None:
-        """Tells the graph of a reader, whose samples are for `sink`."""
+        """Adds a reader to the graph; `sink` receives its samples."""
         self._readers.append(reader)
         self.sources.append(samples_of(reader, sink))
         self._node.handle.entry.readers.append(reader.guid.bytes)
         self._node.context.graph.changed()
 
     def release(self) -> None:
-        """Takes them out of the graph and forgets them."""
+        """Removes the endpoints from the graph."""
         entry, executor, context = self._node.handle.entry, self._node.executor, self._node.context
         with context.lock:
             if context.graph is not None:

@@ -33,19 +33,19 @@ class _Counts:
 
 
 class IncompatibleTypeInfo(_Counts):
-    """How often an endpoint of another type was met; here never, as with rmw_cyclonedds_cpp."""
+    """Number of endpoints of another type; always 0, as with rmw_cyclonedds_cpp."""
 
 
 class QoSRequestedDeadlineMissedInfo(_Counts):
-    """How often no message came in time."""
+    """Number of missed deadlines of a subscription."""
 
 
 class QoSOfferedDeadlineMissedInfo(_Counts):
-    """How often no message was published in time."""
+    """Number of missed deadlines of a publisher."""
 
 
 class QoSLivelinessLostInfo(_Counts):
-    """How often a publisher did not say in time that it is alive."""
+    """Number of times that a publisher lost its liveliness."""
 
 
 class QoSMessageLostInfo(_Counts):
@@ -64,14 +64,14 @@ class QoSLivelinessChangedInfo:
 
 @dataclass(frozen=True)
 class QoSRequestedIncompatibleQoSInfo(_Counts):
-    """How many endpoints do not fit, and the policy by which the last one does not."""
+    """Number of endpoints with incompatible QoS, and the incompatible policy of the last one."""
 
     last_policy_kind: int
 
 
 @dataclass(frozen=True)
 class QoSPublisherMatchedInfo(_Counts):
-    """How many endpoints fit."""
+    """Number of matched endpoints."""
 
     current_count: int
     current_count_change: int
@@ -82,7 +82,7 @@ QoSSubscriptionMatchedInfo = QoSPublisherMatchedInfo
 
 
 def _info(kind: Any, status: Any) -> Any:
-    """What a callback gets, from the status of DDS."""
+    """Converts the status of DDS to the argument of a callback."""
     values = {}
     for field in fields(kind):
         if field.name == "last_policy_kind":
@@ -97,12 +97,12 @@ class EventHandler(Entity):
     """Calls a function at each change of a status."""
 
     def __init__(self, node: Any, group: Any, callback: Callable[[Any], Any], kind: Any) -> None:
-        """Made by publishers and subscriptions; `kind` is the class of what the function gets."""
+        """Made by publishers and subscriptions; `kind` is the class of the function's argument."""
         super().__init__(node, group, 0)
         self.callback, self._kind = callback, kind
 
     def note(self, status: Any) -> None:
-        """Takes a status from the background; a misfit of types is none of QoS."""
+        """Receives a status from the background thread; a mismatch of types is no event of QoS."""
         info = _info(self._kind, status)
         if getattr(info, "last_policy_kind", None) != QoSPolicyKind.INVALID:
             self.receive([info])
@@ -121,7 +121,7 @@ Event = tuple[int, Callable[[Any], Any] | None, Any]
 
 
 class SubscriptionEventCallbacks:
-    """What a subscription calls at its events."""
+    """The functions that a subscription calls at its events."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ class SubscriptionEventCallbacks:
 
 
 class PublisherEventCallbacks:
-    """What a publisher calls at its events."""
+    """The functions that a publisher calls at its events."""
 
     def __init__(
         self,

@@ -23,7 +23,7 @@ from rclpy.timer import Timer
 
 
 def _deadline(timeout_sec: float | None) -> float | None:
-    """When a timeout is over; a negative one never is."""
+    """The time at which a timeout ends; a negative timeout never ends."""
     if timeout_sec is None or timeout_sec < 0:
         return None
     return time.monotonic() + timeout_sec
@@ -48,7 +48,7 @@ class TimeoutException(Exception):
 
 
 class ConditionReachedException(Exception):
-    """What was waited for has come."""
+    """The condition that was waited for is met."""
 
 
 class Executor:
@@ -82,7 +82,7 @@ class Executor:
     # Nodes.
 
     def add_node(self, node: Any) -> bool:
-        """Takes over a node's callbacks; False if it has the node already."""
+        """Adds a node; False if the executor has it already."""
         if node in self._nodes:
             return False
         with signals_wait():  # a node that it has in part would be deaf in part
@@ -94,7 +94,7 @@ class Executor:
         return True
 
     def remove_node(self, node: Any) -> None:
-        """Leaves a node's callbacks alone from now on."""
+        """Removes a node: its callbacks are not called any more."""
         if node in self._nodes:
             with signals_wait():
                 del self._nodes[node]
@@ -140,7 +140,7 @@ class Executor:
         return bool(entity.callback_group.can_execute(entity))
 
     def _next_timer(self) -> tuple[Any, float]:
-        """The timer that is due the longest, or None and the time until one may be [s]."""
+        """The timer that is overdue the longest, or None and the time until the next is due [s]."""
         due, longest, wait = None, 1, math.inf
         for handle in list(self._nodes.values()):
             for timer in handle.timers:
@@ -157,12 +157,12 @@ class Executor:
         return due, 0.0 if due is not None else wait
 
     def _next(self, deadline: float | None) -> Any:
-        """Waits for an entity, a timer or a task; None if none came, or something changed."""
+        """Waits for an entity, a timer or a task; None after the timeout or a change of nodes."""
         timer, wait = self._next_timer()
         if deadline is not None:
             wait = min(wait, deadline - time.monotonic())
         self._wait_set.wait(wait, self._queue.__len__)
-        # They take turns: a timer that is always late must not keep all else waiting.
+        # In turns: a timer that is always late must not block everything else.
         if timer is not None and (not self._timer_was_last or not self._queue):
             self._timer_was_last = True
             return timer

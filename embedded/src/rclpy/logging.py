@@ -35,7 +35,7 @@ def shutdown() -> None:
 
 
 def clear_config() -> None:
-    """Does both: forgets the levels and reads the settings anew."""
+    """Resets the levels and reads the settings again."""
     shutdown()
     initialize()
 

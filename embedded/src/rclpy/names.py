@@ -15,7 +15,7 @@ from rclpy.exceptions import (
 )
 
 Fault = tuple[str, int] | None
-"""What is wrong with a name, and the index of the first wrong character."""
+"""The error in a name, and the index of the first wrong character."""
 
 _NODE_LENGTH, _TOPIC_LENGTH = 255, 255 - 8
 _NAMESPACE_LENGTH = _TOPIC_LENGTH - 2
@@ -74,7 +74,7 @@ def _full_topic_fault(name: str) -> Fault:
 
 
 def _brace_fault(name: str) -> Fault:
-    """What is wrong with the characters of a name that may have `{substitutions}`."""
+    """The error in the characters of a name that may have `{substitutions}`."""
     opened = -1
     substitution = "substitution name must not"
     unmatched = "topic name must not have unmatched (unbalanced) curly braces '{}'"

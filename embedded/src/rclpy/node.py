@@ -32,7 +32,7 @@ from rclpy.type_support import check_is_valid_msg_type, check_is_valid_srv_type
 class Node(NodeParameters, NodeGraph):
     """A node: the owner of publishers, subscriptions, services, clients, timers and parameters.
 
-    All that it has is in `handle`: programs may give a subclass any attribute that rclpy's has not.
+    Its parts are in `handle`: a subclass may use all names of attributes that rclpy's Node lacks.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def handle(self) -> NodeHandle:  # type: ignore[override]
-        """What the node consists of; for rclpy itself."""
+        """The parts of the node, for rclpy itself."""
         return self.__handle
 
     @property
@@ -91,7 +91,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def executor(self) -> Any:
-        """The executor that it was added to last, or None."""
+        """The executor that the node was added to last, or None."""
         return self.__handle.executor
 
     @executor.setter
@@ -340,12 +340,12 @@ class Node(NodeParameters, NodeGraph):
         return known
 
     def destroy_node(self) -> None:
-        """Ends the node and all that it has; once more does nothing."""
+        """Destroys the node and all its entities; a second call does nothing."""
         self.__handle.destroy(self)
 
 
 def _no_callback() -> None:
-    """Stands for the callback that a rate gives its timer."""
+    """The callback of a rate's timer, which does nothing."""
 
 
 def _resolved(node: Node, name: str, is_service: bool) -> str:

@@ -80,13 +80,13 @@ class NodeGraph:
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """What publishes on a topic; `no_mangle`: the name is DDS's."""
+        """The publishers of a topic; with `no_mangle` the name is that of the DDS topic."""
         return _infos(self.handle, topic_name, no_mangle, True)
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """What subscribes to a topic; `no_mangle`: the name is DDS's."""
+        """The subscriptions of a topic; with `no_mangle` the name is that of the DDS topic."""
         return _infos(self.handle, topic_name, no_mangle, False)
 
     def count_publishers(self, topic_name: str) -> int:

@@ -33,11 +33,11 @@ class NodeParameters:
         return self.handle.parameters.declare(namespace, parameters, ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
-        """Takes a declaration back."""
+        """Removes a declared parameter."""
         self.handle.parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """Whether it has been declared."""
+        """Whether a parameter has been declared."""
         return name in self.handle.parameters.parameters
 
     def get_parameter(self, name: str) -> Parameter:
@@ -76,12 +76,12 @@ class NodeParameters:
         """Names of parameters as a ListParametersResult.
 
         Args:
-            prefixes: only what is named so or stands below; none: everything.
-            depth: how many parts a name may have, without its prefix; 0: any number.
+            prefixes: Names and groups of parameters to list; an empty list means all.
+            depth: Largest number of parts of a name after its prefix; 0 means any number.
 
         Raises:
-            TypeError: an argument of another type.
-            ValueError: a negative depth.
+            TypeError: An argument has another type.
+            ValueError: The depth is negative.
         """
         if not isinstance(prefixes, list):
             raise TypeError("The prefixes argument must be a list")
@@ -129,7 +129,7 @@ class NodeParameters:
         self.handle.parameters.callbacks.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], None]) -> None:
-        """Has `callback` told after parameters have changed."""
+        """Has `callback` called after parameters have changed."""
         self.handle.parameters.post_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(

@@ -59,7 +59,7 @@ class Parameter:
             return bool(_CHECKS[self.name](parameter_value))
 
     def __init__(self, name: str, type_: Parameter.Type | None = None, value: Any = None) -> None:
-        """Takes the type from the value if none is given.
+        """Creates a parameter; without `type_` the type follows from the value.
 
         Raises:
             ValueError: the value is not of the type.
@@ -89,18 +89,18 @@ class Parameter:
         return self._value
 
     def __repr__(self) -> str:
-        """With name, type and value."""
+        """A text with name, type and value."""
         return f"Parameter({self._name!r}, {self._type}, {self._value!r})"
 
     def get_parameter_value(self) -> Any:
-        """As rcl_interfaces/msg/ParameterValue."""
+        """Converts the value to rcl_interfaces/msg/ParameterValue."""
         message = message_class("rcl_interfaces/msg/ParameterValue")(type=self._type.value)
         if self._type is not Parameter.Type.NOT_SET:
             setattr(message, _slot(self._type), self._value)
         return message
 
     def to_parameter_msg(self) -> Any:
-        """As rcl_interfaces/msg/Parameter."""
+        """Converts the parameter to rcl_interfaces/msg/Parameter."""
         message = message_class("rcl_interfaces/msg/Parameter")
         return message(name=self._name, value=self.get_parameter_value())
 
@@ -149,7 +149,7 @@ def _slot(kind: Parameter.Type) -> str:
 
 
 def parameter_value_to_python(parameter_value: Any) -> Any:
-    """Value that a rcl_interfaces/msg/ParameterValue holds.
+    """The value in a rcl_interfaces/msg/ParameterValue.
 
     Raises:
         RuntimeError: its type is none.

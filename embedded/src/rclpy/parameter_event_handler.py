@@ -13,7 +13,7 @@ from rclpy.qos import QoSProfile, qos_profile_parameter_events
 
 @dataclass(frozen=True, eq=False)
 class ParameterCallbackHandle:
-    """Stands for a callback for one parameter; `node_name` is the node's full name."""
+    """A registered callback for one parameter; `node_name` is the full name of the node."""
 
     parameter_name: str
     node_name: str
@@ -22,7 +22,7 @@ class ParameterCallbackHandle:
 
 @dataclass(frozen=True, eq=False)
 class ParameterEventCallbackHandle:
-    """Stands for a callback for every event."""
+    """A registered callback for all events."""
 
     callback: Callable[[Any], Any]
 

@@ -43,7 +43,7 @@ class ParameterStore:
         allow_undeclared: bool,
         tell: Callable[[list[Parameter], list[Parameter], list[Parameter]], None],
     ) -> None:
-        """`overrides` replace defaults; `tell` hears what is new, changed and deleted."""
+        """`overrides` replace defaults; `tell` receives new, changed and deleted parameters."""
         self.overrides, self.allow_undeclared, self._tell = overrides, allow_undeclared, tell
         self.parameters: dict[str, Parameter] = {}
         self.descriptors: dict[str, Any] = {}
@@ -96,7 +96,7 @@ class ParameterStore:
         raise InvalidParameterValueException(parameter.name, parameter.value, result.reason)
 
     def undeclare(self, name: str) -> None:
-        """Takes a declaration back.
+        """Removes a declared parameter.
 
         Raises:
             ParameterNotDeclaredException: there is none.
@@ -276,7 +276,7 @@ def _unpacked(namespace: str, index: int, item: tuple[Any, ...]) -> tuple[str, A
 
 
 def _settle_type(name: str, default: Any, descriptor: Any) -> Any:
-    """Writes the type into the descriptor; returns the default value, or None."""
+    """Writes the type into the descriptor; returns the default value, or None if there is none."""
     if isinstance(default, Type):
         if default is Type.NOT_SET:
             raise ValueError(

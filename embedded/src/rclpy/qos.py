@@ -13,7 +13,7 @@ from rclpy.qos_compatibility import qos_check_compatible as qos_check_compatible
 
 
 class QoSPolicyKind(IntEnum):
-    """Which policy something is about."""
+    """The policies, as bits."""
 
     INVALID = 1 << 0
     DURABILITY = 1 << 1
@@ -81,7 +81,7 @@ class HistoryPolicy(QoSPolicyEnum):
 
 
 class LivelinessPolicy(QoSPolicyEnum):
-    """Who says that a publisher is alive: the middleware or the publisher."""
+    """Who asserts that a publisher is alive: the middleware or the publisher."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -148,7 +148,7 @@ _DEFAULTS = {
 
 
 class QoSProfile:
-    """The policies of a publisher or a subscription; a duration of 0 stands for the default."""
+    """The policies of a publisher or a subscription; a duration of 0 means the default."""
 
     __slots__ = tuple(_CHECKS)
 
@@ -163,11 +163,11 @@ class QoSProfile:
     avoid_ros_namespace_conventions: bool
 
     def __init__(self, **kwargs: Any) -> None:
-        """Takes the policies.
+        """Sets the policies.
 
         Raises:
-            InvalidQoSProfileException: neither a depth nor a history, or KEEP_LAST without a depth.
-            AssertionError: an unknown policy, or a value of another type.
+            InvalidQoSProfileException: Depth and history are missing, or KEEP_LAST lacks a depth.
+            AssertionError: A policy is unknown, or its value has another type.
         """
         assert kwargs.keys() <= _CHECKS.keys(), (
             f"Invalid arguments passed to constructor: {kwargs.keys()!r}"
@@ -193,7 +193,7 @@ class QoSProfile:
         object.__setattr__(self, name, checked)
 
     def __eq__(self, other: object) -> bool:
-        """The same policies."""
+        """Whether all policies are the same."""
         if not isinstance(other, QoSProfile):
             return False
         return all(getattr(self, name) == getattr(other, name) for name in _CHECKS)

@@ -21,10 +21,10 @@ _INFINITE = duration(infinite=True)
 
 
 def to_dds(profile: QoSProfile, user_data: str, writer: bool) -> Qos:
-    """The policies of a writer or a reader, in the way of rmw_cyclonedds_cpp.
+    """The policies of a writer or a reader, as rmw_cyclonedds_cpp sets them.
 
     Raises:
-        RCLError: a policy is UNKNOWN.
+        RCLError: A policy is UNKNOWN.
     """
     named = (profile.history, profile.reliability, profile.durability, profile.liveliness)
     if any(policy.short_key == "unknown" for policy in named):
@@ -42,7 +42,7 @@ def to_dds(profile: QoSProfile, user_data: str, writer: bool) -> Qos:
     ]
     if profile.durability.short_key == "transient_local":
         policies.append(Policy.Durability.TransientLocal)
-        # Cyclone DDS keeps for late readers what this policy says, not what the history says.
+        # For late readers, Cyclone DDS uses the depth of this policy, not that of the history.
         policies.append(Policy.DurabilityService(0, history, -1, -1, -1))
     else:
         policies.append(Policy.Durability.Volatile)

@@ -1,6 +1,6 @@
 """Services and their clients.
 
-A request and its reply are samples on two topics. In front of the payload stand the client's
+A request and its reply are samples on two topics. Before the payload they have the client's
 identity, which is the instance handle of its writer, and a running number (the convention of
 rmw_cyclonedds_cpp).
 """
@@ -74,7 +74,7 @@ class RequestHeader(NamedTuple):
 
 
 Opened = tuple[RequestHeader, bytes]
-"""The header, and the payload in bytes behind their own."""
+"""The header, and the bytes of the payload with their own header."""
 
 
 def _opened(sample: Sample) -> Opened:
@@ -85,7 +85,7 @@ def _opened(sample: Sample) -> Opened:
 
 
 class _Peer(Entity):
-    """What a service and a client have in common: one writer and one reader with one identity."""
+    """Base of services and clients: a writer and a reader with one identity."""
 
     def __init__(
         self,
@@ -192,7 +192,7 @@ class Service(_Peer):
         self.send_response(await coroutine, header)
 
     def send_response(self, response: Any, header: RequestHeader) -> None:
-        """Replies to the request that `header` stands for.
+        """Replies to the request with this `header`.
 
         Raises:
             TypeError: a response of another type.
@@ -274,7 +274,7 @@ class Client(_Peer):
         return future
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
-        """Calls and waits, None if no response came in time; another thread must spin the node.
+        """Calls and waits; None after the timeout. Another thread must spin the node.
 
         Raises:
             TypeError: a request of another type.
@@ -288,7 +288,7 @@ class Client(_Peer):
         return future.result()
 
     def get_pending_request(self, sequence_number: int) -> Future:
-        """The future of a call; raises KeyError if there is none of that number."""
+        """The future of a call; raises KeyError if no call has this number."""
         return self._pending[sequence_number]
 
     def remove_pending_request(self, future: Future) -> None:
@@ -308,7 +308,7 @@ class Client(_Peer):
         return any(not is_fast_dds(server.key.bytes) for server in matched_readers(self._writer))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Waits for a server; False if none came in time or the context was shut down."""
+        """Waits for a server; False after the timeout or a shutdown of the context."""
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         while self.node.context.ok() and not self.service_is_ready():
             if deadline is not None and time.monotonic() >= deadline:

@@ -36,7 +36,7 @@ class Subscription(Entity):
     """Calls a function with every message of a topic."""
 
     class CallbackType(Enum):
-        """Whether the function wants to know about the message too."""
+        """Whether the callback has a second argument, the times of the message."""
 
         MessageOnly = 0
         WithMessageInfo = 1
@@ -76,12 +76,12 @@ class Subscription(Entity):
 
     @property
     def event_handlers(self) -> list[EventHandler]:
-        """What calls the functions for events."""
+        """The handlers that call the functions for events."""
         return self._events.handlers
 
     @property
     def callback(self) -> Callable[..., Any]:
-        """What is called with each message, and if it takes two arguments with news of it."""
+        """The function that receives each message, and its times as a second argument if it has two."""
         return self._callback
 
     @callback.setter
@@ -121,7 +121,7 @@ class Subscription(Entity):
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
 
     def get_publisher_count(self) -> int:
-        """Number of publishers that it hears."""
+        """Number of matched publishers."""
         self._check()
         return len(matched(self._reader.get_matched_publications))
 

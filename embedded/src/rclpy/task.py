@@ -12,7 +12,7 @@ from typing import Any
 
 
 class Future:
-    """A result that comes later. It can be awaited in a coroutine that an executor runs."""
+    """A result that is set later. Coroutines of executors and of asyncio can await it."""
 
     def __init__(self, *, executor: Any = None) -> None:
         """Has no result yet; done callbacks are tasks of `executor` where one is given."""
@@ -27,7 +27,7 @@ class Future:
         self._set_executor(executor)
 
     def __del__(self) -> None:
-        """Complains of an exception that nobody has asked for."""
+        """Prints an exception that was never retrieved."""
         if self._exception is not None and not self._exception_fetched:
             text = f"The following exception was never retrieved: {self._exception}"
             print(text, file=sys.stderr)
@@ -43,11 +43,11 @@ class Future:
         return self._done
 
     def cancelled(self) -> bool:
-        """Whether it was cancelled."""
+        """Whether the future was cancelled."""
         return self._cancelled
 
     def result(self) -> Any:
-        """The result, None if there is none; an exception is raised again."""
+        """The result, or None if there is no result; an exception is raised again."""
         exception = self.exception()
         if exception is not None:
             raise exception
@@ -129,13 +129,13 @@ class Future:
 
 
 def _nothing() -> None:
-    """Stands for the weak reference to an executor where there is none."""
+    """Replaces the weak reference to an executor if there is no executor."""
 
 
 class _Awaited:
-    """What a coroutine yields that awaits a future: an executor waits for that future.
+    """The object that a coroutine yields while it awaits a future; an executor waits for `future`.
 
-    Asyncio finds here what it needs of a future of its own, which is done together with that one.
+    For asyncio it is one of asyncio's own futures, which is done when `future` is done.
     """
 
     _asyncio_future_blocking = True
@@ -182,7 +182,7 @@ class Task(Future):
         self._executing = False
 
     def executing(self) -> bool:
-        """Whether it runs at this moment."""
+        """Whether the task runs at this moment."""
         return self._executing
 
     def cancel(self) -> None:
@@ -213,7 +213,7 @@ class Task(Future):
         if self._done:
             self._handler = self._args = self._kwargs = None
         elif isinstance(awaited, _Awaited):
-            # Last of all: it may be done already, and another thread take over.
+            # This must be last: another thread may resume the task at once.
             awaited.future._add_waker(self._resume)
         else:
             self._resume()

@@ -51,7 +51,7 @@ class Timer:
         self._next = self._last + timer_period_ns
         self._left_at_change: int | None = None
         self.queued = False
-        """Whether a thread of the executor is going to take it: till then it is not due again."""
+        """Whether an executor's thread is about to call it; until then it is not due again."""
         self._listener = JumpListener(_ANY_JUMP, self._before_jump, self._after_jump)
         clock.add_listener(self._listener)
 
@@ -73,7 +73,7 @@ class Timer:
         self._period = int(value)
 
     def is_canceled(self) -> bool:
-        """Whether it was cancelled."""
+        """Whether the timer was cancelled."""
         self._check()
         return self._cancelled
 
@@ -83,7 +83,7 @@ class Timer:
         self._cancelled = True
 
     def reset(self) -> None:
-        """Starts anew: the next call is one period from now."""
+        """Restarts the timer: the next call is one period from now."""
         self._check()
         self._next = self.clock.nanoseconds() + self._period
         self._cancelled = False
@@ -101,7 +101,7 @@ class Timer:
         return self.clock.nanoseconds() - self._last
 
     def time_until_next_call(self) -> int | None:
-        """Until the next call on the timer's clock [ns]; None if cancelled."""
+        """Time until the next call on the timer's clock [ns]; None if it was cancelled."""
         self._check()
         return self.left()
 
@@ -116,13 +116,13 @@ class Timer:
     # For the executor.
 
     def left(self) -> int | None:
-        """Until the next call [ns]; None if there will be none."""
+        """Time until the next call [ns]; None if there will be no call."""
         if self._cancelled or self._destroyed:
             return None
         return self._next - self.clock.nanoseconds()
 
     def take(self) -> tuple[()] | None:
-        """Sets the time of the next call, periods that were missed left out; None: no call."""
+        """Sets the time of the next call, without missed periods; returns None if it was cancelled."""
         if self._cancelled or self._destroyed:
             self.queued = False
             return None
@@ -131,7 +131,7 @@ class Timer:
         self._next += period
         if self._next <= now:
             self._next = now + period - (now - self._next) % period if period else now
-        if self.queued:  # the thread that spins has left it out of account since then
+        if self.queued:  # the spinning thread has not considered the timer since then
             self.requeue()
         return ()
 
@@ -188,7 +188,7 @@ class Rate:
             sleeper.put(None)
 
     def destroy(self) -> None:
-        """Wakes all that sleep, and lets nobody sleep any more."""
+        """Wakes all sleeping threads, and ends later sleeps at once."""
         self._destroyed = True
         self.wake()
 

@@ -48,7 +48,7 @@ def parameter_value(text: str) -> Any:
 
 
 def load_parameters(text: str) -> Any:
-    """Reads the values of parameters: rcl tells them apart by its own, simpler rules.
+    """Reads parameter values; rcl has its own, simpler rules for their types.
 
     Raises:
         ArgumentError: it is no YAML, or a value is missing, or a list mixes types.
@@ -89,4 +89,4 @@ def _sequence(node: Any) -> Any:
     kinds = {type(value) for value in values}
     if len(kinds) > 1 or kinds & {dict, list}:
         raise ArgumentError(f"Sequence should be of same type at line {node.start_mark.line + 1}")
-    return values or None  # rcl takes an empty list for a parameter that is not set
+    return values or None  # for rcl an empty list is a parameter that is not set

@@ -59,16 +59,16 @@ class Package:
 
     @property
     def is_python(self) -> bool:
-        """Whether pip installs it."""
+        """Whether the package is installed with pip."""
         return self.build_type == "ament_python"
 
     @property
     def has_interfaces(self) -> bool:
-        """Whether it defines messages, services or actions."""
+        """Whether the package defines messages, services or actions."""
         return any((self.folder / kind).is_dir() for kind in ("msg", "srv", "action"))
 
     def cmake_lists(self) -> str:
-        """The text of the package's CMakeLists.txt; empty where there is none."""
+        """The text of the package's CMakeLists.txt; empty if the file does not exist."""
         path = self.folder / "CMakeLists.txt"
         return path.read_text(encoding="utf-8") if path.is_file() else ""
 

@@ -92,7 +92,7 @@ def to_csv(
 
 
 def _joined(texts: Iterable[str]) -> str:
-    """With commas, but none before the first text that is not empty, as ROS 2 has it."""
+    """Joins texts by commas, without a comma before the first text that is not empty, as ROS 2."""
     return ",".join(dropwhile(lambda text: not text, texts))
 
 
@@ -110,7 +110,7 @@ _KIND = re.compile(
 
 
 def _abbreviated(value: Any, kind: str) -> str:
-    """Type and length of a row of values; `kind` is what `get_fields_and_field_types` says."""
+    """Type and length of a sequence; `kind` is its type by `get_fields_and_field_types`."""
     match = _KIND.fullmatch(kind)
     assert match is not None, kind
     base = match["base"].replace("/", "/msg/")

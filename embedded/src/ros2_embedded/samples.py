@@ -1,4 +1,4 @@
-"""Samples as they are on the wire: CDR behind its header of four bytes."""
+"""Samples as bytes: a header of four bytes and CDR."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cyclonedds.internal import SampleInfo
 from ros2_embedded.wait_set import Source
 
 Sample = tuple[bytes, Any]
-"""The bytes, and Cyclone DDS's `SampleInfo`, or what stands for it."""
+"""The bytes, and Cyclone DDS's `SampleInfo` or its substitute."""
 
 
 class _SampleInfo(partial):  # type: ignore[type-arg]

@@ -29,10 +29,10 @@ TYPECODES = {
     "int8": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H", "int32": "i",
     "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-"""Of the numbers that stand in rows as an array.array or numpy array."""
+"""Type codes of the numbers whose sequences are an array.array or a numpy array."""
 INTEGER_BITS = {f"{sign}int{bits}": bits for sign in ("", "u") for bits in (8, 16, 32, 64)}
 DUMMY_FIELD = "structure_needs_at_least_one_member"
-"""IDL has no empty struct: ROS 2 puts this uint8 into a message without fields."""
+"""IDL has no empty struct, so ROS 2 adds this uint8 field to a message without fields."""
 
 _FIELD = re.compile(
     r"(?P<type>[A-Za-z][\w/]*)(?P<bound><=\d+)?(?P<array>\[(?:<=)?\d*\])?"
@@ -42,11 +42,11 @@ _ITEM = r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,'"\s][^,]*)"""
 """An element of an array, in quotes or not."""
 _ARRAY = re.compile(rf"\[\s*(?:{_ITEM}\s*(?:,\s*{_ITEM}\s*)*)?\]")
 _ESCAPE = re.compile(r"\\(?:[ntvbrfa\\'\"]|[0-7]{1,3}|x[0-9a-fA-F]{1,2})")
-"""A character in a string that IDL has written otherwise."""
+"""An escape sequence in a string."""
 
 
 class InterfaceError(Exception):
-    """A definition that is missing or cannot be read."""
+    """The definition of an interface is missing or cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class FieldType:
     """Type of a field: a primitive or `pkg/msg/Name`, alone or as an array or a sequence.
 
     Attributes:
-        base: primitive name of ROS (`float64`) or full name of a message.
-        container: empty, `array` (fixed length) or `sequence`.
-        size: length of an array, bound of a sequence (0: unbounded).
-        string_bound: greatest length of a string (0: unbounded).
+        base: Primitive type of ROS (`float64`), or full name of a message.
+        container: Empty, `array` (fixed length) or `sequence`.
+        size: Length of an array, or bound of a sequence; 0 means unbounded.
+        string_bound: Greatest length of a string; 0 means unbounded.
     """
 
     base: str
@@ -71,7 +71,7 @@ class FieldType:
         return self.base in PRIMITIVES
 
     def __str__(self) -> str:
-        """As it is written in a `.msg` file."""
+        """The type as it is written in a `.msg` file."""
         base = self.base.replace("/msg/", "/")
         base += f"<={self.string_bound}" if self.string_bound else ""
         if self.container == "array":
@@ -83,7 +83,7 @@ class FieldType:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a message; `default` is None where the definition gives none."""
+    """A field of a message; `default` is None if the definition has no default value."""
 
     name: str
     type: FieldType
@@ -115,12 +115,12 @@ class MessageSpec:
 
     @property
     def wire_fields(self) -> tuple[Field, ...]:
-        """The fields as IDL has them: never none."""
+        """The fields in IDL; there is at least one."""
         return self.fields or (Field(DUMMY_FIELD, FieldType("uint8")),)
 
 
 def _unquoted(text: str, kind: FieldType, where: str) -> str:
-    """A string without the quotes around it; in it a backslash stands before each such quote."""
+    """Removes the quotes around a string, and the backslash before each such quote within it."""
     quote = text[:1]
     if len(text) > 1 and quote in "'\"" and text.endswith(quote):
         text = text[1:-1]
@@ -143,7 +143,7 @@ def _items(text: str, kind: FieldType, where: str) -> list[str]:
 
 
 def _value(text: str, kind: FieldType, where: str) -> Any:
-    """Reads a default or a constant."""
+    """Reads a default value or a constant."""
     if kind.container:
         items = _items(text, kind, where)
         if kind.base == "string":
@@ -184,8 +184,8 @@ def parse_message(name: str, text: str) -> MessageSpec:
     """Parses one message.
 
     Args:
-        name: full name, `pkg/msg/Name`.
-        text: what the `.msg` file holds.
+        name: Full name, `pkg/msg/Name`.
+        text: Content of the `.msg` file.
 
     Raises:
         InterfaceError: a line that is neither a field nor a constant.

@@ -1,4 +1,4 @@
-"""What must hold between threads, and neither functools nor Cyclone DDS's Python makes hold."""
+"""Functions that are safe between threads where functools and Cyclone DDS's Python are not."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _qos_lock = threading.Lock()
 
 
 def once(function: _F) -> _F:
-    """Like `functools.cache`, but two threads never get different results: classes are unique."""
+    """Caches like `functools.cache`, but all threads get the same result: classes are unique."""
     cached = functools.cache(function)
 
     @functools.wraps(function)
@@ -59,7 +59,7 @@ def described(ask: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def matched_readers(writer: DataWriter[Any]) -> list[Any]:
-    """What is known of the readers that match a writer."""
+    """The descriptions of the readers that match a writer."""
     handles = matched(writer.get_matched_subscriptions)
     found = (described(writer.get_matched_subscription_data, handle) for handle in handles)
     return [reader for reader in found if reader is not None]

@@ -47,11 +47,11 @@ class CallSite:
     """A line of a program that logs: what it asked for first must stay."""
 
     def __init__(self, name: str, severity: LoggingSeverity, given: dict[str, Any]) -> None:
-        """Keeps what the first call asks for.
+        """Stores the options of the first call.
 
         Raises:
             TypeError: an unknown option, or one that another needs is missing.
-            ValueError: the clock is none.
+            ValueError: The clock is not a clock.
         """
         self._name, self._severity, self._options = name, severity, _detected(given)
         clock = self._options.get("throttle_time_source_type")

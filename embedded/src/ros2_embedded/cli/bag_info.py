@@ -50,7 +50,7 @@ def info(options: argparse.Namespace) -> None:
 
 
 def report(reader: Reader, path: Path, *, with_services: bool) -> str:
-    """What an open bag is and has."""
+    """Describes an open bag."""
     files, storage, distro = _facts(path)
     folder = path if path.is_dir() else path.parent
     size = sum((folder / name).stat().st_size for name in files)
@@ -77,7 +77,7 @@ def report(reader: Reader, path: Path, *, with_services: bool) -> str:
 
 
 def _facts(path: Path) -> tuple[list[str], str, str]:
-    """Names of the files, storage and ROS distribution: a file alone does not tell the last."""
+    """The file names, the storage and the ROS distribution, which is unknown for a single file."""
     if path.is_file():
         return [path.name], {".db3": "sqlite3"}.get(path.suffix, "mcap"), "unknown"
     tree = yaml.safe_load((path / "metadata.yaml").read_text("utf-8"))

@@ -75,7 +75,7 @@ def _error(text: str) -> str:
 
 
 def _refusal(options: argparse.Namespace, folder: str) -> str | None:
-    """What is wrong with the options, if anything is."""
+    """The error in the options; None if there is no error."""
     every = options.all or options.all_topics
     if not (every or options.topics or options.topic_types or options.regex):
         return _error(

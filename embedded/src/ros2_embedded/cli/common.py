@@ -1,4 +1,4 @@
-"""What the commands share: their tables of verbs, kinds of arguments, errors."""
+"""Shared parts of the commands: tables of verbs, options, argument types, errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from ros2_embedded.naming import is_hidden
 
 Handler = Callable[[argparse.Namespace], "int | str | None"]
-"""Does the work; a text that it returns is an error: it goes to stderr, the exit code is 1."""
+"""Runs a verb. If it returns a text, this is printed to stderr and the exit code is 1."""
 
 
 Define = Callable[[argparse.ArgumentParser], Any]
@@ -18,7 +18,7 @@ Define = Callable[[argparse.ArgumentParser], Any]
 
 
 class CliError(RuntimeError):
-    """What the user is to be told; the command then ends with 1."""
+    """An error that is shown to the user; the exit code of the command is 1."""
 
 
 class Verb:
@@ -32,7 +32,7 @@ class Verb:
 def add_commands(
     parser: argparse.ArgumentParser, call: str, summaries: Mapping[str, str]
 ) -> dict[str, argparse.ArgumentParser]:
-    """Adds sub-commands, in the way in which ROS 2 shows them; returns their parsers."""
+    """Adds sub-commands with the help texts of ROS 2; returns their parsers."""
     width = max(map(len, summaries))
     lines = (f"{name.ljust(width)}  {text}\n" for name, text in summaries.items())
     subparsers = parser.add_subparsers(
@@ -49,7 +49,7 @@ def add_commands(
 
 
 def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> None:
-    """Adds a command's verbs; without one the command shows its help."""
+    """Adds the verbs of a command; without a verb the command prints its help."""
 
     def show_help(options: argparse.Namespace) -> None:
         parser.print_help()
@@ -63,7 +63,7 @@ def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> 
 
 
 def option(*names: str, **settings: Any) -> Define:
-    """An option or an argument, as `argparse` has it."""
+    """An option or a positional argument with the settings of `argparse`."""
     return lambda parser: parser.add_argument(*names, **settings)
 
 
@@ -73,19 +73,19 @@ def flag(*names: str, text: str, **settings: Any) -> Define:
 
 
 def count_flag(what: str) -> Define:
-    """The option that asks for the number of `topics`, `services`, ... alone."""
+    """The option to print only the number of `topics`, `services`, ..."""
     text = f"Only display the number of {what} discovered"
     return flag("-c", f"--count-{what}", dest="count", text=text)
 
 
 def hidden_flag(what: str) -> Define:
-    """The option that asks for hidden `topics` or `services` too."""
+    """The option to include hidden `topics` or `services`."""
     text = f"Consider hidden {what} as well"
     return flag(f"--include-hidden-{what}", dest="include_hidden", text=text)
 
 
 def types_flag(what: str) -> Define:
-    """The option that asks for the types too."""
+    """The option to print the types as well."""
     return flag("-t", "--show-types", text=f"Additionally show the {what} type")
 
 
@@ -101,22 +101,22 @@ def exclusive(*options: Define) -> Define:
 
 
 def window_option(default: int, text: str, **settings: Any) -> Define:
-    """The option for how many messages something is reckoned from."""
+    """The option for the number of messages from which a rate is calculated."""
     text = f"{text} (default: {default})"
     return option("--window", "-w", type=positive_int, default=default, help=text, **settings)
 
 
 Named = Sequence[tuple[str, list[str]]]
-"""Names of topics and the like with their types."""
+"""Pairs of a name (of a topic, a service or an action) and its types."""
 
 
 def visible(found: Named, options: argparse.Namespace) -> Named:
-    """Those that are not hidden, or all if `hidden_flag`'s option asks for them."""
+    """The entries that are not hidden, or all entries if the option of `hidden_flag` is set."""
     return [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
 
 
 def print_named(found: Named, options: argparse.Namespace, *, types: bool = False) -> None:
-    """Prints names, one a line, with their types if asked, or only their number."""
+    """Prints one name per line, with its types if `types` is set, or only the number of names."""
     if options.count:
         print(len(found))
         return
@@ -125,7 +125,7 @@ def print_named(found: Named, options: argparse.Namespace, *, types: bool = Fals
 
 
 def print_of_type(found: Named, kind: str, options: argparse.Namespace) -> None:
-    """Prints the names of those that have a type, or only their number."""
+    """Prints the names of the entries with a type, or only their number."""
     print_named([pair for pair in found if kind in pair[1]], options)
 
 
@@ -157,7 +157,7 @@ def positive_float(text: str) -> float:
 
 
 def values_options(name: str, text: str) -> Define:
-    """The YAML of a message, on the command line or from standard input."""
+    """The options for the YAML of a message, on the command line or from standard input."""
     return exclusive(
         option(name, nargs="?", default="{}", help=text), flag("--stdin", text=_STDIN[name])
     )
@@ -170,5 +170,5 @@ _STDIN = {
 
 
 def given_values(options: argparse.Namespace, name: str) -> str:
-    """What `values_options` was given."""
+    """The YAML that the user has given for `values_options`."""
     return sys.stdin.read() if options.stdin else getattr(options, name)

@@ -22,7 +22,7 @@ def _kind_flags(text: str) -> list[Define]:
 
 
 def _kinds(options: argparse.Namespace) -> list[str]:
-    """The kinds that are asked for: all where none is."""
+    """The kinds that the options select; without an option, all kinds."""
     return [kind for kind in KINDS if getattr(options, f"only_{kind}s")] or list(KINDS)
 
 

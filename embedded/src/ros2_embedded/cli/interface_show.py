@@ -15,7 +15,7 @@ from ros2_embedded.specs import InterfaceError, parse_message
 
 
 class _Type(argparse.Action):
-    """An interface, or `-` for the one that stands on standard input."""
+    """Reads the name of an interface from the argument, or from standard input if it is `-`."""
 
     def __call__(
         self,
@@ -47,7 +47,7 @@ OPTIONS = (
 
 
 def show(options: argparse.Namespace) -> None:
-    """Prints the definition; below a field of another type stand that type's fields, indented."""
+    """Prints the definition, with the fields of nested types indented below each field."""
     lines = expanded(options.type, not options.no_comments, options.all_comments)
     print("\n".join(lines))
 
@@ -96,7 +96,7 @@ _UNIT = re.compile(r"\s*\[[^,\]]+\]")
 
 
 def _without_comment(line: str) -> str | None:
-    """A line without its comment, or None; ROS 2 leaves the `#` after a field, so this does."""
+    """A line without its comment, or None; a `#` after a field stays, as in ROS 2."""
     if line.startswith("#"):
         return None if line.lstrip("#") else line
     code, mark, comment = line.partition("#")

@@ -50,10 +50,10 @@ def define(parser: argparse.ArgumentParser) -> None:
 
 
 def find_file(package: str, name: str | None) -> Path:
-    """The launch file of that name, anywhere in a package's share folder.
+    """Finds a launch file by its name, anywhere in a package's share folder.
 
     Raises:
-        CliError: there is none, or there are several.
+        CliError: There is no file of this name, or there are several.
     """
     try:
         share = get_package_share_directory(package)

@@ -41,7 +41,7 @@ def names(node: Node, target: str, prefixes: list[str] | None = None) -> list[st
 
 
 def values(node: Node, target: str, wanted: list[str]) -> list[Any]:
-    """Values of a node's parameters as messages; none at all if one is not declared."""
+    """The values of a node's parameters as messages; empty if any of them is not declared."""
     return list(call(node, target, "GetParameters", names=wanted).values)
 
 

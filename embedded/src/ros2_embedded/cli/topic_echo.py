@@ -54,7 +54,7 @@ OPTIONS = (
 
 
 def expression(text: str | None) -> Callable[[Any], Any]:
-    """A filter of messages, which the expression calls `m`; without one all pass."""
+    """A filter made from an expression of the message `m`; without text all messages pass."""
     if not text:
         return lambda m: True
     code = compile(text, "<filter>", "eval")
@@ -62,10 +62,10 @@ def expression(text: str | None) -> Callable[[Any], Any]:
 
 
 def select(message: Any, path: list[str]) -> Any:
-    """The field of a message that the path leads to.
+    """Returns a field of a message or of its sub-messages.
 
     Raises:
-        CliError: there is none.
+        CliError: There is no such field.
     """
     value = message
     for name in path:

@@ -34,7 +34,7 @@ OPTIONS = (
 
 
 class Rate:
-    """The rate of messages by the times at which they came."""
+    """The rate of messages, from their arrival times."""
 
     def __init__(self, window: int) -> None:
         """Counts at most `window` gaps between messages."""
@@ -43,7 +43,7 @@ class Rate:
         self._reported: int | None = None
 
     def add(self, now: int) -> None:
-        """A message has come [ns]; time that goes back starts anew."""
+        """Adds the arrival time of a message [ns]; a jump back resets the statistics."""
         if now == 0:
             if self._gaps:
                 print("time has reset, resetting counters")
@@ -56,7 +56,7 @@ class Rate:
         self._last = now
 
     def report(self) -> str | None:
-        """The rate, at most once a second of the messages' time; otherwise None."""
+        """A report, at most once per second of the messages' time; otherwise None."""
         if not self._gaps or self._last is None:
             return None
         if self._reported is None:

@@ -29,7 +29,7 @@ def _preset(name: str) -> QoSProfile:
 
 
 def options(way: str, default: str) -> list[Define]:
-    """The options; `way` is `subscribe` or `publish`, `default` the preset's name."""
+    """The options; `way` is `subscribe` or `publish`, `default` is the name of the preset."""
     policies = {"reliability": ReliabilityPolicy, "durability": DurabilityPolicy}
     return [
         option("--qos-profile", choices=QoSPresetProfiles.short_keys(), default=default,
@@ -75,7 +75,7 @@ def profile(options: argparse.Namespace) -> QoSProfile:
 
 
 def profile_for(options: argparse.Namespace, publishers: Sequence[Any]) -> QoSProfile:
-    """Like `profile`, but where no option overrides anything it fits the publishers."""
+    """The profile of a subscription, compatible with the publishers unless options override it."""
     if any(getattr(options, f"qos_{name}") is not None for name in _OVERRIDES):
         return profile(options)
     chosen = _preset(options.qos_profile)
