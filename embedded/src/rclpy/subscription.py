@@ -81,7 +81,7 @@ class Subscription(Entity):
 
     @property
     def callback(self) -> Callable[..., Any]:
-        """The function that receives each message, and its times as a second argument if it has two."""
+        """The function that receives each message, and its times if it has two arguments."""
         return self._callback
 
     @callback.setter

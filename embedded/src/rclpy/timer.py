@@ -122,7 +122,7 @@ class Timer:
         return self._next - self.clock.nanoseconds()
 
     def take(self) -> tuple[()] | None:
-        """Sets the time of the next call, without missed periods; returns None if it was cancelled."""
+        """Sets the time of the next call, without missed periods; None if cancelled."""
         if self._cancelled or self._destroyed:
             self.queued = False
             return None
@@ -188,7 +188,7 @@ class Rate:
             sleeper.put(None)
 
     def destroy(self) -> None:
-        """Wakes all sleeping threads, and ends later sleeps at once."""
+        """Wakes all sleeping threads; `sleep` raises RuntimeError afterwards."""
         self._destroyed = True
         self.wake()
 
