@@ -142,7 +142,7 @@ class Context:
             yield
 
     def new_wait_set(self) -> WaitSet:
-        """For an executor, to wait for what comes from the domain; ends with the context.
+        """A wait set for an executor; it ends with the context.
 
         Raises:
             RCLError: the domain has been left.

@@ -12,10 +12,10 @@ from rclpy.callback_groups import CallbackGroup
 
 
 class Entity:
-    """Base of subscriptions, services and clients: one sample a turn, oldest first."""
+    """Base of subscriptions, services and clients: one sample per turn, the oldest first."""
 
     def __init__(self, node: Any, group: CallbackGroup | None, depth: int) -> None:
-        """Keeps at most `depth` samples that wait for the executor (0: all)."""
+        """Keeps at most `depth` samples until the executor handles them; 0 means all."""
         self.node, self._handle = node, node.handle
         self.callback_group = group or node.default_callback_group
         self.callback_group.add_entity(self)
@@ -25,7 +25,7 @@ class Entity:
 
     @property
     def sources(self) -> list[Source]:
-        """What its executor waits for."""
+        """The sources that its executor waits for."""
         return self._endpoints.sources
 
     def receive(self, samples: list[Any]) -> None:
@@ -34,7 +34,7 @@ class Entity:
         self.wake()
 
     def wake(self) -> None:
-        """Asks the executor for a turn, if there is something to do; once is enough."""
+        """Queues the entity in the executor, unless the inbox is empty or it is queued already."""
         if not self._inbox:
             return
         executor = self._handle.executor
@@ -43,7 +43,7 @@ class Entity:
             executor.put(self)
 
     def take(self) -> tuple[Any] | None:
-        """One sample to handle, in a tuple; asks for another turn if there are more."""
+        """Returns one sample to handle, in a tuple; queues the entity again if there are more."""
         try:
             sample = self._inbox.popleft()
         except IndexError:
@@ -53,7 +53,7 @@ class Entity:
         return (sample,)
 
     def requeue(self) -> None:
-        """Asks again, after a turn that could not be used."""
+        """Queues the entity again, after a turn that could not be used."""
         self._queued_in = None
         self.wake()
 
@@ -63,7 +63,7 @@ class Entity:
             self._queued_in = None
 
     def handle(self, sample: Any) -> Any:
-        """Does what the entity is there for; a coroutine is returned for the executor to run."""
+        """Handles a sample; a coroutine is returned, which the executor runs."""
         raise NotImplementedError
 
 

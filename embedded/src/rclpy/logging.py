@@ -59,7 +59,7 @@ def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
     """The severity of that name.
 
     Raises:
-        RuntimeError: there is none.
+        RuntimeError: There is no severity of this name.
     """
     try:
         return LoggingSeverity[log_severity.upper()]

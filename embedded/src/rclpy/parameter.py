@@ -63,7 +63,7 @@ class Parameter:
 
         Raises:
             ValueError: the value is not of the type.
-            TypeError: a value that no parameter can have, or a type that is none.
+            TypeError: No parameter can have this value, or `type_` is not a Parameter.Type.
         """
         if type_ is None:
             type_ = Parameter.Type.from_parameter_value(value)
@@ -106,7 +106,7 @@ class Parameter:
 
     @classmethod
     def from_parameter_msg(cls, param_msg: Any) -> Parameter:
-        """From rcl_interfaces/msg/Parameter; numbers in a row come as an `array.array`."""
+        """Converts rcl_interfaces/msg/Parameter; arrays of numbers become an `array.array`."""
         kind = cls.Type(param_msg.value.type)
         unset = kind is cls.Type.NOT_SET
         return cls(param_msg.name, kind, None if unset else getattr(param_msg.value, _slot(kind)))
@@ -152,7 +152,7 @@ def parameter_value_to_python(parameter_value: Any) -> Any:
     """The value in a rcl_interfaces/msg/ParameterValue.
 
     Raises:
-        RuntimeError: its type is none.
+        RuntimeError: The type of the value is unknown.
     """
     try:
         kind = Parameter.Type(parameter_value.type)

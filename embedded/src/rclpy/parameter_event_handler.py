@@ -94,7 +94,7 @@ class ParameterEventHandler:
         """Removes a callback.
 
         Raises:
-            RuntimeError: it is not there.
+            RuntimeError: The callback is not registered.
         """
         self._remove(handle)
 
@@ -102,7 +102,7 @@ class ParameterEventHandler:
         """Removes a callback.
 
         Raises:
-            RuntimeError: it is not there.
+            RuntimeError: The callback is not registered.
         """
         self._remove(handle)
 

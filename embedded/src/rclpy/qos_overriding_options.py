@@ -1,4 +1,4 @@
-"""Parameters by which the command line changes policies."""
+"""Parameters with which the command line changes policies."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ def serialize_message(message: Any) -> bytes:
     """Converts a message to a header of four bytes and CDR.
 
     Raises:
-        AttributeError: it is no message.
+        AttributeError: The object is no message.
     """
     check_is_valid_msg_type(type(message))
     return bytes(message.serialize())

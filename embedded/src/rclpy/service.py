@@ -38,7 +38,7 @@ from rclpy.task import Future
 
 _POLL = 0.01
 _CLIENT_PATIENCE = 0.5
-"""How long a service waits for the reader of a client that has only just come [s]."""
+"""Longest wait of a service for the reader of a new client [s]."""
 
 
 _GUID, _NUMBER = "rmw_client_guid", "rmw_sequence_number"
@@ -49,7 +49,7 @@ _NUMBERS = 1 << 32
 _HEADER = struct.Struct("<Qq")
 _BIG_HEADER = struct.Struct(">Qq")
 _PAYLOAD = HEADER + _HEADER.size
-"""Where the payload begins in a sample."""
+"""Offset of the payload in a sample [bytes]."""
 
 
 @once
@@ -66,7 +66,7 @@ def wire_class(payload: Any) -> Any:
 
 
 class RequestHeader(NamedTuple):
-    """Whose request it is: the client and its number, and the writer that it came from."""
+    """The identity of a request: the client, its number of the request, and its writer."""
 
     client: int
     number: int
@@ -162,7 +162,7 @@ class Service(_Peer):
         super().__init__(node, "service", full, ways, qos, group)
 
     def receive(self, samples: list[Sample]) -> None:
-        """Leaves aside what has no header, should it ever look like a request."""
+        """Ignores samples without a header."""
         super().receive([one for one in map(_opened, samples) if self._is_request(one[0])])
 
     def _is_request(self, header: RequestHeader) -> bool:
@@ -243,7 +243,7 @@ class Client(_Peer):
         super().__init__(node, "client", full, ways, qos, group)
 
     def receive(self, samples: list[Sample]) -> None:
-        """Leaves replies to other clients aside."""
+        """Ignores replies to other clients."""
         super().receive([one for one in map(_opened, samples) if one[0].client == self._guid])
 
     def handle(self, sample: Opened) -> None:
@@ -292,12 +292,12 @@ class Client(_Peer):
         return self._pending[sequence_number]
 
     def remove_pending_request(self, future: Future) -> None:
-        """Forgets a call: its response will be ignored."""
+        """Removes a call: its response will be ignored."""
         for number in [n for n, f in self._pending.copy().items() if f is future]:
             self._pending.pop(number, None)
 
     def service_is_ready(self) -> bool:
-        """Whether a server has been discovered in both directions that can understand us.
+        """Whether a compatible server has been discovered, with both its reader and its writer.
 
         Raises:
             InvalidHandle: the client was destroyed.

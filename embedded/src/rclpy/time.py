@@ -25,7 +25,7 @@ class Time:
         """The sum of seconds and nanoseconds.
 
         Raises:
-            TypeError: `clock_type` is none.
+            TypeError: `clock_type` is not a ClockType.
             ValueError: a negative argument.
             OverflowError: more than 63 bits of nanoseconds.
         """

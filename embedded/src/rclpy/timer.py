@@ -19,7 +19,7 @@ _ANY_JUMP = JumpThreshold(
 
 
 class Timer:
-    """Calls a function again and again."""
+    """Calls a function periodically."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class Timer:
 
     @property
     def timer_period_ns(self) -> int:
-        """The period [ns]; another one counts from the next call on."""
+        """The period [ns]; a new period is used after the next call."""
         self._check()
         return self._period
 
@@ -96,7 +96,7 @@ class Timer:
         return left is not None and left <= 0
 
     def time_since_last_call(self) -> int:
-        """Since the last call, or the start [ns]."""
+        """Time since the last call, or since the start [ns]."""
         self._check()
         return self.clock.nanoseconds() - self._last
 
@@ -106,7 +106,7 @@ class Timer:
         return self.left()
 
     def drop_turn(self, executor: Any) -> None:
-        """It is in no queue: the executor looks at the time."""
+        """Does nothing: a timer is in no queue, the executor checks the time."""
 
     def destroy(self) -> None:
         """Ends it."""
@@ -140,7 +140,7 @@ class Timer:
         return self.callback()
 
     def requeue(self) -> None:
-        """Has the executor look at it."""
+        """Has the executor check the timer."""
         self.queued = False
         executor = self.node.executor if self.node is not None else None
         if executor is not None:

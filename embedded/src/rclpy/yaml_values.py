@@ -51,7 +51,7 @@ def load_parameters(text: str) -> Any:
     """Reads parameter values; rcl has its own, simpler rules for their types.
 
     Raises:
-        ArgumentError: it is no YAML, or a value is missing, or a list mixes types.
+        ArgumentError: The text is no YAML, a value is missing, or a list mixes types.
     """
     try:
         root = yaml.compose(text, _ParameterLoader)

@@ -70,7 +70,7 @@ class Discovery:
 def discovery(environment: Mapping[str, str]) -> Discovery:
     """Reads ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS and ROS_LOCALHOST_ONLY as Jazzy does.
 
-    Only the range without the variable is another: this machine, where ROS 2 takes its subnet.
+    Only the default range differs: it is this machine, in ROS 2 the subnet.
     """
     name = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "LOCALHOST"
     peers = tuple(filter(None, environment.get("ROS_STATIC_PEERS", "").split(";")))
@@ -107,7 +107,7 @@ def domain_configuration(asked: Discovery) -> str:
             "<Discovery><ParticipantIndex>none</ParticipantIndex>"
             f"<Tag>ros_discovery_off_{os.getpid()}</Tag></Discovery></Domain></CycloneDDS>"
         )
-    # Peers are called from the interface that comes first: from `lo` no other machine is reached.
+    # Peers are searched from the first interface; `lo` reaches no other machine.
     last = ' priority="-1"' if asked.peers else ""
     interfaces = f'<NetworkInterface name="lo"{last}/>'
     if not _only_loopback():
@@ -126,7 +126,7 @@ def domain_configuration(asked: Discovery) -> str:
 
 
 _domains: weakref.WeakValueDictionary[int, Domain] = weakref.WeakValueDictionary()
-"""Those that the process is in: a second context of a domain shares it."""
+"""The domains that the process has joined; contexts of the same domain share it."""
 
 
 def join_domain(number: int, asked: Discovery) -> tuple[Domain, DomainParticipant]:

@@ -44,10 +44,10 @@ def to_plain(
     """A message, or the value of a field, as plain mappings, lists and scalars.
 
     Args:
-        value: message or value.
-        truncate: longest list or string that is written whole; None for no limit.
-        arrays: whether to write out the lists that are fields; otherwise their type and length.
-        strings: whether to write out strings; otherwise their length.
+        value: Message or value.
+        truncate: Longest list or string that is written in full; None means no limit.
+        arrays: Whether lists are written in full; otherwise only their type and length.
+        strings: Whether strings are written in full; otherwise only their length.
     """
     options: dict[str, Any] = {"truncate": truncate, "arrays": arrays, "strings": strings}
     if is_message(value):

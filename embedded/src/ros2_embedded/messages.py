@@ -178,7 +178,7 @@ def _is_sequence(value: Any) -> bool:
 
 
 def _numeric_check(kind: FieldType) -> Checker:
-    """Check of numbers in a row: kept as array.array, or if the length is fixed in numpy's."""
+    """Check of arrays of numbers: array.array, or a numpy array if the length is fixed."""
     code = TYPECODES[kind.base]
     dtype = np.dtype(code)
     kinds = "f" if dtype.kind == "f" else "iu"
@@ -214,7 +214,7 @@ def _numeric_check(kind: FieldType) -> Checker:
 
 
 def _list_check(kind: FieldType) -> Checker:
-    """Check of strings, booleans, bytes or messages in a row: kept as a list."""
+    """Check of arrays of strings, booleans, bytes or messages: a list."""
     element = _scalar_check(FieldType(kind.base, string_bound=kind.string_bound))
     word = {"string": "str", "byte": "bytes"}.get(kind.base, kind.base.rpartition("/")[2])
     row = f"a set or sequence and each value of type '{word}'"

@@ -18,10 +18,10 @@ Sample = tuple[bytes, Any]
 
 
 class _SampleInfo(partial):  # type: ignore[type-arg]
-    """Made without a step of Python, and quickly: it keeps what it is called with.
+    """Keeps its arguments. It is made quickly, and without a step of Python.
 
-    `ddspy_take` takes a failure to make a `SampleInfo` for impossible, and crashes. But where it is
-    made in Python a signal can be handled, and the handler raise an exception: KeyboardInterrupt.
+    `ddspy_take` crashes if a `SampleInfo` cannot be made. If it were made in Python code, a signal
+    handler could run there and raise KeyboardInterrupt.
     """
 
 

@@ -49,10 +49,10 @@ def matched(ask: Callable[[], list[int]]) -> list[int]:
 
 
 def described(ask: Callable[..., Any], *arguments: Any) -> Any:
-    """What `ask` tells of endpoints or participants, their QoS with it.
+    """Calls `ask`, which returns endpoints or participants with their QoS.
 
-    Cyclone DDS reads the QoS of all of them into the same variables, whichever thread asks, and
-    makes another exception of what a signal's handler raises meanwhile.
+    The lock is needed because Cyclone DDS reads the QoS of all threads' calls into the same
+    variables. Signals wait because it would replace an exception of a signal handler by another.
     """
     with signals_wait(), _qos_lock:
         return ask(*arguments)

@@ -1,4 +1,4 @@
-"""Waiting for what comes to entities of DDS, in the thread that asks for it.
+"""Waiting for events of DDS entities, in the thread that calls.
 
 Cyclone DDS could call listeners instead, but from its own threads, with its locks held: one that
 waits for Python's lock while a write holds that one would never end.

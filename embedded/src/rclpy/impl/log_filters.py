@@ -1,4 +1,4 @@
-"""Which calls of one line of a program write: the first only, not the first, one in a time."""
+"""Filters of log calls: only the first call, not the first call, one call per period."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _FILTERS: dict[str, dict[str, Any]] = {
     "skip_first": {"skip_first": _REQUIRED},
     "once": {"once": _REQUIRED},
 }
-"""The filters' options, with their defaults, in the order in which the filters are asked."""
+"""The options of the filters with their defaults, in the order of application."""
 _OPTIONS = [option for options in _FILTERS.values() for option in options]
 
 
 def _detected(given: dict[str, Any]) -> dict[str, Any]:
-    """The options of the filters that are wanted, by option.
+    """The options of the filters that a call uses.
 
     Raises:
         TypeError: an unknown option, or one that another needs is missing.
@@ -44,7 +44,7 @@ def _detected(given: dict[str, Any]) -> dict[str, Any]:
 
 
 class CallSite:
-    """A line of a program that logs: what it asked for first must stay."""
+    """A line of a program that logs: all its calls must have the options of the first one."""
 
     def __init__(self, name: str, severity: LoggingSeverity, given: dict[str, Any]) -> None:
         """Stores the options of the first call.
@@ -63,7 +63,7 @@ class CallSite:
         self._logged = self._skipped = False
 
     def check(self, name: str, severity: LoggingSeverity, given: dict[str, Any]) -> None:
-        """Raises ValueError if a call asks for something else than the first one did."""
+        """Raises ValueError if a call has other options than the first one."""
         if severity != self._severity:
             raise ValueError("Logger severity cannot be changed between calls.")
         if name != self._name:

@@ -90,10 +90,10 @@ def is_true(text: str) -> bool:
 
 
 def truth(text: str) -> bool:
-    """Value of a text where a bool is wanted: more words than in a condition.
+    """The value of a text that must be a bool; more words are allowed than in a condition.
 
     Raises:
-        LaunchError: it is none.
+        LaunchError: The text is not a bool.
     """
     words = {"true": True, "yes": True, "on": True, "1": True,
              "false": False, "no": False, "off": False, "0": False}  # fmt: skip
