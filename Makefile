@@ -47,6 +47,8 @@ help:
 setup: $(READY)
 
 PACKAGE_FILES := $(wildcard $(addprefix ros2_ws/src/*/,package.xml setup.py setup.cfg))
+# Folders of data (doors, launch files, ...): each changes with a new file, which must be linked.
+DATA_FOLDERS := $(filter-out %/test/ $(dir $(wildcard ros2_ws/src/*/*/__init__.py)),$(wildcard ros2_ws/src/*/*/))
 # What colcon copies or compiles; Python modules are linked.
 COLCON_FILES := $(shell find ros2_ws/src -type f \( -not -name '*.py*' -o -name setup.py \))
 
@@ -62,7 +64,7 @@ $(VENV)/.requirements: requirements.txt | $(BIN)/python
 	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
 	@touch $@
 
-$(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES)
+$(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES) $(DATA_FOLDERS)
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e embedded
 	$(BIN)/python -m ros2_embedded.install ros2_ws/src
 	@touch $@

@@ -64,9 +64,11 @@ class Peer(Node):
     async def execute(self, handle):
         if handle.request.plan_id == "fail":
             raise RuntimeError("as asked")
-        for step in range(4 if handle.request.plan_id == "quick" else 500):
+        # Four steps are long enough for a client's subscription to be discovered meanwhile.
+        steps, period = (4, 0.2) if handle.request.plan_id == "quick" else (500, 0.01)
+        for step in range(steps):
             handle.publish_feedback(ExecuteDoorImpact.Feedback(phase=str(step)))
-            await self.wait(0.01)
+            await self.wait(period)
             if handle.is_cancel_requested:
                 handle.canceled()
                 return ExecuteDoorImpact.Result(message="cancelled")

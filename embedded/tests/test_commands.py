@@ -139,6 +139,26 @@ def write(tmp_path: Path, text: str, name: str = "t.launch.yaml") -> Path:
     return path
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "language"),
+    [
+        ("a.launch.py", "def generate_launch_description():\n    return 1\n", "Python"),
+        ("a.launch.xml", "<?xml version='1.0'?>\n<launch/>\n", "XML"),
+        ("a.launch", "\n<launch/>\n", "XML"),
+    ],
+)
+def test_launch_files_in_other_languages_are_named(
+    tmp_path: Path, name: str, text: str, language: str
+) -> None:
+    """A launch file in Python or XML is refused by its language, also where it is included."""
+    message = f"{name}: launch files in {language} are not supported here, only in YAML"
+    inner = write(tmp_path, text, name)
+    outer = write(tmp_path, f"launch:\n- include: {{file: $(dirname)/{name}}}\n")
+    for path in (inner, outer):
+        with pytest.raises(LaunchError, match=message):
+            read_launch_file(path, {})
+
+
 def test_launch_files_become_commands(tmp_path: Path) -> None:
     """Arguments, conditions, includes, groups, parameters and remappings end up in the commands."""
     write(tmp_path, "launch:\n- arg: {name: gain}\n- node: {pkg: impact_planner, exec: plan, "

@@ -275,6 +275,43 @@ def test_defaults_come_from_the_definition() -> None:
     assert second == JointState()
 
 
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("string s Hello world!  # comment", "Hello world!"), ('string s " it\'s "', " it's "),
+        (r"string s 'Hello\'world!'", "Hello'world!"), ("string s 'Hello\"world!'", 'Hello"world!'),
+        (r'string s "Hello\"world!"', 'Hello"world!'), ("string s it's", "it's"),
+        ("string s 'no # comment'", "'no"), ("string s [a: {", "[a: {"), ('string s ""', ""),
+        (r"string s \t\x41\\", "\tA\\"), ("string<=3 s abc", "abc"), ("int32 s 010", 10),
+        ("int32 s 0x1F", 31), ("byte s 7", b"\7"), ("bool s 1", True),
+        ("string[] s []", []), ("string[] s ['a, b', c d , \"e\"]", ["a, b", "c d", "e"]),
+        (r"""string[2] s ['it\'s', 'say "x"']""", ["it's", 'say "x"']),
+        ("string[] s [1, '']", ["1", ""]),
+        ("bool[<=3] s [true, 0]", [True, False]), ("float64[2] s [1, -2.5e1]", [1.0, -25.0]),
+        ("byte[] s [1,2]", [b"\1", b"\2"]),
+    ],
+)  # fmt: skip
+def test_defaults_are_read_as_in_ros(line: str, value: Any) -> None:
+    """A default has the value that the same line has in a package built by ROS 2."""
+    (field,) = parse_message("p/msg/A", line).fields
+    assert field.default == value
+    if " s " in line and "[" not in line.split(" s ")[0]:
+        (constant,) = parse_message("p/msg/A", line.replace(" s ", " S=")).constants
+        assert constant.value == value
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["string s 'it's'", "string<=2 s abc", "string[] s [a", "string[] s [a, ]", "string[] s ['a]",
+     "string[2] s [a]", "string[<=1] s [a, b]", "string[<=2][] s", "bool s yes", "int8 s x",
+     "string<=2[] s [abc]"],
+)  # fmt: skip
+def test_defaults_that_make_no_sense_are_errors(line: str) -> None:
+    """A default that ROS 2 refuses is an error that names the line."""
+    with pytest.raises(InterfaceError, match=r"p/msg/A, line 1"):
+        parse_message("p/msg/A", line)
+
+
 def test_constants_types_and_text() -> None:
     """Constants, field types and repr are those of rclpy."""
     assert DiagnosticStatus.WARN == b"\x01"

@@ -1,4 +1,4 @@
-"""ROS 2's Python client library, the part of it that is needed here, on Eclipse Cyclone DDS."""
+"""The client library of ROS 2 for Python, as far as it is needed, on Eclipse Cyclone DDS."""
 
 from __future__ import annotations
 
@@ -50,16 +50,16 @@ def init(
     domain_id: int | None = None,
     signal_handler_options: SignalHandlerOptions | None = None,
 ) -> None:
-    """Joins the domain; must come before everything else.
+    """Joins the domain; must be called before everything else.
 
     Args:
-        args: command line; None takes the process's.
-        context: a context of one's own; signals then stay as they are.
-        domain_id: number of the domain; None takes ROS_DOMAIN_ID.
-        signal_handler_options: which signals to handle.
+        args: Command line; None means that of the process.
+        context: Another context than the default one; signal handlers then stay as they are.
+        domain_id: Number of the domain; None means that of ROS_DOMAIN_ID.
+        signal_handler_options: Signals to handle.
 
     Raises:
-        RuntimeError: it has been called before.
+        RuntimeError: It has been called before.
     """
     chosen = context or get_default_context()
     if signal_handler_options is None:
@@ -73,8 +73,8 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
     """Leaves the domain.
 
     Raises:
-        RuntimeError: there was no `init`.
-        RCLError: it has been left before, as after Ctrl-C.
+        RuntimeError: `init` has not been called.
+        RCLError: The domain has been left before, for example after Ctrl-C.
     """
     is_default = context is None or context is get_default_context()
     try:

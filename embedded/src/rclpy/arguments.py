@@ -10,22 +10,12 @@ from typing import Any
 
 from rclpy.exceptions import UnknownROSArgsError
 from rclpy.names import expand_topic_name
-from rclpy.yaml_values import ArgumentError, load_parameters, load_yaml
-
-__all__ = [
-    "ArgumentError",
-    "RemapRule",
-    "RosArguments",
-    "flatten",
-    "load_parameter_file",
-    "load_yaml",
-    "parse_arguments",
-]
+from rclpy.yaml_values import ArgumentError, load_parameters
 
 
 @dataclass(frozen=True)
 class RemapRule:
-    """`node:match:=replacement`; without a node it holds for all, without a kind for both."""
+    """A rule `node:match:=replacement`; without a node it is for all, without a kind for both."""
 
     match: str
     replacement: str
@@ -35,7 +25,7 @@ class RemapRule:
 
 @dataclass
 class RosArguments:
-    """What the command line says to ROS."""
+    """The ROS arguments of a command line."""
 
     remaps: list[RemapRule] = field(default_factory=list)
     parameters: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
@@ -67,7 +57,7 @@ class RosArguments:
         return full
 
     def parameters_for(self, full_name: str) -> dict[str, Any]:
-        """Parameter values for a node: a name or pattern counts where it was first mentioned."""
+        """The parameter values of a node; a pattern has the priority of its first mention."""
         merged: dict[str, dict[str, Any]] = {}
         for pattern, parameters in self.parameters:
             merged.setdefault(pattern, {}).update(parameters)
@@ -86,7 +76,7 @@ def _expanded(name: str, node: str, namespace: str) -> str | None:
 
 
 def _matches(pattern: str, full_name: str) -> bool:
-    """Whether `/**`, `/ns/*`, `/ns/node` or `node` means the node."""
+    """Whether a pattern such as `/**`, `/ns/*`, `/ns/node` or `node` matches the node."""
     if not pattern.startswith("/"):
         pattern = f"/{pattern}"
     expression = ""
@@ -96,7 +86,7 @@ def _matches(pattern: str, full_name: str) -> bool:
 
 
 def flatten(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested parameters with dots: `{a: {b: 1}}` is `{"a.b": 1}`."""
+    """Flattens nested parameters: `{a: {b: 1}}` becomes `{"a.b": 1}`."""
     flat: dict[str, Any] = {}
     for key, value in tree.items():
         if isinstance(value, dict):
@@ -113,7 +103,7 @@ def load_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
         Pairs of a node's name, which may have wildcards, and its parameters.
 
     Raises:
-        ArgumentError: the file is missing or is no parameter file.
+        ArgumentError: The file is missing or is no parameter file.
     """
     try:
         tree = load_parameters(Path(path).read_text(encoding="utf-8"))
@@ -187,14 +177,14 @@ _TRAILING = {
 
 
 def parse_arguments(arguments: Sequence[str]) -> RosArguments:
-    """Takes the ROS arguments out of a command line.
+    """Parses the ROS arguments of a command line.
 
     Args:
-        arguments: with or without the program's name; the rest comes back in `remaining`.
+        arguments: Command line, with or without the program's name; `remaining` has the others.
 
     Raises:
-        ArgumentError: a ROS argument that cannot be understood, or that lacks its value.
-        UnknownROSArgsError: arguments after `--ros-args` that ROS does not know.
+        ArgumentError: A ROS argument is invalid, or its value is missing.
+        UnknownROSArgsError: An argument after `--ros-args` is unknown to ROS.
     """
     parsed = RosArguments()
     unknown: list[str] = []

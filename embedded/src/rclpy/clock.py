@@ -8,29 +8,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rclpy.clock_type import ClockType
+from rclpy.context import Context, get_default_context
 from rclpy.duration import Duration
 from rclpy.exceptions import NotInitializedException
 from rclpy.time import Time
 
-if TYPE_CHECKING:
-    from rclpy.context import Context
-
-__all__ = [
-    "Clock",
-    "ClockChange",
-    "ClockType",
-    "JumpHandle",
-    "JumpThreshold",
-    "ROSClock",
-    "TimeJump",
-]
-
 
 class ClockChange(IntEnum):
-    """What else happens to a clock in a jump of its time."""
+    """The change of a clock's source that comes with a jump of its time."""
 
     ROS_TIME_NO_CHANGE = 1
     ROS_TIME_ACTIVATED = 2
@@ -39,7 +27,7 @@ class ClockChange(IntEnum):
 
 
 class JumpThreshold:
-    """Which jumps of a clock's time matter."""
+    """The smallest jumps of a clock's time that have callbacks called."""
 
     def __init__(
         self,
@@ -48,15 +36,15 @@ class JumpThreshold:
         min_backward: Duration | None,
         on_clock_change: bool = True,
     ) -> None:
-        """Jumps of at least these durations; the one backwards is negative.
+        """Sets the smallest jumps.
 
         Args:
-            min_forward: positive; None: no jump forward matters.
-            min_backward: negative; None: no jump backwards matters.
-            on_clock_change: whether the begin and the end of simulated time matter.
+            min_forward: Smallest jump forwards, positive; None ignores jumps forwards.
+            min_backward: Smallest jump backwards, negative; None ignores jumps backwards.
+            on_clock_change: Whether the begin and the end of simulated time count.
 
         Raises:
-            ValueError: a duration of the wrong sign, or nothing matters.
+            ValueError: A duration has the wrong sign, or all jumps are ignored.
         """
         if min_forward is not None and min_forward.nanoseconds <= 0:
             raise ValueError("min_forward must be a positive non-zero duration")
@@ -68,7 +56,7 @@ class JumpThreshold:
         self.on_clock_change = on_clock_change
 
     def is_exceeded(self, jump: TimeJump) -> bool:
-        """Whether a jump matters."""
+        """Whether a jump reaches the threshold."""
         if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
             return self.on_clock_change
         back, forward = self.min_backward, self.min_forward
@@ -93,12 +81,12 @@ class TimeJump:
 
     @property
     def delta(self) -> Duration:
-        """How far it jumps; zero where simulated time begins or ends."""
+        """Length of the jump; zero if simulated time begins or ends."""
         return self._delta
 
 
 class JumpListener(NamedTuple):
-    """What a clock calls before and after a jump that matters."""
+    """The functions that a clock calls before and after a jump that exceeds a threshold."""
 
     threshold: JumpThreshold
     before: Callable[[TimeJump], Any]
@@ -135,7 +123,7 @@ class JumpHandle:
         clock.add_listener(self._listener)
 
     def unregister(self) -> None:
-        """Ends the callbacks; once more does nothing."""
+        """Ends the callbacks; a second call does nothing."""
         clock, self._clock = self._clock, None
         if clock is not None:
             clock.remove_listener(self._listener)
@@ -150,7 +138,7 @@ class JumpHandle:
 
 
 class _Sleeper:
-    """What can be woken from any thread and from a signal handler, as an executor can."""
+    """A wait that any thread and a signal handler can end."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[None] = SimpleQueue()
@@ -181,7 +169,7 @@ class Clock:
         return self
 
     def __repr__(self) -> str:
-        """With the kind of clock."""
+        """A text with the kind of clock."""
         return f"Clock(clock_type={self._clock_type.name})"
 
     @property
@@ -204,12 +192,12 @@ class Clock:
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
 
     def add_listener(self, listener: JumpListener) -> None:
-        """Tells a listener of jumps from now on."""
+        """Adds a listener of jumps."""
         # A new list: a jump may be going through the old one.
         self._listeners = [*self._listeners, listener]
 
     def remove_listener(self, listener: JumpListener) -> None:
-        """Tells a listener of no more jumps."""
+        """Removes a listener of jumps."""
         self._listeners = [other for other in self._listeners if other is not listener]
 
     def create_jump_callback(
@@ -219,7 +207,7 @@ class Clock:
         pre_callback: Callable[[], Any] | None = None,
         post_callback: Callable[[TimeJump], Any] | None = None,
     ) -> JumpHandle:
-        """Has functions called before and after each jump of the time that matters."""
+        """Has functions called before and after each jump that reaches the threshold."""
         return JumpHandle(
             clock=self, threshold=threshold, pre_callback=pre_callback, post_callback=post_callback
         )
@@ -234,8 +222,6 @@ class Clock:
             NotInitializedException: the context is not initialised or was shut down.
             ValueError: a time of another kind of clock.
         """
-        from rclpy.context import get_default_context  # it logs, with clocks
-
         chosen = context or get_default_context()
         if not chosen.ok():
             raise NotInitializedException
@@ -263,7 +249,7 @@ class Clock:
 
 
 class ROSClock(Clock):
-    """The system's clock, or with `use_sim_time` what `/clock` told last (at first 0)."""
+    """The system's clock, or with `use_sim_time` the last time received on `/clock` (first 0)."""
 
     _override = 0
     _active = False

@@ -33,7 +33,7 @@ class Context:
         """Is not initialised yet."""
         self._ok = self._used = False
         self.lock = threading.RLock()
-        """Held by whoever must not have the domain left meanwhile."""
+        """A thread holds it while the context must not leave the domain."""
         self._domain: Any = None
         self._domain_id = 0
         self._on_shutdown: list[Callable[[], Any]] = []
@@ -45,7 +45,7 @@ class Context:
         self._wait_sets: weakref.WeakSet[WaitSet] = weakref.WeakSet()
         self._sleepers: set[weakref.ref[Any]] = set()
         self.in_callback: set[int] = set()
-        """Threads that run a callback: a shutdown by it waits for its end, for it may answer."""
+        """Threads that run a callback; a shutdown in a callback waits for its end."""
         self.leaves_after_callback = False
         self._client_count = 0
 
@@ -59,14 +59,14 @@ class Context:
         """Joins the domain.
 
         Args:
-            args: command line; None takes the process's.
-            initialize_logging: whether the command line's words on logging count.
-            domain_id: number of the domain; None takes ROS_DOMAIN_ID.
+            args: Command line; None means that of the process.
+            initialize_logging: Whether the logging options of the command line are used.
+            domain_id: Number of the domain; None means that of ROS_DOMAIN_ID.
 
         Raises:
-            RuntimeError: it has been initialised before, or the domain's number is negative.
-            ArgumentError: the command line has a ROS argument that cannot be understood.
-            UnknownROSArgsError: the command line has ROS arguments that ROS does not know.
+            RuntimeError: It has been initialised before, or the domain's number is negative.
+            ArgumentError: A ROS argument of the command line is invalid.
+            UnknownROSArgsError: A ROS argument of the command line is unknown.
         """
         with self.lock:
             if domain_id is not None and domain_id < 0:
@@ -142,7 +142,7 @@ class Context:
             yield
 
     def new_wait_set(self) -> WaitSet:
-        """For an executor, to wait for what comes from the domain; ends with the context.
+        """A wait set for an executor; it ends with the context.
 
         Raises:
             RCLError: the domain has been left.
@@ -165,7 +165,7 @@ class Context:
         self._sleepers.add(weakref.ref(sleeper, self._sleepers.discard))
 
     def resume(self) -> None:
-        """Takes an `interrupt` back, for a last word to others before the shutdown."""
+        """Undoes an `interrupt`, so that last messages can be sent before the shutdown."""
         self._ok = self.background is not None
 
     def on_shutdown(self, callback: Callable[[], Any]) -> None:
@@ -182,6 +182,9 @@ class Context:
             self._on_shutdown.append(weakly(callback))
         else:
             self._on_shutdown.append(callback)
+
+    def destroy(self) -> None:
+        """Does nothing more than the shutdown has done: nothing is left to be freed."""
 
     def shutdown(self) -> None:
         """Leaves the domain.
@@ -213,9 +216,7 @@ class Context:
 
     def leave(self) -> None:
         """Leaves the domain after the shutdown."""
-        from rclpy.node import Node  # it imports this module
-
-        # Cut off half-way, threads of Cyclone DDS would outlive the interpreter and crash in it.
+        # If this is interrupted, threads of Cyclone DDS outlive the interpreter and crash.
         with signals_wait(), self.lock:
             if self.background is None:
                 return
@@ -224,7 +225,8 @@ class Context:
                 wait_set.close()
             self.background.stop()
             for node in list(self.nodes):
-                Node.destroy_node(node)  # not the program's own: rclpy's shutdown destroys no nodes
+                # Not `destroy_node`: a program may override it, and rclpy does not call it here.
+                node.handle.destroy(node)
             outputs.console.enabled = True
             # In this order: a participant must be gone before its domain.
             self.graph = self.background = None

@@ -37,11 +37,11 @@ class Duration:
         return self._nanoseconds
 
     def __repr__(self) -> str:
-        """With the nanoseconds."""
+        """A text with the nanoseconds."""
         return f"Duration(nanoseconds={self._nanoseconds})"
 
     def __str__(self) -> str:
-        """As `ros2 topic info --verbose` shows it."""
+        """The text that `ros2 topic info --verbose` prints."""
         return "Infinite" if self == Infinite else f"{self._nanoseconds} nanoseconds"
 
     def __eq__(self, other: object) -> bool:
@@ -61,7 +61,7 @@ class Duration:
         return hash(self._nanoseconds)
 
     def to_msg(self) -> Any:
-        """As builtin_interfaces/msg/Duration."""
+        """Converts the duration to builtin_interfaces/msg/Duration."""
         message = message_class("builtin_interfaces/msg/Duration")
         return message(**split_nanoseconds(self._nanoseconds))
 

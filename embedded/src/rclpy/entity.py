@@ -1,4 +1,4 @@
-"""What an executor works on: things with an inbox for what has come."""
+"""The entities that an executor serves: each has an inbox for received samples."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from rclpy.callback_groups import CallbackGroup
 
 
 class Entity:
-    """Base of subscriptions, services and clients: one sample a turn, oldest first."""
+    """Base of subscriptions, services and clients: one sample per turn, the oldest first."""
 
     def __init__(self, node: Any, group: CallbackGroup | None, depth: int) -> None:
-        """Keeps at most `depth` samples that wait for the executor (0: all)."""
+        """Keeps at most `depth` samples until the executor handles them; 0 means all."""
         self.node, self._handle = node, node.handle
         self.callback_group = group or node.default_callback_group
         self.callback_group.add_entity(self)
@@ -25,16 +25,16 @@ class Entity:
 
     @property
     def sources(self) -> list[Source]:
-        """What its executor waits for."""
+        """The sources that its executor waits for."""
         return self._endpoints.sources
 
     def receive(self, samples: list[Any]) -> None:
-        """Takes samples that have come."""
+        """Puts received samples into the inbox."""
         self._inbox.extend(samples)
         self.wake()
 
     def wake(self) -> None:
-        """Asks the executor for a turn, if there is something to do; once is enough."""
+        """Queues the entity in the executor, unless the inbox is empty or it is queued already."""
         if not self._inbox:
             return
         executor = self._handle.executor
@@ -43,7 +43,7 @@ class Entity:
             executor.put(self)
 
     def take(self) -> tuple[Any] | None:
-        """One sample to handle, in a tuple; asks for another turn if there are more."""
+        """Returns one sample to handle, in a tuple; queues the entity again if there are more."""
         try:
             sample = self._inbox.popleft()
         except IndexError:
@@ -53,17 +53,17 @@ class Entity:
         return (sample,)
 
     def requeue(self) -> None:
-        """Asks again, after a turn that could not be used."""
+        """Queues the entity again, after a turn that could not be used."""
         self._queued_in = None
         self.wake()
 
     def drop_turn(self, executor: Any) -> None:
-        """The executor has it in its queue no more: what comes from now on asks for a turn."""
+        """Notes that the executor has dequeued the entity: the next sample queues it again."""
         if self._queued_in is executor:
             self._queued_in = None
 
     def handle(self, sample: Any) -> Any:
-        """Does what the entity is there for; a coroutine is returned for the executor to run."""
+        """Handles a sample; a coroutine is returned, which the executor runs."""
         raise NotImplementedError
 
 
@@ -71,28 +71,28 @@ class Endpoints:
     """The DDS writers and readers of one entity: registers them in the graph, and releases them."""
 
     def __init__(self, node: Any) -> None:
-        """Has none yet."""
+        """Has no endpoints at first."""
         self._node = node
         self._writers: list[Any] = []
         self._readers: list[Any] = []
         self.sources: list[Source] = []
-        """What hands over the readers' samples."""
+        """The sources that deliver the readers' samples."""
 
     def add_writer(self, writer: Any) -> None:
-        """Tells the graph of a writer."""
+        """Adds a writer to the graph."""
         self._writers.append(writer)
         self._node.handle.entry.writers.append(writer.guid.bytes)
         self._node.context.graph.changed()
 
     def add_reader(self, reader: Any, sink: Any) -> None:
-        """Tells the graph of a reader, whose samples are for `sink`."""
+        """Adds a reader to the graph; `sink` receives its samples."""
         self._readers.append(reader)
         self.sources.append(samples_of(reader, sink))
         self._node.handle.entry.readers.append(reader.guid.bytes)
         self._node.context.graph.changed()
 
     def release(self) -> None:
-        """Takes them out of the graph and forgets them."""
+        """Removes the endpoints from the graph."""
         entry, executor, context = self._node.handle.entry, self._node.executor, self._node.context
         with context.lock:
             if context.graph is not None:

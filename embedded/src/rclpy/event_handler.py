@@ -11,26 +11,9 @@ from cyclonedds.core import DDSStatus
 from ros2_embedded.status import Sinks, changes_of
 
 from rclpy.entity import Entity
-from rclpy.exceptions import UnsupportedEventTypeError
+from rclpy.exceptions import UnsupportedEventTypeError as UnsupportedEventTypeError
 from rclpy.qos import QoSPolicyKind, qos_policy_name_from_kind
 from rclpy.weak_method import weakly
-
-__all__ = [
-    "EventHandler",
-    "IncompatibleTypeInfo",
-    "PublisherEventCallbacks",
-    "QoSLivelinessChangedInfo",
-    "QoSLivelinessLostInfo",
-    "QoSMessageLostInfo",
-    "QoSOfferedDeadlineMissedInfo",
-    "QoSOfferedIncompatibleQoSInfo",
-    "QoSPublisherMatchedInfo",
-    "QoSRequestedDeadlineMissedInfo",
-    "QoSRequestedIncompatibleQoSInfo",
-    "QoSSubscriptionMatchedInfo",
-    "SubscriptionEventCallbacks",
-    "UnsupportedEventTypeError",
-]
 
 _POLICY_KINDS = {
     2: QoSPolicyKind.DURABILITY,
@@ -44,43 +27,29 @@ _POLICY_KINDS = {
 
 
 @dataclass(frozen=True)
-class IncompatibleTypeInfo:
-    """How often an endpoint of another type was met; here never, as with rmw_cyclonedds_cpp."""
-
+class _Counts:
     total_count: int
     total_count_change: int
 
 
-@dataclass(frozen=True)
-class QoSRequestedDeadlineMissedInfo:
-    """How often no message came in time."""
-
-    total_count: int
-    total_count_change: int
+class IncompatibleTypeInfo(_Counts):
+    """Number of endpoints of another type; always 0, as with rmw_cyclonedds_cpp."""
 
 
-@dataclass(frozen=True)
-class QoSOfferedDeadlineMissedInfo:
-    """How often no message was published in time."""
-
-    total_count: int
-    total_count_change: int
+class QoSRequestedDeadlineMissedInfo(_Counts):
+    """Number of missed deadlines of a subscription."""
 
 
-@dataclass(frozen=True)
-class QoSLivelinessLostInfo:
-    """How often a publisher did not say in time that it is alive."""
-
-    total_count: int
-    total_count_change: int
+class QoSOfferedDeadlineMissedInfo(_Counts):
+    """Number of missed deadlines of a publisher."""
 
 
-@dataclass(frozen=True)
-class QoSMessageLostInfo:
+class QoSLivelinessLostInfo(_Counts):
+    """Number of times that a publisher lost its liveliness."""
+
+
+class QoSMessageLostInfo(_Counts):
     """How many messages were lost."""
-
-    total_count: int
-    total_count_change: int
 
 
 @dataclass(frozen=True)
@@ -94,20 +63,16 @@ class QoSLivelinessChangedInfo:
 
 
 @dataclass(frozen=True)
-class QoSRequestedIncompatibleQoSInfo:
-    """How many endpoints do not fit, and the policy by which the last one does not."""
+class QoSRequestedIncompatibleQoSInfo(_Counts):
+    """Number of endpoints with incompatible QoS, and the incompatible policy of the last one."""
 
-    total_count: int
-    total_count_change: int
     last_policy_kind: int
 
 
 @dataclass(frozen=True)
-class QoSPublisherMatchedInfo:
-    """How many endpoints fit."""
+class QoSPublisherMatchedInfo(_Counts):
+    """Number of matched endpoints."""
 
-    total_count: int
-    total_count_change: int
     current_count: int
     current_count_change: int
 
@@ -117,7 +82,7 @@ QoSSubscriptionMatchedInfo = QoSPublisherMatchedInfo
 
 
 def _info(kind: Any, status: Any) -> Any:
-    """What a callback gets, from the status of DDS."""
+    """Converts the status of DDS to the argument of a callback."""
     values = {}
     for field in fields(kind):
         if field.name == "last_policy_kind":
@@ -132,12 +97,12 @@ class EventHandler(Entity):
     """Calls a function at each change of a status."""
 
     def __init__(self, node: Any, group: Any, callback: Callable[[Any], Any], kind: Any) -> None:
-        """Made by publishers and subscriptions; `kind` is the class of what the function gets."""
+        """Made by publishers and subscriptions; `kind` is the class of the function's argument."""
         super().__init__(node, group, 0)
         self.callback, self._kind = callback, kind
 
     def note(self, status: Any) -> None:
-        """Takes a status from the background; a misfit of types is none of QoS."""
+        """Receives a status from the background thread; a mismatch of types is no event of QoS."""
         info = _info(self._kind, status)
         if getattr(info, "last_policy_kind", None) != QoSPolicyKind.INVALID:
             self.receive([info])
@@ -156,7 +121,7 @@ Event = tuple[int, Callable[[Any], Any] | None, Any]
 
 
 class SubscriptionEventCallbacks:
-    """What a subscription calls at its events."""
+    """The functions that a subscription calls at its events."""
 
     def __init__(
         self,
@@ -196,7 +161,7 @@ class SubscriptionEventCallbacks:
 
 
 class PublisherEventCallbacks:
-    """What a publisher calls at its events."""
+    """The functions that a publisher calls at its events."""
 
     def __init__(
         self,

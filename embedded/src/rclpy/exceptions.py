@@ -25,7 +25,7 @@ class NodeNameNonExistentError(RCLError):
 
 
 class UnsupportedEventTypeError(RCLError):
-    """An event that the middleware does not tell."""
+    """The middleware does not report this event."""
 
 
 class InvalidHandle(RuntimeError):

@@ -23,36 +23,36 @@ from rclpy.timer import Timer
 
 
 def _deadline(timeout_sec: float | None) -> float | None:
-    """When a timeout is over; a negative one never is."""
+    """The time at which a timeout ends; a negative timeout never ends."""
     if timeout_sec is None or timeout_sec < 0:
         return None
     return time.monotonic() + timeout_sec
 
 
 async def await_or_execute(callback: Callable[..., Any], *args: Any) -> Any:
-    """Awaits a coroutine function, calls any other."""
+    """Awaits a coroutine function; calls any other function."""
     result = callback(*args)
     return await result if inspect.iscoroutinefunction(callback) else result
 
 
 class ExternalShutdownException(Exception):
-    """The context was shut down while something waited, as by SIGTERM."""
+    """The context was shut down during a wait, for example by SIGTERM."""
 
 
 class ShutdownException(Exception):
-    """The executor was shut down while something waited."""
+    """The executor was shut down during a wait."""
 
 
 class TimeoutException(Exception):
-    """There was no work in time."""
+    """There was no work until the timeout."""
 
 
 class ConditionReachedException(Exception):
-    """What was waited for has come."""
+    """The condition that was waited for is met."""
 
 
 class Executor:
-    """Base of the executors: a queue of entities and tasks with something to do, and timers."""
+    """Base of the executors: a queue of entities and tasks that have work, and the timers."""
 
     def __init__(self, *, context: Context | None = None) -> None:
         """Has no nodes yet; raises RCLError if the context is not initialised, or shut down."""
@@ -82,7 +82,7 @@ class Executor:
     # Nodes.
 
     def add_node(self, node: Any) -> bool:
-        """Takes over a node's callbacks; False if it has the node already."""
+        """Adds a node; False if the executor has it already."""
         if node in self._nodes:
             return False
         with signals_wait():  # a node that it has in part would be deaf in part
@@ -94,7 +94,7 @@ class Executor:
         return True
 
     def remove_node(self, node: Any) -> None:
-        """Leaves a node's callbacks alone from now on."""
+        """Removes a node: its callbacks are not called any more."""
         if node in self._nodes:
             with signals_wait():
                 del self._nodes[node]
@@ -110,14 +110,14 @@ class Executor:
     # Work.
 
     def watch(self, entity: Any) -> None:
-        """Waits for what comes to an entity of one of its nodes."""
+        """Waits for samples of an entity of one of its nodes."""
         if entity.node in self._nodes:
             for source in entity.sources:
                 self._wait_set.add(source)
             entity.wake()
 
     def forget(self, source: Any) -> None:
-        """Waits for one of an entity's sources no more."""
+        """Stops waiting for a source of an entity."""
         self._wait_set.remove(source)
 
     def put(self, item: Any) -> None:
@@ -126,7 +126,7 @@ class Executor:
         self._wait_set.wake()
 
     def wake(self) -> None:
-        """Has the executor look around: at the timers, at the context."""
+        """Wakes the executor, so that it checks its timers and the context."""
         self.put(None)
 
     def create_task(self, callback: Any, *args: Any, **kwargs: Any) -> Task:
@@ -136,11 +136,11 @@ class Executor:
         return task
 
     def can_execute(self, entity: Any) -> bool:
-        """Whether the entity's callback group lets its callback run now."""
+        """Whether the callback group of the entity allows its callback now."""
         return bool(entity.callback_group.can_execute(entity))
 
     def _next_timer(self) -> tuple[Any, float]:
-        """The timer that is due the longest, or None and the time until one may be [s]."""
+        """The timer that is overdue the longest, or None and the time until the next is due [s]."""
         due, longest, wait = None, 1, math.inf
         for handle in list(self._nodes.values()):
             for timer in handle.timers:
@@ -157,12 +157,12 @@ class Executor:
         return due, 0.0 if due is not None else wait
 
     def _next(self, deadline: float | None) -> Any:
-        """Waits for an entity, a timer or a task; None if none came, or something changed."""
+        """Waits for an entity, a timer or a task; None after the timeout or a change of nodes."""
         timer, wait = self._next_timer()
         if deadline is not None:
             wait = min(wait, deadline - time.monotonic())
         self._wait_set.wait(wait, self._queue.__len__)
-        # They take turns: a timer that is always late must not keep all else waiting.
+        # In turns: a timer that is always late must not block everything else.
         if timer is not None and (not self._timer_was_last or not self._queue):
             self._timer_was_last = True
             return timer
@@ -180,8 +180,8 @@ class Executor:
         Raises:
             ShutdownException: the executor was shut down.
             ExternalShutdownException: the context was shut down.
-            ConditionReachedException: the condition came true.
-            TimeoutException: the time is over.
+            ConditionReachedException: The condition is met.
+            TimeoutException: The timeout has ended.
         """
         deadline = None if timeout_sec is None else _deadline(timeout_sec)
         while True:
@@ -207,7 +207,7 @@ class Executor:
         nodes: list[Any] | None = None,
         condition: Callable[[], bool] | None = None,
     ) -> tuple[Callable[[], None], Any, Any]:
-        """For executors of one's own: what runs the next callback, its entity and its node.
+        """For custom executors: the task that runs the next callback, its entity and its node.
 
         Raises what `_wait` does.
         """
@@ -216,7 +216,7 @@ class Executor:
         return (run, None, None) if isinstance(item, Task) else (run, item, item.node)
 
     def _run(self, item: Any) -> None:
-        """Runs one item; an exception of a callback or of a task comes out."""
+        """Runs one item; exceptions of a callback or of a task are raised."""
         if isinstance(item, Task):
             self._run_task(item)
             return
@@ -246,7 +246,7 @@ class Executor:
 
     @staticmethod
     async def _to_the_end(coroutine: Any, item: Any) -> None:
-        """A callback's coroutine: its group is busy until it ends."""
+        """Awaits a callback's coroutine; its group is busy until it ends."""
         try:
             await coroutine
         finally:
@@ -262,7 +262,7 @@ class Executor:
     # Spinning.
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Waits for one callback and runs it; executors of one's own define it.
+        """Waits for one callback and runs it; custom executors define this method.
 
         Raises:
             ExternalShutdownException: the context was shut down.
@@ -290,7 +290,7 @@ class Executor:
             self.spin_once()
 
     def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
-        """Runs callbacks until a future is done or the time is over."""
+        """Runs callbacks until a future is done or the timeout has ended."""
         deadline, left = _deadline(timeout_sec), timeout_sec
         while self._context.ok() and not future.done() and not self._is_shutdown:
             self.spin_once_until_future_complete(future, left)
@@ -300,7 +300,7 @@ class Executor:
                     return
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Ends spinning and forgets the nodes; does not wait for callbacks, as in rclpy."""
+        """Ends spinning and removes the nodes; does not wait for callbacks, as in rclpy."""
         self._is_shutdown = True
         self._nodes = {}
         self._wait_set.close()
@@ -324,7 +324,7 @@ class MultiThreadedExecutor(Executor):
     """Runs callbacks in a pool of threads, as their groups allow."""
 
     def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
-        """Starts the pool; without a number it has as many threads as there are processors."""
+        """Starts the pool; by default it has as many threads as there are processors."""
         super().__init__(context=context)
         if num_threads is None:
             num_threads = len(os.sched_getaffinity(0))

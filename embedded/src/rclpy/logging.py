@@ -10,20 +10,6 @@ from rclpy.impl.log_output import Console, outputs
 from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
-__all__ = [
-    "LoggingSeverity",
-    "RcutilsLogger",
-    "clear_config",
-    "get_logger",
-    "get_logger_effective_level",
-    "get_logger_level",
-    "get_logging_directory",
-    "get_logging_severity_from_string",
-    "initialize",
-    "set_logger_level",
-    "shutdown",
-]
-
 _root_logger = RcutilsLogger()
 
 
@@ -49,7 +35,7 @@ def shutdown() -> None:
 
 
 def clear_config() -> None:
-    """Does both: forgets the levels and reads the settings anew."""
+    """Resets the levels and reads the settings again."""
     shutdown()
     initialize()
 
@@ -73,7 +59,7 @@ def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
     """The severity of that name.
 
     Raises:
-        RuntimeError: there is none.
+        RuntimeError: There is no severity of this name.
     """
     try:
         return LoggingSeverity[log_severity.upper()]

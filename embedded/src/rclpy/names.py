@@ -15,7 +15,7 @@ from rclpy.exceptions import (
 )
 
 Fault = tuple[str, int] | None
-"""What is wrong with a name, and the index of the first wrong character."""
+"""The error in a name, and the index of the first wrong character."""
 
 _NODE_LENGTH, _TOPIC_LENGTH = 255, 255 - 8
 _NAMESPACE_LENGTH = _TOPIC_LENGTH - 2
@@ -74,7 +74,7 @@ def _full_topic_fault(name: str) -> Fault:
 
 
 def _brace_fault(name: str) -> Fault:
-    """What is wrong with the characters of a name that may have `{substitutions}`."""
+    """The error in the characters of a name that may have `{substitutions}`."""
     opened = -1
     substitution = "substitution name must not"
     unmatched = "topic name must not have unmatched (unbalanced) curly braces '{}'"
@@ -120,7 +120,7 @@ def _topic_fault(name: str) -> Fault:
 
 
 def validate_node_name(node_name: str) -> Literal[True]:
-    """Raises InvalidNodeNameException if it is one."""
+    """Raises InvalidNodeNameException if the name is invalid."""
     fault = _node_name_fault(node_name)
     if fault:
         raise InvalidNodeNameException(node_name, *fault)
@@ -128,7 +128,7 @@ def validate_node_name(node_name: str) -> Literal[True]:
 
 
 def validate_namespace(namespace: str) -> Literal[True]:
-    """Raises InvalidNamespaceException if it is one."""
+    """Raises InvalidNamespaceException if the namespace is invalid."""
     fault = _namespace_fault(namespace)
     if fault:
         raise InvalidNamespaceException(namespace, *fault)
@@ -136,12 +136,12 @@ def validate_namespace(namespace: str) -> Literal[True]:
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> Literal[True]:
-    """Raises InvalidTopicNameException, or InvalidServiceNameException, if it is one."""
+    """Raises InvalidTopicNameException or InvalidServiceNameException if the name is invalid."""
     return _accept(name, _topic_fault(name), is_service)
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> Literal[True]:
-    """Does the same as `validate_topic_name`, for a name that must be absolute."""
+    """Checks a name that must be absolute, with the errors of `validate_topic_name`."""
     return _accept(name, _full_topic_fault(name), is_service)
 
 

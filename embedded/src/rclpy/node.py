@@ -10,7 +10,8 @@ from rclpy.clock import Clock, ROSClock
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import NodeNameNonExistentError, NotInitializedException, RCLError
+from rclpy.exceptions import NodeNameNonExistentError as NodeNameNonExistentError
+from rclpy.exceptions import NotInitializedException, RCLError
 from rclpy.guard_condition import GuardCondition
 from rclpy.logging import RcutilsLogger
 from rclpy.names import expand_topic_name, validate_full_topic_name, validate_topic_name
@@ -27,13 +28,11 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Rate, Timer
 from rclpy.type_support import check_is_valid_msg_type, check_is_valid_srv_type
 
-__all__ = ["Node", "NodeNameNonExistentError"]
-
 
 class Node(NodeParameters, NodeGraph):
     """A node: the owner of publishers, subscriptions, services, clients, timers and parameters.
 
-    All that it has is in `handle`: programs may give a subclass any attribute that rclpy's has not.
+    Its parts are in `handle`: a subclass may use all names of attributes that rclpy's Node lacks.
     """
 
     def __init__(
@@ -77,7 +76,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def handle(self) -> NodeHandle:  # type: ignore[override]
-        """What the node consists of; for rclpy itself."""
+        """The parts of the node, for rclpy itself."""
         return self.__handle
 
     @property
@@ -92,7 +91,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def executor(self) -> Any:
-        """The executor that it was added to last, or None."""
+        """The executor that the node was added to last, or None."""
         return self.__handle.executor
 
     @executor.setter
@@ -341,27 +340,12 @@ class Node(NodeParameters, NodeGraph):
         return known
 
     def destroy_node(self) -> None:
-        """Ends the node and all that it has; once more does nothing."""
-        handle = self.__handle
-        if handle.destroyed:
-            return
-        handle.destroyed = True
-        if handle.executor is not None:
-            handle.executor.remove_node(self)
-        for waitable in list(handle.waitables):
-            waitable.destroy()
-        things: list[Any] = [
-            *handle.services, *handle.entities, *handle.guards, *handle.publishers, *handle.timers
-        ]  # fmt: skip
-        for thing in things:
-            thing.destroy()
-        handle.services, handle.entities, handle.publishers, handle.timers = [], [], [], []
-        handle.guards = []
-        handle.leave_graph(self)
+        """Destroys the node and all its entities; a second call does nothing."""
+        self.__handle.destroy(self)
 
 
 def _no_callback() -> None:
-    """Stands for the callback that a rate gives its timer."""
+    """The callback of a rate's timer, which does nothing."""
 
 
 def _resolved(node: Node, name: str, is_service: bool) -> str:

@@ -11,7 +11,7 @@ from ros2_embedded.graph import Endpoint
 
 from rclpy.exceptions import NodeNameNonExistentError
 from rclpy.names import expand_topic_name, validate_full_topic_name
-from rclpy.qos import QoSProfile
+from rclpy.qos_dds import from_dds
 from rclpy.topic_endpoint_info import TopicEndpointInfo, TopicEndpointTypeEnum
 from rclpy.type_hash import TypeHash
 
@@ -80,13 +80,13 @@ class NodeGraph:
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """What publishes on a topic; `no_mangle`: the name is DDS's."""
+        """The publishers of a topic; with `no_mangle` the name is that of the DDS topic."""
         return _infos(self.handle, topic_name, no_mangle, True)
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """What subscribes to a topic; `no_mangle`: the name is DDS's."""
+        """The subscriptions of a topic; with `no_mangle` the name is that of the DDS topic."""
         return _infos(self.handle, topic_name, no_mangle, False)
 
     def count_publishers(self, topic_name: str) -> int:
@@ -177,7 +177,7 @@ def _info(end: Endpoint, owner: tuple[str, str], kind: TopicEndpointTypeEnum) ->
         topic_type_hash=TypeHash.from_text(parse_user_data(end.qos).get("typehash", "")),
         endpoint_type=kind,
         endpoint_gid=list(end.guid),
-        qos_profile=QoSProfile.from_dds(end.qos),
+        qos_profile=from_dds(end.qos),
     )
 
 

@@ -1,4 +1,4 @@
-"""What a node consists of, in one place that no attribute of a subclass can hide."""
+"""The parts of a node, in one place that no attribute of a subclass can hide."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class NodeHandle:
         self.guards: list[Any] = []
         self.waitables: list[Any] = []
         self.services: list[Any] = []
-        """What serves the node itself and must live as long as it."""
+        """The services of the node itself, which live as long as the node."""
         self.destroyed = False
 
     @property
@@ -81,19 +81,31 @@ class NodeHandle:
         self._executor = None if executor is None else weakref.ref(executor)
 
     def all_entities(self) -> list[Any]:
-        """What an executor works on, without the timers."""
+        """All entities that an executor serves, without the timers."""
         own = [*self.entities, *self.guards]
         return own + [entity for waitable in self.waitables for entity in waitable.entities()]
 
     def enter_graph(self, node: Any) -> None:
-        """Tells others of the node, until it leaves or nothing refers to it any more."""
+        """Adds the node to the graph, until it is destroyed or nothing refers to it any more."""
         graph, background = self.context.graph, self.context.background
         graph.add_node(self.entry)
         self.context.nodes.add(node)
         self._end = background.call_when_gone(node, partial(graph.remove_node, self.entry))
 
-    def leave_graph(self, node: Any) -> None:
-        """Takes the node out of the graph."""
+    def destroy(self, node: Any) -> None:
+        """Destroys all entities of the node, and removes it from the graph."""
+        if self.destroyed:
+            return
+        self.destroyed = True
+        if self.executor is not None:
+            self.executor.remove_node(node)
+        for waitable in list(self.waitables):
+            waitable.destroy()
+        owned = (self.services, self.entities, self.guards, self.publishers, self.timers)
+        for thing in [thing for things in owned for thing in things]:
+            thing.destroy()
+        self.services, self.entities, self.guards = [], [], []
+        self.publishers, self.timers = [], []
         self._end.detach()
         if (graph := self.context.graph) is not None:
             graph.remove_node(self.entry)
@@ -101,7 +113,7 @@ class NodeHandle:
 
     @property
     def graph(self) -> Graph:
-        """What is known of the domain; raises RCLError after the shutdown."""
+        """The graph of the domain; raises RCLError after the shutdown."""
         with self.context.staying("read the graph"):
             known: Graph = self.context.graph
             return known

@@ -1,4 +1,4 @@
-"""The part of a node that has to do with parameters."""
+"""The methods of a node for its parameters."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ class NodeParameters:
         return self.handle.parameters.declare(namespace, parameters, ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
-        """Takes a declaration back."""
+        """Removes a declared parameter."""
         self.handle.parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
-        """Whether it has been declared."""
+        """Whether a parameter has been declared."""
         return name in self.handle.parameters.parameters
 
     def get_parameter(self, name: str) -> Parameter:
-        """A parameter."""
+        """Returns a parameter."""
         return self.handle.parameters.get(name)
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """A parameter that has a value, or else the given one."""
+        """Returns a parameter if it has a value, otherwise the alternative."""
         return self.handle.parameters.get_or(name, alternative_value)
 
     def get_parameters(self, names: Sequence[str]) -> list[Parameter]:
-        """Several parameters."""
+        """Returns several parameters."""
         _check_names(names)
         return [self.get_parameter(name) for name in names]
 
@@ -67,7 +67,7 @@ class NodeParameters:
         return [self.get_parameter_type(name) for name in names]
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
-        """Parameters whose names begin with a prefix and a dot, without that."""
+        """The parameters whose names begin with a prefix and a dot; the keys are without these."""
         start = prefix + PARAMETER_SEPARATOR_STRING if prefix else ""
         found = self.handle.parameters.parameters
         return {key.removeprefix(start): p for key, p in found.items() if key.startswith(start)}
@@ -76,12 +76,12 @@ class NodeParameters:
         """Names of parameters as a ListParametersResult.
 
         Args:
-            prefixes: only what is named so or stands below; none: everything.
-            depth: how many parts a name may have, without its prefix; 0: any number.
+            prefixes: Names and groups of parameters to list; an empty list means all.
+            depth: Largest number of parts of a name after its prefix; 0 means any number.
 
         Raises:
-            TypeError: an argument of another type.
-            ValueError: a negative depth.
+            TypeError: An argument has another type.
+            ValueError: The depth is negative.
         """
         if not isinstance(prefixes, list):
             raise TypeError("The prefixes argument must be a list")
@@ -106,7 +106,7 @@ class NodeParameters:
         return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(self, name: str, descriptor: Any, alternative_value: Any = None) -> Any:
-        """Sets a descriptor, and the alternative value if the present one is refused by it."""
+        """Sets a descriptor, and the alternative value if it forbids the present value."""
         return self.handle.parameters.set_descriptor(name, descriptor, alternative_value)
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
@@ -121,31 +121,31 @@ class NodeParameters:
     def add_pre_set_parameters_callback(
         self, callback: Callable[[list[Parameter]], list[Parameter]]
     ) -> None:
-        """Has `callback` return what shall be set instead; the last one that was added is first."""
+        """Adds a callback that returns the parameters to set instead; the last one is first."""
         self.handle.parameters.pre_callbacks.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
-        """Has `callback` asked before parameters change; it returns a SetParametersResult."""
+        """Adds a callback that may refuse changes; it returns a SetParametersResult."""
         self.handle.parameters.callbacks.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], None]) -> None:
-        """Has `callback` told after parameters have changed."""
+        """Has `callback` called after parameters have changed."""
         self.handle.parameters.post_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(
         self, callback: Callable[[list[Parameter]], list[Parameter]]
     ) -> None:
-        """Forgets a callback."""
+        """Removes a callback."""
         self.handle.parameters.pre_callbacks.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
-        """Forgets a callback."""
+        """Removes a callback."""
         self.handle.parameters.callbacks.remove(callback)
 
     def remove_post_set_parameters_callback(
         self, callback: Callable[[list[Parameter]], None]
     ) -> None:
-        """Forgets a callback."""
+        """Removes a callback."""
         self.handle.parameters.post_callbacks.remove(callback)
 
 

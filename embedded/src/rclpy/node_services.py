@@ -1,4 +1,4 @@
-"""What every node has of its own: parameters, their events and services, time, `/rosout`."""
+"""The parts that every node has: parameters, their events and services, time, `/rosout`."""
 
 from __future__ import annotations
 

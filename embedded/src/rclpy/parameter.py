@@ -59,11 +59,11 @@ class Parameter:
             return bool(_CHECKS[self.name](parameter_value))
 
     def __init__(self, name: str, type_: Parameter.Type | None = None, value: Any = None) -> None:
-        """Takes the type from the value if none is given.
+        """Creates a parameter; without `type_` the type follows from the value.
 
         Raises:
             ValueError: the value is not of the type.
-            TypeError: a value that no parameter can have, or a type that is none.
+            TypeError: No parameter can have this value, or `type_` is not a Parameter.Type.
         """
         if type_ is None:
             type_ = Parameter.Type.from_parameter_value(value)
@@ -89,24 +89,24 @@ class Parameter:
         return self._value
 
     def __repr__(self) -> str:
-        """With name, type and value."""
+        """A text with name, type and value."""
         return f"Parameter({self._name!r}, {self._type}, {self._value!r})"
 
     def get_parameter_value(self) -> Any:
-        """As rcl_interfaces/msg/ParameterValue."""
+        """Converts the value to rcl_interfaces/msg/ParameterValue."""
         message = message_class("rcl_interfaces/msg/ParameterValue")(type=self._type.value)
         if self._type is not Parameter.Type.NOT_SET:
             setattr(message, _slot(self._type), self._value)
         return message
 
     def to_parameter_msg(self) -> Any:
-        """As rcl_interfaces/msg/Parameter."""
+        """Converts the parameter to rcl_interfaces/msg/Parameter."""
         message = message_class("rcl_interfaces/msg/Parameter")
         return message(name=self._name, value=self.get_parameter_value())
 
     @classmethod
     def from_parameter_msg(cls, param_msg: Any) -> Parameter:
-        """From rcl_interfaces/msg/Parameter; numbers in a row come as an `array.array`."""
+        """Converts rcl_interfaces/msg/Parameter; arrays of numbers become an `array.array`."""
         kind = cls.Type(param_msg.value.type)
         unset = kind is cls.Type.NOT_SET
         return cls(param_msg.name, kind, None if unset else getattr(param_msg.value, _slot(kind)))
@@ -149,10 +149,10 @@ def _slot(kind: Parameter.Type) -> str:
 
 
 def parameter_value_to_python(parameter_value: Any) -> Any:
-    """Value that a rcl_interfaces/msg/ParameterValue holds.
+    """The value in a rcl_interfaces/msg/ParameterValue.
 
     Raises:
-        RuntimeError: its type is none.
+        RuntimeError: The type of the value is unknown.
     """
     try:
         kind = Parameter.Type(parameter_value.type)

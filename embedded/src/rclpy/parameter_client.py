@@ -99,7 +99,7 @@ class AsyncParameterClient:
     def set_parameters_atomically(
         self, parameters: Sequence[Any], callback: Callback = None
     ) -> Future:
-        """Sets all parameters or none; they may be messages."""
+        """Sets all parameters or no parameter; they may be messages."""
         return self._call("SetParametersAtomically", callback, parameters=_messages(parameters))
 
     def delete_parameters(self, names: list[str], callback: Callback = None) -> Future:
@@ -109,14 +109,14 @@ class AsyncParameterClient:
     def load_parameter_file(
         self, parameter_file: str, use_wildcard: bool = False, callback: Callback = None
     ) -> Future:
-        """Sets what a parameter file says, one by one."""
+        """Sets the parameters of a parameter file one by one."""
         found = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters(list(found.values()), callback)
 
     def load_parameter_file_atomically(
         self, parameter_file: str, use_wildcard: bool = False, callback: Callback = None
     ) -> Future:
-        """Sets all of what a parameter file says, or nothing."""
+        """Sets all parameters of a parameter file, or no parameter."""
         found = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters_atomically(list(found.values()), callback)
 
@@ -130,7 +130,7 @@ class AsyncParameterClient:
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
     ) -> Subscription:
-        """Has `callback` told of every change of parameters, of any node."""
+        """Has `callback` called with the parameter events of all nodes."""
         return self.node.create_subscription(
             message_class("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",

@@ -1,4 +1,4 @@
-"""What a parameter's descriptor allows."""
+"""The ranges of values that a parameter's descriptor allows."""
 
 from __future__ import annotations
 

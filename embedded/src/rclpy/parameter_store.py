@@ -43,7 +43,7 @@ class ParameterStore:
         allow_undeclared: bool,
         tell: Callable[[list[Parameter], list[Parameter], list[Parameter]], None],
     ) -> None:
-        """`overrides` replace defaults; `tell` hears what is new, changed and deleted."""
+        """`overrides` replace defaults; `tell` receives new, changed and deleted parameters."""
         self.overrides, self.allow_undeclared, self._tell = overrides, allow_undeclared, tell
         self.parameters: dict[str, Parameter] = {}
         self.descriptors: dict[str, Any] = {}
@@ -59,9 +59,9 @@ class ParameterStore:
         """Declares parameters.
 
         Args:
-            namespace: what to put before the names, with a dot.
-            items: tuples of name, default or type, and descriptor.
-            ignore_override: whether to leave the command line's values aside.
+            namespace: Prefix of the names, which is followed by a dot.
+            items: Tuples of name, default value or type, and descriptor.
+            ignore_override: Whether to ignore the values of the command line.
 
         Raises:
             TypeError: a tuple of another form.
@@ -96,10 +96,10 @@ class ParameterStore:
         raise InvalidParameterValueException(parameter.name, parameter.value, result.reason)
 
     def undeclare(self, name: str) -> None:
-        """Takes a declaration back.
+        """Removes a declared parameter.
 
         Raises:
-            ParameterNotDeclaredException: there is none.
+            ParameterNotDeclaredException: The parameter is not declared.
             ParameterImmutableException: it is read-only.
         """
         if name not in self.parameters:
@@ -114,7 +114,7 @@ class ParameterStore:
         """A parameter.
 
         Raises:
-            ParameterNotDeclaredException: there is none.
+            ParameterNotDeclaredException: The parameter is not declared.
             ParameterUninitializedException: it has a type but no value yet.
         """
         parameter = self.parameters.get(name)
@@ -127,7 +127,7 @@ class ParameterStore:
         return parameter
 
     def get_or(self, name: str, alternative: Parameter | None) -> Parameter:
-        """A parameter that has a value, or else the alternative, or else one without a value."""
+        """Returns a parameter if it has a value, otherwise the alternative or an unset one."""
         parameter = self.parameters.get(name)
         if parameter is None or parameter.type_ is Type.NOT_SET:
             return Parameter(name) if alternative is None else alternative
@@ -137,7 +137,7 @@ class ParameterStore:
         """The descriptor of a parameter.
 
         Raises:
-            ParameterNotDeclaredException: there is none.
+            ParameterNotDeclaredException: The parameter is not declared.
         """
         if name in self.descriptors:
             return self.descriptors[name]
@@ -148,7 +148,7 @@ class ParameterStore:
     # Setting.
 
     def set_atomically(self, parameters: Sequence[Parameter]) -> Any:
-        """Sets all or none; returns a SetParametersResult.
+        """Sets all parameters or no parameter; returns a SetParametersResult.
 
         Raises:
             TypeError: one is no Parameter.
@@ -243,7 +243,7 @@ class ParameterStore:
 
 
 def _unpacked(namespace: str, index: int, item: tuple[Any, ...]) -> tuple[str, Any, Any]:
-    """Name, default and descriptor of a tuple that may be shorter."""
+    """The name, default value and descriptor of a tuple, which may be shorter."""
     if not 1 <= len(item) <= 3:
         raise TypeError(
             f"Invalid parameter tuple length at index {index} in parameters list: "
@@ -276,7 +276,7 @@ def _unpacked(namespace: str, index: int, item: tuple[Any, ...]) -> tuple[str, A
 
 
 def _settle_type(name: str, default: Any, descriptor: Any) -> Any:
-    """Writes the type into the descriptor; returns the default value, or None."""
+    """Writes the type into the descriptor; returns the default value or None."""
     if isinstance(default, Type):
         if default is Type.NOT_SET:
             raise ValueError(

@@ -22,6 +22,7 @@ from rclpy.event_handler import EndpointEvents, EventHandler, PublisherEventCall
 from rclpy.exceptions import InvalidHandle, RCLError
 from rclpy.qos import QoSProfile
 from rclpy.qos_best_available import for_publisher
+from rclpy.qos_dds import to_dds
 
 
 class Publisher:
@@ -45,7 +46,7 @@ class Publisher:
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
         dds_topic = make_topic(participant, name, msg_type)
-        self._writer: Any = DataWriter(participant, dds_topic, chosen.to_dds(user_data, True))
+        self._writer: Any = DataWriter(participant, dds_topic, to_dds(chosen, user_data, True))
         self._endpoints = Endpoints(node)
         self._endpoints.add_writer(self._writer)
         events = event_callbacks.events(node, topic)
@@ -59,11 +60,11 @@ class Publisher:
 
     @property
     def event_handlers(self) -> list[EventHandler]:
-        """What calls the functions for events."""
+        """The handlers that call the functions for events."""
         return self._events.handlers
 
     def publish(self, msg: Any) -> None:
-        """Publishes a message, or the bytes of one: CDR behind its header.
+        """Publishes a message, or its bytes: a header and CDR.
 
         Raises:
             TypeError: a message of another type.
@@ -100,7 +101,7 @@ class Publisher:
         return len(matched(self._living().get_matched_subscriptions))
 
     def assert_liveliness(self) -> None:
-        """Says that the publisher is alive, for those with liveliness MANUAL_BY_TOPIC."""
+        """Asserts that the publisher is alive, if its liveliness is MANUAL_BY_TOPIC."""
         result = DDS._dll_handle.dds_assert_liveliness(dds_c_t.entity(self._living()._ref))
         if ctypes.c_int32(result).value < 0:
             raise RCLError("Failed to assert liveliness on the Publisher")

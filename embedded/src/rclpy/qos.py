@@ -7,46 +7,13 @@ from collections.abc import Callable
 from enum import Enum, IntEnum
 from typing import Any
 
-from cyclonedds.core import Qos
-
 from rclpy.duration import Duration
-from rclpy.qos_compatibility import QoSCompatibility, qos_check_compatible
-from rclpy.qos_dds import from_dds, to_dds
-
-__all__ = [
-    "DeadlineBestAvailable",
-    "DurabilityPolicy",
-    "HistoryPolicy",
-    "InvalidQoSProfileException",
-    "LivelinessLeaseDurationeBestAvailable",
-    "LivelinessPolicy",
-    "QoSCompatibility",
-    "QoSDurabilityPolicy",
-    "QoSHistoryPolicy",
-    "QoSLivelinessPolicy",
-    "QoSPolicyEnum",
-    "QoSPolicyKind",
-    "QoSPresetProfiles",
-    "QoSProfile",
-    "QoSReliabilityPolicy",
-    "ReliabilityPolicy",
-    "as_profile",
-    "qos_check_compatible",
-    "qos_policy_name_from_kind",
-    "qos_profile_action_status_default",
-    "qos_profile_best_available",
-    "qos_profile_default",
-    "qos_profile_parameter_events",
-    "qos_profile_parameters",
-    "qos_profile_sensor_data",
-    "qos_profile_services_default",
-    "qos_profile_system_default",
-    "qos_profile_unknown",
-]
+from rclpy.qos_compatibility import QoSCompatibility as QoSCompatibility
+from rclpy.qos_compatibility import qos_check_compatible as qos_check_compatible
 
 
 class QoSPolicyKind(IntEnum):
-    """Which policy something is about."""
+    """The policies, as bits."""
 
     INVALID = 1 << 0
     DURABILITY = 1 << 1
@@ -114,7 +81,7 @@ class HistoryPolicy(QoSPolicyEnum):
 
 
 class LivelinessPolicy(QoSPolicyEnum):
-    """Who says that a publisher is alive: the middleware or the publisher."""
+    """Who asserts that a publisher is alive: the middleware or the publisher."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -181,7 +148,7 @@ _DEFAULTS = {
 
 
 class QoSProfile:
-    """The policies of a publisher or a subscription; a duration of 0 stands for the default."""
+    """The policies of a publisher or a subscription; a duration of 0 means the default."""
 
     __slots__ = tuple(_CHECKS)
 
@@ -196,11 +163,11 @@ class QoSProfile:
     avoid_ros_namespace_conventions: bool
 
     def __init__(self, **kwargs: Any) -> None:
-        """Takes the policies.
+        """Sets the policies.
 
         Raises:
-            InvalidQoSProfileException: neither a depth nor a history, or KEEP_LAST without a depth.
-            AssertionError: an unknown policy, or a value of another type.
+            InvalidQoSProfileException: Depth and history are missing, or KEEP_LAST lacks a depth.
+            AssertionError: A policy is unknown, or its value has another type.
         """
         assert kwargs.keys() <= _CHECKS.keys(), (
             f"Invalid arguments passed to constructor: {kwargs.keys()!r}"
@@ -226,7 +193,7 @@ class QoSProfile:
         object.__setattr__(self, name, checked)
 
     def __eq__(self, other: object) -> bool:
-        """The same policies."""
+        """Whether all policies are the same."""
         if not isinstance(other, QoSProfile):
             return False
         return all(getattr(self, name) == getattr(other, name) for name in _CHECKS)
@@ -242,15 +209,6 @@ class QoSProfile:
     def keep_all(self) -> bool:
         """Whether every sample is kept."""
         return self.history == HistoryPolicy.KEEP_ALL
-
-    def to_dds(self, user_data: str, writer: bool) -> Qos:
-        """As Cyclone DDS's QoS, in the way of rmw_cyclonedds_cpp."""
-        return to_dds(self, user_data, writer)
-
-    @classmethod
-    def from_dds(cls, qos: Qos) -> QoSProfile:
-        """The profile of an endpoint that was found in the domain."""
-        return cls(**from_dds(qos))
 
 
 qos_profile_unknown = QoSProfile(

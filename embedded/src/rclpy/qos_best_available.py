@@ -1,4 +1,4 @@
-"""Policies that are chosen to fit the endpoints that a topic has already."""
+"""Policies that are chosen to be compatible with the existing endpoints of a topic."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _settle_liveliness(profile: QoSProfile, others: list[QoSProfile], choose: An
 
 
 def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> QoSProfile:
-    """The profile with its open policies as strict as all publishers' allow."""
+    """The profile, with its open policies as strict as all publishers allow."""
     if not _is_open(profile):
         return profile
     chosen, offers = copy.copy(profile), find()
@@ -68,7 +68,7 @@ def for_subscription(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) 
 
 
 def for_publisher(profile: QoSProfile, find: Callable[[], list[QoSProfile]]) -> QoSProfile:
-    """The profile with its open policies so that all subscriptions get what they ask for."""
+    """The profile, with its open policies chosen to be compatible with all subscriptions."""
     if not _is_open(profile):
         return profile
     chosen, wishes = copy.copy(profile), find()

@@ -10,7 +10,7 @@ _VAGUE = ("system_default", "unknown")
 
 
 class QoSCompatibility(IntEnum):
-    """What is known of two profiles: they fit, they may not, they do not."""
+    """Whether two profiles are compatible: yes, perhaps not, no."""
 
     OK = 0
     WARNING = 1
@@ -46,7 +46,7 @@ def _errors(publisher: Any, subscription: Any) -> Iterator[str]:
 
 
 def _warnings(publisher: Any, subscription: Any) -> Iterator[str]:
-    """What may not fit: a policy that only the middleware knows stands against a strict one."""
+    """Reasons for a warning: a policy that only the middleware knows meets a strict one."""
     for policy, word, strict, lax, texts in (
         ("reliability", "reliability", "reliable", "best_effort",
          ("Reliable subscription, but publisher is {}",

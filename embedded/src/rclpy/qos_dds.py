@@ -9,15 +9,22 @@ from cyclonedds.util import duration
 
 from rclpy.duration import Duration
 from rclpy.exceptions import RCLError
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 
 _INFINITE = duration(infinite=True)
 
 
-def to_dds(profile: Any, user_data: str, writer: bool) -> Qos:
-    """The policies of a writer or a reader, in the way of rmw_cyclonedds_cpp.
+def to_dds(profile: QoSProfile, user_data: str, writer: bool) -> Qos:
+    """The policies of a writer or a reader, as rmw_cyclonedds_cpp sets them.
 
     Raises:
-        RCLError: a policy is UNKNOWN.
+        RCLError: A policy is UNKNOWN.
     """
     named = (profile.history, profile.reliability, profile.durability, profile.liveliness)
     if any(policy.short_key == "unknown" for policy in named):
@@ -35,7 +42,7 @@ def to_dds(profile: Any, user_data: str, writer: bool) -> Qos:
     ]
     if profile.durability.short_key == "transient_local":
         policies.append(Policy.Durability.TransientLocal)
-        # Cyclone DDS keeps for late readers what this policy says, not what the history says.
+        # For late readers, Cyclone DDS uses the depth of this policy, not that of the history.
         policies.append(Policy.DurabilityService(0, history, -1, -1, -1))
     else:
         policies.append(Policy.Durability.Volatile)
@@ -44,7 +51,7 @@ def to_dds(profile: Any, user_data: str, writer: bool) -> Qos:
     return Qos(*policies, *_times(profile))
 
 
-def _times(profile: Any) -> list[Any]:
+def _times(profile: QoSProfile) -> list[Any]:
     policies: list[Any] = []
     if profile.lifespan.nanoseconds:
         policies.append(Policy.Lifespan(profile.lifespan.nanoseconds))
@@ -58,10 +65,8 @@ def _times(profile: Any) -> list[Any]:
     return policies
 
 
-def from_dds(qos: Qos) -> dict[str, Any]:
-    """Arguments of the `QoSProfile` of an endpoint that was found in the domain."""
-    from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
-
+def from_dds(qos: Qos) -> QoSProfile:
+    """The profile of an endpoint that was found in the domain."""
     history = qos[Policy.History] if Policy.History in qos else Policy.History.KeepLast(1)
     keep_all = history == Policy.History.KeepAll
     best_effort = qos[Policy.Reliability] == Policy.Reliability.BestEffort
@@ -78,13 +83,13 @@ def from_dds(qos: Qos) -> dict[str, Any]:
     }
     deadline = qos[Policy.Deadline].deadline if Policy.Deadline in qos else _INFINITE
     lifespan = qos[Policy.Lifespan].lifespan if Policy.Lifespan in qos else _INFINITE
-    return {
-        "depth": 0 if keep_all else history.depth,
-        "history": HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
-        "reliability": ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
-        "durability": durabilities.get(qos[Policy.Durability], DurabilityPolicy.UNKNOWN),
-        "lifespan": Duration(nanoseconds=lifespan),
-        "deadline": Duration(nanoseconds=deadline),
-        "liveliness": kinds.get(type(liveliness), LivelinessPolicy.UNKNOWN),
-        "liveliness_lease_duration": Duration(nanoseconds=liveliness.lease_duration),
-    }
+    return QoSProfile(
+        depth=0 if keep_all else history.depth,
+        history=HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
+        durability=durabilities.get(qos[Policy.Durability], DurabilityPolicy.UNKNOWN),
+        lifespan=Duration(nanoseconds=lifespan),
+        deadline=Duration(nanoseconds=deadline),
+        liveliness=kinds.get(type(liveliness), LivelinessPolicy.UNKNOWN),
+        liveliness_lease_duration=Duration(nanoseconds=liveliness.lease_duration),
+    )

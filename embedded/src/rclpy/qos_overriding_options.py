@@ -1,4 +1,4 @@
-"""Parameters by which the command line changes policies."""
+"""Parameters with which the command line changes policies."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from collections.abc import Callable, Iterable
 from enum import IntEnum
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
+
 from rclpy.duration import Duration
 from rclpy.exceptions import ParameterAlreadyDeclaredException
 from rclpy.parameter_store import new_descriptor
 from rclpy.qos import QoSPolicyKind, QoSProfile
+
+QosCallbackResult = SetParametersResult
+QosCallbackType = Callable[[QoSProfile], Any]
 
 
 class InvalidQosOverridesError(Exception):
@@ -23,17 +28,17 @@ class QoSOverridingOptions:
         self,
         policy_kinds: Iterable[QoSPolicyKind],
         *,
-        callback: Callable[[QoSProfile], Any] | None = None,
+        callback: QosCallbackType | None = None,
         entity_id: str | None = None,
     ) -> None:
-        """`callback(profile)` returns a SetParametersResult, `entity_id` goes into the names."""
+        """`callback(profile)` returns a QosCallbackResult, `entity_id` goes into the names."""
         self.policy_kinds, self.callback, self.entity_id = policy_kinds, callback, entity_id
 
     @classmethod
     def with_default_policies(
         cls,
         *,
-        callback: Callable[[QoSProfile], Any] | None = None,
+        callback: QosCallbackType | None = None,
         entity_id: str | None = None,
     ) -> QoSOverridingOptions:
         """Parameters for history, depth and reliability."""

@@ -56,7 +56,7 @@ class Rosout:
 
 
 def _forget(publish: Callable[..., None]) -> None:
-    """Takes a publisher away from its node's logger, and from those made of it."""
+    """Removes a publisher from its node's logger and from that logger's children."""
     for name, other in list(outputs.rosout.items()):
         if other is publish:
             outputs.rosout.pop(name, None)

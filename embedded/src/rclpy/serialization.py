@@ -8,17 +8,17 @@ from rclpy.type_support import check_is_valid_msg_type
 
 
 def serialize_message(message: Any) -> bytes:
-    """A message in CDR, behind its header of four bytes.
+    """Converts a message to a header of four bytes and CDR.
 
     Raises:
-        AttributeError: it is no message.
+        AttributeError: The object is no message.
     """
     check_is_valid_msg_type(type(message))
     return bytes(message.serialize())
 
 
 def deserialize_message(serialized_message: bytes, message_type: Any) -> Any:
-    """The message of a type that bytes hold.
+    """Converts bytes to a message of a type.
 
     Raises:
         AttributeError: the type is none of a message.

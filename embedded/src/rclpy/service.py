@@ -1,6 +1,6 @@
 """Services and their clients.
 
-A request and its reply are samples on two topics. In front of the payload stand the client's
+A request and its reply are samples on two topics. Before the payload they have the client's
 identity, which is the instance handle of its writer, and a running number (the convention of
 rmw_cyclonedds_cpp).
 """
@@ -33,11 +33,12 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.entity import Entity
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
+from rclpy.qos_dds import to_dds
 from rclpy.task import Future
 
 _POLL = 0.01
 _CLIENT_PATIENCE = 0.5
-"""How long a service waits for the reader of a client that has only just come [s]."""
+"""Longest wait of a service for the reader of a new client [s]."""
 
 
 _GUID, _NUMBER = "rmw_client_guid", "rmw_sequence_number"
@@ -48,7 +49,7 @@ _NUMBERS = 1 << 32
 _HEADER = struct.Struct("<Qq")
 _BIG_HEADER = struct.Struct(">Qq")
 _PAYLOAD = HEADER + _HEADER.size
-"""Where the payload begins in a sample."""
+"""Offset of the payload in a sample [bytes]."""
 
 
 @once
@@ -65,7 +66,7 @@ def wire_class(payload: Any) -> Any:
 
 
 class RequestHeader(NamedTuple):
-    """Whose request it is: the client and its number, and the writer that it came from."""
+    """The identity of a request: the client, its number of the request, and its writer."""
 
     client: int
     number: int
@@ -73,7 +74,7 @@ class RequestHeader(NamedTuple):
 
 
 Opened = tuple[RequestHeader, bytes]
-"""The header, and the payload in bytes behind their own."""
+"""The header, and the bytes of the payload with their own header."""
 
 
 def _opened(sample: Sample) -> Opened:
@@ -84,7 +85,7 @@ def _opened(sample: Sample) -> Opened:
 
 
 class _Peer(Entity):
-    """What a service and a client have in common: one writer and one reader with one identity."""
+    """Base of services and clients: a writer and a reader with one identity."""
 
     def __init__(
         self,
@@ -107,7 +108,7 @@ class _Peer(Entity):
             user_data = f"{own}typehash={type_hash(full_type_name(payload))};"
             topic = make_topic(participant, topic_name, wire_class(payload))
             kind = DataWriter if way == "write" else DataReader
-            endpoints[way] = kind(participant, topic, qos.to_dds(user_data, way == "write"))
+            endpoints[way] = kind(participant, topic, to_dds(qos, user_data, way == "write"))
         self._writer: Any = endpoints["write"]
         self._reader: Any = endpoints["read"]
         self._guid = self._writer.get_instance_handle() & 0xFFFF_FFFF_FFFF_FFFF
@@ -161,7 +162,7 @@ class Service(_Peer):
         super().__init__(node, "service", full, ways, qos, group)
 
     def receive(self, samples: list[Sample]) -> None:
-        """Leaves aside what has no header, should it ever look like a request."""
+        """Ignores samples without a header."""
         super().receive([one for one in map(_opened, samples) if self._is_request(one[0])])
 
     def _is_request(self, header: RequestHeader) -> bool:
@@ -191,7 +192,7 @@ class Service(_Peer):
         self.send_response(await coroutine, header)
 
     def send_response(self, response: Any, header: RequestHeader) -> None:
-        """Replies to the request that `header` stands for.
+        """Replies to the request with this `header`.
 
         Raises:
             TypeError: a response of another type.
@@ -242,7 +243,7 @@ class Client(_Peer):
         super().__init__(node, "client", full, ways, qos, group)
 
     def receive(self, samples: list[Sample]) -> None:
-        """Leaves replies to other clients aside."""
+        """Ignores replies to other clients."""
         super().receive([one for one in map(_opened, samples) if one[0].client == self._guid])
 
     def handle(self, sample: Opened) -> None:
@@ -273,7 +274,7 @@ class Client(_Peer):
         return future
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
-        """Calls and waits, None if no response came in time; another thread must spin the node.
+        """Calls and waits; None after the timeout. Another thread must spin the node.
 
         Raises:
             TypeError: a request of another type.
@@ -287,16 +288,16 @@ class Client(_Peer):
         return future.result()
 
     def get_pending_request(self, sequence_number: int) -> Future:
-        """The future of a call; raises KeyError if there is none of that number."""
+        """The future of a call; raises KeyError if no call has this number."""
         return self._pending[sequence_number]
 
     def remove_pending_request(self, future: Future) -> None:
-        """Forgets a call: its response will be ignored."""
+        """Removes a call: its response will be ignored."""
         for number in [n for n, f in self._pending.copy().items() if f is future]:
             self._pending.pop(number, None)
 
     def service_is_ready(self) -> bool:
-        """Whether a server has been discovered in both directions that can understand us.
+        """Whether a compatible server has been discovered, with both its reader and its writer.
 
         Raises:
             InvalidHandle: the client was destroyed.
@@ -307,7 +308,7 @@ class Client(_Peer):
         return any(not is_fast_dds(server.key.bytes) for server in matched_readers(self._writer))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Waits for a server; False if none came in time or the context was shut down."""
+        """Waits for a server; False after the timeout or a shutdown of the context."""
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         while self.node.context.ok() and not self.service_is_ready():
             if deadline is not None and time.monotonic() >= deadline:

@@ -21,6 +21,7 @@ from rclpy.event_handler import EndpointEvents, EventHandler, SubscriptionEventC
 from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 from rclpy.qos_best_available import for_subscription
+from rclpy.qos_dds import to_dds
 
 
 def _accepts(callback: Callable[..., Any], count: int) -> bool:
@@ -35,7 +36,7 @@ class Subscription(Entity):
     """Calls a function with every message of a topic."""
 
     class CallbackType(Enum):
-        """Whether the function wants to know about the message too."""
+        """Whether the callback has a second argument, the times of the message."""
 
         MessageOnly = 0
         WithMessageInfo = 1
@@ -62,7 +63,7 @@ class Subscription(Entity):
         participant = node.context.participant
         name = naming.dds_topic(self._topic_name, qos_profile.avoid_ros_namespace_conventions)
         dds_topic = make_topic(participant, name, msg_type)
-        self._reader: Any = DataReader(participant, dds_topic, chosen.to_dds(user_data, False))
+        self._reader: Any = DataReader(participant, dds_topic, to_dds(chosen, user_data, False))
         self._endpoints.add_reader(self._reader, self.receive)
         events = event_callbacks.events(node, topic)
         self._events = EndpointEvents(node, self.callback_group, self._reader, events)
@@ -75,12 +76,12 @@ class Subscription(Entity):
 
     @property
     def event_handlers(self) -> list[EventHandler]:
-        """What calls the functions for events."""
+        """The handlers that call the functions for events."""
         return self._events.handlers
 
     @property
     def callback(self) -> Callable[..., Any]:
-        """What is called with each message, and if it takes two arguments with news of it."""
+        """The function that receives each message, and its times if it has two arguments."""
         return self._callback
 
     @callback.setter
@@ -120,7 +121,7 @@ class Subscription(Entity):
             raise InvalidHandle("cannot use Destroyable because destruction was requested")
 
     def get_publisher_count(self) -> int:
-        """Number of publishers that it hears."""
+        """Number of matched publishers."""
         self._check()
         return len(matched(self._reader.get_matched_publications))
 

@@ -12,7 +12,7 @@ from typing import Any
 
 
 class Future:
-    """A result that comes later. It can be awaited in a coroutine that an executor runs."""
+    """A result that is set later. Coroutines of executors and of asyncio can await it."""
 
     def __init__(self, *, executor: Any = None) -> None:
         """Has no result yet; done callbacks are tasks of `executor` where one is given."""
@@ -27,15 +27,15 @@ class Future:
         self._set_executor(executor)
 
     def __del__(self) -> None:
-        """Complains of an exception that nobody has asked for."""
+        """Prints an exception that was never retrieved."""
         if self._exception is not None and not self._exception_fetched:
             text = f"The following exception was never retrieved: {self._exception}"
             print(text, file=sys.stderr)
 
-    def __await__(self) -> Generator[Future, None, Any]:
-        """Hands itself to the task that awaits it until it is done."""
+    def __await__(self) -> Generator[_Awaited, None, Any]:
+        """Waits in the coroutine of an executor's task, or of a task of asyncio."""
         while not self._done:
-            yield self
+            yield _Awaited(self)
         return self.result()
 
     def done(self) -> bool:
@@ -43,11 +43,11 @@ class Future:
         return self._done
 
     def cancelled(self) -> bool:
-        """Whether it was cancelled."""
+        """Whether the future was cancelled."""
         return self._cancelled
 
     def result(self) -> Any:
-        """The result, None if there is none; an exception is raised again."""
+        """The result, or None if there is no result; an exception is raised again."""
         exception = self.exception()
         if exception is not None:
             raise exception
@@ -129,7 +129,43 @@ class Future:
 
 
 def _nothing() -> None:
-    """Stands for the weak reference to an executor where there is none."""
+    """Replaces the weak reference to an executor if there is no executor."""
+
+
+class _Awaited:
+    """The object that a coroutine yields while it awaits a future; an executor waits for `future`.
+
+    For asyncio it is one of asyncio's own futures, which is done when `future` is done.
+    """
+
+    _asyncio_future_blocking = True
+
+    def __init__(self, future: Future) -> None:
+        self.future = future
+
+    def get_loop(self) -> Any:
+        from asyncio import get_running_loop  # slow to import, and there already
+
+        return get_running_loop()
+
+    def add_done_callback(self, callback: Callable[[Any], Any], *, context: Any = None) -> None:
+        loop = self.get_loop()
+        self._waiter = waiter = loop.create_future()
+
+        def finish() -> None:
+            if not waiter.done():
+                waiter.set_result(None)
+
+        def wake() -> None:
+            loop.call_soon_threadsafe(finish)
+
+        waiter.add_done_callback(lambda _: self.future._remove_waker(wake))
+        waiter.add_done_callback(callback, context=context)
+        self.future._add_waker(wake)
+
+    def cancel(self, msg: Any = None) -> bool:
+        """Ends the waiting, not the future."""
+        return bool(self._waiter.cancel(msg))
 
 
 class Task(Future):
@@ -146,7 +182,7 @@ class Task(Future):
         self._executing = False
 
     def executing(self) -> bool:
-        """Whether it runs at this moment."""
+        """Whether the task runs at this moment."""
         return self._executing
 
     def cancel(self) -> None:
@@ -176,9 +212,9 @@ class Task(Future):
             self._executing = False
         if self._done:
             self._handler = self._args = self._kwargs = None
-        elif isinstance(awaited, Future):
-            # Last of all: it may be done already, and another thread take over.
-            awaited._add_waker(self._resume)
+        elif isinstance(awaited, _Awaited):
+            # This must be last: another thread may resume the task at once.
+            awaited.future._add_waker(self._resume)
         else:
             self._resume()
 

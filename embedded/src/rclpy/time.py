@@ -25,7 +25,7 @@ class Time:
         """The sum of seconds and nanoseconds.
 
         Raises:
-            TypeError: `clock_type` is none.
+            TypeError: `clock_type` is not a ClockType.
             ValueError: a negative argument.
             OverflowError: more than 63 bits of nanoseconds.
         """
@@ -56,7 +56,7 @@ class Time:
         return divmod(self._nanoseconds, S_TO_NS)
 
     def __repr__(self) -> str:
-        """With nanoseconds and clock."""
+        """A text with nanoseconds and kind of clock."""
         return f"Time(nanoseconds={self._nanoseconds}, clock_type={self._clock_type.name})"
 
     def _same_clock(self, other: Time, verb: str = "compare") -> None:
@@ -88,7 +88,7 @@ class Time:
         return NotImplemented
 
     def __eq__(self, other: object) -> bool:
-        """The same time on the same kind of clock."""
+        """Whether both are the same time; raises TypeError for different kinds of clocks."""
         if not isinstance(other, Time):
             return NotImplemented
         self._same_clock(other)
@@ -106,7 +106,7 @@ class Time:
         return hash((self._nanoseconds, self._clock_type))
 
     def to_msg(self) -> Any:
-        """As builtin_interfaces/msg/Time."""
+        """Converts the time to builtin_interfaces/msg/Time."""
         return message_class("builtin_interfaces/msg/Time")(**split_nanoseconds(self._nanoseconds))
 
     @classmethod

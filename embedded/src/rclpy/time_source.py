@@ -16,10 +16,10 @@ USE_SIM_TIME_NAME = "use_sim_time"
 
 
 class TimeSource:
-    """Sets a node's clock by what `/clock` tells, while `use_sim_time` is true."""
+    """Sets a node's clock from `/clock` while `use_sim_time` is true."""
 
     def __init__(self, node: Any) -> None:
-        """Declares the parameter and follows it from now on."""
+        """Declares the parameter and follows its changes."""
         self._node, self._clock = node, node.get_clock()
         self._subscription: Any = None
         if not node.has_parameter(USE_SIM_TIME_NAME):

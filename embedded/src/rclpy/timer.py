@@ -19,7 +19,7 @@ _ANY_JUMP = JumpThreshold(
 
 
 class Timer:
-    """Calls a function again and again."""
+    """Calls a function periodically."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class Timer:
         self._next = self._last + timer_period_ns
         self._left_at_change: int | None = None
         self.queued = False
-        """Whether a thread of the executor is going to take it: till then it is not due again."""
+        """Whether an executor's thread is about to call it; until then it is not due again."""
         self._listener = JumpListener(_ANY_JUMP, self._before_jump, self._after_jump)
         clock.add_listener(self._listener)
 
@@ -63,7 +63,7 @@ class Timer:
 
     @property
     def timer_period_ns(self) -> int:
-        """The period [ns]; another one counts from the next call on."""
+        """The period [ns]; a new period is used after the next call."""
         self._check()
         return self._period
 
@@ -73,7 +73,7 @@ class Timer:
         self._period = int(value)
 
     def is_canceled(self) -> bool:
-        """Whether it was cancelled."""
+        """Whether the timer was cancelled."""
         self._check()
         return self._cancelled
 
@@ -83,7 +83,7 @@ class Timer:
         self._cancelled = True
 
     def reset(self) -> None:
-        """Starts anew: the next call is one period from now."""
+        """Restarts the timer: the next call is one period from now."""
         self._check()
         self._next = self.clock.nanoseconds() + self._period
         self._cancelled = False
@@ -96,17 +96,17 @@ class Timer:
         return left is not None and left <= 0
 
     def time_since_last_call(self) -> int:
-        """Since the last call, or the start [ns]."""
+        """Time since the last call, or since the start [ns]."""
         self._check()
         return self.clock.nanoseconds() - self._last
 
     def time_until_next_call(self) -> int | None:
-        """Until the next call on the timer's clock [ns]; None if cancelled."""
+        """Time until the next call on the timer's clock [ns]; None if it was cancelled."""
         self._check()
         return self.left()
 
     def drop_turn(self, executor: Any) -> None:
-        """It is in no queue: the executor looks at the time."""
+        """Does nothing: a timer is in no queue, the executor checks the time."""
 
     def destroy(self) -> None:
         """Ends it."""
@@ -116,13 +116,13 @@ class Timer:
     # For the executor.
 
     def left(self) -> int | None:
-        """Until the next call [ns]; None if there will be none."""
+        """Time until the next call [ns]; None if there will be no call."""
         if self._cancelled or self._destroyed:
             return None
         return self._next - self.clock.nanoseconds()
 
     def take(self) -> tuple[()] | None:
-        """Sets the time of the next call, periods that were missed left out; None: no call."""
+        """Sets the time of the next call, without missed periods; None if cancelled."""
         if self._cancelled or self._destroyed:
             self.queued = False
             return None
@@ -131,7 +131,7 @@ class Timer:
         self._next += period
         if self._next <= now:
             self._next = now + period - (now - self._next) % period if period else now
-        if self.queued:  # the thread that spins has left it out of account since then
+        if self.queued:  # the spinning thread has not considered the timer since then
             self.requeue()
         return ()
 
@@ -140,7 +140,7 @@ class Timer:
         return self.callback()
 
     def requeue(self) -> None:
-        """Has the executor look at it."""
+        """Has the executor check the timer."""
         self.queued = False
         executor = self.node.executor if self.node is not None else None
         if executor is not None:
@@ -188,7 +188,7 @@ class Rate:
             sleeper.put(None)
 
     def destroy(self) -> None:
-        """Wakes all that sleep, and lets nobody sleep any more."""
+        """Wakes all sleeping threads; `sleep` raises RuntimeError afterwards."""
         self._destroyed = True
         self.wake()
 

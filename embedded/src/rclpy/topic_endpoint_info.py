@@ -1,4 +1,4 @@
-"""What a node can learn about the publishers and subscriptions of a topic."""
+"""The description of a publisher or a subscription of a topic."""
 
 from __future__ import annotations
 

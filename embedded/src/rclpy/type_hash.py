@@ -24,7 +24,7 @@ class TypeHash:
             return cls()
 
     def __str__(self) -> str:
-        """As `RIHS01_` and 64 hexadecimal digits."""
+        """The text `RIHS01_` and 64 hexadecimal digits."""
         if self.version <= 0 or len(self.value) != _SIZE:
             return "INVALID"
         return f"RIHS{self.version:02}_{self.value.hex()}"

@@ -9,17 +9,6 @@ from rclpy.arguments import parse_arguments
 from rclpy.context import Context, get_default_context
 from rclpy.duration import S_TO_NS
 
-__all__ = [
-    "get_available_rmw_implementations",
-    "get_default_context",
-    "get_rmw_implementation_identifier",
-    "ok",
-    "remove_ros_args",
-    "shutdown",
-    "timeout_sec_to_nsec",
-    "try_shutdown",
-]
-
 
 def ok(*, context: Context | None = None) -> bool:
     """Whether the context is initialised and not shut down."""
@@ -62,7 +51,7 @@ def get_available_rmw_implementations() -> set[str]:
 
 
 def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
-    """A timeout [ns]; -1 stands for none, which None and negative ones are."""
+    """Converts a timeout to ns; None and negative ones become -1, which means no timeout."""
     if timeout_sec is None or timeout_sec < 0:
         return -1
     return int(float(timeout_sec) * S_TO_NS)

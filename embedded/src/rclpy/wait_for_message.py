@@ -18,17 +18,17 @@ def wait_for_message(
     qos_profile: QoSProfile | int = 1,
     time_to_wait: float = -1,
 ) -> tuple[bool, Any]:
-    """Waits for the next message of a topic; the node may be spun meanwhile, or not.
+    """Waits for the next message of a topic, whether or not an executor spins the node.
 
     Args:
         msg_type: type of the message.
         node: the node that listens.
         topic: name of the topic.
         qos_profile: of the subscription.
-        time_to_wait: at most so long [s]; for ever if negative.
+        time_to_wait: Timeout [s]; a negative one means no timeout.
 
     Returns:
-        Whether one came, and the message or None.
+        Whether a message was received, and the message or None.
     """
     context = node.context
     deadline = time.monotonic() + (time_to_wait if time_to_wait >= 0 else math.inf)

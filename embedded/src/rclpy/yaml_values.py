@@ -14,31 +14,6 @@ class ArgumentError(RCLInvalidROSArgsError):
     """A ROS argument that cannot be understood."""
 
 
-class RosYamlLoader(yaml.SafeLoader):
-    """YAML in which `1e-3` is a number too."""
-
-
-RosYamlLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+|[-+]?(\d+\.\d*|\.\d+)|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
-    ),
-    list("-+0123456789."),
-)
-
-
-def load_yaml(text: str) -> Any:
-    """Reads YAML.
-
-    Raises:
-        ArgumentError: it is none.
-    """
-    try:
-        return yaml.load(text, RosYamlLoader)
-    except yaml.YAMLError as error:
-        raise ArgumentError(f"not valid YAML: {error}") from error
-
-
 _PLAIN = "plain"
 
 
@@ -73,10 +48,10 @@ def parameter_value(text: str) -> Any:
 
 
 def load_parameters(text: str) -> Any:
-    """Reads the values of parameters: rcl tells them apart by its own, simpler rules.
+    """Reads parameter values; rcl has its own, simpler rules for their types.
 
     Raises:
-        ArgumentError: it is no YAML, or a value is missing, or a list mixes types.
+        ArgumentError: The text is no YAML, a value is missing, or a list mixes types.
     """
     try:
         root = yaml.compose(text, _ParameterLoader)
@@ -87,7 +62,10 @@ def load_parameters(text: str) -> Any:
 
 def _value(node: Any) -> Any:
     if isinstance(node, yaml.MappingNode):
-        return {str(key.value): _value(value) for key, value in node.value}
+        tree: dict[str, Any] = {}
+        for key, value in node.value:
+            _merge(tree, str(key.value), _value(value))
+        return tree
     if isinstance(node, yaml.SequenceNode):
         return _sequence(node)
     if node.tag != _PLAIN:
@@ -97,9 +75,18 @@ def _value(node: Any) -> Any:
     return parameter_value(node.value)
 
 
+def _merge(tree: dict[str, Any], key: str, value: Any) -> None:
+    """Adds a value to a mapping. A key may be repeated: rcl then merges the mappings below it."""
+    if isinstance(value, dict) and isinstance(old := tree.get(key), dict):
+        for inner, inner_value in value.items():
+            _merge(old, inner, inner_value)
+    else:
+        tree[key] = value
+
+
 def _sequence(node: Any) -> Any:
     values = [_value(item) for item in node.value]
     kinds = {type(value) for value in values}
     if len(kinds) > 1 or kinds & {dict, list}:
         raise ArgumentError(f"Sequence should be of same type at line {node.start_mark.line + 1}")
-    return values or None  # rcl takes an empty list for a parameter that is not set
+    return values or None  # for rcl an empty list is a parameter that is not set

@@ -1,1 +1,1 @@
-"""What lies under the drop-in `rclpy`: interface definitions, the DDS mapping, the commands."""
+"""The base of the drop-in `rclpy`: interface definitions, the DDS mapping, the commands."""

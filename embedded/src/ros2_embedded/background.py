@@ -1,4 +1,4 @@
-"""The one thread of a process that works for the runtime itself; asleep nearly always."""
+"""The one thread of a process that works for the runtime itself; it sleeps nearly always."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from typing import Any
 
 from ros2_embedded.wait_set import Source, WaitSet
 
-_PATIENCE = 1.0  # [s]
+_PATIENCE = 1.0  # longest wait for the end of the thread [s]
 
 
 class Background:
-    """Hears news of the graph and of the status of endpoints, and does what is due."""
+    """Handles changes of the graph and of the status of endpoints, and calls what is due."""
 
     def __init__(self) -> None:
         """Starts the thread."""
         self._wait_set = WaitSet()
         self._soon: SimpleQueue[Callable[[], Any]] = SimpleQueue()
         self._due: dict[Callable[[], Any], float] = {}
-        """When what is pending has to be called; for the thread alone."""
+        """When each pending function is called [s]; only the thread uses it."""
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name="background", daemon=True)
         self._thread.start()
 
     def add(self, source: Source, *, at_once: bool = False) -> None:
-        """From now on the thread serves a source; see `WaitSet.add`."""
+        """Has the thread serve a source; the arguments are those of `WaitSet.add`."""
         self._wait_set.add(source, at_once=at_once)
 
     def remove(self, entity: object) -> None:
-        """Leaves an entity alone: afterwards nothing is called for it."""
+        """Removes the source of an entity: afterwards nothing is called for it."""
         self._wait_set.remove(entity)
 
     def call_soon(self, function: Callable[[], Any]) -> None:
-        """Has `function` called; takes no lock, for Python may collect garbage under any."""
+        """Has `function` called soon; needs no lock, so the garbage collector may call this."""
         self._soon.put(function)
         self._wait_set.wake()
 
     def call_when_gone(self, thing: Any, function: Callable[[], Any]) -> weakref.finalize[Any, Any]:
-        """Has `function` called after nothing refers to `thing` any more, but not at the exit."""
+        """Has `function` called when nothing refers to `thing` any more, but not at the exit."""
         end = weakref.finalize(thing, self.call_soon, function)
         end.atexit = False
         return end
@@ -54,10 +54,10 @@ class Background:
         self.call_soon(lambda: self._due.setdefault(function, at))
 
     def stop(self) -> None:
-        """Ends the thread; what is pending is not done any more.
+        """Ends the thread; pending functions are not called any more.
 
-        The handler of a signal may call it, while what it interrupts has a lock that the thread
-        waits for: so it is not waited for without end.
+        A signal handler may call this method while the code that it interrupts holds a lock that
+        the thread needs. The wait for the end of the thread is therefore limited.
         """
         self._stopping = True
         self._wait_set.wake()
@@ -71,8 +71,8 @@ class Background:
             try:
                 self._wait_set.wait(max(0.0, left), self._has_work)
                 self._do_what_is_due()
-            except Exception:  # what cannot be read must not make the process deaf
-                # A second Ctrl-C can cut off `stop` and take the entities away under this thread.
+            except Exception:  # an unreadable sample must not end this thread
+                # A second Ctrl-C can interrupt `stop`, and end the entities before this thread.
                 if not self._stopping:
                     traceback.print_exc()
 

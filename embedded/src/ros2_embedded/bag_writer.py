@@ -29,7 +29,7 @@ _SEPARATOR = "=" * 80
 
 
 class _Storage(McapWriter):
-    """rosbags' MCAP, with rosbag2's name of the file and what else rosbag2 writes.
+    """The MCAP storage of rosbags, with the file name and the metadata of rosbag2.
 
     door_impact_bringup has some of this in mcap_file.py: it runs on ROS 2 too, where this
     package is not.
@@ -41,14 +41,11 @@ class _Storage(McapWriter):
         self.path = self.path.rename(path / f"{path.name}_0.mcap")
 
     def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
-        """Adds a channel; rosbag2 looks for the type's hash beside the offers."""
+        """Adds a channel. rosbag2 expects the hash of the type in the channel's metadata."""
         metadata = BytesIO()
-        for key, value in (
-            ("offered_qos_profiles", offered_qos_profiles),
-            ("topic_type_hash", connection.digest),
-        ):
-            write_string(metadata, key)
-            write_string(metadata, value)
+        offers = ("offered_qos_profiles", offered_qos_profiles)
+        for text in (*offers, "topic_type_hash", connection.digest):
+            write_string(metadata, text)
         channel = Channel(
             connection.id, connection.msgtype, connection.topic, "cdr", metadata.getvalue()
         )
@@ -57,13 +54,13 @@ class _Storage(McapWriter):
         write_channel(self.chunk.bio, channel, self.schemas)
 
     def close_chunk(self) -> None:
-        """Writes a chunk; where it has no message its times are zero, as MCAP says."""
+        """Writes a chunk. The times of a chunk without messages are zero, as MCAP demands."""
         if not self.chunk.msgs:
             self.chunk.message_start_time = 0
         super().close_chunk()
 
     def close(self, version: int, metadata: str) -> None:
-        """Ends the file, in the same way where it has no message at all."""
+        """Completes the file. The times of a file without messages are zero as well."""
         if not any(self.channel_stats.values()):
             self.message_start_time = 0
         super().close(version, metadata.replace(_OWN_DISTRO, _DISTRO))
@@ -94,12 +91,12 @@ class BagWriter:
         """Adds a topic.
 
         Args:
-            topic: full name.
-            kind: type of its messages, `pkg/msg/Name`.
-            offers: quality of service of its publishers, as rclpy has it.
+            topic: Full name of the topic.
+            kind: Type of its messages, `pkg/msg/Name`.
+            offers: Quality of service of its publishers, as rclpy's profiles.
 
         Returns:
-            What `write` takes.
+            The connection that `write` needs.
         """
         return self._writer.add_connection(
             topic,
@@ -110,12 +107,12 @@ class BagWriter:
         )
 
     def write(self, topic: Connection, stamp: int, data: bytes) -> None:
-        """Writes a message: when it was received [ns], and CDR with its header of four bytes."""
+        """Writes a message: `stamp` is when it was received [ns], `data` its CDR with header."""
         self._writer.write(topic, stamp, data)
 
     def close(self) -> None:
         """Completes the bag."""
-        if not self._writer.max_timestamp:  # no message: rosbags would have it begin in 2262
+        if not self._writer.max_timestamp:  # rosbags would write the year 2262
             self._writer.min_timestamp = 0
         self._writer.close()
         path = self._writer.metapath
@@ -124,9 +121,9 @@ class BagWriter:
 
 
 def full_definition(name: str) -> str:
-    """Definition of a message, and of each that it refers to, as a bag carries them."""
+    """The definitions of a message and of all messages that it refers to, as a bag stores them."""
     order = [name]
-    for current in order:  # grows on the way
+    for current in order:  # the list grows while it is read
         for field in message_spec(current).fields:
             if not field.type.primitive and field.type.base not in order:
                 order.append(field.type.base)
@@ -136,7 +133,7 @@ def full_definition(name: str) -> str:
 
 
 def _recorded(offer: Any) -> Qos:
-    """A profile of rclpy as the bag has it."""
+    """Converts a profile of rclpy into one of rosbags."""
     return Qos(
         QosHistory[offer.history.name],
         offer.depth,

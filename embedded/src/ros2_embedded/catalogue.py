@@ -1,7 +1,8 @@
-"""Where interface definitions come from.
+"""Finds interface definitions.
 
-In this order: a package of the ament index (`share/PKG/msg/NAME.msg`), the few files in
-`interfaces/` beside this module, and the message definitions of ROS 2 Jazzy that rosbags ships.
+The sources are searched in this order: the packages of the ament index (`share/PKG/msg/NAME.msg`),
+the files in the folder `interfaces/` of this package, and the message definitions of ROS 2 Jazzy
+that rosbags contains.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _DEFAULTS = {
     ("sensor_msgs/msg/NavSatStatus", "status"): -2,
     ("type_description_interfaces/msg/FieldType", "type_id"): 0,
 }
-"""Defaults of Jazzy's messages, which rosbags does not carry."""
+"""Default values of Jazzy's messages, which rosbags does not contain."""
 
 _PARTS = {
     "srv": ("_Request", "_Response"),
@@ -106,7 +107,7 @@ _WHOLE = {
         ("feedback_message", FieldType("{}_FeedbackMessage")),
     ],
 }
-"""A service and an action as types of their own: only their hash is of use."""
+"""The fields of a service and of an action as types of their own; only their hashes are used."""
 
 
 def _from_rosbags(name: str) -> MessageSpec | None:
@@ -132,7 +133,7 @@ def _from_rosbags(name: str) -> MessageSpec | None:
 
 
 def interface_file(name: str) -> Path | None:
-    """The file that defines `pkg/kind/Name`, or None."""
+    """The file that defines `pkg/kind/Name`; None if there is no file."""
     package, kind, short = name.split("/")
     roots = [_BUNDLED / package]
     with suppress(PackageNotFoundError):
@@ -145,7 +146,7 @@ def interface_file(name: str) -> Path | None:
 
 
 def interface_text(name: str) -> str:
-    """Source of `pkg/kind/Name`; written anew from the fields where there is no file.
+    """The source text of `pkg/kind/Name`; it is made from the fields if there is no file.
 
     Raises:
         InterfaceError: there is no such interface.
@@ -163,7 +164,7 @@ def interface_text(name: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """A default or a constant as definitions write it: `0`, `false`."""
+    """A default value or a constant as definitions write it, such as `0` or `false`."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, bytes):
@@ -210,7 +211,7 @@ def message_spec(name: str) -> MessageSpec:
 
 
 def require_file(name: str) -> Path:
-    """Like `interface_file`, but a missing file is an error.
+    """The file that defines `pkg/kind/Name`; it must exist.
 
     Raises:
         InterfaceError: there is no such interface.
@@ -222,7 +223,7 @@ def require_file(name: str) -> Path:
 
 
 def list_interfaces(package: str, kind: str) -> list[str]:
-    """Short names of the interfaces of one kind (`msg`, `srv` or `action`) of a package."""
+    """The short names of a package's interfaces of one kind (`msg`, `srv` or `action`)."""
     names: set[str] = set()
     roots = [_BUNDLED / package]
     with suppress(PackageNotFoundError):
@@ -236,7 +237,7 @@ def list_interfaces(package: str, kind: str) -> list[str]:
 
 
 def list_packages() -> list[str]:
-    """Packages that may hold interfaces."""
+    """The names of all packages that have interfaces."""
     names = {name.split("/")[0] for name in definitions()}
     names.update(path.name for path in _BUNDLED.iterdir())
     names.update(

@@ -20,7 +20,7 @@ MAX_PARTICIPANTS = 120
 """Participants on one machine: as many as have their own ports in a domain."""
 
 _CALL_INTERVAL = 1
-"""How often a participant calls where others may be [s]; that takes under 0.1 % of a core."""
+"""Period of a participant's discovery messages [s]; they need less than 0.1 % of a core."""
 
 _SIOCGIFCONF, _IFREQ_SIZE = 0x8912, 40
 
@@ -60,7 +60,7 @@ class DiscoveryRange(Enum):
 
 @dataclass(frozen=True)
 class Discovery:
-    """What the environment says on discovery; `peers` are static ones, `warnings` for the user."""
+    """The discovery settings of the environment; `warnings` are for the user."""
 
     range: DiscoveryRange = DiscoveryRange.LOCALHOST
     peers: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Discovery:
 def discovery(environment: Mapping[str, str]) -> Discovery:
     """Reads ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS and ROS_LOCALHOST_ONLY as Jazzy does.
 
-    Only the range without the variable is another: this machine, where ROS 2 takes its subnet.
+    Only the default range differs: it is this machine, in ROS 2 the subnet.
     """
     name = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "LOCALHOST"
     peers = tuple(filter(None, environment.get("ROS_STATIC_PEERS", "").split(";")))
@@ -91,23 +91,23 @@ def discovery(environment: Mapping[str, str]) -> Discovery:
 
 
 def domain_configuration(asked: Discovery) -> str:
-    """Cyclone DDS's XML for what the environment asks, without CYCLONEDDS_URI.
+    """The XML configuration of Cyclone DDS for the settings, without CYCLONEDDS_URI.
 
-    Without multicast each participant is looked for at `localhost`, on the ports that an index
-    from 0 to `MAX_PARTICIPANTS` gives: so `lo` is named and the index is `auto`. ROS 2 calls by
-    multicast unless it is told otherwise, and that is not heard here: so that it is found even if
-    it comes late, each participant keeps calling at all these ports.
+    Without multicast, participants are searched at `localhost`, on the ports of the indices from
+    0 to `MAX_PARTICIPANTS`. Therefore the interface is `lo` and the index is `auto`. ROS 2 uses
+    multicast by default, which is not received here. Each participant therefore keeps sending to
+    all these ports, so that it also finds processes of ROS 2 that start later.
     """
     if asked.range == DiscoveryRange.SYSTEM_DEFAULT:
         return ""
     if asked.range == DiscoveryRange.OFF:
-        # A tag that nobody else has: participants of other tags are not heard.
+        # A unique tag: participants with other tags are ignored.
         return (
             "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
             "<Discovery><ParticipantIndex>none</ParticipantIndex>"
             f"<Tag>ros_discovery_off_{os.getpid()}</Tag></Discovery></Domain></CycloneDDS>"
         )
-    # Peers are called from the interface that comes first: from `lo` no other machine is reached.
+    # Peers are searched from the first interface; `lo` reaches no other machine.
     last = ' priority="-1"' if asked.peers else ""
     interfaces = f'<NetworkInterface name="lo"{last}/>'
     if not _only_loopback():
@@ -126,13 +126,13 @@ def domain_configuration(asked: Discovery) -> str:
 
 
 _domains: weakref.WeakValueDictionary[int, Domain] = weakref.WeakValueDictionary()
-"""Those that the process is in: a second context of a domain shares it."""
+"""The domains that the process has joined; contexts of the same domain share it."""
 
 
 def join_domain(number: int, asked: Discovery) -> tuple[Domain, DomainParticipant]:
     """Creates the domain and a participant of a process without an enclave.
 
-    What CYCLONEDDS_URI says goes before all else.
+    The settings in CYCLONEDDS_URI override all others.
     """
     parts = (domain_configuration(asked), os.environ.get("CYCLONEDDS_URI", ""))
     domain = _domains.get(number)

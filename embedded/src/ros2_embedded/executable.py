@@ -9,7 +9,7 @@ from ros2_embedded.entry_points import executables
 
 
 def run(name: str, point: EntryPoint, arguments: list[str]) -> object:
-    """Runs the entry point as its script would; returns what the script gives to `sys.exit`."""
+    """Runs the entry point as its script does; returns the script's argument of `sys.exit`."""
     sys.argv = [name, *arguments]
     return point.load()()
 

@@ -1,10 +1,11 @@
 """Nodes of rmw_fastrtps_cpp: topics work with them, services do not.
 
-A reply must tell whose call it answers. rmw_cyclonedds_cpp and this runtime write that before the
-payload (`cdds_request_header` in its serdata.hpp). rmw_fastrtps_cpp writes nothing there: it takes
-GUID and number of the request from RTPS and wants them back in the inline QoS of the reply
-(PID_RELATED_SAMPLE_IDENTITY, DDS-RPC 1.0, 7.6.2; rmw_fastrtps_shared_cpp/src/rmw_response.cpp).
-Cyclone DDS tells a reader no sequence number and lets a writer choose no inline QoS.
+A reply must identify the request that it answers. rmw_cyclonedds_cpp and this runtime write the
+identity before the payload (`cdds_request_header` in its serdata.hpp). rmw_fastrtps_cpp writes
+nothing there: it reads GUID and number of the request from RTPS and expects them in the inline QoS
+of the reply (PID_RELATED_SAMPLE_IDENTITY, DDS-RPC 1.0, 7.6.2; rmw_response.cpp of
+rmw_fastrtps_shared_cpp). Cyclone DDS neither shows a reader the sequence number nor lets a writer
+set the inline QoS.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class Mismatch(NamedTuple):
 
 
 def _label(topic: str) -> str:
-    """What a user calls the service of a request topic: an action and parameters have several."""
+    """The name that a user knows for the service of a request topic; actions have several."""
     service = topic.removeprefix(naming.REQUEST).removesuffix("Request")
     parameters = _PARAMETERS.fullmatch(service)
     return f"{parameters[1]}'s parameters" if parameters else service.partition("/_action/")[0]
@@ -74,7 +75,7 @@ def mismatches(
 
 
 def warnings(found: Iterable[Mismatch]) -> list[tuple[str, str]]:
-    """What to tell whom: full names of nodes of this process, and a sentence on each other node."""
+    """The warnings to log: the full name of a node of this process, and a text on another node."""
     services: dict[tuple[str, str, bool], list[str]] = {}
     for own, other, service, served in sorted(found):
         services.setdefault((own, other, served), []).append(service)

@@ -1,7 +1,7 @@
-"""The graph: which nodes there are, and which topics and services they have.
+"""The graph: the nodes in the domain, with their topics and services.
 
-Nodes are not a notion of DDS. Each participant tells on the latched topic `ros_discovery_info`
-which endpoints belong to which node. The endpoints are in Cyclone DDS's built-in topics.
+DDS knows no nodes. Each participant publishes on the latched topic `ros_discovery_info` which
+endpoints belong to which node. The endpoints are listed in Cyclone DDS's built-in topics.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from ros2_embedded.thread_safety import described, make_topic
 from ros2_embedded.typehash import type_hash
 
 _PUBLISH_DELAY = 0.02
-"""A node's endpoints are mostly created together: tell of them once [s]."""
+"""Delay before publishing changes [s]: the endpoints of a node are mostly created together."""
 _RETRY = 0.2
-"""Nodes may be told of before their endpoints: look again [s]."""
+"""Delay before the next check [s]: nodes may be announced before their endpoints."""
 
 _LATCHED = (
     Policy.Reliability.Reliable(duration(seconds=1)),
@@ -72,10 +72,10 @@ class NodeEntry:
 
 
 class Graph:
-    """What this process tells of its nodes, and what it knows of all nodes."""
+    """Publishes the nodes of this process, and keeps what is known of all nodes."""
 
     def __init__(self, participant: DomainParticipant, background: Background) -> None:
-        """Starts to listen and to tell."""
+        """Starts to receive and to publish."""
         self._participant, self._background = participant, background
         self._lock = threading.RLock()
         self._nodes: list[NodeEntry] = []
@@ -120,7 +120,7 @@ class Graph:
         self.changed()
 
     def changed(self) -> None:
-        """Has the news told soon."""
+        """Has the changes published soon."""
         self._background.call_later(_PUBLISH_DELAY, self._publish)
 
     def _publish(self) -> None:
@@ -206,7 +206,7 @@ class Graph:
         )
 
     def _alive(self) -> set[bytes]:
-        """Participants that have endpoints: a process that was killed has none after its lease."""
+        """The participants that have endpoints; after its lease a killed process has none."""
         return {endpoint.participant for endpoint in self.endpoints()}
 
     def nodes(self) -> list[tuple[str, str, list[bytes], list[bytes]]]:
@@ -224,7 +224,7 @@ class Graph:
         return found
 
     def is_complete(self) -> bool:
-        """Whether each known participant has told of its nodes, and all that they have is known."""
+        """Whether all known participants have announced nodes, and all endpoints are known."""
         endpoints = {endpoint.guid for endpoint in self.endpoints()}
         told = {guid for node in self.nodes() for guid in node[2] + node[3]}
         with self._lock:
@@ -232,7 +232,7 @@ class Graph:
         return not silent and told <= endpoints
 
     def _participants(self) -> set[bytes]:
-        """Those of ROS 2, as USER_DATA says: they are known before their endpoints and nodes."""
+        """The participants of ROS 2, by their USER_DATA; it arrives before endpoints and nodes."""
         if self._participant_reader is None:
             self._participant_reader = BuiltinDataReader(
                 self._participant, BuiltinTopicDcpsParticipant

@@ -46,7 +46,7 @@ class _Pipe:
         self._wake = wake
         before = signal.set_wakeup_fd(self._writing)
         try:
-            # Who has one of his own, as asyncio has, hears of the signals too.
+            # A previous wakeup descriptor, such as asyncio's, receives the signals as well.
             self._next = -1 if before == self._writing else before
             return wait(*arguments)
         finally:
@@ -67,7 +67,7 @@ os.register_at_fork(after_in_child=_begin_anew)
 
 
 def interruptible(wake: Callable[[], None], wait: Callable[..., _T], *arguments: Any) -> _T:
-    """What `wait` returns; a signal that comes in the main thread meanwhile has `wake` called."""
+    """Returns the result of `wait`; `wake` is called if a signal arrives in the main thread."""
     global _pipe
     if not _in_main_thread():
         return wait(*arguments)

@@ -1,7 +1,7 @@
-"""The definitions of Jazzy's messages, which rosbags ships as Python classes.
+"""The definitions of Jazzy's messages, which rosbags contains as Python classes.
 
-To make those classes takes a tenth of a second, at the start of every node and command: so what is
-wanted of them is kept in a file, for as long as rosbags is the same.
+Loading these classes would take a tenth of a second at the start of every node and command. The
+definitions are therefore kept in a file, until another version of rosbags is installed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _keep(definitions: dict[str, Any], path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
         pickle.dump(definitions, file)
-    Path(file.name).replace(path)  # whole or not at all: others may be reading
+    Path(file.name).replace(path)  # atomic, since other processes may read the file
 
 
 @cache
@@ -41,6 +41,6 @@ def definitions() -> dict[str, Any]:
     from rosbags.typesys import Stores, get_typestore  # slow to import
 
     found = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
-    with suppress(OSError, RuntimeError):  # no home, or none that can be written
+    with suppress(OSError, RuntimeError):  # there is no home folder, or it is read-only
         _keep(found, _kept_in())
     return found

@@ -36,6 +36,7 @@ def action_class(name: str) -> Any:
     """Class of an action `pkg/action/Name`, with `Goal`, `Result`, `Feedback` and `Impl`."""
     group: Any = _group(name, {"Goal": "_Goal", "Result": "_Result", "Feedback": "_Feedback"})
     impl = type("Impl", (), {"FeedbackMessage": message_class(name + "_FeedbackMessage")})
+    impl.GoalStatusMessage = message_class("action_msgs/msg/GoalStatusArray")  # type: ignore[attr-defined]
     impl.SendGoalService = service_class(name + "_SendGoal")  # type: ignore[attr-defined]
     impl.GetResultService = service_class(name + "_GetResult")  # type: ignore[attr-defined]
     impl.CancelGoalService = service_class("action_msgs/srv/CancelGoal")  # type: ignore[attr-defined]

@@ -44,10 +44,10 @@ def to_plain(
     """A message, or the value of a field, as plain mappings, lists and scalars.
 
     Args:
-        value: message or value.
-        truncate: longest list or string that is written whole; None for no limit.
-        arrays: whether to write out the lists that are fields; otherwise their type and length.
-        strings: whether to write out strings; otherwise their length.
+        value: Message or value.
+        truncate: Longest list or string that is written in full; None means no limit.
+        arrays: Whether lists are written in full; otherwise only their type and length.
+        strings: Whether strings are written in full; otherwise only their length.
     """
     options: dict[str, Any] = {"truncate": truncate, "arrays": arrays, "strings": strings}
     if is_message(value):
@@ -92,7 +92,7 @@ def to_csv(
 
 
 def _joined(texts: Iterable[str]) -> str:
-    """With commas, but none before the first text that is not empty, as ROS 2 has it."""
+    """Joins texts by commas, without a comma before the first text that is not empty, as ROS 2."""
     return ",".join(dropwhile(lambda text: not text, texts))
 
 
@@ -110,7 +110,7 @@ _KIND = re.compile(
 
 
 def _abbreviated(value: Any, kind: str) -> str:
-    """Type and length of a row of values; `kind` is what `get_fields_and_field_types` says."""
+    """Type and length of a sequence; `kind` is its type by `get_fields_and_field_types`."""
     match = _KIND.fullmatch(kind)
     assert match is not None, kind
     base = match["base"].replace("/", "/msg/")

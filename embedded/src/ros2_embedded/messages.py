@@ -31,7 +31,7 @@ _IDL_TYPES = {
 
 
 class Message:
-    """Base of all messages: a field takes what its definition allows, else AssertionError."""
+    """Base of all messages. A value that a field's definition forbids is an AssertionError."""
 
     _spec: ClassVar[MessageSpec]
     _checks: ClassVar[dict[str, Checker]]
@@ -68,7 +68,7 @@ class Message:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        """As rclpy writes messages: `std_msgs.msg.String(data='text')`."""
+        """The text that rclpy writes, such as `std_msgs.msg.String(data='text')`."""
         cls = type(self)
         fields = (f"{f.name}={_shown(self.__dict__[f.name])}" for f in self._spec.fields)
         return f"{cls.__module__}.{cls.__qualname__}({', '.join(fields)})"
@@ -80,7 +80,7 @@ class Message:
 
 
 def _serialize(self: Any) -> bytes:
-    """In CDR, behind its header."""
+    """Returns the header and the CDR of the message."""
     return cdr.serialize(self._spec.name, self)
 
 
@@ -178,7 +178,7 @@ def _is_sequence(value: Any) -> bool:
 
 
 def _numeric_check(kind: FieldType) -> Checker:
-    """Check of numbers in a row: kept as array.array, or if the length is fixed in numpy's."""
+    """Check of arrays of numbers: array.array, or a numpy array if the length is fixed."""
     code = TYPECODES[kind.base]
     dtype = np.dtype(code)
     kinds = "f" if dtype.kind == "f" else "iu"
@@ -214,7 +214,7 @@ def _numeric_check(kind: FieldType) -> Checker:
 
 
 def _list_check(kind: FieldType) -> Checker:
-    """Check of strings, booleans, bytes or messages in a row: kept as a list."""
+    """Check of arrays of strings, booleans, bytes or messages: a list."""
     element = _scalar_check(FieldType(kind.base, string_bound=kind.string_bound))
     word = {"string": "str", "byte": "bytes"}.get(kind.base, kind.base.rpartition("/")[2])
     row = f"a set or sequence and each value of type '{word}'"
@@ -252,7 +252,7 @@ def _check(kind: FieldType) -> Checker:
 
 
 def _default(kind: FieldType, given: Any) -> Callable[[], Any]:
-    """Makes a field's value when none is given; what is mutable is made anew each time."""
+    """Returns a function that makes a field's default value; each message has its own list."""
     if kind.container:
         if given is None:
             scalar = _default(FieldType(kind.base, string_bound=kind.string_bound), None)
@@ -296,7 +296,7 @@ def message_class(name: str) -> Any:
     spec = message_spec(name)
     package, kind, short = name.split("/")
     annotations = {f.name: _idl_type(f.type) for f in spec.wire_fields}
-    # IdlStruct stands first because Cyclone DDS takes any other first base for a parent struct.
+    # IdlStruct must be the first base: Cyclone DDS takes another one for a parent struct.
     cls: Any = new_class(
         short,
         (IdlStruct, Message),

@@ -41,14 +41,14 @@ def ros_type(dds_type: str) -> str:
 
 
 def demangle_topic(name: str, dds_type: str) -> tuple[str, str] | None:
-    """ROS topic and type of a DDS topic, None where it is none of ROS's topics."""
+    """The ROS topic and type of a DDS topic; None if it is not a topic of ROS."""
     if not name.startswith(TOPIC + "/") or "::dds_::" not in dds_type:
         return None
     return name.removeprefix(TOPIC), ros_type(dds_type)
 
 
 def demangle_service(name: str, dds_type: str) -> tuple[str, str] | None:
-    """ROS service and type that a DDS topic belongs to, or None."""
+    """The ROS service and type that a DDS topic belongs to; None if there is no service."""
     match = _SERVICE_TYPE.fullmatch(dds_type)
     for prefix, suffix in ((REQUEST, "Request"), (REPLY, "Reply")):
         if match and name.startswith(prefix + "/") and name.endswith(suffix):

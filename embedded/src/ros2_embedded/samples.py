@@ -1,4 +1,4 @@
-"""Samples as they are on the wire: CDR behind its header of four bytes."""
+"""Samples as bytes: a header of four bytes and CDR."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cyclonedds.internal import SampleInfo
 from ros2_embedded.wait_set import Source
 
 Sample = tuple[bytes, Any]
-"""The bytes, and Cyclone DDS's `SampleInfo`, or what stands for it."""
+"""The bytes, and Cyclone DDS's `SampleInfo` or its substitute."""
 
 
 class _SampleInfo(partial):  # type: ignore[type-arg]
-    """Made without a step of Python, and quickly: it keeps what it is called with.
+    """Keeps its arguments. It is made quickly, and without a step of Python.
 
-    `ddspy_take` takes a failure to make a `SampleInfo` for impossible, and crashes. But where it is
-    made in Python a signal can be handled, and the handler raise an exception: KeyboardInterrupt.
+    `ddspy_take` crashes if a `SampleInfo` cannot be made. If it were made in Python code, a signal
+    handler could run there and raise KeyboardInterrupt.
     """
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
+from codecs import decode
 from dataclasses import dataclass, field
 from typing import Any
-
-import yaml
 
 PRIMITIVES = frozenset(
     [
@@ -30,19 +29,24 @@ TYPECODES = {
     "int8": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H", "int32": "i",
     "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-"""Of the numbers that stand in rows as an array.array or numpy array."""
+"""Type codes of the numbers whose sequences are an array.array or a numpy array."""
 INTEGER_BITS = {f"{sign}int{bits}": bits for sign in ("", "u") for bits in (8, 16, 32, 64)}
 DUMMY_FIELD = "structure_needs_at_least_one_member"
-"""IDL has no empty struct: ROS 2 puts this uint8 into a message without fields."""
+"""IDL has no empty struct, so ROS 2 adds this uint8 field to a message without fields."""
 
 _FIELD = re.compile(
     r"(?P<type>[A-Za-z][\w/]*)(?P<bound><=\d+)?(?P<array>\[(?:<=)?\d*\])?"
     r"\s+(?P<name>\w+)\s*(?P<rest>.*)"
 )
+_ITEM = r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,'"\s][^,]*)"""
+"""An element of an array, in quotes or not."""
+_ARRAY = re.compile(rf"\[\s*(?:{_ITEM}\s*(?:,\s*{_ITEM}\s*)*)?\]")
+_ESCAPE = re.compile(r"\\(?:[ntvbrfa\\'\"]|[0-7]{1,3}|x[0-9a-fA-F]{1,2})")
+"""An escape sequence in a string."""
 
 
 class InterfaceError(Exception):
-    """A definition that is missing or cannot be read."""
+    """The definition of an interface is missing or cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +54,10 @@ class FieldType:
     """Type of a field: a primitive or `pkg/msg/Name`, alone or as an array or a sequence.
 
     Attributes:
-        base: primitive name of ROS (`float64`) or full name of a message.
-        container: empty, `array` (fixed length) or `sequence`.
-        size: length of an array, bound of a sequence (0: unbounded).
-        string_bound: greatest length of a string (0: unbounded).
+        base: Primitive type of ROS (`float64`), or full name of a message.
+        container: Empty, `array` (fixed length) or `sequence`.
+        size: Length of an array, or bound of a sequence; 0 means unbounded.
+        string_bound: Greatest length of a string; 0 means unbounded.
     """
 
     base: str
@@ -67,7 +71,7 @@ class FieldType:
         return self.base in PRIMITIVES
 
     def __str__(self) -> str:
-        """As it is written in a `.msg` file."""
+        """The type as it is written in a `.msg` file."""
         base = self.base.replace("/msg/", "/")
         base += f"<={self.string_bound}" if self.string_bound else ""
         if self.container == "array":
@@ -79,7 +83,7 @@ class FieldType:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a message; `default` is None where the definition gives none."""
+    """A field of a message; `default` is None if the definition has no default value."""
 
     name: str
     type: FieldType
@@ -111,24 +115,49 @@ class MessageSpec:
 
     @property
     def wire_fields(self) -> tuple[Field, ...]:
-        """The fields as IDL has them: never none."""
+        """The fields in IDL; there is at least one."""
         return self.fields or (Field(DUMMY_FIELD, FieldType("uint8")),)
 
 
+def _unquoted(text: str, kind: FieldType, where: str) -> str:
+    """Removes the quotes around a string, and the backslash before each such quote within it."""
+    quote = text[:1]
+    if len(text) > 1 and quote in "'\"" and text.endswith(quote):
+        text = text[1:-1]
+        if re.search(rf"(?<!\\){quote}", text):
+            raise InterfaceError(f"{where}: a quote in the string {text} lacks its backslash")
+        text = text.replace("\\" + quote, quote)
+    if kind.string_bound and len(text) > kind.string_bound:
+        raise InterfaceError(f"{where}: '{text}' has more than {kind.string_bound} characters")
+    return text
+
+
+def _items(text: str, kind: FieldType, where: str) -> list[str]:
+    """The elements of an array `[a, "b, c"]`, as they are written."""
+    if not _ARRAY.fullmatch(text):
+        raise InterfaceError(f"{where}: cannot read the array '{text}'")
+    items = [item.strip() for item in re.findall(_ITEM, text[1:-1])]
+    if len(items) > kind.size > 0 or (kind.container == "array" and len(items) < kind.size):
+        raise InterfaceError(f"{where}: {len(items)} values for {kind}")
+    return items
+
+
 def _value(text: str, kind: FieldType, where: str) -> Any:
-    """Reads a default or a constant."""
-    value = yaml.safe_load(text)
+    """Reads a default value or a constant."""
     if kind.container:
-        scalar = FieldType(kind.base, string_bound=kind.string_bound)
-        return [_value(str(v), scalar, where) for v in value]
+        items = _items(text, kind, where)
+        if kind.base == "string":
+            return [_unquoted(item, kind, where) for item in items]
+        return [_value(item, FieldType(kind.base), where) for item in items]
     try:
         if kind.base == "string":
-            return value if text[:1] in "'\"" else text
+            plain = _unquoted(text, kind, where)
+            return _ESCAPE.sub(lambda match: decode(match[0], "unicode-escape"), plain)
         if kind.base == "bool":
-            return {"true": True, "1": True, "false": False, "0": False}[str(value).lower()]
+            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
         if kind.base.startswith("float"):
             return float(text)
-        number = int(text, 0)
+        number = int(text, 10 if text.lstrip("+-").isdigit() else 0)
         return bytes([number]) if kind.base == "byte" else number
     except (KeyError, ValueError) as error:
         raise InterfaceError(f"{where}: '{text}' is no {kind.base}") from error
@@ -151,25 +180,12 @@ def _field_type(match: re.Match[str], package: str) -> FieldType:
     return FieldType(base, container, size, int((match["bound"] or "<=0")[2:]))
 
 
-def _strip_comment(line: str) -> str:
-    """Removes a comment, but not a # within quotes."""
-    quote = ""
-    for i, char in enumerate(line):
-        if quote:
-            quote = "" if char == quote else quote
-        elif char in "'\"":
-            quote = char
-        elif char == "#":
-            return line[:i].strip()
-    return line.strip()
-
-
 def parse_message(name: str, text: str) -> MessageSpec:
     """Parses one message.
 
     Args:
-        name: full name, `pkg/msg/Name`.
-        text: what the `.msg` file holds.
+        name: Full name, `pkg/msg/Name`.
+        text: Content of the `.msg` file.
 
     Raises:
         InterfaceError: a line that is neither a field nor a constant.
@@ -177,7 +193,7 @@ def parse_message(name: str, text: str) -> MessageSpec:
     fields: list[Field] = []
     constants: list[Constant] = []
     for number, raw in enumerate(text.splitlines(), 1):
-        line = _strip_comment(raw)
+        line = raw.partition("#")[0].strip()  # also within quotes, as in ROS 2
         if not line:
             continue
         where = f"{name}, line {number}"

@@ -12,7 +12,7 @@ from cyclonedds.internal import DDS, dds_c_t
 from ros2_embedded.wait_set import Source
 
 Sinks = dict[int, Callable[[Any], None]]
-"""What gets the status, by the bit of `DDSStatus`."""
+"""The function that receives a status, by the bit of `DDSStatus`."""
 
 _NAMES = {
     DDSStatus.OfferedDeadlineMissed: "offered_deadline_missed",
@@ -28,7 +28,7 @@ _NAMES = {
 
 
 def _read(endpoint: Any, kind: int) -> Any:
-    """Reads a status, by which its changes are counted anew."""
+    """Reads a status, which resets its counts of changes."""
     name = _NAMES[kind]
     status = getattr(dds_c_t, f"{name}_status")()
     function = getattr(DDS._dll_handle, f"dds_get_{name}_status")

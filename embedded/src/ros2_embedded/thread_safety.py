@@ -1,4 +1,4 @@
-"""What must hold between threads, and neither functools nor Cyclone DDS's Python makes hold."""
+"""Functions that are safe between threads where functools and Cyclone DDS's Python are not."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _qos_lock = threading.Lock()
 
 
 def once(function: _F) -> _F:
-    """Like `functools.cache`, but two threads never get different results: classes are unique."""
+    """Caches like `functools.cache`, but all threads get the same result: classes are unique."""
     cached = functools.cache(function)
 
     @functools.wraps(function)
@@ -49,17 +49,17 @@ def matched(ask: Callable[[], list[int]]) -> list[int]:
 
 
 def described(ask: Callable[..., Any], *arguments: Any) -> Any:
-    """What `ask` tells of endpoints or participants, their QoS with it.
+    """Calls `ask`, which returns endpoints or participants with their QoS.
 
-    Cyclone DDS reads the QoS of all of them into the same variables, whichever thread asks, and
-    makes another exception of what a signal's handler raises meanwhile.
+    The lock is needed because Cyclone DDS reads the QoS of all threads' calls into the same
+    variables. Signals wait because it would replace an exception of a signal handler by another.
     """
     with signals_wait(), _qos_lock:
         return ask(*arguments)
 
 
 def matched_readers(writer: DataWriter[Any]) -> list[Any]:
-    """What is known of the readers that match a writer."""
+    """The descriptions of the readers that match a writer."""
     handles = matched(writer.get_matched_subscriptions)
     found = (described(writer.get_matched_subscription_data, handle) for handle in handles)
     return [reader for reader in found if reader is not None]

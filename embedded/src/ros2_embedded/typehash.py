@@ -1,4 +1,4 @@
-"""RIHS01, the hash that tells ROS 2 nodes whether they mean the same type (REP-2011, REP-2016).
+"""RIHS01, the hash by which ROS 2 nodes compare types (REP-2011, REP-2016).
 
 The description of a type and of every type that it refers to is written as JSON in a fixed form and
 hashed with SHA-256. Defaults, constants and comments are left out.

@@ -1,4 +1,4 @@
-"""Waiting for what comes to entities of DDS, in the thread that asks for it.
+"""Waiting for events of DDS entities, in the thread that calls.
 
 Cyclone DDS could call listeners instead, but from its own threads, with its locks held: one that
 waits for Python's lock while a write holds that one would never end.
@@ -28,9 +28,9 @@ _wait: Any = DDS._dll_handle.dds_waitset_wait  # type: ignore[union-attr]
 _FOREVER = duration(infinite=True)
 _LONGEST = 1e9
 _PATIENCE = 1.0
-"""How long a thread that was woken may take to leave [s]: one that a signal cut off never does."""
+"""Longest wait for a woken thread to leave [s]: after an interruption it never does."""
 _LIBRARY: Any = SimpleNamespace(_ref=0x7FFF_0100)
-"""Stands for the parent of all domains (dds_basic_types.h, DDS_CYCLONEDDS_HANDLE)."""
+"""Handle of the parent of all domains (dds_basic_types.h, DDS_CYCLONEDDS_HANDLE)."""
 
 
 class WaitSet:
@@ -44,7 +44,7 @@ class WaitSet:
         self._set: Any = core.WaitSet(_LIBRARY)
         self._guard: Any = GuardCondition(_LIBRARY)
         self._lock = threading.RLock()
-        self._numbers = itertools.count(1)  # ctypes has None for 0
+        self._numbers = itertools.count(1)  # ctypes returns None for 0
         self._calls: dict[int, Callable[[], Any]] = {}
         self._known: dict[Any, int] = {}
         self._waiting: list[int] = []
@@ -68,7 +68,7 @@ class WaitSet:
             raise
 
     def add(self, source: Source, *, at_once: bool = False) -> None:
-        """From now on waits for a source too, unless it does so already.
+        """Adds a source, unless it has been added before.
 
         Args:
             source: the entity, and what is called.

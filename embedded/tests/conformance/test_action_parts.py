@@ -43,6 +43,7 @@ def test_states_are_published(executor: SingleThreadedExecutor) -> None:
     action = held.action(executor)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     lists: list[Any] = []
+    assert ExecuteDoorImpact.Impl.GoalStatusMessage is GoalStatusArray
     action.node.create_subscription(
         GoalStatusArray, f"{action.name}/_action/status", lists.append, latched
     )

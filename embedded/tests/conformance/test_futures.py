@@ -1,5 +1,6 @@
 """Futures and tasks: results, errors, cancelling, callbacks, awaiting."""
 
+import asyncio
 import gc
 import threading
 from typing import Any
@@ -169,6 +170,68 @@ def test_a_result_of_another_thread_is_awaited(executor: SingleThreadedExecutor)
     task = executor.create_task(wait)
     threading.Timer(0.03, give).start()
     assert result(executor, task) == 5
+
+
+def test_asyncio_awaits_futures(executor: SingleThreadedExecutor) -> None:
+    """A coroutine of asyncio gets a result or an error that another thread sets."""
+    done, later, failing = Future(), Future(), Future()
+    done.set_result(1)
+
+    async def main() -> list[Any]:
+        threading.Timer(0.03, lambda: later.set_result(2)).start()
+        threading.Timer(0.05, lambda: failing.set_exception(KeyError(3))).start()
+        with pytest.raises(KeyError):
+            await failing
+        return [await done, *await asyncio.gather(wait(later), wait(later))]
+
+    async def wait(future: Future) -> Any:
+        return await future
+
+    assert asyncio.run(main()) == [1, 2, 2]
+
+
+def test_asyncio_may_give_up_waiting() -> None:
+    """After a timeout of asyncio the future goes on, and can be awaited again."""
+    future = Future()
+
+    async def wait() -> Any:
+        return await future
+
+    async def main() -> Any:
+        with pytest.raises(asyncio.TimeoutError):
+            await asyncio.wait_for(wait(), 0.02)
+        assert not future.cancelled()
+        asyncio.get_running_loop().call_later(0.02, future.set_result, 5)
+        return await wait()
+
+    assert asyncio.run(main()) == 5
+
+
+def test_an_executor_spins_within_asyncio(executor: SingleThreadedExecutor) -> None:
+    """Coroutines of the executor and of asyncio await each other's futures."""
+    node, later = make(executor), Future()
+    node.create_service(Trigger, "ask", lambda _, response: response)
+    client = node.create_client(Trigger, "ask")
+    assert spin_until(executor, client.service_is_ready)
+
+    async def relay() -> int:
+        await client.call_async(Trigger.Request())
+        later.set_result(7)
+        return 8
+
+    async def spin() -> None:
+        while not later.done():
+            executor.spin_once(timeout_sec=0.01)
+            await asyncio.sleep(0)
+
+    async def main() -> list[Any]:
+        task = executor.create_task(relay)
+        spinning = asyncio.create_task(spin())
+        values = [await later, await task]
+        await spinning
+        return values
+
+    assert asyncio.run(asyncio.wait_for(main(), 20.0)) == [7, 8]
 
 
 def test_many_may_await_one_future(executor: SingleThreadedExecutor) -> None:

@@ -97,6 +97,17 @@ def test_contexts_of_ones_own() -> None:
         Node("n", context=Context())
 
 
+def test_a_context_can_be_destroyed() -> None:
+    """Before it is used nothing happens; after its shutdown it stays as it is."""
+    context = Context()
+    context.destroy()
+    context.init(args=[])
+    assert context.ok()
+    context.shutdown()
+    context.destroy()
+    assert not context.ok()
+
+
 def test_callbacks_at_the_shutdown() -> None:
     """Functions and methods are called once; too late means at once."""
     calls: list[str] = []

@@ -184,6 +184,22 @@ def test_nodes_in_files(started: Callable[..., None]) -> None:
     assert [declared(other, name) for name in "abcdef"] == [6, 1, 1, 1, None, None]
 
 
+def test_repeated_keys_in_files(started: Callable[..., None]) -> None:
+    """Blocks of the same node, namespace or group of parameters add up; of values the last wins."""
+    started(
+        "/**:\n  ros__parameters: {a: 1, b: 1}\n"
+        "n:\n  ros__parameters: {c: 1, g: {x: 1, y: 1}}\n"
+        "n:\n  ros__parameters: {d: 2, g: {y: 2}, g: {z: 3}}\n"
+        "/**:\n  ros__parameters: {b: 2, e: 5, f: 1, f: 6}\n"
+        "ns:\n  n:\n    ros__parameters: {a: 7}\n"
+        "ns:\n  m:\n    ros__parameters: {a: 8}\n"
+    )
+    node, other = Node("n"), Node("n", namespace="ns")
+    names = ("a", "b", "c", "d", "e", "f", "g.x", "g.y", "g.z")
+    assert [declared(node, name) for name in names] == [1, 2, 1, 2, 5, 6, 1, 2, 3]
+    assert [declared(other, name) for name in "abcd"] == [7, 2, None, None]
+
+
 def test_what_comes_later_wins(started: Callable[..., None]) -> None:
     """Among files and values; but a pattern counts where it was mentioned first."""
     started(

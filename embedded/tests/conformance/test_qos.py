@@ -29,7 +29,11 @@ from rclpy.qos import (
     qos_profile_system_default,
     qos_profile_unknown,
 )
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.qos_overriding_options import (
+    InvalidQosOverridesError,
+    QosCallbackResult,
+    QoSOverridingOptions,
+)
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from sensor_msgs.msg import Imu
 from spinning import make, spin_until
@@ -342,6 +346,23 @@ def test_policies_from_the_command_line(executor: SingleThreadedExecutor) -> Non
     assert publisher.qos_profile == QoSProfile(depth=3, reliability=ReliabilityPolicy.BEST_EFFORT)
     assert node.get_parameter(start + "history").value == "keep_last"
     assert node.describe_parameter(start + "depth").read_only
+
+
+def test_the_program_checks_policies_from_the_command_line(
+    executor: SingleThreadedExecutor,
+) -> None:
+    """Its callback sees the profile with the parameters' values, and may refuse it."""
+    start = "qos_overrides./x.subscription_a."
+    node = make(executor, parameter_overrides=[Parameter(start + "depth", value=3)])
+
+    def check(profile: QoSProfile) -> QosCallbackResult:
+        return QosCallbackResult(successful=profile.depth > 3, reason="too shallow")
+
+    options = QoSOverridingOptions.with_default_policies(callback=check, entity_id="a")
+    with pytest.raises(InvalidQosOverridesError, match="too shallow"):
+        node.create_subscription(String, "x", print, 10, qos_overriding_options=options)
+    node.create_subscription(String, "y", print, 10, qos_overriding_options=options)
+    assert node.get_parameter("qos_overrides./y.subscription_a.depth").value == 10
 
 
 def test_two_arguments_bring_news_of_the_message(executor: SingleThreadedExecutor) -> None:

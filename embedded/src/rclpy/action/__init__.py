@@ -1,6 +1,6 @@
-"""Actions: goals that take time, tell how it goes, and can be cancelled.
+"""Actions: goals that need time, send feedback and can be cancelled.
 
-An action NAME is three services and two topics: `NAME/_action/send_goal`, `cancel_goal`,
+An action NAME consists of three services and two topics: `NAME/_action/send_goal`, `cancel_goal`,
 `get_result`, `feedback` and `status`.
 """
 

@@ -36,11 +36,11 @@ class ClientGoalHandle:
         self._status = int(GoalStatus.UNKNOWN)
 
     def __eq__(self, other: object) -> bool:
-        """The same goal."""
+        """Whether both handles are of the same goal."""
         return bool(self._goal_id == other.goal_id)  # type: ignore[attr-defined]
 
     def __repr__(self) -> str:
-        """With id, acceptance and state."""
+        """A text with the identity, the acceptance and the state."""
         return (
             f"ClientGoalHandle <id={self.goal_id.uuid}, accepted={self.accepted}, "
             f"status={self.status}>"
@@ -53,7 +53,7 @@ class ClientGoalHandle:
 
     @property
     def stamp(self) -> Any:
-        """When it was accepted, builtin_interfaces/msg/Time."""
+        """Time of the acceptance, builtin_interfaces/msg/Time."""
         return self._goal_response.stamp
 
     @property
@@ -63,11 +63,11 @@ class ClientGoalHandle:
 
     @property
     def status(self) -> int:
-        """State of the goal, as the server's topic `status` told last."""
+        """The last state of the goal that was received on the topic `status`."""
         return self._status
 
     def set_status(self, status: int) -> None:
-        """Notes what the topic `status` has told."""
+        """Stores a state that was received on the topic `status`."""
         self._status = status
 
     def cancel_goal_async(self) -> Future:
@@ -120,7 +120,7 @@ class ActionClient:
         self._node, self._action_type = node, action_type
         self._goal_handles: dict[bytes, weakref.ref[ClientGoalHandle]] = {}
         self._early: dict[bytes, int] = {}
-        """States of goals that the server has not answered yet, told before the answer."""
+        """States of goals that arrived before the server's answer."""
         self._feedback_callbacks: dict[bytes, Callable[[Any], Any]] = {}
         impl = action_type.Impl
         self._goal_client, self._cancel_client, self._result_client = self._clients = [
@@ -145,7 +145,7 @@ class ActionClient:
         node.add_waitable(self)
 
     def entities(self) -> list[Any]:
-        """What an executor works on, beside the node's subscriptions."""
+        """The entities of the client that an executor serves."""
         return list(self._clients)
 
     async def _on_feedback(self, message: Any) -> None:
@@ -237,7 +237,7 @@ class ActionClient:
         return heard and all(client.service_is_ready() for client in self._clients)
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Waits for a server; False if none came in time or the context was shut down."""
+        """Waits for a server; False after the timeout or a shutdown of the context."""
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         while self._node.context.ok() and not self.server_is_ready():
             if deadline is not None and time.monotonic() >= deadline:

@@ -34,7 +34,7 @@ class ServerGoalHandle:
         self._lock = threading.Lock()
 
     def __eq__(self, other: object) -> bool:
-        """The same goal."""
+        """Whether both handles are of the same goal."""
         return bool(self.goal_id == other.goal_id)  # type: ignore[attr-defined]
 
     @property
@@ -59,7 +59,7 @@ class ServerGoalHandle:
 
     @property
     def is_active(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the goal has not ended."""
         return self._status in _ACTIVE
 
     @property
@@ -91,10 +91,10 @@ class ServerGoalHandle:
         self._action_server.notify_execute(self, execute_callback)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tells the client how it goes.
+        """Sends feedback to the client.
 
         Raises:
-            TypeError: a message that is not the action's feedback.
+            TypeError: The message is not the action's feedback.
         """
         action_type = self._action_server.action_type
         if not isinstance(feedback, action_type.Feedback):

@@ -1,4 +1,4 @@
-"""Names of what an action consists of, and its numbers."""
+"""Names of an action's topics and services, and the states of goals."""
 
 from __future__ import annotations
 

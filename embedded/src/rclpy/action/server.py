@@ -34,7 +34,7 @@ class GoalResponse(Enum):
 
 
 class CancelResponse(Enum):
-    """Answer to a wish to cancel."""
+    """Answer to a request to cancel a goal."""
 
     REJECT = 1
     ACCEPT = 2
@@ -64,7 +64,7 @@ class _ActionService(Service):
 
 
 class ActionServer:
-    """Takes goals and executes them."""
+    """Accepts goals and executes them."""
 
     def __init__(
         self,
@@ -143,19 +143,19 @@ class ActionServer:
         return self._action_type
 
     def entities(self) -> list[Any]:
-        """What an executor works on."""
+        """The entities of the server that an executor serves."""
         return list(self._services)
 
     def register_handle_accepted_callback(self, callback: Callable[[Any], Any] | None) -> None:
-        """Replaces the callback that starts accepted goals; None: they start at once."""
+        """Replaces the callback that starts accepted goals; None starts them at once."""
         self._handle_accepted_callback = callback or default_handle_accepted_callback
 
     def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
-        """Replaces the callback that accepts or rejects goals; None: all are accepted."""
+        """Replaces the callback that accepts or rejects goals; None accepts all."""
         self._goal_callback = goal_callback or default_goal_callback
 
     def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
-        """Replaces the callback that accepts or rejects cancellations; None: rejects all."""
+        """Replaces the callback that accepts or rejects cancellations; None rejects all."""
         self._cancel_callback = cancel_callback or default_cancel_callback
 
     def register_execute_callback(self, execute_callback: Callable[[Any], Any]) -> None:

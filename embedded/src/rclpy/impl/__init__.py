@@ -1,1 +1,1 @@
-"""Parts of rclpy that programs import from here, for the types of their variables."""
+"""Parts of rclpy that programs import for type annotations."""

@@ -1,24 +1,25 @@
-"""Which calls of one line of a program write: the first only, not the first, one in a time."""
+"""Filters of log calls: only the first call, not the first call, one call per period."""
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
-from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.impl.logging_severity import LoggingSeverity
 
 _REQUIRED = object()
 _FILTERS: dict[str, dict[str, Any]] = {
-    "throttle": {"throttle_duration_sec": _REQUIRED, "throttle_time_source_type": Clock()},
+    "throttle": {"throttle_duration_sec": _REQUIRED, "throttle_time_source_type": None},
     "skip_first": {"skip_first": _REQUIRED},
     "once": {"once": _REQUIRED},
 }
-"""The filters' options, with their defaults, in the order in which the filters are asked."""
+"""The options of the filters with their defaults, in the order of application."""
 _OPTIONS = [option for options in _FILTERS.values() for option in options]
 
 
 def _detected(given: dict[str, Any]) -> dict[str, Any]:
-    """The options of the filters that are wanted, by option.
+    """The options of the filters that a call uses.
 
     Raises:
         TypeError: an unknown option, or one that another needs is missing.
@@ -43,18 +44,18 @@ def _detected(given: dict[str, Any]) -> dict[str, Any]:
 
 
 class CallSite:
-    """A line of a program that logs: what it asked for first must stay."""
+    """A line of a program that logs: all its calls must have the options of the first one."""
 
     def __init__(self, name: str, severity: LoggingSeverity, given: dict[str, Any]) -> None:
-        """Keeps what the first call asks for.
+        """Stores the options of the first call.
 
         Raises:
             TypeError: an unknown option, or one that another needs is missing.
-            ValueError: the clock is none.
+            ValueError: The clock is not a clock.
         """
         self._name, self._severity, self._options = name, severity, _detected(given)
         clock = self._options.get("throttle_time_source_type")
-        if clock is not None and not isinstance(clock, Clock):
+        if clock is not None and not isinstance(getattr(clock, "clock_type", None), ClockType):
             raise ValueError(
                 f'Received throttle_time_source_type of "{clock}" is not a clock instance'
             )
@@ -62,7 +63,7 @@ class CallSite:
         self._logged = self._skipped = False
 
     def check(self, name: str, severity: LoggingSeverity, given: dict[str, Any]) -> None:
-        """Raises ValueError if a call asks for something else than the first one did."""
+        """Raises ValueError if a call has other options than the first one."""
         if severity != self._severity:
             raise ValueError("Logger severity cannot be changed between calls.")
         if name != self._name:
@@ -77,7 +78,8 @@ class CallSite:
         """Whether this call writes."""
         options = self._options
         if "throttle_duration_sec" in options:
-            now = options["throttle_time_source_type"].now().nanoseconds
+            clock = options["throttle_time_source_type"]
+            now = time.time_ns() if clock is None else clock.now().nanoseconds
             if now < self._last + options["throttle_duration_sec"] * 1e9:
                 return False
             self._last = now

@@ -90,10 +90,10 @@ class Outputs:
     """Everything that a message goes to."""
 
     def __init__(self) -> None:
-        """Only the console at first."""
+        """Has only the console at first."""
         self.console = Console()
         self.rosout: dict[str, Callable[[Record], Any]] = {}
-        """What publishes, by the logger's name."""
+        """The function that publishes on `/rosout`, by the logger's name."""
 
     def write(self, record: Record) -> None:
         """Writes a message everywhere."""

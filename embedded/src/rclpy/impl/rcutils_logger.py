@@ -15,7 +15,7 @@ from rclpy.impl.logging_severity import LoggingSeverity
 
 
 def _caller() -> FrameType:
-    """The nearest frame that is not of this file."""
+    """The nearest frame outside this file."""
     frame = sys._getframe(1)
     while frame.f_code.co_filename == __file__ and frame.f_back is not None:
         frame = frame.f_back
@@ -26,12 +26,12 @@ class RcutilsLogger:
     """A logger with a name; names are split at dots."""
 
     def __init__(self, name: str = "") -> None:
-        """Remembers which lines of the program have called it."""
+        """Has no call sites yet."""
         self.name = name
         self._sites: dict[Any, CallSite] = {}
 
     def get_child(self, name: str) -> RcutilsLogger:
-        """A logger below this one; it goes to `/rosout` if this one does.
+        """A logger below this one; it is published on `/rosout` if this one is.
 
         Raises:
             ValueError: an empty name.
@@ -49,7 +49,7 @@ class RcutilsLogger:
         log_levels.set_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
-        """The level that counts."""
+        """The effective level of the logger."""
         return log_levels.effective_level(self.name)
 
     def is_enabled_for(self, severity: LoggingSeverity | int) -> bool:

@@ -15,36 +15,23 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import action_goal
 from ros2_embedded.cli.command_node import command_node
-from ros2_embedded.cli.common import CliError, Verb, add_count, add_types, define_verbs, print_named
+from ros2_embedded.cli.common import (
+    CliError,
+    Verb,
+    count_flag,
+    define_verbs,
+    flag,
+    option,
+    print_named,
+    types_flag,
+)
 from ros2_embedded.naming import join
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    add_types(parser, "action")
-    add_count(parser, "actions")
 
 
 def _list(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         actions = get_action_names_and_types(node)
     print_named(actions, options, types=options.show_types)
-
-
-def _add_name(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')"
-    )
-
-
-def _define_info(parser: argparse.ArgumentParser) -> None:
-    _add_name(parser)
-    add_types(parser, "action")
-    parser.add_argument(
-        "-c",
-        "--count",
-        action="store_true",
-        help="Only display the number of action clients and action servers",
-    )
 
 
 def _info(options: argparse.Namespace) -> None:
@@ -75,10 +62,6 @@ def _ends(node: Node, action: str, by_node: object) -> list[tuple[str, list[str]
     return found
 
 
-def _define_type(parser: argparse.ArgumentParser) -> None:
-    _add_name(parser)
-
-
 def _type(options: argparse.Namespace) -> int:
     name = options.action_name
     with command_node(options, lambda node: name in dict(get_action_names_and_types(node))) as node:
@@ -89,12 +72,23 @@ def _type(options: argparse.Namespace) -> int:
     return 0
 
 
+_NAME = option("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
+_VERBS = {
+    "info": Verb(
+        "Print information about an action",
+        _info,
+        _NAME,
+        types_flag("action"),
+        flag("-c", "--count", text="Only display the number of action clients and action servers"),
+    ),
+    "list": Verb(
+        "Output a list of action names", _list, types_flag("action"), count_flag("actions")
+    ),
+    "send_goal": Verb("Send an action goal", action_goal.send_goal, *action_goal.OPTIONS),
+    "type": Verb("Print a action's type", _type, _NAME),
+}
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 action`."""
-    verbs = {
-        "info": Verb("Print information about an action", _define_info, _info),
-        "list": Verb("Output a list of action names", _define_list, _list),
-        "send_goal": Verb("Send an action goal", action_goal.define, action_goal.send_goal),
-        "type": Verb("Print a action's type", _define_type, _type),
-    }
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

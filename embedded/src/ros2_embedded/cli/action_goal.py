@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import interfaces
 from ros2_embedded.cli.command_node import PREFIX, await_peer, bare_node, spin_until
-from ros2_embedded.cli.common import CliError, add_values, given_values
+from ros2_embedded.cli.common import CliError, flag, given_values, option, values_options
 from ros2_embedded.message_text import to_yaml
 from ros2_embedded.message_values import fill
 
@@ -26,16 +26,13 @@ _STATUSES = {
 }
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
-    parser.add_argument(
-        "action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
-    )
-    add_values(parser, "goal", "Goal request values in YAML format (e.g. '{order: 10}')")
-    parser.add_argument(
-        "-f", "--feedback", action="store_true", help="Echo feedback messages for the goal"
-    )
+OPTIONS = (
+    option("action_name", help="Name of the ROS action (e.g. '/fibonacci')"),
+    option("action_type",
+           help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"),
+    values_options("goal", "Goal request values in YAML format (e.g. '{order: 10}')"),
+    flag("-f", "--feedback", text="Echo feedback messages for the goal"),
+)  # fmt: skip
 
 
 def _print_feedback(message: Any) -> None:

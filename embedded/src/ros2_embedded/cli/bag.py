@@ -7,13 +7,12 @@ import argparse
 from ros2_embedded.cli import bag_info, bag_record
 from ros2_embedded.cli.common import Verb, define_verbs
 
+_VERBS = {
+    "info": Verb("Print information about a bag to the screen", bag_info.info, *bag_info.OPTIONS),
+    "record": Verb("Record ROS data to a bag", bag_record.record, *bag_record.OPTIONS),
+}
+
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 bag`."""
-    verbs = {
-        "info": Verb(
-            "Print information about a bag to the screen", bag_info.define, bag_info.info
-        ),
-        "record": Verb("Record ROS data to a bag", bag_record.define, bag_record.record),
-    }  # fmt: skip
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 from rosbags.rosbag2 import Reader, ReaderError
 
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, flag, option
 
 _NANOSECONDS = 1_000_000_000
 _INDENT = " " * 19
@@ -23,24 +23,14 @@ def _existing(text: str) -> Path:
     return path
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("bag_path", type=_existing, help="Bag to open")
-    parser.add_argument(
-        "-s",
-        "--storage",
-        default="",
-        choices=["mcap", "sqlite3"],
-        help="Storage implementation of bag. By default attempts to detect automatically - use "
-        "this argument to override.",
-    )
-    parser.add_argument("-t", "--topic-name", action="store_true", help="Only display topic names.")
-    parser.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help="Display request/response information for services",
-    )
+OPTIONS = (
+    option("bag_path", type=_existing, help="Bag to open"),
+    option("-s", "--storage", default="", choices=["mcap", "sqlite3"],
+           help="Storage implementation of bag. By default attempts to detect automatically - use "
+           "this argument to override."),
+    flag("-t", "--topic-name", text="Only display topic names."),
+    flag("-v", "--verbose", text="Display request/response information for services"),
+)  # fmt: skip
 
 
 def info(options: argparse.Namespace) -> None:
@@ -60,7 +50,7 @@ def info(options: argparse.Namespace) -> None:
 
 
 def report(reader: Reader, path: Path, *, with_services: bool) -> str:
-    """What an open bag is and has."""
+    """Describes an open bag."""
     files, storage, distro = _facts(path)
     folder = path if path.is_dir() else path.parent
     size = sum((folder / name).stat().st_size for name in files)
@@ -87,7 +77,7 @@ def report(reader: Reader, path: Path, *, with_services: bool) -> str:
 
 
 def _facts(path: Path) -> tuple[list[str], str, str]:
-    """Names of the files, storage and ROS distribution: a file alone does not tell the last."""
+    """The file names, the storage and the ROS distribution, which is unknown for a single file."""
     if path.is_file():
         return [path.name], {".db3": "sqlite3"}.get(path.suffix, "mcap"), "unknown"
     tree = yaml.safe_load((path / "metadata.yaml").read_text("utf-8"))

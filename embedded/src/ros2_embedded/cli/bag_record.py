@@ -8,123 +8,66 @@ import os
 from pathlib import Path
 
 from ros2_embedded.cli.bag_recorder import Choice, Recording
+from ros2_embedded.cli.common import Define, exclusive, flag, option
 
-_LISTS = {
-    "--topic-types": ("TopicType", "Space-delimited list of topic types to record."),
-    "--exclude-topic-types": (
-        "ExcludeTopicTypes",
-        "Space-delimited list of topic types not being recorded. Works on top of --all, "
-        "--all-topics, --topics or --regex.",
+
+def _list(name: str, metavar: str, text: str) -> Define:
+    return option(name, default=[], metavar=metavar, nargs="+", help=text)
+
+
+OPTIONS = (
+    option("-o", "--output",
+           help="Destination of the bagfile to create, defaults to a timestamped folder in the "
+           "current directory."),
+    option("-s", "--storage", default="mcap", choices=["mcap"],
+           help="Storage identifier to be used, defaults to '%(default)s'."),
+    exclusive(
+        option("topics_positional", default=[], metavar="[Topic ...]", nargs="*",
+               help="Space-delimited list of topics to record. (deprecated)"),
+        _list("--topics", "Topic", "Space-delimited list of topics to record."),
     ),
-    "--exclude-topics": (
-        "Topic",
-        "Space-delimited list of topics not being recorded. Works on top of --all, --all-topics, "
-        "--topics or --regex.",
-    ),
-}
-_FLAGS = {
-    "--include-unpublished-topics": "Discover and record topics which have no publisher. "
-    "Subscriptions on such topics will be made with default QoS unless otherwise specified in a "
-    "QoS overrides file.",
-    "--include-hidden-topics": "Discover and record hidden topics as well. These are topics used "
-    "internally by ROS 2 implementation.",
-    "--no-discovery": "Disables topic auto discovery during recording: only topics present at "
-    "startup will be recorded.",
-    "--ignore-leaf-topics": "Ignore topics without a subscription.",
-    "--disable-keyboard-controls": "disables keyboard controls for recorder",
-    "--use-sim-time": "Use simulation time for message timestamps by subscribing to the /clock "
-    "topic. Until first /clock message is received, no messages will be written to bag.",
-}
-
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        help="Destination of the bagfile to create, defaults to a timestamped folder in the "
-        "current directory.",
-    )
-    parser.add_argument(
-        "-s",
-        "--storage",
-        default="mcap",
-        choices=["mcap"],
-        help="Storage identifier to be used, defaults to '%(default)s'.",
-    )
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "topics_positional",
-        default=[],
-        metavar="[Topic ...]",
-        nargs="*",
-        help="Space-delimited list of topics to record. (deprecated)",
-    )
-    group.add_argument(
-        "--topics",
-        default=[],
-        metavar="Topic",
-        nargs="+",
-        help="Space-delimited list of topics to record.",
-    )
-    for option, (metavar, text) in _LISTS.items():
-        parser.add_argument(option, default=[], metavar=metavar, nargs="+", help=text)
-    parser.add_argument(
-        "-a",
-        "--all",
-        action="store_true",
-        help="Record all topics and services (Exclude hidden topic).",
-    )
-    parser.add_argument(
-        "--all-topics", action="store_true", help="Record all topics (Exclude hidden topic)."
-    )
-    parser.add_argument(
-        "-e",
-        "--regex",
-        default="",
-        help="Record only topics and services containing provided regular expression. Note:  "
-        "--all, --all-topics or --all-services will override --regex.",
-    )
-    parser.add_argument(
-        "--exclude-regex",
-        default="",
-        help="Exclude topics and services containing provided regular expression. Works on top of "
-        "--all, --all-topics, --all-services, --topics, --services or --regex.",
-    )
-    for option, text in _FLAGS.items():
-        parser.add_argument(option, action="store_true", help=text)
-    _define_rest(parser)
-
-
-def _define_rest(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-p",
-        "--polling-interval",
-        type=int,
-        default=100,
-        help="Time in ms to wait between querying available topics for recording. It has no effect "
-        "if --no-discovery is enabled.",
-    )
-    parser.add_argument(
-        "--node-name",
-        default="rosbag2_recorder",
-        help="Specify the recorder node name. Default is %(default)s.",
-    )
-    parser.add_argument(
-        "--custom-data",
-        default=[],
-        metavar="KEY=VALUE",
-        nargs="*",
-        help="Space-delimited list of key=value pairs. Store the custom data in metadata under the "
-        '"rosbag2_bagfile_information/custom_data". The key=value pair can appear more than once. '
-        "The last value will override the former ones.",
-    )
-    parser.add_argument(
-        "--storage-preset-profile",
-        default="none",
-        choices=["none", "fastwrite", "zstd_fast", "zstd_small"],
-        help='Select a preset configuration for storage plugin "mcap".',
-    )
+    _list("--topic-types", "TopicType", "Space-delimited list of topic types to record."),
+    _list("--exclude-topic-types", "ExcludeTopicTypes",
+          "Space-delimited list of topic types not being recorded. Works on top of --all, "
+          "--all-topics, --topics or --regex."),
+    _list("--exclude-topics", "Topic",
+          "Space-delimited list of topics not being recorded. Works on top of --all, "
+          "--all-topics, --topics or --regex."),
+    flag("-a", "--all", text="Record all topics and services (Exclude hidden topic)."),
+    flag("--all-topics", text="Record all topics (Exclude hidden topic)."),
+    option("-e", "--regex", default="",
+           help="Record only topics and services containing provided regular expression. Note:  "
+           "--all, --all-topics or --all-services will override --regex."),
+    option("--exclude-regex", default="",
+           help="Exclude topics and services containing provided regular expression. Works on top "
+           "of --all, --all-topics, --all-services, --topics, --services or --regex."),
+    flag("--include-unpublished-topics",
+         text="Discover and record topics which have no publisher. Subscriptions on such topics "
+         "will be made with default QoS unless otherwise specified in a QoS overrides file."),
+    flag("--include-hidden-topics",
+         text="Discover and record hidden topics as well. These are topics used internally by "
+         "ROS 2 implementation."),
+    flag("--no-discovery",
+         text="Disables topic auto discovery during recording: only topics present at startup "
+         "will be recorded."),
+    flag("--ignore-leaf-topics", text="Ignore topics without a subscription."),
+    flag("--disable-keyboard-controls", text="disables keyboard controls for recorder"),
+    flag("--use-sim-time",
+         text="Use simulation time for message timestamps by subscribing to the /clock topic. "
+         "Until first /clock message is received, no messages will be written to bag."),
+    option("-p", "--polling-interval", type=int, default=100,
+           help="Time in ms to wait between querying available topics for recording. It has no "
+           "effect if --no-discovery is enabled."),
+    option("--node-name", default="rosbag2_recorder",
+           help="Specify the recorder node name. Default is %(default)s."),
+    option("--custom-data", default=[], metavar="KEY=VALUE", nargs="*",
+           help="Space-delimited list of key=value pairs. Store the custom data in metadata under "
+           'the "rosbag2_bagfile_information/custom_data". The key=value pair can appear more than '
+           "once. The last value will override the former ones."),
+    option("--storage-preset-profile", default="none",
+           choices=["none", "fastwrite", "zstd_fast", "zstd_small"],
+           help='Select a preset configuration for storage plugin "mcap".'),
+)  # fmt: skip
 
 
 def _error(text: str) -> str:
@@ -132,7 +75,7 @@ def _error(text: str) -> str:
 
 
 def _refusal(options: argparse.Namespace, folder: str) -> str | None:
-    """What is wrong with the options, if anything is."""
+    """The error in the options; None if there is no error."""
     every = options.all or options.all_topics
     if not (every or options.topics or options.topic_types or options.regex):
         return _error(

@@ -28,14 +28,14 @@ from ros2_embedded.naming import is_hidden
 from ros2_embedded.specs import InterfaceError
 
 _QUEUE = 1000
-"""Messages of a topic that may wait: 5 s at 200 Hz."""
+"""Queue depth of a topic: 5 s at 200 Hz."""
 _BREATH = 0.1
-"""How long a signal may wait to be noticed [s]."""
+"""Longest time until a signal is noticed [s]."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which topics to record."""
+    """The options that decide which topics are recorded."""
 
     every: bool = False
     topics: list[str] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Choice:
     without_regex: str = ""
 
     def takes(self, topic: str, kind: str) -> bool:
-        """Whether a topic is wanted, by its name and type."""
+        """Whether a topic with this name and type is recorded."""
         listed = self.every or topic in self.topics or kind in self.types
         if not listed and not (self.regex and re.search(self.regex, topic)):
             return False
@@ -59,7 +59,7 @@ class Choice:
 
 
 class Recording:
-    """A recording; signals end it between two messages, so that the bag is always complete."""
+    """A recording. A signal ends it between two messages, so that the bag is always complete."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Recording:
         poll: float | None,
         use_sim_time: bool,
     ) -> None:
-        """`poll` is the time between two looks at the graph [s], None for one look only.
+        """`poll` is the time between two checks of the graph [s]; None means a single check.
 
         Raises:
             CliError: the folder cannot be made.
@@ -120,7 +120,7 @@ class Recording:
 
     def _look_around(self) -> None:
         if not self._stamp():
-            return  # simulated time has not begun
+            return  # no simulated time has been received
         for topic, kinds in self._node.get_topic_names_and_types():
             if topic in self._known or not self._choice.takes(topic, kinds[0]):
                 continue
@@ -170,12 +170,12 @@ class Recording:
             self._writer.write(connection, stamp, data)
 
     def _stamp(self) -> int:
-        """The time [ns], 0 while simulated time has not begun."""
+        """The time [ns]; 0 until simulated time has been received."""
         return self._node.get_clock().now().nanoseconds
 
 
 def request_for(offers: list[QoSProfile]) -> QoSProfile:
-    """The strongest quality of service that every one of the offers meets."""
+    """The strictest quality of service that all publishers offer."""
     reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
     latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
     return QoSProfile(

@@ -17,40 +17,30 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, flag, option
 
 PREFIX = "_ros2cli"
-"""Names of these nodes begin with it: they are hidden."""
+"""The names of these nodes begin with it, so that they are hidden."""
 
 _SPIN_TIME = 0.5
 _POLL = 0.05
 _QUIET = 0.4
 _LONGEST = 5.0
-"""Fast DDS tells a newcomer of its nodes with the next heartbeat, 3 s later at most [s]."""
+"""Longest wait for discovery [s]: Fast DDS announces its nodes with a heartbeat each 3 s."""
 
 
 def add_direct_options(parser: argparse.ArgumentParser) -> None:
-    """Options of a verb whose node listens itself."""
-    parser.add_argument(
-        "--spin-time",
-        type=float,
-        default=_SPIN_TIME,
-        help="Spin time in seconds to wait for discovery (only applies when "
-        "not using an already running daemon)",
-    )
-    parser.add_argument(
-        "-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time"
-    )
+    """Adds the options of a verb whose node subscribes itself."""
+    spin_time = ("Spin time in seconds to wait for discovery (only applies when not using an "
+                 "already running daemon)")  # fmt: skip
+    option("--spin-time", type=float, default=_SPIN_TIME, help=spin_time)(parser)
+    flag("-s", "--use-sim-time", text="Enable ROS simulation time")(parser)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of a verb that ROS 2 may answer from its daemon, which does not exist here."""
+    """Adds the options of a verb that ROS 2 may answer from its daemon; there is no daemon here."""
     add_direct_options(parser)
-    parser.add_argument(
-        "--no-daemon",
-        action="store_true",
-        help="Do not spawn nor use an already running daemon",
-    )
+    flag("--no-daemon", text="Do not spawn nor use an already running daemon")(parser)
 
 
 @contextmanager
@@ -81,7 +71,7 @@ def command_node(
     """
     overrides = {
         "use_sim_time": getattr(options, "use_sim_time", False),
-        "start_type_description_service": False,  # nobody asks a node that lives for a second
+        "start_type_description_service": False,  # the node lives too briefly for them
     }
     with bare_node(
         name or f"{PREFIX}_{os.getpid()}",
@@ -119,7 +109,7 @@ def settle(node: Node, done: Callable[[], Any], spin_time: float = _SPIN_TIME) -
 
 
 def await_peer(wait: Callable[[], bool]) -> None:
-    """Goes on if the wait was not in vain; else the command was told to end, and claims nothing."""
+    """Waits for a peer. If a signal ends the command first, nothing more is printed."""
     if not wait():
         raise ExternalShutdownException
 

@@ -1,34 +1,38 @@
-"""What the commands share: their tables of verbs, kinds of arguments, errors."""
+"""Shared parts of the commands: tables of verbs, options, argument types, errors."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ros2_embedded.naming import is_hidden
 
 Handler = Callable[[argparse.Namespace], "int | str | None"]
-"""Does the work; a text that it returns is an error: it goes to stderr, the exit code is 1."""
+"""Runs a verb. If it returns a text, this is printed to stderr and the exit code is 1."""
+
+
+Define = Callable[[argparse.ArgumentParser], Any]
+"""Adds options to a parser."""
 
 
 class CliError(RuntimeError):
-    """What the user is to be told; the command then ends with 1."""
+    """An error that is shown to the user; the exit code of the command is 1."""
 
 
-class Verb(NamedTuple):
-    """A verb of a command: what it is for, its options, what it does."""
+class Verb:
+    """A verb of a command: its summary, the function that runs it, and what adds its options."""
 
-    summary: str
-    define: Callable[[argparse.ArgumentParser], None]
-    run: Handler
+    def __init__(self, summary: str, run: Handler, *options: Define) -> None:
+        """The options are added in this order."""
+        self.summary, self.run, self.options = summary, run, options
 
 
 def add_commands(
     parser: argparse.ArgumentParser, call: str, summaries: Mapping[str, str]
 ) -> dict[str, argparse.ArgumentParser]:
-    """Adds sub-commands, in the way in which ROS 2 shows them; returns their parsers."""
+    """Adds sub-commands with the help texts of ROS 2; returns their parsers."""
     width = max(map(len, summaries))
     lines = (f"{name.ljust(width)}  {text}\n" for name, text in summaries.items())
     subparsers = parser.add_subparsers(
@@ -45,7 +49,7 @@ def add_commands(
 
 
 def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> None:
-    """Adds a command's verbs; without one the command shows its help."""
+    """Adds the verbs of a command; without a verb the command prints its help."""
 
     def show_help(options: argparse.Namespace) -> None:
         parser.print_help()
@@ -53,61 +57,66 @@ def define_verbs(parser: argparse.ArgumentParser, verbs: Mapping[str, Verb]) -> 
     parser.set_defaults(run=show_help)
     summaries = {name: verb.summary for name, verb in verbs.items()}
     for name, subparser in add_commands(parser, parser.prog, summaries).items():
-        verbs[name].define(subparser)
+        for add in verbs[name].options:
+            add(subparser)
         subparser.set_defaults(run=verbs[name].run)
 
 
-def add_count(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for the number of `topics`, `services`, ... alone."""
-    parser.add_argument(
-        "-c",
-        f"--count-{what}",
-        dest="count",
-        action="store_true",
-        help=f"Only display the number of {what} discovered",
-    )
+def option(*names: str, **settings: Any) -> Define:
+    """An option or a positional argument with the settings of `argparse`."""
+    return lambda parser: parser.add_argument(*names, **settings)
 
 
-def add_hidden(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for hidden `topics` or `services` too."""
-    parser.add_argument(
-        f"--include-hidden-{what}",
-        dest="include_hidden",
-        action="store_true",
-        help=f"Consider hidden {what} as well",
-    )
+def flag(*names: str, text: str, **settings: Any) -> Define:
+    """An option without a value."""
+    return option(*names, action="store_true", help=text, **settings)
 
 
-def add_types(parser: argparse.ArgumentParser, what: str) -> None:
-    """Adds the option that asks for the types too."""
-    parser.add_argument(
-        "-t", "--show-types", action="store_true", help=f"Additionally show the {what} type"
-    )
+def count_flag(what: str) -> Define:
+    """The option to print only the number of `topics`, `services`, ..."""
+    text = f"Only display the number of {what} discovered"
+    return flag("-c", f"--count-{what}", dest="count", text=text)
 
 
-def add_window(parser: argparse.ArgumentParser, default: int, text: str, **options: Any) -> None:
-    """Adds the option for how many messages something is reckoned from."""
-    parser.add_argument(
-        "--window",
-        "-w",
-        type=positive_int,
-        default=default,
-        help=f"{text} (default: {default})",
-        **options,
-    )
+def hidden_flag(what: str) -> Define:
+    """The option to include hidden `topics` or `services`."""
+    text = f"Consider hidden {what} as well"
+    return flag(f"--include-hidden-{what}", dest="include_hidden", text=text)
+
+
+def types_flag(what: str) -> Define:
+    """The option to print the types as well."""
+    return flag("-t", "--show-types", text=f"Additionally show the {what} type")
+
+
+def exclusive(*options: Define) -> Define:
+    """Options of which only one may be given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        group: Any = parser.add_mutually_exclusive_group()
+        for each in options:
+            each(group)
+
+    return add
+
+
+def window_option(default: int, text: str, **settings: Any) -> Define:
+    """The option for the number of messages from which a rate is calculated."""
+    text = f"{text} (default: {default})"
+    return option("--window", "-w", type=positive_int, default=default, help=text, **settings)
 
 
 Named = Sequence[tuple[str, list[str]]]
-"""Names of topics and the like with their types."""
+"""Pairs of a name (of a topic, a service or an action) and its types."""
 
 
 def visible(found: Named, options: argparse.Namespace) -> Named:
-    """Those that are not hidden, or all if `add_hidden`'s option asks for them."""
+    """The entries that are not hidden, or all entries if the option of `hidden_flag` is set."""
     return [pair for pair in found if options.include_hidden or not is_hidden(pair[0])]
 
 
 def print_named(found: Named, options: argparse.Namespace, *, types: bool = False) -> None:
-    """Prints names, one a line, with their types if asked, or only their number."""
+    """Prints one name per line, with its types if `types` is set, or only the number of names."""
     if options.count:
         print(len(found))
         return
@@ -116,7 +125,7 @@ def print_named(found: Named, options: argparse.Namespace, *, types: bool = Fals
 
 
 def print_of_type(found: Named, kind: str, options: argparse.Namespace) -> None:
-    """Prints the names of those that have a type, or only their number."""
+    """Prints the names of the entries with a type, or only their number."""
     print_named([pair for pair in found if kind in pair[1]], options)
 
 
@@ -147,11 +156,11 @@ def positive_float(text: str) -> float:
     return number
 
 
-def add_values(parser: argparse.ArgumentParser, name: str, text: str) -> Any:
-    """Adds the YAML of a message, on the command line or from standard input."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(name, nargs="?", default="{}", help=text)
-    group.add_argument("--stdin", action="store_true", help=_STDIN[name])
+def values_options(name: str, text: str) -> Define:
+    """The options for the YAML of a message, on the command line or from standard input."""
+    return exclusive(
+        option(name, nargs="?", default="{}", help=text), flag("--stdin", text=_STDIN[name])
+    )
 
 
 _STDIN = {
@@ -161,5 +170,5 @@ _STDIN = {
 
 
 def given_values(options: argparse.Namespace, name: str) -> str:
-    """What `add_values` was given."""
+    """The YAML that the user has given for `values_options`."""
     return sys.stdin.read() if options.stdin else getattr(options, name)

@@ -6,27 +6,24 @@ import argparse
 
 from ros2_embedded.catalogue import KINDS, full_name, list_interfaces, list_packages
 from ros2_embedded.cli import interface_show
-from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.cli.common import CliError, Define, Verb, define_verbs, flag, option
 from ros2_embedded.specs import InterfaceError
 
 _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 _NOUNS = {"msg": "message", "srv": "service", "action": "action"}
 
 
-def _add_kinds(parser: argparse.ArgumentParser, text: str) -> None:
-    for kind, noun in _NOUNS.items():
-        parser.add_argument(
-            f"-{kind[0]}", f"--only-{kind}s", action="store_true", help=text.format(noun)
-        )
+def _kind_flags(text: str) -> list[Define]:
+    """The options that ask for one kind of interfaces only."""
+    return [
+        flag(f"-{kind[0]}", f"--only-{kind}s", text=text.format(noun))
+        for kind, noun in _NOUNS.items()
+    ]
 
 
 def _kinds(options: argparse.Namespace) -> list[str]:
-    """The kinds that are asked for: all where none is."""
+    """The kinds that the options select; without an option, all kinds."""
     return [kind for kind in KINDS if getattr(options, f"only_{kind}s")] or list(KINDS)
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    _add_kinds(parser, "Print out only the {} types")
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -35,13 +32,6 @@ def _list(options: argparse.Namespace) -> None:
         for package in list_packages():
             for short in list_interfaces(package, kind):
                 print(f"    {package}/{kind}/{short}")
-
-
-def _define_package(parser: argparse.ArgumentParser) -> None:
-    _add_kinds(parser, "Print out only the {} types")
-    parser.add_argument(
-        "package_name", help="Name of the ROS package (e.g. 'example_interfaces')"
-    )  # fmt: skip
 
 
 def _package(options: argparse.Namespace) -> str | None:
@@ -54,23 +44,10 @@ def _package(options: argparse.Namespace) -> str | None:
     return None
 
 
-def _define_packages(parser: argparse.ArgumentParser) -> None:
-    _add_kinds(parser, "Only list packages that generate {}s")
-
-
 def _packages(options: argparse.Namespace) -> None:
     for package in list_packages():
         if any(list_interfaces(package, kind) for kind in _kinds(options)):
             print(package)
-
-
-def _define_proto(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')"
-    )
-    parser.add_argument(
-        "--no-quotes", action="store_true", help="if true output has no outer quotes."
-    )
 
 
 def _proto(options: argparse.Namespace) -> None:
@@ -86,21 +63,30 @@ def _proto(options: argparse.Namespace) -> None:
     print(text if options.no_quotes else f'"{text}"')
 
 
+_ONLY = _kind_flags("Print out only the {} types")
+_VERBS = {
+    "list": Verb("List all interface types available", _list, *_ONLY),
+    "package": Verb(
+        "Output a list of available interface types within one package",
+        _package,
+        *_ONLY,
+        option("package_name", help="Name of the ROS package (e.g. 'example_interfaces')"),
+    ),
+    "packages": Verb(
+        "Output a list of packages that provide interfaces",
+        _packages,
+        *_kind_flags("Only list packages that generate {}s"),
+    ),
+    "proto": Verb(
+        "Output an interface prototype",
+        _proto,
+        option("type", help="Show an interface definition (e.g. 'example_interfaces/msg/String')"),
+        flag("--no-quotes", text="if true output has no outer quotes."),
+    ),
+    "show": Verb("Output the interface definition", interface_show.show, *interface_show.OPTIONS),
+}
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 interface`."""
-    verbs = {
-        "list": Verb("List all interface types available", _define_list, _list),
-        "package": Verb(
-            "Output a list of available interface types within one package",
-            _define_package,
-            _package,
-        ),
-        "packages": Verb(
-            "Output a list of packages that provide interfaces", _define_packages, _packages
-        ),
-        "proto": Verb("Output an interface prototype", _define_proto, _proto),
-        "show": Verb(
-            "Output the interface definition", interface_show.define, interface_show.show
-        ),
-    }  # fmt: skip
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

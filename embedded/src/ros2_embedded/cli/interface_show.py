@@ -10,12 +10,12 @@ from typing import Any
 from ament_index_python.resources import has_resource
 
 from ros2_embedded.catalogue import interface_text, list_packages
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, exclusive, flag, option
 from ros2_embedded.specs import InterfaceError, parse_message
 
 
 class _Type(argparse.Action):
-    """An interface, or `-` for the one that stands on standard input."""
+    """Reads the name of an interface from the argument, or from standard input if it is `-`."""
 
     def __call__(
         self,
@@ -33,27 +33,21 @@ class _Type(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--all-comments",
-        action="store_true",
-        help="Show all comments, including for nested interface definitions",
-    )
-    group.add_argument(
-        "--no-comments", action="store_true", help="Show no comments or whitespace"
-    )  # fmt: skip
-    parser.add_argument(
-        "type",
-        action=_Type,
-        help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' "
-        "reads the argument from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show -').",
-    )
+OPTIONS = (
+    exclusive(
+        flag("--all-comments",
+             text="Show all comments, including for nested interface definitions"),
+        flag("--no-comments", text="Show no comments or whitespace"),
+    ),
+    option("type", action=_Type,
+           help="Show an interface definition (e.g. 'example_interfaces/msg/String'). Passing '-' "
+           "reads the argument from stdin (e.g. 'ros2 topic type /chatter | ros2 interface show "
+           "-')."),
+)  # fmt: skip
 
 
 def show(options: argparse.Namespace) -> None:
-    """Prints the definition; below a field of another type stand that type's fields, indented."""
+    """Prints the definition, with the fields of nested types indented below each field."""
     lines = expanded(options.type, not options.no_comments, options.all_comments)
     print("\n".join(lines))
 
@@ -102,7 +96,7 @@ _UNIT = re.compile(r"\s*\[[^,\]]+\]")
 
 
 def _without_comment(line: str) -> str | None:
-    """A line without its comment, or None; ROS 2 leaves the `#` after a field, so this does."""
+    """A line without its comment, or None; a `#` after a field stays, as in ROS 2."""
     if line.startswith("#"):
         return None if line.lstrip("#") else line
     code, mark, comment = line.partition("#")

@@ -16,10 +16,10 @@ def find(name: str, kind: str, problem: str) -> Any:
     Args:
         name: `pkg/kind/Name` or `pkg/Name`.
         kind: `msg`, `srv` or `action`.
-        problem: what to tell the user if there is none.
+        problem: Error message if the interface does not exist.
 
     Raises:
-        CliError: there is none, or it is of another kind.
+        CliError: The interface does not exist, or it is of another kind.
     """
     try:
         full = full_name(name, kind)

@@ -9,77 +9,51 @@ from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
-from ros2_embedded.cli.common import CliError
+from ros2_embedded.cli.common import CliError, exclusive, flag, option
 from ros2_embedded.launch.description import Argument, read_arguments, read_launch_file
 from ros2_embedded.launch.errors import LaunchError
 from ros2_embedded.launch.log import LaunchLog
 from ros2_embedded.launch.supervisor import Supervisor
 
+_OPTIONS = (
+    flag("-n", "--noninteractive", default=not sys.stdin.isatty(),
+         text="Run the launch system non-interactively, with no terminal associated"),
+    flag("-d", "--debug",
+         text="Put the launch system in debug mode, provides more verbose output."),
+    exclusive(
+        flag("-p", "--print", "--print-description",
+             text="Print the launch description to the console without launching it."),
+        flag("-s", "--show-args", "--show-arguments",
+             text="Show arguments that may be given to the launch file."),
+    ),
+    flag("-a", "--show-all-subprocesses-output",
+         text="Show all launched subprocesses' output by overriding their output configuration "
+         "using the OVERRIDE_LAUNCH_PROCESS_OUTPUT envvar."),
+    option("--launch-prefix",
+           help="Prefix command, which should go before all executables. Command must be wrapped "
+           "in quotes if it contains spaces (e.g. --launch-prefix 'xterm -e gdb -ex run --args')."),
+    option("--launch-prefix-filter",
+           help="Regex pattern for filtering which executables the --launch-prefix is applied to "
+           "by matching the executable name."),
+    option("package_name", help="Name of the ROS package which contains the launch file"),
+    option("launch_file_name", nargs="?", help="Name of the launch file"),
+    option("launch_arguments", nargs="*",
+           help="Arguments to the launch file; '<name>:=<value>' (for duplicates, last one wins)"),
+)  # fmt: skip
+
 
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `ros2 launch`."""
-    parser.add_argument(
-        "-n",
-        "--noninteractive",
-        default=not sys.stdin.isatty(),
-        action="store_true",
-        help="Run the launch system non-interactively, with no terminal associated",
-    )
-    parser.add_argument(
-        "-d",
-        "--debug",
-        action="store_true",
-        help="Put the launch system in debug mode, provides more verbose output.",
-    )
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "-p",
-        "--print",
-        "--print-description",
-        action="store_true",
-        help="Print the launch description to the console without launching it.",
-    )
-    group.add_argument(
-        "-s",
-        "--show-args",
-        "--show-arguments",
-        action="store_true",
-        help="Show arguments that may be given to the launch file.",
-    )
-    parser.add_argument(
-        "-a",
-        "--show-all-subprocesses-output",
-        action="store_true",
-        help="Show all launched subprocesses' output by overriding their output configuration "
-        "using the OVERRIDE_LAUNCH_PROCESS_OUTPUT envvar.",
-    )
-    parser.add_argument(
-        "--launch-prefix",
-        help="Prefix command, which should go before all executables. Command must be wrapped in "
-        "quotes if it contains spaces (e.g. --launch-prefix 'xterm -e gdb -ex run --args').",
-    )
-    parser.add_argument(
-        "--launch-prefix-filter",
-        help="Regex pattern for filtering which executables the --launch-prefix is applied to by "
-        "matching the executable name.",
-    )
-    parser.add_argument(
-        "package_name", help="Name of the ROS package which contains the launch file"
-    )
-    parser.add_argument("launch_file_name", nargs="?", help="Name of the launch file")
-    parser.add_argument(
-        "launch_arguments",
-        nargs="*",
-        help="Arguments to the launch file; '<name>:=<value>' (for duplicates, last one wins)",
-    )
+    for add in _OPTIONS:
+        add(parser)
     parser.set_defaults(run=_run)
 
 
 def find_file(package: str, name: str | None) -> Path:
-    """The launch file of that name, anywhere in a package's share folder.
+    """Finds a launch file by its name, anywhere in a package's share folder.
 
     Raises:
-        CliError: there is none, or there are several.
+        CliError: There is no file of this name, or there are several.
     """
     try:
         share = get_package_share_directory(package)

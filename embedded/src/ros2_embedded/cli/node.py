@@ -12,7 +12,7 @@ from rclpy.action.graph import (
 from rclpy.node import Node
 
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import Verb, add_count, define_verbs
+from ros2_embedded.cli.common import Verb, count_flag, define_verbs, flag, option
 from ros2_embedded.naming import is_hidden, join
 
 Named = list[tuple[str, list[str]]]
@@ -22,14 +22,6 @@ def node_names(node: Node, hidden: bool) -> list[str]:
     """Full names of all nodes in the graph; a node whose own name begins with `_` is hidden."""
     found = node.get_node_names_and_namespaces()
     return [join(space, name) for name, space in found if hidden or not name.startswith("_")]
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument(
-        "-a", "--all", action="store_true", help="Display all nodes even hidden ones"
-    )
-    add_count(parser, "nodes")
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -46,16 +38,6 @@ def _list(options: argparse.Namespace) -> None:
         )
     for name in names:
         print(name)
-
-
-def _define_info(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument("node_name", help="Node name to request information")
-    parser.add_argument(
-        "--include-hidden",
-        action="store_true",
-        help="Display hidden topics, services, and actions as well",
-    )
 
 
 def _sections(node: Node, name: str, namespace: str) -> dict[str, Named]:
@@ -91,10 +73,24 @@ def _info(options: argparse.Namespace) -> str | None:
     return None
 
 
+_VERBS = {
+    "info": Verb(
+        "Output information about a node",
+        _info,
+        add_options,
+        option("node_name", help="Node name to request information"),
+        flag("--include-hidden", text="Display hidden topics, services, and actions as well"),
+    ),
+    "list": Verb(
+        "Output a list of available nodes",
+        _list,
+        add_options,
+        flag("-a", "--all", text="Display all nodes even hidden ones"),
+        count_flag("nodes"),
+    ),
+}
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 node`."""
-    verbs = {
-        "info": Verb("Output information about a node", _define_info, _info),
-        "list": Verb("Output a list of available nodes", _define_list, _list),
-    }
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

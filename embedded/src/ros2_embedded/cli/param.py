@@ -18,31 +18,10 @@ from rclpy.parameter import Parameter, get_parameter_value, parameter_dict_from_
 
 from ros2_embedded.cli import param_calls
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.cli.common import CliError, Verb, define_verbs, flag, option
 from ros2_embedded.cli.node import node_names
 
 _POLL = 0.1
-
-
-def _add_node(parser: argparse.ArgumentParser, **optional: Any) -> None:
-    add_options(parser)
-    parser.add_argument("node_name", help="Name of the ROS node", **optional)
-
-
-def _add_hidden(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well"
-    )
-
-
-def _add_timeout(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--timeout",
-        metavar="N",
-        type=int,
-        default=1,
-        help="Wait for N seconds until node becomes available (default %(default)s sec)",
-    )
 
 
 def _full(name: str) -> str:
@@ -64,26 +43,6 @@ def _target(options: argparse.Namespace) -> Iterator[tuple[Node, str]]:
                 raise CliError("Node not found")
             time.sleep(_POLL)
         yield node, target
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser, nargs="?")
-    parser.add_argument(
-        "--filter",
-        nargs=1,
-        help="Only parameters matching the regex expression will be showed. Supports `re` regex "
-        "syntax.",
-    )
-    _add_hidden(parser)
-    parser.add_argument(
-        "--param-prefixes",
-        nargs="+",
-        default=[],
-        help="Only list parameters with the provided prefixes",
-    )
-    parser.add_argument(
-        "--param-type", action="store_true", help="Print parameter types with parameter names"
-    )
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -112,14 +71,6 @@ def _list(options: argparse.Namespace) -> None:
                 print(f"  {name}{kinds.get(name, '')}")
 
 
-def _define_get(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    parser.add_argument("parameter_name", help="Name of the parameter")
-    parser.add_argument("--hide-type", action="store_true", help="Hide the type information")
-    _add_timeout(parser)
-
-
 def _get(options: argparse.Namespace) -> str | None:
     with _target(options) as (node, target):
         values = param_calls.values(node, target, [options.parameter_name])
@@ -140,14 +91,6 @@ def _parameter(name: str, value: Any) -> Any:
     return ParameterMessage(name=name, value=value)
 
 
-def _define_set(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    parser.add_argument("parameter_name", help="Name of the parameter")
-    parser.add_argument("value", help="Value of the parameter")
-    _add_timeout(parser)
-
-
 def _set(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
         parameter = _parameter(options.parameter_name, get_parameter_value(options.value))
@@ -162,25 +105,11 @@ def _tell(result: Any, success: str, failure: str) -> None:
     print(text, file=sys.stdout if result.successful else sys.stderr)
 
 
-def _define_delete(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    parser.add_argument("parameter_name", help="Name of the parameter")
-    _add_timeout(parser)
-
-
 def _delete(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
         nothing = _parameter(options.parameter_name, ParameterValue())
         result = param_calls.change(node, target, [nothing])[0]
     _tell(result, "Deleted parameter successfully", "Deleting parameter failed")
-
-
-def _define_describe(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    parser.add_argument("parameter_names", nargs="+", help="Names of the parameters")
-    _add_timeout(parser)
 
 
 def _describe(options: argparse.Namespace) -> None:
@@ -214,12 +143,6 @@ def _nested(flat: dict[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def _define_dump(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    _add_timeout(parser)
-
-
 def _dump(options: argparse.Namespace) -> None:
     with _target(options) as (node, target):
         names = param_calls.names(node, target)
@@ -229,18 +152,6 @@ def _dump(options: argparse.Namespace) -> None:
     }  # fmt: skip
     tree = {target: {"ros__parameters": _nested(found)}}
     print(yaml.safe_dump(tree, default_flow_style=False))
-
-
-def _define_load(parser: argparse.ArgumentParser) -> None:
-    _add_node(parser)
-    _add_hidden(parser)
-    parser.add_argument("parameter_file", help="Parameter file")
-    parser.add_argument(
-        "--no-use-wildcard",
-        action="store_true",
-        help="Do not load parameters in the '/**' namespace into the node",
-    )
-    _add_timeout(parser)
 
 
 def _load(options: argparse.Namespace) -> None:
@@ -254,19 +165,70 @@ def _load(options: argparse.Namespace) -> None:
         _tell(result, f"{what} successful", f"{what} failed")
 
 
+_NODE = option("node_name", help="Name of the ROS node")
+_HIDDEN = flag("--include-hidden-nodes", text="Consider hidden nodes as well")
+_NAME = option("parameter_name", help="Name of the parameter")
+_TIMEOUT = option(
+    "--timeout",
+    metavar="N",
+    type=int,
+    default=1,
+    help="Wait for N seconds until node becomes available (default %(default)s sec)",
+)
+_COMMON = (add_options, _NODE, _HIDDEN)
+_VERBS = {
+    "delete": Verb("Delete parameter", _delete, *_COMMON, _NAME, _TIMEOUT),
+    "describe": Verb(
+        "Show descriptive information about declared parameters",
+        _describe,
+        *_COMMON,
+        option("parameter_names", nargs="+", help="Names of the parameters"),
+        _TIMEOUT,
+    ),
+    "dump": Verb(
+        "Show all of the parameters of a node in a YAML file format", _dump, *_COMMON, _TIMEOUT
+    ),
+    "get": Verb(
+        "Get parameter",
+        _get,
+        *_COMMON,
+        _NAME,
+        flag("--hide-type", text="Hide the type information"),
+        _TIMEOUT,
+    ),
+    "list": Verb(
+        "Output a list of available parameters",
+        _list,
+        add_options,
+        option("node_name", nargs="?", help="Name of the ROS node"),
+        option("--filter", nargs=1,
+               help="Only parameters matching the regex expression will be showed. Supports `re` "
+               "regex syntax."),
+        _HIDDEN,
+        option("--param-prefixes", nargs="+", default=[],
+               help="Only list parameters with the provided prefixes"),
+        flag("--param-type", text="Print parameter types with parameter names"),
+    ),
+    "load": Verb(
+        "Load parameter file for a node",
+        _load,
+        *_COMMON,
+        option("parameter_file", help="Parameter file"),
+        flag("--no-use-wildcard",
+             text="Do not load parameters in the '/**' namespace into the node"),
+        _TIMEOUT,
+    ),
+    "set": Verb(
+        "Set parameter",
+        _set,
+        *_COMMON,
+        _NAME,
+        option("value", help="Value of the parameter"),
+        _TIMEOUT,
+    ),
+}  # fmt: skip
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 param`."""
-    verbs = {
-        "delete": Verb("Delete parameter", _define_delete, _delete),
-        "describe": Verb(
-            "Show descriptive information about declared parameters", _define_describe, _describe
-        ),
-        "dump": Verb(
-            "Show all of the parameters of a node in a YAML file format", _define_dump, _dump
-        ),
-        "get": Verb("Get parameter", _define_get, _get),
-        "list": Verb("Output a list of available parameters", _define_list, _list),
-        "load": Verb("Load parameter file for a node", _define_load, _load),
-        "set": Verb("Set parameter", _define_set, _set),
-    }
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

@@ -12,14 +12,14 @@ from ros2_embedded.cli.common import CliError
 from ros2_embedded.message_modules import service_class
 
 _PATIENCE = 5.0
-"""How long the services of a node are waited for [s]."""
+"""Timeout for the parameter services of a node [s]."""
 
 
 def call(node: Node, target: str, service: str, **fields: Any) -> Any:
     """Calls one of the parameter services of a node.
 
     Raises:
-        CliError: it is not there.
+        CliError: The node's services do not exist.
     """
     kind = service_class(f"rcl_interfaces/srv/{service}")
     snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in service).lstrip("_")
@@ -41,7 +41,7 @@ def names(node: Node, target: str, prefixes: list[str] | None = None) -> list[st
 
 
 def values(node: Node, target: str, wanted: list[str]) -> list[Any]:
-    """Values of a node's parameters as messages; none at all if one is not declared."""
+    """The values of a node's parameters as messages; empty if any of them is not declared."""
     return list(call(node, target, "GetParameters", names=wanted).values)
 
 

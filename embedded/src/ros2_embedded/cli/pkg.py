@@ -14,28 +14,13 @@ from ament_index_python.packages import (
     get_packages_with_prefixes,
 )
 
-from ros2_embedded.cli.common import CliError, Verb, define_verbs
+from ros2_embedded.cli.common import CliError, Verb, define_verbs, flag, option
 from ros2_embedded.entry_points import PackageError, executables
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    """There is nothing to choose."""
 
 
 def _list(options: argparse.Namespace) -> None:
     for name in sorted(get_packages_with_prefixes()):
         print(name)
-
-
-def _add_package(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("package_name", help="The package name")
-
-
-def _define_prefix(parser: argparse.ArgumentParser) -> None:
-    _add_package(parser)
-    parser.add_argument(
-        "--share", action="store_true", help="Show share directory for the package"
-    )  # fmt: skip
 
 
 def _prefix(options: argparse.Namespace) -> str | None:
@@ -45,13 +30,6 @@ def _prefix(options: argparse.Namespace) -> str | None:
     except (PackageNotFoundError, ValueError):
         return "Package not found"
     return None
-
-
-def _define_executables(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("package_name", nargs="?", help="The package name")
-    parser.add_argument(
-        "--full-path", action="store_true", help="Show full path of each executable"
-    )
 
 
 def _executables(options: argparse.Namespace) -> None:
@@ -64,11 +42,6 @@ def _executables(options: argparse.Namespace) -> None:
         for name in names:
             path = Path(sys.executable).with_name(name)
             print(path if options.full_path else f"{package} {name}")
-
-
-def _define_xml(parser: argparse.ArgumentParser) -> None:
-    _add_package(parser)
-    parser.add_argument("-t", "--tag", help="The XML tag to output (e.g. 'version')")
 
 
 def _xml(options: argparse.Namespace) -> str | None:
@@ -88,14 +61,30 @@ def _xml(options: argparse.Namespace) -> str | None:
     return None if elements else "XML tag not found"
 
 
+_NAME = option("package_name", help="The package name")
+_VERBS = {
+    "executables": Verb(
+        "Output a list of package specific executables",
+        _executables,
+        option("package_name", nargs="?", help="The package name"),
+        flag("--full-path", text="Show full path of each executable"),
+    ),
+    "list": Verb("Output a list of available packages", _list),
+    "prefix": Verb(
+        "Output the prefix path of a package",
+        _prefix,
+        _NAME,
+        flag("--share", text="Show share directory for the package"),
+    ),
+    "xml": Verb(
+        "Output the XML of the package manifest or a specific tag",
+        _xml,
+        _NAME,
+        option("-t", "--tag", help="The XML tag to output (e.g. 'version')"),
+    ),
+}
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the verbs of `ros2 pkg`."""
-    verbs = {
-        "executables": Verb(
-            "Output a list of package specific executables", _define_executables, _executables
-        ),
-        "list": Verb("Output a list of available packages", _define_list, _list),
-        "prefix": Verb("Output the prefix path of a package", _define_prefix, _prefix),
-        "xml": Verb("Output the XML of the package manifest or a specific tag", _define_xml, _xml),
-    }
-    define_verbs(parser, verbs)
+    define_verbs(parser, _VERBS)

@@ -11,12 +11,13 @@ from ros2_embedded.cli.command_node import add_options, command_node
 from ros2_embedded.cli.common import (
     Named,
     Verb,
-    add_count,
-    add_hidden,
-    add_types,
+    count_flag,
     define_verbs,
+    hidden_flag,
+    option,
     print_named,
     print_of_type,
+    types_flag,
     visible,
 )
 
@@ -25,24 +26,10 @@ def _services(node: Node, options: argparse.Namespace) -> Named:
     return visible(node.get_service_names_and_types(), options)
 
 
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    add_types(parser, "service")
-    add_count(parser, "services")
-    add_hidden(parser, "services")
-
-
 def _list(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         services = _services(node, options)
     print_named(services, options, types=options.show_types)
-
-
-def _define_info(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"
-    )
 
 
 def _info(options: argparse.Namespace) -> str | None:
@@ -57,12 +44,6 @@ def _info(options: argparse.Namespace) -> str | None:
     return None
 
 
-def _define_type(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"
-    )
-
-
 def _type(options: argparse.Namespace) -> int:
     name = options.service_name
     with command_node(options, lambda node: name in dict(_services(node, options))) as node:
@@ -73,30 +54,46 @@ def _type(options: argparse.Namespace) -> int:
     return 0
 
 
-def _define_find(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "service_type",
-        help="Name of the ROS service type to filter for "
-        "(e.g. 'rcl_interfaces/srv/ListParameters')",
-    )
-    add_count(parser, "services")
-    add_hidden(parser, "services")
-
-
 def _find(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         found = _services(node, options)
     print_of_type(found, options.service_type, options)
 
 
+_VERBS = {
+    "call": Verb("Call a service", service_call.call, *service_call.OPTIONS),
+    "find": Verb(
+        "Output a list of available services of a given type",
+        _find,
+        option("service_type", help="Name of the ROS service type to filter for "
+               "(e.g. 'rcl_interfaces/srv/ListParameters')"),
+        count_flag("services"),
+        hidden_flag("services"),
+    ),
+    "info": Verb(
+        "Print information about a service",
+        _info,
+        add_options,
+        option("service_name", help="Name of the ROS service to get info (e.g. '/add_two_ints')"),
+    ),
+    "list": Verb(
+        "Output a list of available services",
+        _list,
+        add_options,
+        types_flag("service"),
+        count_flag("services"),
+        hidden_flag("services"),
+    ),
+    "type": Verb(
+        "Output a service's type",
+        _type,
+        option("service_name",
+               help="Name of the ROS service to get type (e.g. '/talker/list_parameters')"),
+    ),
+}  # fmt: skip
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options and verbs of `ros2 service`."""
-    add_hidden(parser, "services")
-    verbs = {
-        "call": Verb("Call a service", service_call.define, service_call.call),
-        "find": Verb("Output a list of available services of a given type", _define_find, _find),
-        "info": Verb("Print information about a service", _define_info, _info),
-        "list": Verb("Output a list of available services", _define_list, _list),
-        "type": Verb("Output a service's type", _define_type, _type),
-    }
-    define_verbs(parser, verbs)
+    hidden_flag("services")(parser)
+    define_verbs(parser, _VERBS)

@@ -10,27 +10,18 @@ import yaml
 
 from ros2_embedded.cli import interfaces
 from ros2_embedded.cli.command_node import PREFIX, await_peer, bare_node, spin_until
-from ros2_embedded.cli.common import CliError, add_values, given_values
+from ros2_embedded.cli.common import CliError, given_values, option, values_options
 from ros2_embedded.message_values import fill
 
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument(
-        "service_name", help="Name of the ROS service to call to (e.g. '/add_two_ints')"
-    )
-    parser.add_argument(
-        "service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')"
-    )  # fmt: skip
-    add_values(
-        parser,
-        "values",
-        "Values to fill the service request with in YAML format (e.g. '{a: 1, b: 2}'), "
-        "otherwise the service request will be published with default values",
-    )
-    parser.add_argument(
-        "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
-    )
+OPTIONS = (
+    option("service_name", help="Name of the ROS service to call to (e.g. '/add_two_ints')"),
+    option("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')"),
+    values_options("values", "Values to fill the service request with in YAML format (e.g. '{a: "
+                   "1, b: 2}'), otherwise the service request will be published with default "
+                   "values"),
+    option("-r", "--rate", metavar="N", type=float,
+           help="Repeat the call at a specific rate in Hz"),
+)  # fmt: skip
 
 
 def call(options: argparse.Namespace) -> str | None:

@@ -11,28 +11,20 @@ from ros2_embedded.cli.command_node import add_options, command_node
 from ros2_embedded.cli.common import (
     Named,
     Verb,
-    add_count,
-    add_hidden,
-    add_types,
+    count_flag,
     define_verbs,
+    flag,
+    hidden_flag,
+    option,
     print_named,
     print_of_type,
+    types_flag,
     visible,
 )
 
 
 def _topics(node: Node, options: argparse.Namespace) -> Named:
     return visible(node.get_topic_names_and_types(), options)
-
-
-def _define_list(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    add_types(parser, "topic")
-    add_count(parser, "topics")
-    add_hidden(parser, "topics")
-    parser.add_argument(
-        "-v", "--verbose", action="store_true", help="List full details about each topic"
-    )
 
 
 def _list(options: argparse.Namespace) -> None:
@@ -56,18 +48,6 @@ def _list(options: argparse.Namespace) -> None:
 _SIDES = (("Published", "publisher"), ("Subscribed", "subscriber"))
 
 
-def _define_info(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
-    parser.add_argument(
-        "--verbose",
-        "-v",
-        action="store_true",
-        help="Prints detailed information like the node name, node namespace, topic type, "
-        "topic type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
-    )
-
-
 def _info(options: argparse.Namespace) -> str | None:
     name = options.topic_name
     with command_node(options) as node:
@@ -87,11 +67,6 @@ def _info(options: argparse.Namespace) -> str | None:
     return None
 
 
-def _define_type(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')")
-
-
 def _type(options: argparse.Namespace) -> int:
     name = options.topic_name
     with command_node(options, lambda node: name in dict(_topics(node, options))) as node:
@@ -102,35 +77,58 @@ def _type(options: argparse.Namespace) -> int:
     return 0
 
 
-def _define_find(parser: argparse.ArgumentParser) -> None:
-    add_options(parser)
-    parser.add_argument(
-        "topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msg/msg/String')"
-    )
-    add_count(parser, "topics")
-    add_hidden(parser, "topics")
-
-
 def _find(options: argparse.Namespace) -> None:
     with command_node(options) as node:
         found = _topics(node, options)
     print_of_type(found, options.topic_type, options)
 
 
+_VERBS = {
+    "bw": Verb("Display bandwidth used by topic", topic_bw.bandwidth, *topic_bw.OPTIONS),
+    "delay": Verb(
+        "Display delay of topic from timestamp in header", topic_delay.delay, *topic_delay.OPTIONS
+    ),
+    "echo": Verb("Output messages from a topic", topic_echo.echo, *topic_echo.OPTIONS),
+    "find": Verb(
+        "Output a list of available topics of a given type",
+        _find,
+        add_options,
+        option("topic_type",
+               help="Name of the ROS topic type to filter for (e.g. 'std_msg/msg/String')"),
+        count_flag("topics"),
+        hidden_flag("topics"),
+    ),
+    "hz": Verb("Print the average publishing rate to screen", topic_hz.rate, *topic_hz.OPTIONS),
+    "info": Verb(
+        "Print information about a topic",
+        _info,
+        add_options,
+        option("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')"),
+        flag("--verbose", "-v",
+             text="Prints detailed information like the node name, node namespace, topic type, "
+             "topic type hash, GUID, and QoS Profile of the publishers and subscribers to this "
+             "topic"),
+    ),
+    "list": Verb(
+        "Output a list of available topics",
+        _list,
+        add_options,
+        types_flag("topic"),
+        count_flag("topics"),
+        hidden_flag("topics"),
+        flag("-v", "--verbose", text="List full details about each topic"),
+    ),
+    "pub": Verb("Publish a message to a topic", topic_pub.publish, *topic_pub.OPTIONS),
+    "type": Verb(
+        "Print a topic's type",
+        _type,
+        add_options,
+        option("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')"),
+    ),
+}  # fmt: skip
+
+
 def define(parser: argparse.ArgumentParser) -> None:
     """Adds the options and verbs of `ros2 topic`."""
-    add_hidden(parser, "topics")
-    verbs = {
-        "bw": Verb("Display bandwidth used by topic", topic_bw.define, topic_bw.bandwidth),
-        "delay": Verb(
-            "Display delay of topic from timestamp in header", topic_delay.define, topic_delay.delay
-        ),
-        "echo": Verb("Output messages from a topic", topic_echo.define, topic_echo.echo),
-        "find": Verb("Output a list of available topics of a given type", _define_find, _find),
-        "hz": Verb("Print the average publishing rate to screen", topic_hz.define, topic_hz.rate),
-        "info": Verb("Print information about a topic", _define_info, _info),
-        "list": Verb("Output a list of available topics", _define_list, _list),
-        "pub": Verb("Publish a message to a topic", topic_pub.define, topic_pub.publish),
-        "type": Verb("Print a topic's type", _define_type, _type),
-    }
-    define_verbs(parser, verbs)
+    hidden_flag("topics")(parser)
+    define_verbs(parser, _VERBS)

@@ -9,18 +9,16 @@ import rclpy
 from rclpy.qos import qos_profile_sensor_data
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import add_window
+from ros2_embedded.cli.common import option, window_option
 from ros2_embedded.cli.topic_type import type_of_topic
 
-_WINDOW = 100
-
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("topic", help="Topic name to monitor for bandwidth utilization")
-    text = "maximum window size, in # of messages, for calculating rate"
-    add_window(parser, _WINDOW, text, metavar="WINDOW")
-    add_direct_options(parser)
+OPTIONS = (
+    option("topic", help="Topic name to monitor for bandwidth utilization"),
+    window_option(
+        100, "maximum window size, in # of messages, for calculating rate", metavar="WINDOW"
+    ),
+    add_direct_options,
+)
 
 
 def report(sizes: list[int], seconds: float) -> str:

@@ -12,17 +12,14 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import CliError, add_window
+from ros2_embedded.cli.common import CliError, option, window_option
 from ros2_embedded.cli.topic_type import type_of_topic
 
-_WINDOW = 10000
-
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("topic", help="Topic name to calculate the delay for")
-    add_window(parser, _WINDOW, "window size, in # of messages, for calculating rate, string to")
-    add_direct_options(parser)
+OPTIONS = (
+    option("topic", help="Topic name to calculate the delay for"),
+    window_option(10000, "window size, in # of messages, for calculating rate, string to"),
+    add_direct_options,
+)
 
 
 def report(delays: list[int]) -> str:

@@ -13,83 +13,48 @@ from rclpy.task import Future
 
 from ros2_embedded.cli import topic_qos
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import CliError, positive_float, unsigned_int
+from ros2_embedded.cli.common import CliError, flag, option, positive_float, unsigned_int
 from ros2_embedded.cli.topic_type import message_type, type_of_topic
 from ros2_embedded.message_text import is_message, to_csv, to_yaml
 
-_TRUNCATION = 128
-
-
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    add_options(parser)
-    parser.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
-    parser.add_argument(
-        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
-    )
-    topic_qos.define(parser, "subscribe", "sensor_data")
-    parser.add_argument(
-        "--csv",
-        action="store_true",
-        help="Output all recursive fields separated by commas (e.g. for plotting). "
-        "If --include-message-info is also passed, the following fields are prepended: "
-        "source_timestamp, received_timestamp, publication_sequence_number, "
-        "reception_sequence_number.",
-    )
-    parser.add_argument(
-        "--field",
-        help="Echo a selected field of a message. Use '.' to select sub-fields. "
-        "For example, to echo the position field of a nav_msgs/msg/Odometry message: "
-        "'ros2 topic echo /odom --field pose.pose.position'",
-    )
-    parser.add_argument(
-        "--full-length",
-        "-f",
-        action="store_true",
-        help="Output all elements for arrays, bytes, and string with a length > "
-        "'--truncate-length', by default they are truncated after '--truncate-length' elements "
-        "with '...''",
-    )
-    parser.add_argument(
-        "--truncate-length",
-        "-l",
-        type=unsigned_int,
-        default=_TRUNCATION,
-        help=f"The length to truncate arrays, bytes, and string to (default: {_TRUNCATION})",
-    )
-    for option, text in _FLAGS.items():
-        parser.add_argument(option, action="store_true", help=text)
-    parser.add_argument(
-        "--filter",
-        dest="filter_expr",
-        help="Python expression to filter messages that are printed. Expression can use Python "
-        "builtins as well as m (the message).",
-    )
-    parser.add_argument(
-        "--once", action="store_true", help="Print the first message received and then exit."
-    )
-    parser.add_argument(
-        "--timeout", metavar="N", type=positive_float, help="Set a timeout in seconds for waiting"
-    )
-    parser.add_argument(
-        "--include-message-info",
-        "-i",
-        action="store_true",
-        help="Shows the associated message info.",
-    )
-
-
-_FLAGS = {
-    "--no-arr": "Don't print array fields of messages",
-    "--no-str": "Don't print string fields of messages",
-    "--flow-style": "Print collections in the block style (not available with csv format)",
-    "--no-lost-messages": "Don't report when a message is lost",
-    "--raw": "Echo the raw binary representation",
-}
+OPTIONS = (
+    add_options,
+    option("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
+    option("message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"),
+    *topic_qos.options("subscribe", "sensor_data"),
+    flag("--csv",
+         text="Output all recursive fields separated by commas (e.g. for plotting). If "
+         "--include-message-info is also passed, the following fields are prepended: "
+         "source_timestamp, received_timestamp, publication_sequence_number, "
+         "reception_sequence_number."),
+    option("--field",
+           help="Echo a selected field of a message. Use '.' to select sub-fields. For example, to "
+           "echo the position field of a nav_msgs/msg/Odometry message: 'ros2 topic echo /odom "
+           "--field pose.pose.position'"),
+    flag("--full-length", "-f",
+         text="Output all elements for arrays, bytes, and string with a length > "
+         "'--truncate-length', by default they are truncated after '--truncate-length' elements "
+         "with '...''"),
+    option("--truncate-length", "-l", type=unsigned_int, default=128,
+           help="The length to truncate arrays, bytes, and string to (default: 128)"),
+    flag("--no-arr", text="Don't print array fields of messages"),
+    flag("--no-str", text="Don't print string fields of messages"),
+    flag("--flow-style",
+         text="Print collections in the block style (not available with csv format)"),
+    flag("--no-lost-messages", text="Don't report when a message is lost"),
+    flag("--raw", text="Echo the raw binary representation"),
+    option("--filter", dest="filter_expr",
+           help="Python expression to filter messages that are printed. Expression can use Python "
+           "builtins as well as m (the message)."),
+    flag("--once", text="Print the first message received and then exit."),
+    option("--timeout", metavar="N", type=positive_float,
+           help="Set a timeout in seconds for waiting"),
+    flag("--include-message-info", "-i", text="Shows the associated message info."),
+)  # fmt: skip
 
 
 def expression(text: str | None) -> Callable[[Any], Any]:
-    """A filter of messages, which the expression calls `m`; without one all pass."""
+    """A filter made from an expression of the message `m`; without text all messages pass."""
     if not text:
         return lambda m: True
     code = compile(text, "<filter>", "eval")
@@ -97,10 +62,10 @@ def expression(text: str | None) -> Callable[[Any], Any]:
 
 
 def select(message: Any, path: list[str]) -> Any:
-    """The field of a message that the path leads to.
+    """Returns a field of a message or of its sub-messages.
 
     Raises:
-        CliError: there is none.
+        CliError: There is no such field.
     """
     value = message
     for name in path:

@@ -12,40 +12,29 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import qos_profile_sensor_data
 
 from ros2_embedded.cli.command_node import add_direct_options, command_node
-from ros2_embedded.cli.common import add_window
+from ros2_embedded.cli.common import flag, option, window_option
 from ros2_embedded.cli.topic_echo import expression
 from ros2_embedded.cli.topic_type import type_of_topic
 
-_WINDOW = 10000
 _PERIOD = 1_000_000_000
 """Shortest time between two lines [ns]."""
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument(
-        "topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"
-    )  # fmt: skip
-    text = "window size, in # of messages, for calculating rate"
-    add_window(parser, _WINDOW, text, dest="window_size", metavar="WINDOW")
-    parser.add_argument(
-        "--filter",
-        dest="filter_expr",
-        metavar="EXPR",
-        help="only measure messages matching the specified Python expression",
-    )
-    parser.add_argument(
-        "--wall-time",
-        dest="use_wtime",
-        action="store_true",
-        help="calculates rate using wall time which can be helpful when clock is not published "
-        "during simulation",
-    )
-    add_direct_options(parser)
+OPTIONS = (
+    option("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')"),
+    window_option(10000, "window size, in # of messages, for calculating rate",
+                  dest="window_size", metavar="WINDOW"),
+    option("--filter", dest="filter_expr", metavar="EXPR",
+           help="only measure messages matching the specified Python expression"),
+    flag("--wall-time", dest="use_wtime",
+         text="calculates rate using wall time which can be helpful when clock is not published "
+         "during simulation"),
+    add_direct_options,
+)  # fmt: skip
 
 
 class Rate:
-    """The rate of messages by the times at which they came."""
+    """The rate of messages, from their arrival times."""
 
     def __init__(self, window: int) -> None:
         """Counts at most `window` gaps between messages."""
@@ -54,7 +43,7 @@ class Rate:
         self._reported: int | None = None
 
     def add(self, now: int) -> None:
-        """A message has come [ns]; time that goes back starts anew."""
+        """Adds the arrival time of a message [ns]; a jump back resets the statistics."""
         if now == 0:
             if self._gaps:
                 print("time has reset, resetting counters")
@@ -67,7 +56,7 @@ class Rate:
         self._last = now
 
     def report(self) -> str | None:
-        """The rate, at most once a second of the messages' time; otherwise None."""
+        """A report, at most once per second of the messages' time; otherwise None."""
         if not self._gaps or self._last is None:
             return None
         if self._reported is None:

@@ -12,7 +12,14 @@ from rclpy.node import Node
 
 from ros2_embedded.cli import topic_qos
 from ros2_embedded.cli.command_node import add_direct_options, await_peer, command_node
-from ros2_embedded.cli.common import add_values, given_values, positive_float
+from ros2_embedded.cli.common import (
+    exclusive,
+    flag,
+    given_values,
+    option,
+    positive_float,
+    values_options,
+)
 from ros2_embedded.cli.topic_type import message_type
 from ros2_embedded.message_values import fill
 
@@ -28,64 +35,32 @@ def nonnegative_int(text: str) -> int:
     return number
 
 
-def define(parser: argparse.ArgumentParser) -> None:
-    """Adds the options."""
-    parser.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
-    parser.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
-    add_values(
-        parser,
-        "values",
-        "Values to fill the message with in YAML format (e.g. 'data: Hello World'), "
-        "otherwise the message will be published with default values",
-    )
-    parser.add_argument(
-        "-r",
-        "--rate",
-        metavar="N",
-        type=positive_float,
-        default=1.0,
-        help="Publishing rate in Hz (default: 1)",
-    )
-    parser.add_argument(
-        "-p",
-        "--print",
-        metavar="N",
-        type=int,
-        default=1,
-        help="Only print every N-th published message (default: 1)",
-    )
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument("-1", "--once", action="store_true", help="Publish one message and exit")
-    group.add_argument(
-        "-t",
-        "--times",
-        type=nonnegative_int,
-        default=0,
-        help="Publish this number of times and then exit",
-    )
-    parser.add_argument(
-        "-w",
-        "--wait-matching-subscriptions",
-        type=nonnegative_int,
-        help="Wait until finding the specified number of matching subscriptions. Defaults to 1 "
-        'when using "-1"/"--once"/"--times", otherwise defaults to 0.',
-    )
-    parser.add_argument(
-        "--max-wait-time-secs",
-        type=positive_float,
-        help="This sets the maximum wait time in seconds if --wait-until-matching-subscriptions "
-        "is set. By default, this flag is not set meaning the subscriber will wait endlessly.",
-    )
-    parser.add_argument(
-        "--keep-alive",
-        metavar="N",
-        type=positive_float,
-        default=0.1,
-        help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
-    )
-    parser.add_argument("-n", "--node-name", help="Name of the created publishing node")
-    topic_qos.define(parser, "publish", "default")
-    add_direct_options(parser)
+OPTIONS = (
+    option("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')"),
+    option("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')"),
+    values_options("values", "Values to fill the message with in YAML format (e.g. 'data: Hello "
+                   "World'), otherwise the message will be published with default values"),
+    option("-r", "--rate", metavar="N", type=positive_float, default=1.0,
+           help="Publishing rate in Hz (default: 1)"),
+    option("-p", "--print", metavar="N", type=int, default=1,
+           help="Only print every N-th published message (default: 1)"),
+    exclusive(
+        flag("-1", "--once", text="Publish one message and exit"),
+        option("-t", "--times", type=nonnegative_int, default=0,
+               help="Publish this number of times and then exit"),
+    ),
+    option("-w", "--wait-matching-subscriptions", type=nonnegative_int,
+           help="Wait until finding the specified number of matching subscriptions. Defaults to 1 "
+           'when using "-1"/"--once"/"--times", otherwise defaults to 0.'),
+    option("--max-wait-time-secs", type=positive_float,
+           help="This sets the maximum wait time in seconds if --wait-until-matching-subscriptions "
+           "is set. By default, this flag is not set meaning the subscriber will wait endlessly."),
+    option("--keep-alive", metavar="N", type=positive_float, default=0.1,
+           help="Keep publishing node alive for N seconds after the last msg (default: 0.1)"),
+    option("-n", "--node-name", help="Name of the created publishing node"),
+    *topic_qos.options("publish", "default"),
+    add_direct_options,
+)  # fmt: skip
 
 
 def publish(options: argparse.Namespace) -> str | None:

@@ -17,6 +17,8 @@ from rclpy.qos import (
     ReliabilityPolicy,
 )
 
+from ros2_embedded.cli.common import Define, option
+
 _OVERRIDES = ("reliability", "durability", "depth", "history", "liveliness",
               "liveliness_lease_duration_seconds")  # fmt: skip
 
@@ -26,45 +28,29 @@ def _preset(name: str) -> QoSProfile:
     return copy(QoSPresetProfiles.get_from_short_key(name))
 
 
-def define(parser: argparse.ArgumentParser, way: str, default: str) -> None:
-    """Adds the options; `way` is `subscribe` or `publish`, `default` the preset's name."""
-    parser.add_argument(
-        "--qos-profile",
-        choices=QoSPresetProfiles.short_keys(),
-        default=default,
-        help=f"Quality of service preset profile to {way} with (default: {default})",
-    )
-    parser.add_argument(
-        "--qos-depth",
-        metavar="N",
-        type=int,
-        help=f"Queue size setting to {way} with (overrides depth value of --qos-profile option)",
-    )
-    parser.add_argument(
-        "--qos-history",
-        choices=HistoryPolicy.short_keys(),
-        help=f"History of samples setting to {way} with (overrides history value of --qos-profile "
-        f"option, default: {_preset(default).history.short_key})",
-    )
-    for name, policy in (("reliability", ReliabilityPolicy), ("durability", DurabilityPolicy)):
-        parser.add_argument(
-            f"--qos-{name}",
-            choices=policy.short_keys(),
-            help=f"Quality of service {name} setting to {way} with (overrides {name} value of "
-            "--qos-profile option, default: Compatible profile with running endpoints )",
-        )
-    parser.add_argument(
-        "--qos-liveliness",
-        choices=LivelinessPolicy.short_keys(),
-        help=f"Quality of service liveliness setting to {way} with (overrides liveliness value of "
-        "--qos-profile option",
-    )
-    parser.add_argument(
-        "--qos-liveliness-lease-duration-seconds",
-        type=float,
-        help=f"Quality of service liveliness lease duration setting to {way} with (overrides "
-        "liveliness lease duration value of --qos-profile option",
-    )
+def options(way: str, default: str) -> list[Define]:
+    """The options; `way` is `subscribe` or `publish`, `default` is the name of the preset."""
+    policies = {"reliability": ReliabilityPolicy, "durability": DurabilityPolicy}
+    return [
+        option("--qos-profile", choices=QoSPresetProfiles.short_keys(), default=default,
+               help=f"Quality of service preset profile to {way} with (default: {default})"),
+        option("--qos-depth", metavar="N", type=int,
+               help=f"Queue size setting to {way} with (overrides depth value of --qos-profile "
+               "option)"),
+        option("--qos-history", choices=HistoryPolicy.short_keys(),
+               help=f"History of samples setting to {way} with (overrides history value of "
+               f"--qos-profile option, default: {_preset(default).history.short_key})"),
+        *(option(f"--qos-{name}", choices=policy.short_keys(),
+                 help=f"Quality of service {name} setting to {way} with (overrides {name} value of "
+                 "--qos-profile option, default: Compatible profile with running endpoints )")
+          for name, policy in policies.items()),
+        option("--qos-liveliness", choices=LivelinessPolicy.short_keys(),
+               help=f"Quality of service liveliness setting to {way} with (overrides liveliness "
+               "value of --qos-profile option"),
+        option("--qos-liveliness-lease-duration-seconds", type=float,
+               help=f"Quality of service liveliness lease duration setting to {way} with "
+               "(overrides liveliness lease duration value of --qos-profile option"),
+    ]  # fmt: skip
 
 
 def profile(options: argparse.Namespace) -> QoSProfile:
@@ -89,7 +75,7 @@ def profile(options: argparse.Namespace) -> QoSProfile:
 
 
 def profile_for(options: argparse.Namespace, publishers: Sequence[Any]) -> QoSProfile:
-    """Like `profile`, but where no option overrides anything it fits the publishers."""
+    """The profile of a subscription, compatible with the publishers unless options override it."""
     if any(getattr(options, f"qos_{name}") is not None for name in _OVERRIDES):
         return profile(options)
     chosen = _preset(options.qos_profile)

@@ -15,10 +15,10 @@ _POLL = 0.1
 
 
 def message_type(name: str) -> Any:
-    """Class of the message that the user names.
+    """The class of the message type that the user has named.
 
     Raises:
-        CliError: there is none.
+        CliError: There is no such type.
     """
     return interfaces.find(name, "msg", "The passed message type is invalid")
 
@@ -33,7 +33,7 @@ def type_of_topic(node: Node, topic: str, *, wait: bool) -> Any:
 
     Raises:
         CliError: the topic's name is not valid, or it has several types, or an unknown one.
-        RCLError: the command is told to end while it waits.
+        RCLError: A signal ends the command while it waits.
     """
     try:
         name = node.resolve_topic_name(topic)

@@ -1,1 +1,1 @@
-"""`ros2 launch`: reads launch files in YAML, starts their processes and leaves none behind."""
+"""`ros2 launch`: reads launch files in YAML, starts their processes and ends all of them."""

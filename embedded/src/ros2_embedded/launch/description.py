@@ -36,7 +36,7 @@ class Argument:
 
 @dataclass
 class LaunchPlan:
-    """What a launch file, with the files that it includes, comes down to."""
+    """The processes, arguments and messages of a launch file and of the files that it includes."""
 
     processes: list[ProcessSpec] = field(default_factory=list)
     arguments: dict[str, Argument] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class LaunchReader:
     """Reads launch files; `plan` is what has been read."""
 
     def __init__(self, only_arguments: bool = False) -> None:
-        """With `only_arguments` a missing argument is no error and no processes are collected."""
+        """With `only_arguments`, a missing argument is no error, and no processes are collected."""
         self.plan = LaunchPlan()
         self._only_arguments = only_arguments
         self._conditional = 0
@@ -74,7 +74,13 @@ class LaunchReader:
             LaunchError: the file is missing or makes no sense.
         """
         try:
-            tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".py" or text.lstrip().startswith("<"):
+                language = "Python" if path.suffix == ".py" else "XML"
+                raise LaunchError(
+                    f"{path}: launch files in {language} are not supported here, only in YAML"
+                )
+            tree = yaml.safe_load(text)
         except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
             raise LaunchError(f"{path}: {error}") from error
         if not isinstance(tree, dict) or not isinstance(tree.get("launch"), list):

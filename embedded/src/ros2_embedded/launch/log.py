@@ -1,4 +1,4 @@
-"""What `ros2 launch` says, and where the output of its processes goes: screen and log files."""
+"""Writes the messages of `ros2 launch` and the output of its processes to screen and files."""
 
 from __future__ import annotations
 

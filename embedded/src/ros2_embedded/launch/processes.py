@@ -57,7 +57,7 @@ def join(namespace: str, name: str) -> str:
 
 
 def node_process(body: dict[str, Any], scope: Scope, number: int) -> ProcessSpec:
-    """What an entity `node` starts.
+    """The process that an entity `node` starts.
 
     Raises:
         LaunchError: there is no such package or executable, or the entity makes no sense.
@@ -138,7 +138,7 @@ def _is_yaml(text: str) -> bool:
 
 
 def executable_process(body: dict[str, Any], scope: Scope, number: int) -> ProcessSpec:
-    """What an entity `executable` starts.
+    """The process that an entity `executable` starts.
 
     Raises:
         LaunchError: the entity makes no sense.
@@ -181,7 +181,7 @@ def _process(
 
 
 def _prefix(body: dict[str, Any], scope: Scope, program: str) -> list[str]:
-    """What stands before a command: the entity's own, or the launch's if its filter matches."""
+    """The prefix of a command: the entity's, or that of the whole launch if its filter matches."""
     if "launch-prefix" in body:
         return shlex.split(substitute(body["launch-prefix"], scope))
     if re.match(scope.variables.get("launch-prefix-filter", ""), program):

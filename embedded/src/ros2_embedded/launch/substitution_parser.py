@@ -20,20 +20,20 @@ class Call:
 
 
 Parts = tuple[Union[str, "Call"], ...]
-"""Texts and calls that stand one after the other."""
+"""Texts and calls in their order."""
 
 
 def parse(text: str) -> Parts:
-    """Takes a text apart; a backslash takes the meaning from the character after it.
+    """Parses a text; a backslash escapes the character after it.
 
     Raises:
-        LaunchError: a quote or a parenthesis is not closed, or stands where none may.
+        LaunchError: A quote or a parenthesis is not closed, or is not allowed in its place.
     """
     return _Parser(text).template("") or ("",)
 
 
 def describe(parts: Parts) -> str:
-    """What stands in a text, in the words of `ros2 launch --show-args`."""
+    """Describes a text as `ros2 launch --show-args` does."""
     return " + ".join(
         f"'{part}'" if isinstance(part, str) else _described(part) for part in parts
     )  # fmt: skip
@@ -76,7 +76,7 @@ class _Parser:
         return self._text[self._at - 1]
 
     def template(self, quote: str) -> Parts:
-        """Up to the closing quote, or to the end where there is none."""
+        """Parses up to the closing quote, or up to the end if no quote is open."""
         parts: list[str | Call] = []
         while self._at < len(self._text):
             if self._text.startswith("$(", self._at):

@@ -27,7 +27,7 @@ from ros2_embedded.launch.substitution_parser import Call, Parts, parse
 
 @dataclass
 class Scope:
-    """What substitutions see: the file they stand in, arguments, environment, namespace."""
+    """The scope of substitutions: the launch file, arguments, environment and namespace."""
 
     file: Path
     variables: dict[str, str] = field(default_factory=dict)
@@ -90,10 +90,10 @@ def is_true(text: str) -> bool:
 
 
 def truth(text: str) -> bool:
-    """Value of a text where a bool is wanted: more words than in a condition.
+    """The value of a text that must be a bool; more words are allowed than in a condition.
 
     Raises:
-        LaunchError: it is none.
+        LaunchError: The text is not a bool.
     """
     words = {"true": True, "yes": True, "on": True, "1": True,
              "false": False, "no": False, "off": False, "0": False}  # fmt: skip
@@ -107,7 +107,7 @@ def _lower(value: bool) -> str:
 
 
 def _eval(scope: Scope, expression: str, modules: str = "math") -> str:
-    """Python's value of an expression, as in ROS 2; the names of `math` can stand alone."""
+    """The value of a Python expression, as in ROS 2; the names of `math` are defined."""
     names: dict[str, Any] = {}
     for module in (name.strip() for name in modules.split(",")):
         names[module] = __import__(module)
@@ -134,7 +134,7 @@ def _env(scope: Scope, name: str, default: str | None = None) -> str:
 
 
 def _equals(left: str, right: str) -> bool:
-    """As texts, but truth values and numbers by what they mean."""
+    """Compares two texts; truth values and numbers are compared by value."""
     words = {"true": True, "1": True, "false": False, "0": False}
     if left.lower() in words and right.lower() in words:
         return words[left.lower()] == words[right.lower()]
@@ -163,7 +163,7 @@ def _command(scope: Scope, command: str, on_stderr: str = "fail") -> str:
 
 
 def _anonymous(scope: Scope, name: str) -> str:
-    """A name that nobody else has, the same one each time."""
+    """A unique name, the same for each call with this text."""
     number = random.randint(0, sys.maxsize)
     made = f"{name}_{socket.gethostname()}_{os.getpid()}_{number}"
     return scope.variables.setdefault(f"anon{name}", made.translate(str.maketrans(".-:", "___")))

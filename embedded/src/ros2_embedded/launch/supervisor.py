@@ -18,7 +18,7 @@ from ros2_embedded.launch.log import LaunchLog
 from ros2_embedded.launch.processes import ProcessSpec
 
 GRACE = 5.0
-"""After this time [s] a process that does not end is told so more firmly."""
+"""Time until a process that has not ended receives the next stronger signal [s]."""
 
 _ESCALATION = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 _PR_SET_PDEATHSIG = 1
@@ -169,7 +169,7 @@ class Supervisor:
             for stream in (child.process.stdout, child.process.stderr):
                 if stream in self._selector.get_map():
                     self._forward(child, stream)
-            child.signal_group(signal.SIGKILL)  # what it may have left behind
+            child.signal_group(signal.SIGKILL)  # its remaining child processes
             self._report(child)
             if child.spec.shutdown_on_exit:
                 self._shut_down()
