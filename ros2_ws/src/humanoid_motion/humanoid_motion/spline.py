@@ -18,7 +18,7 @@ _POWERS = np.arange(_DEGREE + 1)
 
 
 @dataclass(frozen=True)
-class JointState:
+class JointReference:
     """Reference state of all N joints at one time.
 
     Attributes:
@@ -74,14 +74,14 @@ class Spline:
         """Time of the last knot [s]."""
         return self._starts[-1]
 
-    def sample(self, time: float) -> JointState:
+    def sample(self, time: float) -> JointReference:
         """Compute the state at a time [s]; from the last knot's time on, the joints are at rest."""
         segment = bisect_right(self._starts, time) - 1
         if segment < 0 or segment >= len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
-            return JointState(rest, np.zeros_like(rest), np.zeros_like(rest))
+            return JointReference(rest, np.zeros_like(rest), np.zeros_like(rest))
         state = _basis(time - self._starts[segment]) @ self.coefficients[segment]
-        return JointState(state[0], state[1], state[2])
+        return JointReference(state[0], state[1], state[2])
 
     def positions(self, times: Array) -> Array:
         """Compute the positions (T, N) [rad] that `sample` returns at times (T,) [s]."""
@@ -94,12 +94,12 @@ class Spline:
             out[inside] = (powers[:, None, :] @ self.coefficients[segment])[:, 0]
         return out
 
-    def end_state(self) -> JointState:
+    def end_state(self) -> JointReference:
         """Compute the state in which the last segment arrives at the last knot."""
         if not len(self.coefficients):
             return self.sample(self.end)
         state = _basis(self._starts[-1] - self._starts[-2]) @ self.coefficients[-1]
-        return JointState(state[0], state[1], state[2])
+        return JointReference(state[0], state[1], state[2])
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
         """Compute states spread evenly over each segment, for checks of the whole motion.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import TrajectoryArrays
-from humanoid_motion.spline import JointState, Spline
+from humanoid_motion.spline import JointReference, Spline
 
 from hrp2_sim_bridge.control.trajectory import (
     CheckedTrajectory,
@@ -77,7 +77,7 @@ class TrajectoryDriver:
             )
         self._splines = [Spline(np.array([now]), rest[None])]
 
-    def sample(self, time: float) -> JointState:
+    def sample(self, time: float) -> JointReference:
         """Return the reference at a time [s], not earlier than that of the last `accept`."""
         splines = self._splines
         for spline in reversed(splines):
@@ -189,7 +189,7 @@ class TrajectoryDriver:
             return [spline]
         return [spline, self._brake(end, spline.end)]
 
-    def _brake(self, state: JointState, now: float) -> Spline:
+    def _brake(self, state: JointReference, now: float) -> Spline:
         """Brake within the stop time, or faster if the motion would otherwise violate a limit."""
         for share in _BRAKES:
             brake = self._brake_within(state, now, share * self._stop_time)
@@ -200,7 +200,7 @@ class TrajectoryDriver:
             break
         return brake
 
-    def _brake_within(self, state: JointState, now: float, duration: float) -> Spline:
+    def _brake_within(self, state: JointReference, now: float, duration: float) -> Spline:
         # The end position of a braking whose velocity is a cubic of time.
         end = state.position + state.velocity * duration / 2 + state.acceleration * duration**2 / 12
         end = np.clip(

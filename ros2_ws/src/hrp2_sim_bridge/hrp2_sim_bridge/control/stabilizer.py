@@ -28,7 +28,7 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.driver_interface import TickSample
-from humanoid_motion.spline import JointState
+from humanoid_motion.spline import JointReference
 
 from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
 from hrp2_sim_bridge.physics.frames import cross, rotation
@@ -198,7 +198,7 @@ class Stabilizer:
         share = np.clip((times - self._begin) / TICK, 0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
-    def update(self, sample: TickSample, reference: Callable[[float], JointState]) -> None:
+    def update(self, sample: TickSample, reference: Callable[[float], JointReference]) -> None:
         """Choose the correction for the end of the tick that begins now.
 
         Args:

@@ -14,7 +14,8 @@ import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES, RobotConfig, needed
-from humanoid_motion.spline import JointState
+from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.spline import JointReference
 
 _LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
 _ON_FLOOR = 0.002  # largest height over the lower sole at which the other sole stands, too [m]
@@ -63,7 +64,7 @@ class ReferenceStanceModel:
     """
 
     def __init__(self, robot: RobotConfig) -> None:
-        self._model = pin.buildModelFromUrdf(str(robot.urdf_path), pin.JointModelFreeFlyer())
+        self._model = free_floating_model(robot)
         self._data = self._model.createData()
         joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
         self._q_index = [joint.idx_q for joint in joints]
@@ -81,7 +82,7 @@ class ReferenceStanceModel:
         self._least_load = _LEAST_LOAD * robot.mass * GRAVITY
         self._q = pin.neutral(self._model)
 
-    def at(self, reference: JointState) -> ReferenceStance:
+    def at(self, reference: JointReference) -> ReferenceStance:
         """Compute the stance.
 
         Args:

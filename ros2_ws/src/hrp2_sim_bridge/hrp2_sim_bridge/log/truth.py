@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import RobotConfig
+from humanoid_motion.pinocchio_model import free_floating_model
 
 from hrp2_sim_bridge.physics.frames import rotation
 
@@ -19,12 +19,7 @@ class CenterOfMass:
     """
 
     def __init__(self, robot: RobotConfig) -> None:
-        import pinocchio
-
-        self._pin = pinocchio
-        self._model = pinocchio.buildModelFromUrdf(
-            str(Path(robot.urdf_path)), pinocchio.JointModelFreeFlyer()
-        )
+        self._model = free_floating_model(robot)
         self._data = self._model.createData()
         joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
         self._q_columns = np.array([joint.idx_q for joint in joints])
@@ -58,6 +53,6 @@ class CenterOfMass:
         com = np.zeros((len(q), 3))
         velocity = np.zeros((len(q), 3))
         for row in range(len(q)):
-            self._pin.centerOfMass(self._model, self._data, full_q[row], full_v[row])
+            pin.centerOfMass(self._model, self._data, full_q[row], full_v[row])
             com[row], velocity[row] = self._data.com[0], self._data.vcom[0]
         return com, velocity

@@ -14,7 +14,7 @@ from hrp2_sim_bridge.control.stance_reference import ReferenceStanceModel
 from hrp2_sim_bridge.settings import TICK, WorldSettings
 from humanoid_motion.driver_interface import ImuSample, TickSample
 from humanoid_motion.kinematics import RobotKinematics
-from humanoid_motion.spline import JointState
+from humanoid_motion.spline import JointReference
 
 CENTERS = np.array([[0.015, 0.105], [0.015, -0.305]])
 REACH = np.array([0.105, 0.055])
@@ -33,7 +33,7 @@ def zmp_of(loads):
 
 
 def at_rest(position):
-    return JointState(np.array(position), np.zeros(30), np.zeros(30))
+    return JointReference(np.array(position), np.zeros(30), np.zeros(30))
 
 
 def resting(position):
