@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 from door_encoder.board import CounterBoard, Reading, make_board
-from door_encoder.decoding.batch import Batch
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BoardError
 from door_encoder.poll import PollBatcher
 from door_encoder.ros.counter_board_node import main
 from door_encoder.simulated_board import SimulatedBoard
+from door_model.recording.batch import SampleBatch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,25 +36,25 @@ def test_samples_are_where_they_were_measured(waits: list[int], start: int) -> N
     for wait in [0, *waits]:
         at += wait
         for batch in made.take(at, Reading(at)):
-            assert 0 < len(batch.values) <= 20
+            assert 0 < len(batch.counts) <= 20
             assert batch.stamp_ns == start + batch.first_index * MS
             assert batch.gap_before == (batch.first_index > end)
-            for place, value in enumerate(batch.values):
+            for place, value in enumerate(batch.counts):
                 assert abs(int(value) - batch.stamp_ns - place * MS) <= MS // 2
-            end = batch.first_index + len(batch.values)
-            found += len(batch.values)
+            end = batch.first_index + len(batch.counts)
+            found += len(batch.counts)
     assert found <= end
     assert 0 < made.after(at) <= MS
 
 
 def test_punctual_polls_make_batches_of_twenty() -> None:
     """One batch each 20 polls, nothing missed, the index in the batch in which it came."""
-    made, found = batcher(), list[Batch]()
+    made, found = batcher(), list[SampleBatch]()
     for poll in range(100):
         found += made.take(poll * MS, Reading(poll, 7 if poll == 45 else None))
-    assert [(b.first_index, len(b.values)) for b in found] == [(n, 20) for n in range(0, 100, 20)]
+    assert [(b.first_index, len(b.counts)) for b in found] == [(n, 20) for n in range(0, 100, 20)]
     assert made.missed == 0
-    assert [list(b.index_values) for b in found] == [[], [], [7], [], []]
+    assert [list(b.index_counts) for b in found] == [[], [], [7], [], []]
 
 
 def test_an_index_pulse_is_told_even_where_its_sample_is_one_too_many() -> None:
@@ -63,8 +63,8 @@ def test_an_index_pulse_is_told_even_where_its_sample_is_one_too_many() -> None:
     made.take(0, Reading(1))
     made.take(100_000, Reading(2, index=9))
     found = [batch for poll in range(1, 20) for batch in made.take(poll * MS, Reading(3))]
-    assert list(found[0].values) == [1, *[3] * 19]
-    assert list(found[0].index_values) == [9]
+    assert list(found[0].counts) == [1, *[3] * 19]
+    assert list(found[0].index_counts) == [9]
 
 
 def test_the_simulated_board_is_a_door() -> None:

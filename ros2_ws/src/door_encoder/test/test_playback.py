@@ -30,7 +30,7 @@ def test_every_sample_comes_out_of_the_decoder(
     decoder = EncoderDecoder(Settings(zero=0))
     heard: dict[int, int] = {}
     for batch in batches(from_counts(t, counts)):
-        assert len(batch.values) <= round(0.02 / period)
+        assert len(batch.counts) <= round(0.02 / period)
         assert abs(batch.stamp_ns * 1e-9 - t[numbers == batch.first_index][0]) < 1e-8
         for piece in decoder.decode(batch):
             heard |= {piece.first_index + n: int(c) for n, c in enumerate(piece.counts)}
@@ -43,7 +43,7 @@ def test_angles_become_counts() -> None:
     recording = Recording(np.arange(40) * 1e-3, np.radians(np.arange(40) * 0.025))
     found = batches(recording)
     assert [batch.counts_per_turn for batch in found] == [14400, 14400]
-    assert np.concatenate([batch.values for batch in found]).tolist() == list(range(40))
+    assert np.concatenate([batch.counts for batch in found]).tolist() == list(range(40))
 
 
 @pytest.mark.parametrize(
@@ -87,4 +87,4 @@ def test_a_csv_keeps_its_counts(tmp_path: Path) -> None:
     path.write_text("time_s,count\n" + "".join(f"{n / 1000},{n % 7}\n" for n in range(50)))
     found = batches_from_csv(path, 1440)
     assert {batch.counts_per_turn for batch in found} == {1440}
-    assert np.concatenate([b.values for b in found]).tolist() == [n % 7 for n in range(50)]
+    assert np.concatenate([b.counts for b in found]).tolist() == [n % 7 for n in range(50)]

@@ -80,7 +80,7 @@ class ConfigError(DoorModelError):
         self.source = source
 
 
-class RecordingError(DoorModelError):
+class BadRecordingError(DoorModelError):
     """A recording cannot be read.
 
     Attributes:

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-
-from door_encoder.decoding.counts import Counts, difference, unwrap
+from door_model.recording.counts import Counts, difference, unwrap
 
 CONFIRM = 0.005  # time after which a run that begins where the door can be is believed [s]
 SETTLE = 0.1  # time after which a run that begins elsewhere is believed [s]

@@ -7,31 +7,32 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_encoder.decoding.angle import AngleSampler
-from door_encoder.decoding.batch import Batch, Decoded
-from door_encoder.decoding.counts import wrap
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
-from door_encoder.errors import BadBatchError, EncoderSettingError
+from door_encoder.errors import BadBatchError
+from door_impact_common.errors import SettingError
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
 PERIOD = 1e-3
 
 
-def batch(first: int, values: Sequence[int], **changes: object) -> Batch:
+def batch(first: int, values: Sequence[int], **changes: object) -> SampleBatch:
     """A batch at 1 kHz whose stamp follows from its number."""
-    made = Batch(
+    made = SampleBatch(
         stamp_ns=10**9 + first * 10**6,
         period=PERIOD,
         first_index=first,
         counts_per_turn=14400,
-        values=values,
+        counts=values,
     )
     return replace(made, **changes)  # type: ignore[arg-type]
 
 
-def decode(decoder: EncoderDecoder, batch: Batch) -> Decoded | None:
+def decode(decoder: EncoderDecoder, batch: SampleBatch) -> SampleBatch | None:
     """The one piece, or nothing, that comes of a batch without jumps."""
     pieces = decoder.decode(batch)
     assert len(pieces) <= 1
@@ -135,7 +136,7 @@ def test_overlap_is_cut_off() -> None:
         {"period": 1e-300},
         {"first_index": 2**64 - 1},
         {"counts_per_turn": 3600},
-        {"values": []},
+        {"counts": []},
     ],
 )
 def test_bad_batches_are_refused_and_nothing_is_lost(changes: dict[str, object]) -> None:
@@ -187,14 +188,14 @@ INT64 = st.integers(-(2**63), 2**63 - 1)
 @given(
     batches=st.lists(
         st.builds(
-            Batch,
+            SampleBatch,
             stamp_ns=st.integers(0, 3 * 10**9) | st.integers(-(2**61), 2**61),
             period=st.sampled_from([1e-3, 1e-4, 1.0]) | st.floats(),
             first_index=st.integers(0, 100) | st.integers(0, 2**64 - 1),
             counts_per_turn=st.sampled_from([14400, 14400, 0]),
-            values=st.lists(INT64 | st.integers(-5, 5), max_size=30),
+            counts=st.lists(INT64 | st.integers(-5, 5), max_size=30),
             gap_before=st.booleans(),
-            index_values=st.lists(INT64 | st.integers(-5, 5), max_size=2),
+            index_counts=st.lists(INT64 | st.integers(-5, 5), max_size=2),
         ),
         max_size=12,
     ),
@@ -202,7 +203,7 @@ INT64 = st.integers(-(2**63), 2**63 - 1)
     zero=st.none() | st.integers(-(2**61), 2**61),
 )
 def test_no_message_can_end_the_decoder(
-    batches: list[Batch], modulus: int, zero: int | None
+    batches: list[SampleBatch], modulus: int, zero: int | None
 ) -> None:
     """Whatever its fields: refused, dropped, or decoded to what fits into a message."""
     decoder = EncoderDecoder(Settings(modulus=modulus, zero=zero))
@@ -235,7 +236,7 @@ def test_no_message_can_end_the_decoder(
 )
 def test_settings_that_make_no_sense(changes: dict[str, object]) -> None:
     """Refused when they are made."""
-    with pytest.raises(EncoderSettingError):
+    with pytest.raises(SettingError):
         Settings(**changes)  # type: ignore[arg-type]
 
 
@@ -246,7 +247,7 @@ def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
     points, first = [], 0
     for size in sizes:
         counts = np.arange(first, first + size)
-        made = Decoded(10**9 + first * 10**6, PERIOD, first, counts, False)
+        made = SampleBatch(10**9 + first * 10**6, PERIOD, first, 14400, counts, False)
         points += list(sampler.take(made))
         first += size
     assert [point.stamp_ns for point in points] == [
@@ -261,8 +262,8 @@ def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
 def test_velocity_does_not_reach_across_a_gap() -> None:
     """A door that moved during the gap does not look fast after it."""
     sampler = AngleSampler(radians_per_count=1e-3)
-    list(sampler.take(Decoded(0, PERIOD, 0, np.zeros(50, int), False)))
-    after = list(sampler.take(Decoded(10**9, PERIOD, 1000, np.full(50, 300), True)))
+    list(sampler.take(SampleBatch(0, PERIOD, 0, 14400, np.zeros(50, int), False)))
+    after = list(sampler.take(SampleBatch(10**9, PERIOD, 1000, 14400, np.full(50, 300), True)))
     assert [point.omega for point in after] == pytest.approx([0.0] * 5)
 
 
@@ -272,15 +273,15 @@ def test_velocity_goes_on_across_a_few_lost_samples(missing: int, speed: int) ->
     sampler = AngleSampler(radians_per_count=1e-3)
     counts = speed * np.arange(300)
     first = 100 + missing
-    points = list(sampler.take(Decoded(0, PERIOD, 0, counts[:100], False)))
-    points += sampler.take(Decoded(first * 10**6, PERIOD, first, counts[first:], True))
+    points = list(sampler.take(SampleBatch(0, PERIOD, 0, 14400, counts[:100], False)))
+    points += sampler.take(SampleBatch(first * 10**6, PERIOD, first, 14400, counts[first:], True))
     assert all(point.omega == pytest.approx(speed) for point in points[1:])
 
 
 @pytest.mark.parametrize("changes", [{"rate": 0.0}, {"window": -1.0}, {"rate": math.nan}])
 def test_rates_that_make_no_sense(changes: dict[str, float]) -> None:
     """Refused when they are set."""
-    with pytest.raises(EncoderSettingError):
+    with pytest.raises(SettingError):
         AngleSampler(radians_per_count=1e-3, **changes)
 
 

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from door_encoder.decoding.batch import Batch, Decoded
-from door_encoder.decoding.counts import wrap
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.index import TOLERANCE
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -29,7 +29,7 @@ def stream(
     size: int = 20,
     first: int = 0,
     index: dict[int, list[int]] | None = None,
-) -> list[Decoded]:
+) -> list[SampleBatch]:
     """What comes of a stream; `index` has values latched in the batch with a sample."""
     found = []
     for start in range(0, len(values), size):
@@ -38,12 +38,12 @@ def stream(
                    for value in row]  # fmt: skip
         part = np.asarray(values[start : start + size])
         found += decoder.decode(
-            Batch(10**9 + number * 10**6, 1e-3, number, 14400, part, index_values=latched)
+            SampleBatch(10**9 + number * 10**6, 1e-3, number, 14400, part, index_counts=latched)
         )
     return found
 
 
-def by_number(pieces: list[Decoded]) -> dict[int, int]:
+def by_number(pieces: list[SampleBatch]) -> dict[int, int]:
     """Counts by the samples' running numbers."""
     return {
         piece.first_index + at: int(count)
@@ -52,12 +52,12 @@ def by_number(pieces: list[Decoded]) -> dict[int, int]:
     }
 
 
-def stamps_fit(pieces: list[Decoded]) -> bool:
+def stamps_fit(pieces: list[SampleBatch]) -> bool:
     """Every piece is stamped with the time of its first sample."""
     return all(piece.stamp_ns == 10**9 + piece.first_index * 10**6 for piece in pieces)
 
 
-def gaps_fit(pieces: list[Decoded]) -> bool:
+def gaps_fit(pieces: list[SampleBatch]) -> bool:
     """Where numbers are missing there is a gap."""
     ends = [piece.first_index + len(piece.counts) for piece in pieces]
     return all(
@@ -200,7 +200,7 @@ def test_a_restart_is_no_jump() -> None:
     decoder = EncoderDecoder()
     stream(decoder, np.concatenate([swing(400), np.full(50, 12000)]))
     for stamp_ns in (10**10, 0):
-        batch = Batch(stamp_ns, 1e-3, 0, 14400, [7] * 20)
+        batch = SampleBatch(stamp_ns, 1e-3, 0, 14400, [7] * 20)
         (piece,) = decoder.decode(batch)
         assert piece.gap_before
         assert (piece.counts == 0).all()
@@ -215,7 +215,7 @@ def test_behind_a_gap_of_unknown_length_the_door_may_be_elsewhere() -> None:
     """A simulation that was reset puts the door back to zero: no jump, nothing dropped."""
     decoder = EncoderDecoder()
     stream(decoder, swing(700))
-    batch = Batch(2 * 10**9, 1e-3, 700, 14400, [0] * 20, gap_before=True)
+    batch = SampleBatch(2 * 10**9, 1e-3, 700, 14400, [0] * 20, gap_before=True)
     (piece,) = decoder.decode(batch)
     assert piece.gap_before
     assert piece.counts.tolist() == [0] * 20
@@ -227,7 +227,7 @@ def test_noise_behind_a_gap_is_not_believed() -> None:
     decoder = EncoderDecoder()
     stream(decoder, swing(300))
     values = [4000, -900, 3000, *[5] * 17]
-    batch = Batch(10**10, 1e-3, 300, 14400, values, gap_before=True)
+    batch = SampleBatch(10**10, 1e-3, 300, 14400, values, gap_before=True)
     (piece,) = decoder.decode(batch)
     assert (piece.first_index, piece.counts.tolist()) == (307, [5] * 13)
     assert decoder.offset == 0

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from door_encoder.decoding.velocity import ENOUGH, LONGEST, Velocity, VelocityEstimator
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -144,5 +144,5 @@ def test_an_accelerating_door_lags_by_the_stated_delay() -> None:
 
 def test_the_window_must_hold_two() -> None:
     """One sample has no slope."""
-    with pytest.raises(EncoderSettingError):
+    with pytest.raises(SettingError):
         VelocityEstimator(period=PERIOD, window=1, radians_per_count=COUNT)

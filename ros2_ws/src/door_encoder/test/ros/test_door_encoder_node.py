@@ -117,5 +117,5 @@ def test_bad_parameters_end_with_a_sentence(capfd: pytest.CaptureFixture[str]) -
     """direction 3 is refused: exit code 1, no traceback."""
     assert main(["--ros-args", "-p", "direction:=3"]) == 1
     text = capfd.readouterr().err
-    assert "direction must be 1 or -1" in text
+    assert "direction is 3, must be 1 or -1" in text
     assert "Traceback" not in text

@@ -136,7 +136,7 @@ def identify(
         NoScaleError: There is no scale, or it does not fit to what the recording shows.
         NoSwingError: Nothing in the recording looks like a free swing.
         NoFitError: The fit leads to no door, or leaves far too much of the swings.
-        RecordingError: Its times cannot be those of samples in seconds.
+        BadRecordingError: Its times cannot be those of samples in seconds.
         DoorParameterError: A bound is of no parameter or no interval, the start angle is not
             positive, or there is no such extra.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, median_filter
 
-from door_model.errors import RecordingError
+from door_model.errors import BadRecordingError
 from door_model.recording.recording import Recording
 
 _WINDOW = 0.06  # [s]; a batch of 20 ms is a third of it
@@ -72,19 +72,23 @@ def without_garbage(recording: Recording) -> tuple[Recording, list[str]]:
 
 
 def require_times(recording: Recording) -> None:
-    """Raise RecordingError where the times cannot be those of an encoder's samples in seconds."""
+    """Check that the times can be those of an encoder's samples in seconds.
+
+    Raises:
+        BadRecordingError: The samples are too close, too far apart, or come in bunches.
+    """
     if len(recording.t) < 2:
         return
     steps = np.diff(recording.t)
     period = float(np.median(steps))
     if not _PERIODS[0] <= period <= _PERIODS[1]:
-        raise RecordingError(
+        raise BadRecordingError(
             "the recording", None,
             f"has a sample every {period:g} s, not every {_PERIODS[0]:g} to {_PERIODS[1]:g} s: are "
             "its times in seconds?", value=period, limit=_PERIODS)
     mean = float(steps[steps <= _PERIODS[1]].mean())
     if mean > _BUNCHED * period:
-        raise RecordingError(
+        raise BadRecordingError(
             "the recording", None,
             f"has its samples in bunches, {period:g} s apart within them and {mean:g} s on the "
             "average: are the times those of the samples?", value=mean / period, limit=_BUNCHED)

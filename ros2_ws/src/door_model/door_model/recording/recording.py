@@ -12,7 +12,7 @@ import numpy as np
 from door_impact_common.files import write_whole
 from numpy.typing import NDArray
 
-from door_model.errors import DoorParameterError, RecordingError
+from door_model.errors import BadRecordingError, DoorParameterError
 
 COUNTS_PER_TURN = 14400  # the paper's encoder: 3600 lines, quadrature
 _COUNT_HEADER = ["time_s", "count"]
@@ -70,7 +70,7 @@ def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Record
         counts_per_turn: Counts a turn of the hinge; only used with the header time_s,count.
 
     Raises:
-        RecordingError: The file cannot be read; names the line.
+        BadRecordingError: The file cannot be read; names the line.
         DoorParameterError: counts_per_turn is not positive.
     """
     source = str(path)
@@ -79,11 +79,11 @@ def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Record
             rows = list(csv.reader(stream))
     except (OSError, ValueError, csv.Error) as error:  # a NUL in the path is a ValueError
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise RecordingError(source, None, f"cannot be read: {reason}") from error
+        raise BadRecordingError(source, None, f"cannot be read: {reason}") from error
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header not in (_COUNT_HEADER, _ANGLE_HEADER):
         wanted = "time_s,count or time_s,angle_deg"
-        raise RecordingError(
+        raise BadRecordingError(
             source, 1, f"the header must be {wanted}, not {','.join(header)!r}", value=header,
             limit=wanted,
         )  # fmt: skip
@@ -103,25 +103,27 @@ def _columns(
         if not row:
             continue
         if len(row) != 2:
-            raise RecordingError(source, line, f"has {len(row)} fields, not 2", value=row, limit=2)
+            raise BadRecordingError(
+                source, line, f"has {len(row)} fields, not 2", value=row, limit=2
+            )
         try:
             time, value = float(row[0]), float(row[1])
         except ValueError:
-            raise RecordingError(
+            raise BadRecordingError(
                 source, line, f"{','.join(row)!r} is no number", value=row
             ) from None
         if not (math.isfinite(time) and math.isfinite(value)):
-            raise RecordingError(source, line, f"{','.join(row)!r} is not finite", value=row)
+            raise BadRecordingError(source, line, f"{','.join(row)!r} is not finite", value=row)
         if counts and value != int(value):
-            raise RecordingError(source, line, f"count {row[1]} is no whole number", value=value)
+            raise BadRecordingError(source, line, f"count {row[1]} is no whole number", value=value)
         if t and time <= t[-1]:
-            raise RecordingError(
+            raise BadRecordingError(
                 source, line, f"time {time} s does not follow {t[-1]} s", value=time, limit=t[-1]
             )
         t.append(time)
         values.append(value)
     if not t:
-        raise RecordingError(source, None, "has no samples", value=0, limit=1)
+        raise BadRecordingError(source, None, "has no samples", value=0, limit=1)
     return np.array(t), np.array(values)
 
 

@@ -10,18 +10,17 @@ from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.time import Time
 
 from door_model.checks import require_not_negative
 from door_model.door.config import load_geometry
 from door_model.door.geometry import DoorGeometry
 from door_model.errors import (
+    BadRecordingError,
     ConfigError,
     DoorModelError,
     DoorParameterError,
     NoScaleError,
     NoSwingError,
-    RecordingError,
 )
 from door_model.identification.identify import Identification, Window, identify
 from door_model.identification.parameters import PARAMETERS
@@ -36,6 +35,7 @@ from door_model.identification.scale import (
 from door_model.recording.mcap import read_mcap
 from door_model.recording.recording import Recording, read_csv
 from door_model.recording.sample_store import SampleStore
+from door_model.ros.messages import to_batch
 
 _QUEUE = 200  # batches
 _THROTTLE = 5.0  # [s]
@@ -76,9 +76,8 @@ class CloserIdentifierNode(Node):
 
     def _on_samples(self, message: EncoderSamples) -> None:
         """Keep a batch."""
-        stamp_ns = Time.from_msg(message.header.stamp).nanoseconds
         try:
-            self._store.add(stamp_ns, message.period, message.counts_per_turn, message.counts)
+            self._store.add(to_batch(message))
         except DoorModelError as error:
             self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
 
@@ -123,7 +122,7 @@ class CloserIdentifierNode(Node):
         try:
             return read_mcap(path) if is_mcap else read_csv(path)
         except DoorParameterError as error:
-            raise RecordingError(path, None, str(error), value=error.value) from error
+            raise BadRecordingError(path, None, str(error), value=error.value) from error
 
     def _measured(self, requested: float, parameter: str, configured: float) -> float:
         """A measurement: as requested, else the parameter, else the configuration."""
@@ -191,7 +190,7 @@ def _error_code(error: DoorModelError) -> int:
         return int(codes.NO_SWING)
     if isinstance(error, NoScaleError):
         return int(codes.NO_SCALE)
-    if isinstance(error, RecordingError):
+    if isinstance(error, BadRecordingError):
         return int(codes.BAD_RECORDING)
     if isinstance(error, DoorParameterError):
         return int(codes.BAD_REQUEST)

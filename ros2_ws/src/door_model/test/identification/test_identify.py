@@ -9,7 +9,7 @@ import pytest
 from door_model.door.closer import FourBarCloser
 from door_model.door.config import load_door
 from door_model.door.door import Door
-from door_model.errors import NoFitError, NoScaleError, NoSwingError, RecordingError
+from door_model.errors import BadRecordingError, NoFitError, NoScaleError, NoSwingError
 from door_model.identification.first_estimate import first_estimate
 from door_model.identification.identify import PAPER_START_ANGLE, Window, identify
 from door_model.identification.scale import Scale, scale_from_leaf
@@ -195,7 +195,7 @@ def test_times_that_are_none(
     recording: Recording, times: Callable[[np.ndarray], np.ndarray], match: str
 ) -> None:
     """Milliseconds, microseconds, the times at which batches were written."""
-    with pytest.raises(RecordingError, match=match):
+    with pytest.raises(BadRecordingError, match=match):
         identify(replace(recording, t=times(recording.t)), PAPER.closer, EXACT)
 
 

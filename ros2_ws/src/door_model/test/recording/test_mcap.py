@@ -10,7 +10,7 @@ import pytest
 from ament_index_python.packages import get_package_share_directory
 from door_model.data import data_path
 from door_model.door.config import load_door
-from door_model.errors import DoorModelError, RecordingError
+from door_model.errors import BadRecordingError, DoorModelError
 from door_model.recording.mcap import COUNTS, SAMPLES, read_batches, read_mcap
 from door_model.recording.recording import COUNTS_PER_TURN, read_csv
 from door_model.tools.identify_cli import main
@@ -90,10 +90,10 @@ def test_a_missing_topic_is_said_with_those_that_are_there(tmp_path: Path) -> No
     time = STORE.types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
     clock = STORE.types["rosgraph_msgs/msg/Clock"](clock=time)
     path = bag(tmp_path / "bag", {"/clock": [clock], SAMPLES: []})
-    with pytest.raises(RecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
+    with pytest.raises(BadRecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
         read_mcap(path)
     other = bag(tmp_path / "other", {SAMPLES: [clock]})
-    with pytest.raises(RecordingError, match="has rosgraph_msgs/msg/Clock, not"):
+    with pytest.raises(BadRecordingError, match="has rosgraph_msgs/msg/Clock, not"):
         read_mcap(other)
 
 
@@ -123,7 +123,7 @@ def test_damaged_files_are_errors(
     """A file that is cut off is refused; one with other bytes in it is read or refused."""
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(RecordingError, match="no complete MCAP"):
+    with pytest.raises(BadRecordingError, match="no complete MCAP"):
         read_mcap(path)
     damaged = bytearray(whole)
     for _ in range(3):

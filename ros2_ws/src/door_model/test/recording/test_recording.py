@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from door_impact_common.errors import OutputError
-from door_model.errors import DoorParameterError, RecordingError
+from door_model.errors import BadRecordingError, DoorParameterError
+from door_model.recording.batch import SampleBatch
 from door_model.recording.recording import from_counts, read_csv, write_counts_csv
 from door_model.recording.sample_store import SampleStore
 from hypothesis import given
@@ -56,7 +57,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
 def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int | None, match: str) -> None:
     """What cannot be read is found again."""
     path = write(tmp_path, text)
-    with pytest.raises(RecordingError, match=match) as caught:
+    with pytest.raises(BadRecordingError, match=match) as caught:
         read_csv(path)
     assert caught.value.line == line
     assert caught.value.source == str(path)
@@ -66,7 +67,7 @@ def test_missing_and_binary_files(tmp_path: Path) -> None:
     """No file, a folder, no text: errors of the recording."""
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x01")
     for name in ("none.csv", ".", "binary.csv"):
-        with pytest.raises(RecordingError):
+        with pytest.raises(BadRecordingError):
             read_csv(tmp_path / name)
     with pytest.raises(OutputError, match="cannot be written"):
         write_counts_csv(tmp_path / "no" / "a.csv", np.zeros(1), np.zeros(1, int))
@@ -85,7 +86,8 @@ def test_store_joins_batches_of_any_size(sizes: list[int]) -> None:
     counts = np.arange(sum(sizes))
     start = 0
     for size in sizes:
-        store.add(5_000_000_000 + start * 1_000_000, 1e-3, 14400, counts[start : start + size])
+        part = counts[start : start + size]
+        store.add(SampleBatch(5_000_000_000 + start * 1_000_000, 1e-3, start, 14400, part))
         start += size
     recording = store.recording()
     np.testing.assert_allclose(recording.t, counts * 1e-3, atol=1e-9)
@@ -96,7 +98,7 @@ def test_store_is_bounded() -> None:
     """Old samples go, the newest stay."""
     store = SampleStore(memory=1.0)
     for second in range(50):
-        store.add(second * 200_000_000, 1e-3, 14400, [second] * 200)
+        store.add(SampleBatch(second * 200_000_000, 1e-3, 0, 14400, [second] * 200))
     recording = store.recording()
     assert 1.0 <= recording.t[-1] - recording.t[0] < 1.3
     assert recording.theta[-1] == pytest.approx(49 * 2 * math.pi / 14400)
@@ -105,16 +107,16 @@ def test_store_is_bounded() -> None:
 def test_store_starts_anew_when_time_goes_back() -> None:
     """A simulation that was reset does not mix with what was before."""
     store = SampleStore()
-    store.add(10**10, 1e-3, 14400, [1] * 20)
-    store.add(0, 1e-3, 14400, [2] * 20)
+    store.add(SampleBatch(10**10, 1e-3, 0, 14400, [1] * 20))
+    store.add(SampleBatch(0, 1e-3, 0, 14400, [2] * 20))
     assert len(store.recording().t) == 20
 
 
 def test_empty_store_gives_an_empty_recording() -> None:
     """Nothing heard, nothing kept; nonsense is refused."""
     store = SampleStore()
-    store.add(0, 1e-3, 14400, [])
+    store.add(SampleBatch(0, 1e-3, 0, 14400, []))
     assert store.recording().t.shape == (0,)
     for period, turn in ((0.0, 14400), (math.nan, 14400), (1e300, 14400), (1e-3, 0)):
         with pytest.raises(DoorParameterError):
-            store.add(0, period, turn, [1])
+            store.add(SampleBatch(0, period, 0, turn, [1]))

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from door_encoder.decoding.counts import stationary_zero, unwrap, wrap
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
+from door_model.recording.counts import stationary_zero, unwrap, wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -51,7 +51,7 @@ def test_no_modulus_no_unwrapping() -> None:
 @pytest.mark.parametrize("modulus", [1, -5, 2**64])
 def test_moduli_that_no_counter_has(modulus: int) -> None:
     """Refused with the value."""
-    with pytest.raises(EncoderSettingError) as caught:
+    with pytest.raises(SettingError) as caught:
         unwrap(np.array([1]), modulus)
     assert caught.value.value == modulus
 
