@@ -262,9 +262,9 @@ def test_command_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["--max-deg", "0"], "--max-deg must be a positive"),
         (["--max-deg", "nan"], "--max-deg must be a positive"),
         (["--max-deg", "1e15"], "does not close"),
-        (["--max-deg", "165"], "at 165.00 deg: l1 ends its range at 160.52 deg"),
+        (["--max-deg", "165"], "at 165.00 deg: l1 limits its range at 160.52 deg"),
         (["--swing-deg", "-5"], "above the start angle"),
-        (["--swing-deg", "170"], "l1 ends its range"),
+        (["--swing-deg", "170"], "l1 limits its range"),
     ],
 )
 def test_errors_are_said_and_nothing_is_written(

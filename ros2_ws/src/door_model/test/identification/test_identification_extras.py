@@ -55,7 +55,7 @@ def test_extras_are_found(name: str) -> None:
 def test_what_is_missing_is_named(name: str) -> None:
     """A door that has more than was asked for: the answer says what to identify too."""
     result = found(TRUTH[name], [])
-    assert any(f"with {name} identified too" in warning for warning in result.warnings)
+    assert any(f"if {name} were identified, too" in warning for warning in result.warnings)
 
 
 def test_off_by_default() -> None:
@@ -90,7 +90,8 @@ def test_zones_that_are_not_there_are_left_out_and_said() -> None:
     assert result.names == (*PARAMETERS, "c_c_closing", "friction")
     assert len(result.swings) == 5
     assert {w for w in result.warnings if w.startswith("no ")} == {
-        f"no {zone} shows in the swings: it was left out" for zone in ("latch", "backcheck")}
+        f"the {zone} has no effect on the swings: it was left out"
+        for zone in ("latch", "backcheck")}
 
 
 @pytest.mark.nightly("five seconds: several fits")
@@ -99,7 +100,7 @@ def test_two_that_are_missing_are_named_together() -> None:
     door = replace(PAPER, k_c=1.3, tau_c0_prime=4.0, c_c_closing=0.6, friction=0.2,
                    latch=Zone(0.175, 0.15))
     asked = found(door, [])
-    assert any("with friction and latch identified too" in w for w in asked.warnings)
+    assert any("if friction and latch were identified, too" in w for w in asked.warnings)
     result = found(door, ["friction", "latch"])
     assert result.door.k_c == pytest.approx(1.3, rel=0.01)
     assert result.door.friction == pytest.approx(0.2, abs=0.01)
@@ -110,7 +111,7 @@ def test_extras_of_opening_alone_are_not_dropped_in_silence() -> None:
     """A latch zone cannot be told from opening: the answer says so."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     result = identify(recording, PAPER.closer, EXACT, extras=["latch"], window="opening")
-    assert "latch was not identified: it takes the fall shut too" in result.warnings
+    assert "latch was not identified: this needs closing, too" in result.warnings
 
 
 @pytest.mark.nightly("five seconds: several fits")
@@ -127,7 +128,7 @@ def test_a_zero_that_is_not_the_shut_doors_is_doubted() -> None:
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     moved = replace(recording, theta=recording.theta + math.radians(7.5))
     assert any("rests at 7.5" in w for w in identify(moved, PAPER.closer, EXACT).warnings)
-    with pytest.raises(NoSwingError, match="does it grow as the door opens"):
+    with pytest.raises(NoSwingError, match="check that it grows as the door opens"):
         identify(replace(recording, theta=-recording.theta), PAPER.closer, EXACT)
 
 
@@ -140,7 +141,7 @@ def test_bounds_hold_and_are_told() -> None:
     np.testing.assert_allclose(wide.values, free.values, rtol=1e-4)
     assert tight.door.k_c == pytest.approx(1.1, rel=1e-3)
     assert tight.fit_rmse > free.fit_rmse
-    assert any("k_c lies at its bound" in warning for warning in tight.warnings)
+    assert any("k_c is at its bound" in warning for warning in tight.warnings)
     far = identify(recording, PAPER.closer, EXACT, bounds={"k_c": (0.3, 0.6)})
     assert any("times what the encoder explains" in warning for warning in far.warnings)
     with pytest.raises(NoFitError, match=r"do not follow|does not pull"):

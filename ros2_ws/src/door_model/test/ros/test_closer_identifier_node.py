@@ -158,7 +158,7 @@ def test_a_trial_is_not_published(rig: Rig) -> None:
     ("parameter", "sentence"),
     [
         ("door:=garage", "no such door"),
-        ("window:=half", "must be one of"),
+        ("window:=half", "window is half, must be auto or opening or swing"),
         ("memory:=-1.0", "memory"),
     ],
 )

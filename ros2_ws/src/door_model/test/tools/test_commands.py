@@ -47,10 +47,10 @@ def test_table_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None
 def test_what_is_taken_for_granted_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The paper's linkage for want of another; a mass that goes with I_A; the file's head."""
+    """Without --door: the paper's linkage, a mass that agrees with I_A, a note in the file."""
     out = tmp_path / "my_door.yaml"
     assert main(["--csv", SAMPLE, "--force", "10", "7.12", "0.8", "--yaml", str(out)]) == 0
-    assert "(the paper's, for want of --door)" in capsys.readouterr().out
+    assert "(the paper door's, since --door is missing)" in capsys.readouterr().out
     door = load_door(out)
     assert door.name == "my_door"
     assert door.leaf.mass * door.leaf.width**2 / 3.0 == pytest.approx(door.i_a)
@@ -58,7 +58,7 @@ def test_what_is_taken_for_granted_is_said(
     assert "scale by 1 reading of a force gauge" in text
     assert "# k_c +- " in text
     assert main(["--csv", SAMPLE, *LEAF, "--from-deg", "22"]) == 0
-    assert "4 swings of 5 end too low to begin at 22 deg" in capsys.readouterr().out
+    assert "4 of 5 swings end too low to begin at 22 deg" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
