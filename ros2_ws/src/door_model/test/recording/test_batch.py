@@ -1,11 +1,11 @@
-"""Batches of encoder samples: numbers, stamps, gaps, index pulses."""
+"""Batches of encoder samples: numbers, stamps and gaps."""
 
 import numpy as np
 from door_model.recording.batch import SampleBatcher
 
 
 def test_encoder_batches_follow_each_other_without_a_gap() -> None:
-    """Indices, stamps and counts of batches join; the stamp is the first sample's."""
+    """Numbers, stamps and counts of batches join; the stamp is that of the first sample."""
     batcher = SampleBatcher(period_ns=1_000_000, size=20, counts_per_turn=14400)
     batches = []
     for tick in range(1, 13):
@@ -21,7 +21,7 @@ def test_encoder_batches_follow_each_other_without_a_gap() -> None:
 
 
 def test_restart_drops_what_was_collected_and_marks_the_gap() -> None:
-    """The batch after a restart tells that samples are missing, the next one not."""
+    """Only the first batch after a restart is marked with a gap."""
     batcher = SampleBatcher(period_ns=1_000_000, size=5, counts_per_turn=14400)
     batcher.add([1, 2, 3], 3_000_000)
     batcher.skip()

@@ -1,4 +1,4 @@
-"""Recordings as CSV files and samples kept from the encoder."""
+"""Recordings as CSV files, and samples stored from the encoder."""
 
 import math
 from pathlib import Path
@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 
 def write(tmp_path: Path, text: str) -> Path:
-    """A file with this text."""
+    """Write a file with a text."""
     path = tmp_path / "recording.csv"
     path.write_text(text)
     return path
 
 
 def test_counts_and_degrees_mean_the_same(tmp_path: Path) -> None:
-    """40 counts of 14,400 are one degree, 4 of 1,440 as well."""
+    """40 counts of 14,400 and 4 counts of 1,440 are one degree."""
     counts = read_csv(write(tmp_path, "time_s,count\n0,0\n0.001,40\n"))
     np.testing.assert_allclose(counts.theta, np.radians([0.0, 1.0]))
     degrees = read_csv(write(tmp_path, "time_s,angle_deg\n0,0\n0.001,1.0\n"))
@@ -32,7 +32,7 @@ def test_counts_and_degrees_mean_the_same(tmp_path: Path) -> None:
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    """Counts and times come back."""
+    """Counts and times are read back as they were written."""
     t, counts = np.arange(50) * 1e-3, np.arange(50) ** 2 - 7
     write_counts_csv(tmp_path / "a.csv", t, counts)
     back = read_csv(tmp_path / "a.csv")
@@ -55,7 +55,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     ],
 )
 def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int | None, match: str) -> None:
-    """What cannot be read is found again."""
+    """An error names the file and the line."""
     path = write(tmp_path, text)
     with pytest.raises(BadRecordingError, match=match) as caught:
         read_csv(path)
@@ -64,7 +64,7 @@ def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int | None, 
 
 
 def test_missing_and_binary_files(tmp_path: Path) -> None:
-    """No file, a folder, no text: errors of the recording."""
+    """A missing file, a folder and a binary file are errors of the recording."""
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x01")
     for name in ("none.csv", ".", "binary.csv"):
         with pytest.raises(BadRecordingError):
@@ -74,14 +74,14 @@ def test_missing_and_binary_files(tmp_path: Path) -> None:
 
 
 def test_counts_per_turn_must_be_positive(tmp_path: Path) -> None:
-    """Zero counts a turn are refused."""
+    """Zero counts per turn are refused."""
     with pytest.raises(DoorParameterError, match="counts_per_turn"):
         read_csv(write(tmp_path, "time_s,count\n0,0\n"), 0)
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=20))
 def test_store_joins_batches_of_any_size(sizes: list[int]) -> None:
-    """However samples are cut into batches, the recording is the same."""
+    """The recording does not depend on the size of the batches."""
     store = SampleStore()
     counts = np.arange(sum(sizes))
     start = 0
@@ -95,7 +95,7 @@ def test_store_joins_batches_of_any_size(sizes: list[int]) -> None:
 
 
 def test_store_is_bounded() -> None:
-    """Old samples go, the newest stay."""
+    """Old samples are dropped, and the newest are kept."""
     store = SampleStore(memory=1.0)
     for second in range(50):
         store.add(SampleBatch(second * 200_000_000, 1e-3, 0, 14400, [second] * 200))
@@ -105,7 +105,7 @@ def test_store_is_bounded() -> None:
 
 
 def test_store_starts_anew_when_time_goes_back() -> None:
-    """A simulation that was reset does not mix with what was before."""
+    """Samples after a reset of the simulation are not mixed with older ones."""
     store = SampleStore()
     store.add(SampleBatch(10**10, 1e-3, 0, 14400, [1] * 20))
     store.add(SampleBatch(0, 1e-3, 0, 14400, [2] * 20))
@@ -113,7 +113,7 @@ def test_store_starts_anew_when_time_goes_back() -> None:
 
 
 def test_empty_store_gives_an_empty_recording() -> None:
-    """Nothing heard, nothing kept; nonsense is refused."""
+    """An empty store gives an empty recording, and bad batches are refused."""
     store = SampleStore()
     store.add(SampleBatch(0, 1e-3, 0, 14400, []))
     assert store.recording().t.shape == (0,)
