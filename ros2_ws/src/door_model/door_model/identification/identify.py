@@ -254,7 +254,7 @@ def _result(
     warnings += scale.doubts
     if scale.std > _SCALE_DOUBT * scale.i_a:
         warnings.append(
-            f"the scale, and with it every parameter, is uncertain by {scale.std / scale.i_a:.0%}")
+            f"the scale is uncertain by {scale.std / scale.i_a:.0%}, and so is every parameter")
     return Identification(
         door=as_door(names, values, linkage),
         names=names,

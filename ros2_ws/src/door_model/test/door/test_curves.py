@@ -298,5 +298,5 @@ def test_the_library_needs_no_matplotlib(tmp_path: Path) -> None:
         f"sys.exit(main(['--out', {str(tmp_path / 'out')!r}]))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr == "curves: matplotlib is missing: pip install matplotlib\n"
+    assert done.stderr == "curves: matplotlib is missing, install it with: pip install matplotlib\n"
     assert not (tmp_path / "out").exists()

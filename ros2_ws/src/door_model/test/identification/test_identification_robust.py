@@ -148,7 +148,7 @@ def test_a_batch_of_garbage_is_named_and_left_out(
     theta[batch] = np.rint((theta[batch] + noise) / RESOLUTION) * RESOLUTION
     result = identify(replace(good, theta=theta), PAPER.closer, EXACT)
     assert torque_error(result) < 0.01
-    assert any("no door moves as they do" in warning for warning in result.warnings)
+    assert any("no door can move like this" in warning for warning in result.warnings)
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])

@@ -157,7 +157,7 @@ def test_a_push_frees_a_held_door() -> None:
 @pytest.mark.parametrize("field", ["opening", "spring", "preload"])
 def test_parameters_that_are_no_numbers_end(field: str) -> None:
     """NaN among the ratios causes an error, never an endless motion."""
-    with pytest.raises(DoorModelError, match="no number or huge"):
+    with pytest.raises(DoorModelError, match="not a number, or is huge"):
         follow(CLOSER.numbers(), replace(PAPER.ratios(), **{field: math.nan}), 0.0, 0.5, until=5.0)
 
 
