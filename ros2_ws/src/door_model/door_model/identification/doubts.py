@@ -27,7 +27,7 @@ def doubts(
     std = np.sqrt(np.diag(covariance))
     size = np.maximum(np.maximum(np.abs(values), std), 1e-12)
     shares, directions = np.linalg.eigh(covariance / np.outer(size, size))
-    said: dict[tuple[str, ...], str] = {}
+    warnings: dict[tuple[str, ...], str] = {}
     for variance, direction in sorted(
         zip(shares, directions.T, strict=True), key=lambda pair: -pair[0]
     ):
@@ -35,11 +35,11 @@ def doubts(
         parts = tuple(
             name for name, part in zip(names, direction, strict=True) if abs(part) > _PART)
         if share > _DOUBTFUL and len(parts) > 1:
-            said.setdefault(parts, (
+            warnings.setdefault(parts, (
                 f"the swings cannot tell {' and '.join(parts)} apart: if they change together by "
                 f"{min(share, 1.0):.0%}, the motion stays nearly the same"))
-    together = {name for parts in said for name in parts}
-    return [*said.values(), *(
+    together = {name for parts in warnings for name in parts}
+    return [*warnings.values(), *(
         _uncertain(name, float(value), float(spread))
         for name, value, spread in zip(names, values, std, strict=True)
         if spread > _DOUBTFUL * abs(value) and name not in together)]

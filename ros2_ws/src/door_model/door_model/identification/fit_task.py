@@ -96,8 +96,8 @@ class FitTask:
         Raises:
             NoFitError: The swings cannot be fitted, or the residuals are far too large.
         """
-        common, said = self._chosen(swings)
-        return common, [*said, *self._misfit(common.fit, common.swings)]
+        common, warnings = self._chosen(swings)
+        return common, [*warnings, *self._misfit(common.fit, common.swings)]
 
     def _misfit(self, fit: RatioFit, swings: Sequence[FreeSwing]) -> list[str]:
         """Return a warning if the residuals are large.
@@ -129,22 +129,22 @@ class FitTask:
         if self.window is Window.OPENING:
             return self._opening(swings)
         if not any(len(swing.t) - swing.peak_index > len(swing.t) // 4 for swing in swings):
-            common, said = self._opening(swings)
-            return common, ["no swing falls shut by itself: only opening was fitted", *said]
+            common, warnings = self._opening(swings)
+            return common, ["no swing falls shut by itself: only opening was fitted", *warnings]
         both = None
         try:
-            both, said = self._with_closing(swings)
+            both, warnings = self._with_closing(swings)
         except NoFitError:
             if self.window is Window.SWING:
                 raise
         if both is not None:
             hint = self._missing(both)
             if self.window is Window.SWING or both.fit.rmse <= _GOOD * self.grain:
-                return both, [*said, *hint]
+                return both, [*warnings, *hint]
         opening, warnings_of_opening = self._opening(swings)
         if both is not None:
             if both.fit.rmse <= _WORSE * max(opening.fit.rmse, self.zero_std):
-                return both, [*said, *hint]
+                return both, [*warnings, *hint]
             warnings_of_opening += hint
         return opening, [_CLOSING_DIFFERS, *warnings_of_opening]
 
@@ -174,12 +174,12 @@ class FitTask:
         fit = fit_ratios(
             self.linkage, common.swings, free, zero_std=self.zero_std, bounds=ratios,
             first=dict(zip(common.fit.free, common.fit.values, strict=True)))
-        said = []
+        warnings = []
         for name, (ratio, (low, high)) in zip(bounds, ratios.items(), strict=True):
             value = fit.value(ratio)
             if any(edge and abs(value - edge) < _AT_BOUND * abs(edge) for edge in (low, high)):
-                said.append(f"{name} is at its bound: the swings fit best beyond it")
-        return fit, [*said, *self._misfit(fit, common.swings)]
+                warnings.append(f"{name} is at its bound: the swings fit best beyond it")
+        return fit, [*warnings, *self._misfit(fit, common.swings)]
 
     def _opening(self, swings: Sequence[FreeSwing]) -> tuple[CommonFit, list[str]]:
         """Fit opening alone."""
@@ -196,7 +196,7 @@ class FitTask:
         free, first = (grown[-1].free, grown[-1].zones) if grown else (start, {})
         common = fit_common(
             self.linkage, swings, free, zero_std=self.zero_std, good_rmse=self._good, first=first)
-        said = warnings_about(common.left_out)
+        warnings = warnings_about(common.left_out)
         for zone in zones:
             without = tuple(name for name in common.fit.asked if name not in EXTRAS[zone])
             plain = fit_ratios(
@@ -204,8 +204,8 @@ class FitTask:
                 first={name: first[name] for name in without if name in first})
             if plain.rmse < _SHOWS * common.fit.rmse:
                 common = replace(common, fit=plain)
-                said.append(f"the {zone} has no effect on the swings: it was left out")
-        return self._with_zones_searched_again(common), said
+                warnings.append(f"the {zone} has no effect on the swings: it was left out")
+        return self._with_zones_searched_again(common), warnings
 
     def _with_zones_searched_again(self, common: CommonFit) -> CommonFit:
         """Search for each of several zones again, now that the other zones are known."""
@@ -300,7 +300,7 @@ def usable_swings(
         NoSwingError: No swing is usable.
     """
     lowest, limit = linkage.closing_limit(), linkage.opening_limit()
-    usable, said = [], zero_doubts(recording)
+    usable, warnings = [], zero_doubts(recording)
     for swing in found.swings:
         low, top = float(swing.theta.min()), float(swing.theta.max())
         if swing.stopped:
@@ -313,13 +313,13 @@ def usable_swings(
         else:
             usable.append(swing)
             continue
-        said.append(f"the swing at {swing.t[0]:.1f} s was left out: {reason}")
-    said += [
+        warnings.append(f"the swing at {swing.t[0]:.1f} s was left out: {reason}")
+    warnings += [
         f"the swing with its top at {time:.1f} s was left out: it does not begin at the shut door"
         for time in found.other_tops
     ]
     if usable:
-        return usable, said
+        return usable, warnings
     if not len(recording.t):
         raise NoSwingError(
             "the recording is empty", quantity="number of samples", value=0, limit=1)
@@ -329,7 +329,7 @@ def usable_swings(
             f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
             f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
             f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it "
-            "has fallen shut", *said]),
+            "has fallen shut", *warnings]),
         quantity="largest angle [rad]",
         value=highest,
         limit=MIN_PEAK,
