@@ -150,13 +150,13 @@ class EncoderDecoder:
         return placed, elapsed
 
     def _bounded(self, batch: SampleBatch) -> Counts:
-        """The counts, made so small that differences do not overflow."""
+        """Return the counts of a batch, limited so that differences do not overflow."""
         if self.settings.modulus:
             return np.asarray(batch.counts % self.settings.modulus)
         return np.clip(batch.counts, -LARGEST_COUNT, LARGEST_COUNT)
 
     def _restarted(self, batch: SampleBatch) -> bool:
-        """Whether the sender began anew: numbers go back but time does not, or both go back far."""
+        """Return whether the sender began anew: numbers go back, time does not, or both far."""
         if batch.first_index >= self._next_index:
             return False
         ahead = batch.stamp_ns - self._next_stamp_ns

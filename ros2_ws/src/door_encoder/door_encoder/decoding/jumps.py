@@ -99,11 +99,11 @@ class JumpFilter:
     A step faster than the door's greatest speed begins a run of doubtful samples, and so does a
     gap after which the count is elsewhere. There are two ways back to belief:
 
-    - A run that begins where the door can be by then, at about the speed that this distance needs,
-      is believed after `CONFIRM`: the samples before it were noise.
-    - A run that begins elsewhere and lasts for `SETTLE` is the door as well, on a counter that has
-      gained or lost counts. A door cannot jump, so the offset is subtracted. It is known except for
-      the door's motion in the meantime.
+    - If the door can have reached the start of the run, and its speed in the run explains the
+      distance, the run is believed after `CONFIRM`: the samples before it were noise.
+    - A run that begins elsewhere and lasts for `SETTLE` is the door's as well, on a counter that
+      has gained or lost counts. A door cannot jump, so the offset is subtracted. The offset is
+      uncertain by the door's motion in the meantime, which is estimated from its speed.
 
     After a gap of unknown length the door may be anywhere within half a turn.
 
@@ -137,16 +137,16 @@ class JumpFilter:
         return 0 if isinstance(self._state, _Start) else self._level.offset
 
     def reach(self, time: float) -> float:
-        """Number of counts that the door can move in a time [s], and one for its flicker."""
+        """Return the number of counts that the door can move in a time [s], and one for flicker."""
         return min(self._max_rate * time, self._half_turn) + 1.0
 
     def place(self, value: int) -> int:
-        """Unwrapped count of a counter value near the last believed sample, which must exist."""
+        """Return the unwrapped count of a value near the last believed sample, which must exist."""
         level = self._level
         return level.count + self._distance(value, level, level.offset)
 
     def shift(self, counts: int) -> None:
-        """Subtract counts that were gained unnoticed (negative: lost) from now on."""
+        """Subtract counts that the counter has gained unnoticed (negative: lost) from now on."""
         level = replace(
             self._level, offset=self._level.offset + counts, count=self._level.count - counts
         )
@@ -249,23 +249,23 @@ class JumpFilter:
         return replace(piece, start=skip, after_jump=True)
 
     def _candidate(self, level: _Believing, value: int, away: float) -> int | None:
-        """The offset, the present one or 0, with which a value is where the door can be by now."""
+        """Return the offset, the present one or 0, with which the door can have reached a value."""
         for offset in (level.offset, 0):
             if abs(self._distance(value, level, offset)) <= self.reach(away):
                 return offset
         return None
 
     def _distance(self, value: int, level: _Believing, offset: int) -> int:
-        """Number of counts from the last believed sample to a value with an offset."""
+        """Return the number of counts from the last believed sample to a value with an offset."""
         return difference(value - offset, level.count, self._modulus)
 
     def _slope(self, doubt: _Doubting, size: int, period: float) -> float:
-        """Speed of the door at the start of a run [counts/s]."""
+        """Return the speed of the door at the start of a run [counts/s]."""
         head = unwrap(np.array(doubt.values[: min(size, _SLOPE)]), self._modulus)
         return int(head[-1] - head[0]) / (len(head) - 1) / period
 
     def _explained(self, doubt: _Doubting, size: int, period: float) -> bool:
-        """Whether the door's present speed explains the distance that it moved while not seen."""
+        """Return whether the door's speed explains the distance that it moved while not seen."""
         if doubt.candidate is None:
             return False
         time = doubt.away_at_start
@@ -276,7 +276,7 @@ class JumpFilter:
         return abs(moved - self._slope(doubt, size, period) * time) <= change
 
     def _shifted_level(self, doubt: _Doubting, size: int, period: float) -> _Believing:
-        """The level with the offset that puts the run where the door must be by now."""
+        """Return a level whose offset puts the run where the door must be."""
         run = unwrap(np.array(doubt.values[:size], dtype=np.int64), self._modulus)
         moved = self._slope(doubt, size, period) * min(doubt.away_at_start, SETTLE)
         start = doubt.level.count + round(moved)
@@ -285,5 +285,5 @@ class JumpFilter:
 
 
 def _samples(time: float, period: float) -> int:
-    """Number of samples, at least two, that last for a time [s]."""
+    """Return the number of samples, at least two, that last for a time [s]."""
     return max(2, math.ceil(time / period - 1e-6))

@@ -82,7 +82,7 @@ class Door:
             require_not_negative("c_c_closing", self.c_c_closing)
 
     def restoring_torque(self, theta: ArrayLike) -> Any:
-        """Return the torque that shuts the door at angle(s) theta [rad], eq. (12) [N m]."""
+        """Return the torque [N m] that shuts the door at angle(s) theta [rad], eq. (12)."""
         f, eta = self.closer.f_and_eta(theta)
         return eta * (self.k_c * f + self.tau_c0_prime)
 
@@ -109,7 +109,7 @@ class Door:
         return self.c_c if self.c_c_closing is None else self.c_c_closing
 
     def viscosity(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return the viscosity that acts at angle(s) [rad] and velocity [rad/s] [N m s/rad]."""
+        """Return the viscosity [N m s/rad] that acts at angle(s) [rad] and velocity [rad/s]."""
         theta, omega = np.asarray(theta, dtype=float), np.asarray(omega, dtype=float)
         c_c = np.where(omega > 0.0, self.c_c, self.closing_viscosity)
         if self.backcheck is not None:
@@ -119,12 +119,12 @@ class Door:
         return c_c[()]
 
     def damping_torque(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return the damping torque at angle(s) [rad] and velocity [rad/s], eq. (13) [N m]."""
+        """Return the damping torque [N m] at angle(s) [rad] and velocity [rad/s], eq. (13)."""
         omega = np.asarray(omega, dtype=float)
         return self.viscosity(theta, omega) * self.closer.eta(theta) ** 2 * omega
 
     def friction_torque(self, omega: ArrayLike) -> Any:
-        """Return the friction torque at the hinge at velocities [rad/s] [N m]."""
+        """Return the friction torque [N m] at the hinge, at velocities [rad/s]."""
         return self.friction * np.sign(omega)
 
     def acceleration(self, theta: ArrayLike, omega: ArrayLike, tau_ext: ArrayLike = 0.0) -> Any:
@@ -143,7 +143,7 @@ class Door:
         return (np.asarray(tau_ext, dtype=float) - torque) / self.i_a
 
     def potential_energy(self, theta: ArrayLike) -> Any:
-        """Return the spring's energy above that of the closed door, at angle(s) theta [rad] [J].
+        """Return the spring's energy [J] relative to the closed door, at angle(s) theta [rad].
 
         It is the integral of eq. (12), because eta is the derivative of f.
         """
@@ -151,12 +151,12 @@ class Door:
         return (f - shut) * (0.5 * self.k_c * (f + shut) + self.tau_c0_prime)
 
     def energy(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return kinetic plus spring energy at angle(s) [rad] and velocities [rad/s] [J]."""
+        """Return kinetic plus spring energy [J] at angle(s) [rad] and velocities [rad/s]."""
         kinetic = 0.5 * self.i_a * np.asarray(omega, dtype=float) ** 2
         return kinetic + self.potential_energy(theta)
 
     def power_lost(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return the power that damper and friction turn into heat [W]."""
+        """Return the power [W] of damper and friction at angle(s) [rad] and velocities [rad/s]."""
         against = self.damping_torque(theta, omega) + self.friction_torque(omega)
         return against * np.asarray(omega, dtype=float)
 

@@ -21,7 +21,7 @@ from door_model.motion.driven_motion import DrivenIntegrator, SampledMotion, end
 from door_model.motion.free_motion import End, FreeMotion, follow
 
 _AT_REST = 1e-12  # speed of a door at rest, whose sign is the direction of motion [rad/s]
-_LONGEST_SWING = 60.0  # a door that has not turned round by then never will [s]
+_LONGEST_SWING = 60.0  # a door that has not turned round after this time never will [s]
 
 
 @dataclass(frozen=True)

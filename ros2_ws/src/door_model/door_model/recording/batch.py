@@ -9,7 +9,7 @@ from door_model.recording.counts import Counts
 
 
 def _none() -> Counts:
-    """An empty array of counts."""
+    """Return an empty array of counts."""
     return np.empty(0, dtype=np.int64)
 
 

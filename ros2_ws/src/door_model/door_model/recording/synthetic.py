@@ -187,7 +187,7 @@ def five_swings(
 
     Raises:
         LinkageError: The linkage does not close at a peak.
-        UnreachableAngleError: The door does not turn round there, or does not fall shut from there.
+        UnreachableAngleError: The door does not turn round there, or does not fall shut again.
     """
     pushes, start = [], spacing
     for angle in peaks:
@@ -284,7 +284,7 @@ to record it through an encoder with play:
 
 
 def _parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m door_model.recording.synthetic",
         description="Write a recording of simulated pushes by hand, for identify --csv.",
