@@ -156,7 +156,10 @@ class EncoderDecoder:
         return np.clip(batch.counts, -LARGEST_COUNT, LARGEST_COUNT)
 
     def _restarted(self, batch: SampleBatch) -> bool:
-        """Return whether the sender began anew: numbers go back, time does not, or both far."""
+        """Return whether the sender began anew.
+
+        It did if the running numbers go back and the time does not, or if both go back far.
+        """
         if batch.first_index >= self._next_index:
             return False
         ahead = batch.stamp_ns - self._next_stamp_ns
