@@ -1,1 +1,1 @@
-"""Door encoder: counts to a checked, unwrapped, zeroed angle."""
+"""Door encoder: raw counts of a counter board become a checked, unwrapped and zeroed angle."""

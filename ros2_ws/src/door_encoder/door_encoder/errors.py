@@ -4,20 +4,16 @@ from door_impact_common.errors import DoorImpactError
 
 
 class DoorEncoderError(DoorImpactError):
-    """Base of every error that this package raises on purpose."""
-
-
-class EncoderSettingError(DoorEncoderError):
-    """A setting of the decoder is out of its range."""
+    """Base of the errors that this package raises on purpose."""
 
 
 class BadBatchError(DoorEncoderError):
-    """A batch of samples cannot be used."""
+    """A received batch of samples cannot be used."""
 
 
 class BoardError(DoorEncoderError):
-    """A counter board cannot be used, or does not answer."""
+    """A counter board cannot be found or opened, or its reading is out of range."""
 
 
 class PlaybackError(DoorEncoderError):
-    """A recording cannot be played as a board would send it."""
+    """A recording cannot be cut into the batches that a counter board would have sent."""

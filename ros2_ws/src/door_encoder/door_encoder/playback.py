@@ -1,60 +1,51 @@
-"""Recordings as a counter board would have sent them."""
+"""Recordings become the batches that a counter board would have sent."""
 
 from pathlib import Path
 
 import numpy as np
+from door_model.recording.batch import SampleBatch
 from door_model.recording.mcap import COUNTS, SAMPLES, read_batches
 from door_model.recording.recording import COUNTS_PER_TURN, Recording, read_csv
 
-from door_encoder.decoding.batch import Batch
 from door_encoder.errors import PlaybackError
 
-BATCH = 0.02  # [s] of samples in a batch
-_RESOLUTION = 2.0 * np.pi / COUNTS_PER_TURN  # of a recording of angles [rad]
+BATCH = 0.02  # duration of a batch [s]
+_RESOLUTION = 2.0 * np.pi / COUNTS_PER_TURN  # angle of a count where a recording has angles [rad]
 
 
-def batches_from_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> list[Batch]:
-    """Batches of a CSV file.
+def batches_from_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> list[SampleBatch]:
+    """Read the batches of a CSV file.
 
     Raises:
-        DoorModelError: It cannot be read.
-        PlaybackError: See `batches`.
+        DoorModelError: The file cannot be read.
+        PlaybackError: The samples cannot be cut into batches, as in `batches`.
     """
     return batches(read_csv(path, counts_per_turn))
 
 
-def batches_from_mcap(path: str | Path) -> list[Batch]:
-    """Batches of an MCAP file as they were: raw counts if they are there, else samples.
+def batches_from_mcap(path: str | Path) -> list[SampleBatch]:
+    """Read the batches of an MCAP file as they were sent: raw counts if recorded, else samples.
 
     Raises:
-        DoorModelError: It cannot be read, or has neither topic.
+        DoorModelError: The file cannot be read, or contains neither topic.
     """
-    _, recorded = read_batches(path, (COUNTS, SAMPLES))
-    return [
-        Batch(
-            one.stamp_ns,
-            one.period,
-            one.first_index,
-            one.counts_per_turn,
-            one.counts,
-            one.gap_before,
-            one.index_counts,
-        )
-        for one in recorded
-    ]
+    return read_batches(path, (COUNTS, SAMPLES))[1]
 
 
-def batches(recording: Recording) -> list[Batch]:
-    """Cut a recording into batches of 20 ms, numbered by the time between samples.
+def batches(recording: Recording) -> list[SampleBatch]:
+    """Cut a recording into batches of 20 ms whose running numbers follow from the sample times.
 
     Raises:
-        PlaybackError: There are fewer than two samples, or they are not evenly spaced: each must
-            follow the one before by a whole number of periods, to half a period.
+        PlaybackError: There are fewer than two samples, or they are not evenly spaced: the time
+            between two samples must be a whole number of periods, to half a period.
     """
     t = recording.t
     if len(t) < 2:
         raise PlaybackError(
-            f"a recording of {len(t)} samples has no period", value=len(t), limit=2
+            f"a recording of {len(t)} samples has no period, at least 2 samples are needed",
+            quantity="number of samples",
+            value=len(t),
+            limit=2,
         )
     periods = np.diff(t)
     usual = np.median(periods)
@@ -63,8 +54,9 @@ def batches(recording: Recording) -> list[Batch]:
     if not steps.all():
         at = int(np.argmin(steps))
         raise PlaybackError(
-            f"samples are not evenly spaced: {periods[at]:g} s at {t[at]:g} s, elsewhere "
+            f"the samples are not evenly spaced: {periods[at]:g} s at {t[at]:g} s, elsewhere "
             f"{period:g} s",
+            quantity="time between two samples [s]",
             value=float(periods[at]),
             limit=period,
         )
@@ -77,12 +69,12 @@ def batches(recording: Recording) -> list[Batch]:
         for start in range(0, len(part), size):
             at = int(part[start])
             found.append(
-                Batch(
+                SampleBatch(
                     stamp_ns=round(t[at] * 1e9),
                     period=period,
                     first_index=int(numbers[at]),
                     counts_per_turn=round(2.0 * np.pi / resolution),
-                    values=counts[part[start : start + size]],
+                    counts=counts[part[start : start + size]],
                     gap_before=at > 0 and start == 0,
                 )
             )

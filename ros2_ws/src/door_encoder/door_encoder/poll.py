@@ -1,87 +1,66 @@
-"""Polled readings to batches of evenly numbered samples."""
+"""Polled readings of a counter board become batches of evenly numbered samples."""
+
+from door_model.recording.batch import SampleBatch, SampleBatcher
 
 from door_encoder.board import Reading
-from door_encoder.decoding.batch import Batch
 
 
 class PollBatcher:
-    """Puts readings into slots of a period; a slot without a reading is a gap.
+    """Puts readings into time slots of one period; a slot without a reading is a gap.
 
-    A poll by a program comes early or late. It fills the slot that it is nearest to, so that a
-    sample's time is off by half a period at most; its number tells the slot.
+    A program polls a board earlier or later than it should. A reading fills the slot that is
+    nearest to it, so that the time of a sample is wrong by half a period at most. The slot's number
+    is the sample's running number.
 
     Attributes:
-        missed: Slots without a reading so far.
+        missed: Number of slots that have got no reading since the start.
     """
 
     def __init__(self, *, period_ns: int, size: int, counts_per_turn: int) -> None:
-        """Set what a batch is.
+        """Set the properties of a batch.
 
         Args:
             period_ns: Time between two samples [ns].
-            size: Samples in a batch.
-            counts_per_turn: Counts a turn of the hinge.
+            size: Number of samples in a batch.
+            counts_per_turn: Number of counts in a turn of the hinge.
         """
         self._period_ns = period_ns
-        self._size = size
-        self._counts_per_turn = counts_per_turn
+        self._batcher = SampleBatcher(
+            period_ns=period_ns, size=size, counts_per_turn=counts_per_turn
+        )
         self._start_ns: int | None = None
-        self._next = 0  # slot after the last one that was filled
-        self._values: list[int] = []
-        self._index_values: list[int] = []
-        self._gap = False
         self.missed = 0
 
-    def take(self, at_ns: int, reading: Reading) -> list[Batch]:
-        """Take up a reading.
+    def take(self, at_ns: int, reading: Reading) -> list[SampleBatch]:
+        """Add a reading.
 
         Args:
-            at_ns: When it was measured [ns], on a steady clock.
-            reading: What was read.
+            at_ns: Time of the measurement on a steady clock [ns].
+            reading: What the board returned.
 
         Returns:
-            Batches that are complete now, stamped on the same clock: when there are enough
-            samples, and before a gap.
+            The batches that are now complete, stamped on the same clock. A batch is complete when
+            it has enough samples, and before a gap.
         """
         if self._start_ns is None:
             self._start_ns = at_ns
         slot = (at_ns - self._start_ns + self._period_ns // 2) // self._period_ns
-        if slot < self._next:  # its slot is filled; an index pulse happens once
-            self._index_values += [] if reading.index is None else [reading.index]
-            return []
+        missing = slot - self._batcher.next_index
         done = []
-        if slot > self._next:
-            self.missed += slot - self._next
-            done += self._cut()
-            self._next = slot
-            self._gap = True
-        self._values.append(reading.count)
-        self._index_values += [] if reading.index is None else [reading.index]
-        self._next += 1
-        if len(self._values) >= self._size:
-            done += self._cut()
-        return done
+        if missing > 0:
+            self.missed += missing
+            done.append(self._batcher.cut())
+            self._batcher.skip(missing)
+        if reading.index is not None:
+            # An index pulse is reported once, so it counts even where the slot is already filled.
+            self._batcher.add_index([reading.index])
+        if missing >= 0:
+            last_ns = self._start_ns + slot * self._period_ns
+            done.append(self._batcher.add([reading.count], last_ns))
+        return [batch for batch in done if batch is not None]
 
     def after(self, now_ns: int) -> int:
         """Time from now to the middle of the next slot [ns]; 0 before the first reading."""
         if self._start_ns is None:
             return 0
         return self._period_ns - (now_ns - self._start_ns) % self._period_ns
-
-    def _cut(self) -> list[Batch]:
-        """The samples so far as a batch, if there are any."""
-        if not self._values:
-            return []
-        assert self._start_ns is not None
-        first = self._next - len(self._values)
-        batch = Batch(
-            stamp_ns=self._start_ns + first * self._period_ns,
-            period=self._period_ns * 1e-9,
-            first_index=first,
-            counts_per_turn=self._counts_per_turn,
-            values=self._values,
-            gap_before=self._gap,
-            index_values=self._index_values,
-        )
-        self._values, self._index_values, self._gap = [], [], False
-        return [batch]

@@ -1,4 +1,4 @@
-"""A counter board without hardware: an example, and a stand-in for tests."""
+"""A counter board without hardware, as an example for users and as a stand-in for tests."""
 
 import math
 import time
@@ -6,24 +6,24 @@ from collections.abc import Callable
 
 from door_encoder.board import CounterBoard, Reading
 
-_REST = 3.0  # [s] shut at first, so that a door_encoder that starts beside it finds the zero
-_PERIOD = 4.0  # [s] of a swing
-_PEAK = 800  # [counts] 20 deg
-_INDEX = 300  # [counts] where the index is
-_START = 64000  # value of the 16-bit counter at the shut door: it wraps in each swing
+_REST = 3.0  # time for which the door first stays shut, so that door_encoder finds its zero [s]
+_PERIOD = 4.0  # period of the swing [s]
+_PEAK = 800  # largest count of the swing, 20 deg
+_INDEX = 300  # count at which the index pulse comes
+_START = 64000  # value of the 16-bit counter at the shut door; it wraps in each swing
 
 
 class SimulatedBoard(CounterBoard):
-    """A 16-bit counter on a door that rests for three seconds, then swings by 20 deg."""
+    """A 16-bit counter on a door that rests for three seconds and then swings by 20 deg."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """Set the clock [s]."""
+        """Set the function that returns the time [s]."""
         self._clock = clock
         self._begin: float | None = None
         self._last = 0
 
     def read(self) -> Reading:
-        """Read the counter, and the index if the door has passed it."""
+        """Read the counter, and the index if the door has passed it since the last reading."""
         now = self._clock()
         if self._begin is None:
             self._begin = now

@@ -1,4 +1,4 @@
-"""Counter boards: polling, missed polls, the base class, the simulated one, the example."""
+"""Counter boards: polling, missed polls, base class, simulated board, documented board."""
 
 import re
 import sys
@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 from door_encoder.board import CounterBoard, Reading, make_board
-from door_encoder.decoding.batch import Batch
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BoardError
 from door_encoder.poll import PollBatcher
 from door_encoder.ros.counter_board_node import main
 from door_encoder.simulated_board import SimulatedBoard
+from door_model.recording.batch import SampleBatch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,7 +21,7 @@ DOCS = Path(__file__).resolve().parents[4] / "docs" / "hardware.md"
 
 
 def batcher() -> PollBatcher:
-    """As the node has it."""
+    """Return a batcher with the settings of the node."""
     return PollBatcher(period_ns=MS, size=20, counts_per_turn=14400)
 
 
@@ -30,45 +30,45 @@ def batcher() -> PollBatcher:
     start=st.integers(0, 10**15),
 )
 def test_samples_are_where_they_were_measured(waits: list[int], start: int) -> None:
-    """However late polls come: numbers and stamps tell the time to half a period, gaps are told."""
+    """With late polls, times are right to half a period, and gaps are marked."""
     made = batcher()
     at, end, found = start, 0, 0
     for wait in [0, *waits]:
         at += wait
         for batch in made.take(at, Reading(at)):
-            assert 0 < len(batch.values) <= 20
+            assert 0 < len(batch.counts) <= 20
             assert batch.stamp_ns == start + batch.first_index * MS
             assert batch.gap_before == (batch.first_index > end)
-            for place, value in enumerate(batch.values):
+            for place, value in enumerate(batch.counts):
                 assert abs(int(value) - batch.stamp_ns - place * MS) <= MS // 2
-            end = batch.first_index + len(batch.values)
-            found += len(batch.values)
+            end = batch.first_index + len(batch.counts)
+            found += len(batch.counts)
     assert found <= end
     assert 0 < made.after(at) <= MS
 
 
 def test_punctual_polls_make_batches_of_twenty() -> None:
-    """One batch each 20 polls, nothing missed, the index in the batch in which it came."""
-    made, found = batcher(), list[Batch]()
+    """20 polls make a batch, none is missed, and an index pulse is in the batch of its poll."""
+    made, found = batcher(), list[SampleBatch]()
     for poll in range(100):
         found += made.take(poll * MS, Reading(poll, 7 if poll == 45 else None))
-    assert [(b.first_index, len(b.values)) for b in found] == [(n, 20) for n in range(0, 100, 20)]
+    assert [(b.first_index, len(b.counts)) for b in found] == [(n, 20) for n in range(0, 100, 20)]
     assert made.missed == 0
-    assert [list(b.index_values) for b in found] == [[], [], [7], [], []]
+    assert [list(b.index_counts) for b in found] == [[], [], [7], [], []]
 
 
 def test_an_index_pulse_is_told_even_where_its_sample_is_one_too_many() -> None:
-    """Two polls in one period: one sample, but no index pulse is lost."""
+    """Two polls in one period make one sample, but no index pulse is lost."""
     made = batcher()
     made.take(0, Reading(1))
     made.take(100_000, Reading(2, index=9))
     found = [batch for poll in range(1, 20) for batch in made.take(poll * MS, Reading(3))]
-    assert list(found[0].values) == [1, *[3] * 19]
-    assert list(found[0].index_values) == [9]
+    assert list(found[0].counts) == [1, *[3] * 19]
+    assert list(found[0].index_counts) == [9]
 
 
 def test_the_simulated_board_is_a_door() -> None:
-    """Polled and decoded it rests, opens to 20 deg and shuts, across the counter's wrap."""
+    """The simulated board decodes to a door that rests, opens to 20 deg and shuts."""
     now = [5.0]
     board, made = SimulatedBoard(lambda: now[0]), batcher()
     decoder = EncoderDecoder(Settings(modulus=2**16))
@@ -85,7 +85,7 @@ def test_the_simulated_board_is_a_door() -> None:
 
 @pytest.mark.parametrize("values", [(2**63,), (-(2**63) - 1,), (0, 2**63)])
 def test_counts_that_no_message_can_hold(values: tuple[int, ...]) -> None:
-    """Refused where they are read."""
+    """A count of more than 64 bits is refused when it is read."""
     with pytest.raises(BoardError, match="64 bits"):
         Reading(*values)
 
@@ -100,7 +100,7 @@ def test_counts_that_no_message_can_hold(values: tuple[int, ...]) -> None:
     ],
 )
 def test_boards_that_are_none(name: str, match: str, capfd: pytest.CaptureFixture[str]) -> None:
-    """Refused with a sentence, by the library and by the node."""
+    """The library and the node refuse a name that is no board, with a sentence."""
     with pytest.raises(BoardError, match=match):
         make_board(name)
     assert main(["--ros-args", "-p", f"board:='{name}'"]) == 1
@@ -110,7 +110,7 @@ def test_boards_that_are_none(name: str, match: str, capfd: pytest.CaptureFixtur
 
 
 def test_the_example_in_the_docs_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """docs/hardware.md's board, on a file in place of the kernel's: read again at each poll."""
+    """The board of docs/hardware.md reads its file anew at each poll."""
     if not DOCS.exists():
         pytest.skip("the package is installed without the repository's docs")
     (code,) = re.findall(r"```python\n# my_board\.py\n(.*?)```", DOCS.read_text("utf-8"), re.DOTALL)

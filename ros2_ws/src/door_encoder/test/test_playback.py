@@ -1,4 +1,4 @@
-"""Recordings as batches."""
+"""Recordings that are cut into batches."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 def test_every_sample_comes_out_of_the_decoder(
     gaps: list[int], jitter: float, period: float
 ) -> None:
-    """Holes of whole periods, jitter of less than a half: numbers, times, counts and gaps fit."""
+    """With holes and jitter, numbers, times, counts and gaps of the decoded samples are right."""
     numbers = np.cumsum([0] * 1 + [1] * 400 + gaps)
     t = 3.0 + period * (numbers + jitter * (numbers % 2))
     counts = np.rint(12 * np.sin(t)).astype(int)
@@ -30,7 +30,7 @@ def test_every_sample_comes_out_of_the_decoder(
     decoder = EncoderDecoder(Settings(zero=0))
     heard: dict[int, int] = {}
     for batch in batches(from_counts(t, counts)):
-        assert len(batch.values) <= round(0.02 / period)
+        assert len(batch.counts) <= round(0.02 / period)
         assert abs(batch.stamp_ns * 1e-9 - t[numbers == batch.first_index][0]) < 1e-8
         for piece in decoder.decode(batch):
             heard |= {piece.first_index + n: int(c) for n, c in enumerate(piece.counts)}
@@ -39,11 +39,11 @@ def test_every_sample_comes_out_of_the_decoder(
 
 
 def test_angles_become_counts() -> None:
-    """A recording in degrees is played with the paper's resolution."""
+    """A recording in degrees is played with the resolution of the paper's encoder."""
     recording = Recording(np.arange(40) * 1e-3, np.radians(np.arange(40) * 0.025))
     found = batches(recording)
     assert [batch.counts_per_turn for batch in found] == [14400, 14400]
-    assert np.concatenate([batch.values for batch in found]).tolist() == list(range(40))
+    assert np.concatenate([batch.counts for batch in found]).tolist() == list(range(40))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_angles_become_counts() -> None:
     [([1.0], "1 samples"), ([0.0, 0.001, 0.002, 0.0021, 0.003, 0.004], "not evenly spaced")],
 )
 def test_what_has_no_period_is_refused(times: list[float], match: str) -> None:
-    """One sample, or two within half a period."""
+    """A recording of one sample, or with two samples in half a period, is refused."""
     with pytest.raises(PlaybackError, match=match):
         batches(from_counts(np.array(times), np.zeros(len(times), int)))
 
@@ -71,7 +71,7 @@ def test_bad_recordings_are_a_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Exit code 1, before any node is made."""
+    """A bad recording gives exit code 1 and a sentence before a node is created."""
     monkeypatch.chdir(tmp_path)
     Path("one.csv").write_text("time_s,count\n0,0\n")
     assert main(arguments) == 1
@@ -82,9 +82,9 @@ def test_bad_recordings_are_a_sentence(
 
 
 def test_a_csv_keeps_its_counts(tmp_path: Path) -> None:
-    """Counts a turn as they are said to be."""
+    """The batches of a CSV file have the given counts per turn."""
     path = tmp_path / "a.csv"
     path.write_text("time_s,count\n" + "".join(f"{n / 1000},{n % 7}\n" for n in range(50)))
     found = batches_from_csv(path, 1440)
     assert {batch.counts_per_turn for batch in found} == {1440}
-    assert np.concatenate([b.values for b in found]).tolist() == [n % 7 for n in range(50)]
+    assert np.concatenate([b.counts for b in found]).tolist() == [n % 7 for n in range(50)]

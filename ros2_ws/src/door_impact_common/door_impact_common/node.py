@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -29,14 +28,6 @@ class TwinError(DoorImpactError):
             quantity="name of the node",
             value=name,
         )
-
-
-def fixed() -> ParameterDescriptor:
-    """Make the descriptor of a read-only parameter.
-
-    Each parameter needs a descriptor of its own, because rclpy writes the name into it.
-    """
-    return ParameterDescriptor(read_only=True)
 
 
 def refuse_twin(node: Node, until: float) -> None:

@@ -91,7 +91,7 @@ class Parameters:
         value = self.number(name)
         if value != round(value) or value < low:
             raise SettingError(name, self.value(name), f"a whole number, {low} or more")
-        return int(value)
+        return int(self.value(name))  # exact: a float keeps 53 bits only
 
     def switch(self, name: str) -> bool:
         """Return a parameter that must be true or false; 1 and 0 are accepted too.

@@ -1,1 +1,1 @@
-"""Door-closer linkage, door dynamics and the identification of the closer's parameters."""
+"""Model of a swing door with a closer: linkage, motion, recordings, and identification."""

@@ -1,4 +1,4 @@
-"""Checks of numbers, alone and in arrays."""
+"""Checks of single numbers and of arrays of numbers."""
 
 import math
 from typing import Any
@@ -28,7 +28,7 @@ def require_not_negative(name: str, value: float) -> None:
 
 
 def place(shape: tuple[int, ...], number: int) -> str:
-    """Words for the error of an element of an array, by its flat number; none for a scalar."""
+    """Return words that name an element of an array by its flat index; empty for a scalar."""
     if not shape:
         return ""
     index = ", ".join(str(along) for along in np.unravel_index(number, shape))
@@ -36,7 +36,14 @@ def place(shape: tuple[int, ...], number: int) -> str:
 
 
 def require_each(name: str, values: NDArray[Any], good: NDArray[np.bool_], limit: str) -> None:
-    """Raise DoorParameterError for the first element that is not good; the arrays' shapes agree."""
+    """Raise DoorParameterError for the first element that is not good.
+
+    Args:
+        name: Name of the values for the error.
+        values: Values of any shape.
+        good: Which values are good, in the same shape.
+        limit: What the values must be, in words.
+    """
     wrong = np.flatnonzero(~good)
     if wrong.size:
         first = int(wrong[0])

@@ -1,4 +1,4 @@
-"""Where this package's data files are."""
+"""Finds the data files of this package."""
 
 import contextlib
 from pathlib import Path
@@ -9,12 +9,12 @@ PACKAGE = "door_model"
 
 
 def data_path(name: str) -> Path:
-    """Path of a data file or folder of this package, such as "doors".
+    """Return the path of a data file or folder of this package, such as "doors".
 
-    The installed share folder is asked for first, then the source tree.
+    The installed share folder is tried first, then the source tree.
 
     Raises:
-        ConfigError: It is in neither.
+        ConfigError: The file is in neither of them.
     """
     candidates = [Path(__file__).resolve().parents[1] / name]
     try:
@@ -28,4 +28,5 @@ def data_path(name: str) -> Path:
         if candidate.exists():
             return candidate
     tried = ", ".join(str(candidate) for candidate in candidates)
-    raise ConfigError(PACKAGE, f"no data {name!r}; looked for {tried}", value=name, limit=tried)
+    raise ConfigError(
+        PACKAGE, f"the data {name!r} were not found; tried {tried}", value=name, limit=tried)

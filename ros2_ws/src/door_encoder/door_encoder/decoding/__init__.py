@@ -1,1 +1,1 @@
-"""From raw counts to checked angles and velocities."""
+"""Decoding: raw counts become checked counts, angles and angular velocities, without ROS."""

@@ -1,25 +1,27 @@
-"""Decoded batches to angle and angular velocity at a lower rate."""
+"""Decoded batches become angles and angular velocities at a lower rate."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from door_encoder.decoding.batch import Decoded
-from door_encoder.decoding.velocity import VelocityEstimator
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
+from door_model.recording.batch import SampleBatch
 
-_BRIDGED = 0.01  # [s] of missing samples that leave the velocity as it is
+from door_encoder.decoding.velocity import VelocityEstimator
+
+_BRIDGED = 0.01  # longest gap over which the door is assumed to go on evenly [s]
 
 
 @dataclass(frozen=True)
 class AnglePoint:
-    """Angle of the door at one sample.
+    """Angle and angular velocity of the door at one sample.
 
     Attributes:
         stamp_ns: Time of the sample [ns].
         theta: Opening angle [rad].
         omega: Angular velocity [rad/s].
-        delay: It is that of so long before the sample [s] (see `VelocityEstimator`).
+        delay: Time before the sample to which the angular velocity belongs [s], as described at
+            `VelocityEstimator`.
     """
 
     stamp_ns: int
@@ -29,30 +31,33 @@ class AnglePoint:
 
 
 class AngleSampler:
-    """Picks samples at a steady rate, whatever the size of the batches."""
+    """Picks samples at a steady rate, for batches of any size."""
 
     def __init__(
         self, *, radians_per_count: float, rate: float = 100.0, window: float = 0.05
     ) -> None:
-        """Set angle of a count [rad], rate [Hz] and shortest window of the velocity [s].
+        """Set the properties of the output.
+
+        Args:
+            radians_per_count: Angle of one count [rad].
+            rate: Rate of the angle points [Hz].
+            window: Shortest window of the velocity [s].
 
         Raises:
-            EncoderSettingError: One is not a positive number.
+            SettingError: The rate or the window is not a positive number.
         """
-        for name, value in (("rate", rate), ("window", window)):
+        for name, value in (("angle_rate", rate), ("velocity_window", window)):
             if not (math.isfinite(value) and value > 0.0):
-                raise EncoderSettingError(
-                    f"{name} must be a positive number, not {value}", value=value, limit=0
-                )
+                raise SettingError(name, value, "a positive number")
         self._radians_per_count = radians_per_count
         self._rate = rate
         self._window = window
         self._estimator: VelocityEstimator | None = None
         self._period = 0.0
-        self._next = 0
+        self._next = 0  # running number of the next sample
 
-    def take(self, batch: Decoded) -> Iterator[AnglePoint]:
-        """Points of a batch: every n-th sample by its running number."""
+    def take(self, batch: SampleBatch) -> Iterator[AnglePoint]:
+        """Return the points of a decoded batch: every n-th sample by its running number."""
         if self._estimator is None or batch.period != self._period:
             self._period = batch.period
             self._estimator = VelocityEstimator(

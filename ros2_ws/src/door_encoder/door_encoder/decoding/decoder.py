@@ -1,31 +1,33 @@
-"""Batches of counter values, checked and decoded in the order in which they come."""
+"""The decoder: checks batches of raw counter values and decodes them in the order of arrival."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import LARGEST_COUNT, Counts, stationary_zero, unwrap
 
-from door_encoder.decoding.batch import Batch, Decoded, Health
-from door_encoder.decoding.counts import LARGEST_COUNT, Counts, stationary_zero, unwrap
+from door_encoder.decoding.health import Health, require_usable
 from door_encoder.decoding.index import IndexCheck
 from door_encoder.decoding.jumps import JumpFilter
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BadBatchError
 
-_RESTART_NS = 1_000_000_000  # a batch that is late by more than this comes from a new start
-_STAMP_SLACK_NS = 2_000_000  # jitter of stamps; beyond it and half a period it is a gap
+_RESTART_NS = 1_000_000_000  # a batch that is older by more than this comes from a new start [ns]
+_STAMP_SLACK_NS = 2_000_000  # jitter of stamps; more than this and half a period is a gap [ns]
 
 
 class EncoderDecoder:
-    """Decodes batches one after the other.
+    """Decodes batches of raw counts one after the other.
 
     Attributes:
-        settings: How counts become angles.
-        health: Running totals.
+        settings: Description of encoder, counter and door.
+        health: Running totals of what was received and what has gone wrong.
         zero: Unwrapped count of the closed door; None until it is known.
-        zero_in_doubt: The counter has gained or lost counts, and no index has told how many.
-        index: Where the index was seen.
+        zero_in_doubt: Whether the counter has gained or lost counts, and no index pulse has
+            confirmed yet how many.
+        index: Check of the index pulses.
     """
 
     def __init__(self, settings: Settings | None = None) -> None:
@@ -37,36 +39,37 @@ class EncoderDecoder:
             max_rate=self.settings.max_speed / self.settings.radians_per_count,
             half_turn=self.settings.counts_per_turn // 2,
         )
-        self._heard = False
-        self._gap = False  # before what comes out next
+        self._started = False
+        self._gap = False  # whether samples are missing before the next output
         self._next_index = 0
         self._next_stamp_ns = 0
         self._begin_anew()
 
     @property
     def offset(self) -> int:
-        """Counts taken out of the counter's value, since it cannot have been the door's."""
+        """Number of counts that are subtracted from the counter's value after jumps."""
         return self._filter.offset
 
-    def decode(self, batch: Batch) -> list[Decoded]:
-        """Decode a batch.
+    def decode(self, batch: SampleBatch) -> list[SampleBatch]:
+        """Decode a batch of raw counts.
 
-        Samples that overlap with the batch before are cut off, samples after a step that no
-        door can make are dropped (see `JumpFilter`). Until the zero is known (the door has not
-        stood still for long enough yet) nothing comes out.
+        Samples that overlap with the batch before are cut off. Samples after a step that no door
+        can make are dropped, as described at `JumpFilter`. Nothing is returned until the zero is
+        known, which needs a door that stands still for `zero_samples`.
 
         Args:
-            batch: The batch.
+            batch: Raw values of the counter.
 
         Returns:
-            What can be believed of it: mostly one piece; none if the batch came late or twice,
-            while the zero is not known, or while the count makes no sense.
+            The believed samples as unwrapped, zeroed counts that are positive when the door opens.
+            Usually this is one batch. It is none if the batch came late or twice, while the zero
+            is not known, or while the counts make no sense.
 
         Raises:
-            BadBatchError: The batch makes no sense; the decoder goes on as if it never came.
+            BadBatchError: The batch cannot be used; the decoder's state stays as it was.
         """
         try:
-            batch.check(self.settings.counts_per_turn)
+            require_usable(batch, self.settings.counts_per_turn)
         except BadBatchError:
             self.health.refused += 1
             raise
@@ -87,43 +90,49 @@ class EncoderDecoder:
         self._gap = self._gap or batch.gap_before
         decoded = []
         for piece in pieces:
-            gap = self._gap or piece.after_jump
-            self._gap = gap  # until something comes out
+            self._gap = self._gap or piece.after_jump
             if piece.new_level:
                 self._forget_zero()
             zero = self._find_zero(values[piece.start :], piece.counts)
             if zero is None:
                 continue
-            start_ns = batch.stamp_ns + round(piece.start * batch.period * 1e9)
-            counts = self.settings.direction * (piece.counts - round(zero))
-            first = batch.first_index + piece.start
-            decoded.append(Decoded(start_ns, batch.period, first, counts, gap))
+            decoded.append(
+                SampleBatch(
+                    stamp_ns=batch.stamp_ns + round(piece.start * batch.period * 1e9),
+                    period=batch.period,
+                    first_index=batch.first_index + piece.start,
+                    counts_per_turn=batch.counts_per_turn,
+                    counts=self.settings.direction * (piece.counts - round(zero)),
+                    gap_before=self._gap,
+                )
+            )
             self._gap = False
         if len(pieces) == 1 and len(pieces[0].counts) == len(values):
-            self._check_index(batch.index_values, pieces[0].counts, batch.period)
+            self._check_index(batch.index_counts, pieces[0].counts, batch.period)
         return decoded
 
-    def _placed(self, batch: Batch) -> tuple[Batch, float] | None:
-        """A batch in the stream.
+    def _placed(self, batch: SampleBatch) -> tuple[SampleBatch, float] | None:
+        """Place a batch in the stream.
 
         Returns:
-            The batch without what was heard before, its gap marked, and the time from the last
-            sample before to its first [s], inf if not known; None if all of it was heard before.
+            The batch without the samples that were received before, with its gap marked; and the
+            time from the last sample before to its first sample [s], infinite if not known. None
+            if all its samples were received before.
         """
-        values, first, gap = batch.values, batch.first_index, batch.gap_before
+        counts, first, gap = batch.counts, batch.first_index, batch.gap_before
         stamp_ns, period_ns = batch.stamp_ns, batch.period * 1e9
         elapsed = math.inf if gap else batch.period
-        if self._heard and self._restarted(batch):
+        if self._started and self._restarted(batch):
             self.health.restarts += 1
             self._begin_anew()
             gap = True
-        elif self._heard:
+        elif self._started:
             missing = first - self._next_index
             if missing < 0:
-                if -missing >= len(values):
+                if -missing >= len(counts):
                     self.health.late += 1
                     return None
-                values, first = values[-missing:], self._next_index
+                counts, first = counts[-missing:], self._next_index
                 stamp_ns -= round(missing * period_ns)
                 missing = 0
             self.health.lost += missing
@@ -132,56 +141,58 @@ class EncoderDecoder:
             drift_ns = stamp_ns - self._next_stamp_ns - missing * period_ns
             if abs(drift_ns) > _STAMP_SLACK_NS + 0.5 * period_ns:
                 gap, elapsed = True, math.inf
-        self._heard = True
-        self._next_index = first + len(values)
-        self._next_stamp_ns = stamp_ns + round(len(values) * period_ns)
         placed = replace(
-            batch, first_index=first, stamp_ns=stamp_ns, values=values, gap_before=gap
+            batch, first_index=first, stamp_ns=stamp_ns, counts=counts, gap_before=gap
         )
+        self._started = True
+        self._next_index = first + len(counts)
+        self._next_stamp_ns = placed.end_ns
         return placed, elapsed
 
-    def _bounded(self, batch: Batch) -> Counts:
-        """The values, so small that differences do not overflow."""
-        values = np.asarray(batch.values, dtype=np.int64)
+    def _bounded(self, batch: SampleBatch) -> Counts:
+        """Return the counts of a batch, limited so that differences do not overflow."""
         if self.settings.modulus:
-            return np.asarray(values % self.settings.modulus)
-        return np.clip(values, -LARGEST_COUNT, LARGEST_COUNT)
+            return np.asarray(batch.counts % self.settings.modulus)
+        return np.clip(batch.counts, -LARGEST_COUNT, LARGEST_COUNT)
 
-    def _restarted(self, batch: Batch) -> bool:
-        """The sender began anew: its numbers go back while its time does not, or both far."""
+    def _restarted(self, batch: SampleBatch) -> bool:
+        """Return whether the sender began anew.
+
+        It did if the running numbers go back and the time does not, or if both go back far.
+        """
         if batch.first_index >= self._next_index:
             return False
         ahead = batch.stamp_ns - self._next_stamp_ns
         return ahead >= 0 or ahead < -_RESTART_NS
 
     def _begin_anew(self) -> None:
-        """Begin anew: a counter that was switched off has lost its zero."""
+        """Begin anew, because a counter that was switched off has lost its zero."""
         self._filter.reset()
         self._forget_zero()
 
     def _forget_zero(self) -> None:
-        """Nothing is known of the counter's level."""
+        """Forget everything that depends on the counter's level."""
         self.zero: float | None = None
         self.zero_in_doubt = False
         self.index.reset()
-        self._still: list[int] = []
+        self._still: list[int] = []  # newest unwrapped counts, which may be stationary
 
     def _check_index(self, latched: Sequence[int] | Counts, counts: Counts, period: float) -> None:
-        """Compare where the index came with where it came before."""
+        """Compare the counts at which the index was latched with its known count."""
         low, high = int(counts.min()), int(counts.max())
         near = self._filter.reach(period)
         for value in latched:
             count = self._filter.place(int(value))
             if not low - near <= count <= high + near:
-                self.health.index_errors += 1  # noise: the door was not there
+                self.health.index_errors += 1  # The door was not there: it is noise.
             elif self.index.reference is None:
-                if not self.zero_in_doubt:  # else it would confirm what is in doubt
+                if not self.zero_in_doubt:  # A first passage cannot confirm an offset.
                     self.index.learn(count)
             else:
                 self._compare_index(count)
 
     def _compare_index(self, count: int) -> None:
-        """A passage tells how many counts were gained unseen."""
+        """Subtract the counts that were gained unnoticed, as soon as two passages show them."""
         passage = self.index.judge(count)
         self.health.index_errors += int(passage.error != 0)
         if passage.sure:
@@ -191,11 +202,16 @@ class EncoderDecoder:
                 self._gap = True
 
     def _find_zero(self, values: Counts, unwrapped: Counts) -> float | None:
-        """The zero, as soon as it is known."""
+        """Return the unwrapped count of the closed door as soon as it is known.
+
+        Args:
+            values: Raw counter values (N,).
+            unwrapped: Their unwrapped counts (N,).
+        """
         if self.zero is not None:
             return self.zero
         if self.settings.zero is not None:
-            # The counter's value nearest to the zero value decides how often it has wrapped.
+            # The first counter value decides how often the counter has wrapped since the zero.
             start = unwrap(
                 np.array([self.settings.zero]),
                 self.settings.modulus,
@@ -204,7 +220,6 @@ class EncoderDecoder:
             self.zero = float(start[0])
             return self.zero
         self._still = [*self._still, *unwrapped.tolist()]
-        # The newest samples that may be still; older ones go once the door has moved.
         keep = self.settings.zero_samples
         while len(self._still) >= keep and self.zero is None:
             self.zero = stationary_zero(np.array(self._still[:keep]), keep)

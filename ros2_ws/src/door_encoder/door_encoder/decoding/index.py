@@ -1,19 +1,21 @@
-"""The encoder's index (Z) pulse: once a turn, always at the same angle."""
+"""The encoder's index (Z) pulse, which comes once per turn and always at the same angle."""
 
 from dataclasses import dataclass
 
-from door_encoder.decoding.counts import difference
+from door_model.recording.counts import difference
 
-TOLERANCE = 4  # [counts] an ungated index is as wide as a line, and seen from either side
+TOLERANCE = 4  # [counts]; an ungated index is as wide as a line, and is passed from either side
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A passage of the index beside the first one.
+    """A passage of the index, compared with the first one.
 
     Attributes:
-        error: Counts that the counter has gained since (negative: lost); 0 within `TOLERANCE`.
-        sure: Whether the passage before says the same: one alone may be noise on the index line.
+        error: Number of counts that the counter has gained since the first passage (negative:
+            lost); 0 within `TOLERANCE`.
+        sure: Whether the error is confirmed: a single deviating passage may be noise on the index
+            line, so a second one in a row must show the same error.
     """
 
     error: int
@@ -21,10 +23,10 @@ class Passage:
 
 
 class IndexCheck:
-    """Finds counts that were lost between two passages of the index.
+    """Finds counts that were gained or lost between two passages of the index.
 
     Attributes:
-        reference: Count at the first passage; None until there was one.
+        reference: Unwrapped count at the first passage; None until then.
     """
 
     def __init__(self, counts_per_turn: int) -> None:
@@ -34,14 +36,14 @@ class IndexCheck:
     def reset(self) -> None:
         """Forget where the index is."""
         self.reference: int | None = None
-        self._suspect: int | None = None
+        self._suspect: int | None = None  # error of a single deviating passage [counts]
 
     def learn(self, count: int) -> None:
-        """Take a count for the index's."""
+        """Accept a count as that of the index."""
         self.reference = count
 
     def judge(self, count: int) -> Passage:
-        """Compare a passage at a count with the reference, which there must be."""
+        """Compare a passage at a count with the reference, which must exist."""
         assert self.reference is not None
         error = difference(count, self.reference, self._counts_per_turn)
         if abs(error) <= TOLERANCE:

@@ -1,4 +1,4 @@
-"""Health of the encoder in words."""
+"""A verdict on the health of the encoder, in words."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -6,7 +6,7 @@ from enum import Enum
 
 from door_encoder.decoding.decoder import EncoderDecoder
 
-_SILENCE = 0.5  # [s] without a batch
+_SILENCE = 0.5  # longest normal time without a batch [s]
 _TROUBLES = {
     "lost": "samples lost",
     "gaps": "gaps",
@@ -20,7 +20,7 @@ _TROUBLES = {
 
 
 class Level(Enum):
-    """How bad it is."""
+    """Severity of a verdict."""
 
     OK = 0
     WARN = 1
@@ -29,13 +29,13 @@ class Level(Enum):
 
 @dataclass(frozen=True)
 class Verdict:
-    """A report.
+    """A report on the encoder's health.
 
     Attributes:
-        level: How bad it is.
-        message: In words.
-        values: Running totals as text.
-        totals: Running totals, to be given to the next call.
+        level: Severity.
+        message: Explanation in words.
+        values: Running totals, zero, offset and index as text.
+        totals: Running totals, to be passed to the next call of `assess`.
     """
 
     level: Level
@@ -50,7 +50,7 @@ def assess(decoder: EncoderDecoder, age: float, before: Mapping[str, int]) -> Ve
     Args:
         decoder: The decoder.
         age: Time since the last batch [s].
-        before: `totals` of the report before; empty at first.
+        before: The `totals` of the report before; empty for the first report.
     """
     totals = asdict(decoder.health)
     index = "unknown" if decoder.index.reference is None else str(decoder.index.reference)
@@ -61,12 +61,12 @@ def assess(decoder: EncoderDecoder, age: float, before: Mapping[str, int]) -> Ve
     troubles = [f"{_TROUBLES[key]}: {new[key]}" for key in _TROUBLES if new[key]]
     if decoder.zero_in_doubt:
         troubles.append(
-            f"zero in doubt: the count jumped by {decoder.offset}, which is taken out until the "
-            "index tells or the counter begins anew"
+            f"zero in doubt: the count has jumped by {decoder.offset}; this offset is subtracted "
+            "until the index confirms it or the counter is restarted"
         )
     if age > _SILENCE:
-        heard = "no samples yet" if not totals["batches"] else f"no samples for {age:.1f} s"
-        return Verdict(Level.STALE, ", ".join([heard, *troubles]), values, totals)
+        silence = "no samples yet" if not totals["batches"] else f"no samples for {age:.1f} s"
+        return Verdict(Level.STALE, ", ".join([silence, *troubles]), values, totals)
     if troubles:
         return Verdict(Level.WARN, ", ".join(troubles), values, totals)
     if decoder.zero is None:

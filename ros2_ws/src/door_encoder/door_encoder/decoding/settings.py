@@ -1,26 +1,28 @@
-"""How counts become angles."""
+"""Settings that describe the encoder, its counter and the door."""
 
 import math
 from dataclasses import dataclass
 
-from door_encoder.decoding.counts import LARGEST_COUNT, check_modulus
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
+from door_model.recording.counts import LARGEST_COUNT, check_modulus
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How counts become angles.
+    """How raw counts become angles.
 
     Attributes:
-        counts_per_turn: Counts a turn of the hinge, quadrature included.
-        modulus: Counts after which the counter wraps; 0 if it never does.
+        counts_per_turn: Number of counts in a turn of the hinge, quadrature included.
+        modulus: Number of counts after which the counter wraps; 0 if it never does.
         direction: 1 if the count grows as the door opens, -1 if it falls.
-        zero: Counter value at the closed door; None: the mean of the first stationary samples.
-        zero_samples: How many stationary samples give the zero.
-        max_speed: Fastest plausible door [rad/s]; faster steps are no motion (see `JumpFilter`).
+        zero: Counter value at the closed door; None means the mean of the first stationary
+            samples.
+        zero_samples: Number of stationary samples that give the zero.
+        max_speed: Greatest plausible speed of the door [rad/s]; faster steps are handled by
+            `JumpFilter`.
 
     Raises:
-        EncoderSettingError: One is out of its range.
+        SettingError: A setting is out of its range.
     """
 
     counts_per_turn: int = 14400
@@ -34,23 +36,13 @@ class Settings:
         """Check the settings."""
         check_modulus(self.modulus)
         if self.direction not in (1, -1):
-            raise EncoderSettingError(
-                f"direction must be 1 or -1, not {self.direction}",
-                value=self.direction,
-                limit=(1, -1),
-            )
+            raise SettingError("direction", self.direction, "1 or -1")
         if self.zero is not None and abs(self.zero) > LARGEST_COUNT:
-            raise EncoderSettingError(
-                f"zero must be within {LARGEST_COUNT} counts, not {self.zero}",
-                value=self.zero,
-                limit=LARGEST_COUNT,
-            )
+            raise SettingError("zero_count", self.zero, f"within +-{LARGEST_COUNT}")
         for name in ("counts_per_turn", "zero_samples", "max_speed"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise EncoderSettingError(
-                    f"{name} must be a positive number, not {value}", value=value, limit=0
-                )
+                raise SettingError(name, value, "a positive number")
 
     @property
     def radians_per_count(self) -> float:

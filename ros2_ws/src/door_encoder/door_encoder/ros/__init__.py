@@ -1,1 +1,1 @@
-"""The nodes door_encoder, counter_board and play."""
+"""The nodes: door_encoder decodes counts, counter_board polls a board, play sends a recording."""

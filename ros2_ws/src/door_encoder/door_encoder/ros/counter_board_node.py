@@ -6,45 +6,50 @@ import time
 from dataclasses import replace
 
 import rclpy
-from door_impact_common.node import fixed, run_node
+from door_impact_common.errors import DoorImpactError
+from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import EncoderSamples
+from door_model.recording.batch import SampleBatch
+from door_model.ros.messages import to_message
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from door_encoder.board import make_board
-from door_encoder.decoding.batch import Batch
-from door_encoder.errors import DoorEncoderError
 from door_encoder.poll import PollBatcher
-from door_encoder.ros.messages import to_message
 
-_PERIOD_NS = 1_000_000
-_BATCH = 20  # samples: 50 Hz
-_QUEUE = 200  # batches
+_PERIOD_NS = 1_000_000  # time between two polls [ns]
+_BATCH = 20  # number of samples in a batch, which gives 50 batches per second
+_QUEUE = 200  # number of batches that the publisher keeps
+_THROTTLE = 5.0  # shortest time between two warnings [s]
+_PARAMETERS = {
+    "board": ("", "Class of the counter board as package.module:Class"),
+}
 
 
 class CounterBoardNode(Node):
-    """Thin shell around `PollBatcher`; polls in a thread that nothing else holds up."""
+    """Publishes the batches of a `PollBatcher`; it polls in a thread that nothing else delays."""
 
     def __init__(self) -> None:
         super().__init__("counter_board")
         try:
-            self._board = make_board(str(self.declare_parameter("board", "", fixed()).value))
-        except DoorEncoderError:
+            self._board = make_board(Parameters(self, _PARAMETERS).text("board"))
+        except DoorImpactError:
             self.destroy_node()
             raise
         self._batcher = PollBatcher(
             period_ns=_PERIOD_NS, size=_BATCH, counts_per_turn=self._board.counts_per_turn
         )
         self._ended = threading.Event()
-        self._error = ""
-        self._told = 0
+        self._error = ""  # latest error of the board that was not reported yet
+        self._reported = 0  # number of missed polls that were reported
         self._counts = self.create_publisher(
             EncoderSamples, "/door_encoder/counts", QoSProfile(depth=_QUEUE)
         )
         self._timer = self.create_timer(1.0, self._on_timer)
 
     def run(self) -> None:
-        """Poll until the node is told to end."""
+        """Poll until the node is shut down."""
         poller = threading.Thread(target=self._poll, name="poll")
         poller.start()
         try:
@@ -60,7 +65,7 @@ class CounterBoardNode(Node):
             before = time.monotonic_ns()
             try:
                 reading = self._board.read()
-            except Exception as error:  # of whoever wrote the board
+            except Exception as error:  # A board is the user's code and may raise anything.
                 self._error = str(error) or type(error).__name__
                 time.sleep(_PERIOD_NS * 1e-9)
                 continue
@@ -69,29 +74,29 @@ class CounterBoardNode(Node):
                 self._publish(batch)
             time.sleep(self._batcher.after(time.monotonic_ns()) * 1e-9)
 
-    def _publish(self, batch: Batch) -> None:
-        """Publish a batch, its stamp moved from the steady clock to the graph's."""
+    def _publish(self, batch: SampleBatch) -> None:
+        """Publish a batch, with its stamp converted from the steady clock to the node's clock."""
         shift = self.get_clock().now().nanoseconds - time.monotonic_ns()
         try:
             self._counts.publish(to_message(replace(batch, stamp_ns=batch.stamp_ns + shift)))
-        except Exception:  # a signal may end the context meanwhile
+        except Exception:  # A signal may end the context in the meantime.
             if rclpy.ok():
                 raise
 
     def _on_timer(self) -> None:
-        """Tell of polls that were missed."""
+        """Report polls that were missed."""
         missed = self._batcher.missed
-        if missed == self._told and not self._error:
+        if missed == self._reported and not self._error:
             return
-        reason = f"; the board said: {self._error}" if self._error else ""
+        reason = f"; the board reported: {self._error}" if self._error else ""
         self.get_logger().warning(
-            f"polls missed so far: {missed}{reason}", throttle_duration_sec=5.0
+            f"polls missed since the start: {missed}{reason}", throttle_duration_sec=_THROTTLE
         )
-        self._told, self._error = missed, ""
+        self._reported, self._error = missed, ""
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     return run_node(
         CounterBoardNode, args=args, spin=CounterBoardNode.run
     )

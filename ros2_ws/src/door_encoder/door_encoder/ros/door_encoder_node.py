@@ -1,51 +1,68 @@
-"""Node door_encoder: raw counts to checked samples and to the door's angle."""
+"""Node door_encoder: decodes raw counts to checked samples and to the door's angle."""
 
 import math
 import sys
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from door_impact_common.node import fixed, run_node
+from door_impact_common.errors import DoorImpactError
+from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
+from door_impact_common.stamps import stamp_of
 from door_impact_msgs.msg import EncoderSamples
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import LARGEST_COUNT
+from door_model.ros.messages import DOOR_JOINT, to_batch, to_message
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from door_encoder.decoding.angle import AngleSampler
-from door_encoder.decoding.batch import Batch, Decoded
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.report import assess
 from door_encoder.decoding.settings import Settings
-from door_encoder.errors import BadBatchError, DoorEncoderError
-from door_encoder.ros.messages import JOINT, to_batch, to_message
+from door_encoder.errors import BadBatchError
 
-_QUEUE = 200  # batches
-_THROTTLE = 5.0  # [s]
+_QUEUE = 200  # number of batches that publishers and subscriptions keep
+_THROTTLE = 5.0  # shortest time between two warnings [s]
+_PARAMETERS = {
+    "counts_per_turn": (14400, "Counts in a turn of the hinge, quadrature included"),
+    "counter_bits": (32, "Width of the counter; 0 or 64: it never wraps"),
+    "counter_modulus": (-1, "Counts after which the counter wraps; negative: by counter_bits"),
+    "direction": (1, "1 if the count grows as the door opens, -1 if it falls"),
+    "auto_zero": (True, "Take the zero from the first samples of a door that stands still"),
+    "zero_count": (0, "Counter value at the closed door, used without auto_zero"),
+    "zero_samples": (20, "Samples of a door that stands still that give the zero"),
+    "max_speed": (20.0, "Greatest plausible speed of the door [rad/s]"),
+    "angle_rate": (100.0, "Rate of /door_angle [Hz]"),
+    "velocity_window": (0.05, "Shortest window of the velocity [s]"),
+}
 
 
 class DoorEncoderNode(Node):
-    """Thin shell around `EncoderDecoder` and `AngleSampler`."""
+    """Connects `EncoderDecoder` and `AngleSampler` with the topics."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("door_encoder", **options)
         try:
             self._set_up()
-        except DoorEncoderError:
+        except DoorImpactError:
             self.destroy_node()
             raise
 
     def _set_up(self) -> None:
-        """Read the parameters and connect."""
-        settings = self._settings()
+        """Read the parameters, and create publishers, subscription and timer."""
+        parameters = Parameters(self, _PARAMETERS)
+        settings = _settings(parameters)
         self._decoder = EncoderDecoder(settings)
         self._sampler = AngleSampler(
             radians_per_count=settings.radians_per_count,
-            rate=float(self.declare_parameter("angle_rate", 100.0, fixed()).value),
-            window=float(self.declare_parameter("velocity_window", 0.05, fixed()).value),
+            rate=parameters.number("angle_rate"),
+            window=parameters.number("velocity_window"),
         )
-        self._heard_at: Time | None = None
-        self._told: dict[str, int] = {}
+        self._received_at: Time | None = None
+        self._reported: dict[str, int] = {}  # totals of the last report
         qos = QoSProfile(depth=_QUEUE)
         self._samples = self.create_publisher(EncoderSamples, "/door_encoder/samples", qos)
         self._angle = self.create_publisher(JointState, "/door_angle", 10)
@@ -55,24 +72,9 @@ class DoorEncoderNode(Node):
         )
         self._timer = self.create_timer(1.0, self._on_timer)
 
-    def _settings(self) -> Settings:
-        """Settings from the node's parameters."""
-        bits = int(self.declare_parameter("counter_bits", 32, fixed()).value)
-        modulus = int(self.declare_parameter("counter_modulus", -1, fixed()).value)
-        auto_zero = bool(self.declare_parameter("auto_zero", True, fixed()).value)
-        zero = int(self.declare_parameter("zero_count", 0, fixed()).value)
-        return Settings(
-            counts_per_turn=int(self.declare_parameter("counts_per_turn", 14400, fixed()).value),
-            modulus=modulus if modulus >= 0 else (1 << bits if 0 < bits < 64 else 0),
-            direction=int(self.declare_parameter("direction", 1, fixed()).value),
-            zero=None if auto_zero else zero,
-            zero_samples=int(self.declare_parameter("zero_samples", 20, fixed()).value),
-            max_speed=float(self.declare_parameter("max_speed", 20.0, fixed()).value),
-        )
-
     def _on_counts(self, message: EncoderSamples) -> None:
-        """Decode a batch and pass it on."""
-        self._heard_at = self.get_clock().now()
+        """Decode a batch and publish the result."""
+        self._received_at = self.get_clock().now()
         try:
             pieces = self._decoder.decode(to_batch(message))
         except BadBatchError as error:
@@ -81,37 +83,29 @@ class DoorEncoderNode(Node):
         for decoded in pieces:
             self._publish(decoded)
 
-    def _publish(self, decoded: Decoded) -> None:
-        """Samples and angles."""
-        samples = Batch(
-            decoded.stamp_ns,
-            decoded.period,
-            decoded.first_index,
-            self._decoder.settings.counts_per_turn,
-            decoded.counts,
-            decoded.gap_before,
-        )
-        self._samples.publish(to_message(samples))
+    def _publish(self, decoded: SampleBatch) -> None:
+        """Publish decoded samples and the angles that follow from them."""
+        self._samples.publish(to_message(decoded))
         for point in self._sampler.take(decoded):
             state = JointState()
-            state.header.stamp = Time(nanoseconds=point.stamp_ns).to_msg()
-            state.name = [JOINT]
+            state.header.stamp = stamp_of(point.stamp_ns)
+            state.name = [DOOR_JOINT]
             state.position = [point.theta]
             state.velocity = [point.omega]
             self._angle.publish(state)
 
     def _on_timer(self) -> None:
-        """Report health."""
-        now = self.get_clock().now()
-        age = math.inf if self._heard_at is None else (now - self._heard_at).nanoseconds * 1e-9
-        verdict = assess(self._decoder, age, self._told)
-        self._told = verdict.totals
+        """Publish the health of the encoder."""
+        now, received = self.get_clock().now(), self._received_at
+        age = math.inf if received is None else (now - received).nanoseconds * 1e-9
+        verdict = assess(self._decoder, age, self._reported)
+        self._reported = verdict.totals
         status = DiagnosticStatus()
         status.level = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.STALE)[
             verdict.level.value
         ]
         status.name = "door_encoder: samples"
-        status.hardware_id = JOINT
+        status.hardware_id = DOOR_JOINT
         status.message = verdict.message
         for key, value in verdict.values.items():
             status.values.append(KeyValue(key=key, value=value))
@@ -121,8 +115,23 @@ class DoorEncoderNode(Node):
         self._diagnostics.publish(message)
 
 
+def _settings(parameters: Parameters) -> Settings:
+    """Return the decoder's settings from the node's parameters."""
+    bits = parameters.whole("counter_bits")
+    modulus = parameters.whole("counter_modulus", low=-LARGEST_COUNT)
+    zero = parameters.whole("zero_count", low=-LARGEST_COUNT)
+    return Settings(
+        counts_per_turn=parameters.whole("counts_per_turn"),
+        modulus=modulus if modulus >= 0 else (1 << bits if 0 < bits < 64 else 0),
+        direction=parameters.whole("direction", low=-1),
+        zero=None if parameters.switch("auto_zero") else zero,
+        zero_samples=parameters.whole("zero_samples"),
+        max_speed=parameters.number("max_speed"),
+    )
+
+
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     return run_node(DoorEncoderNode, args=args)
 
 

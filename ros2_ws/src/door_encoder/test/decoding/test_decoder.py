@@ -1,4 +1,4 @@
-"""Batches: gaps, late and bad ones, zero, restarts; angles at a lower rate; health."""
+"""The decoder: gaps, late and bad batches, zero, restarts; angles at a lower rate; health."""
 
 import math
 from collections.abc import Sequence
@@ -7,39 +7,40 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_encoder.decoding.angle import AngleSampler
-from door_encoder.decoding.batch import Batch, Decoded
-from door_encoder.decoding.counts import wrap
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
-from door_encoder.errors import BadBatchError, EncoderSettingError
+from door_encoder.errors import BadBatchError
+from door_impact_common.errors import SettingError
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
 PERIOD = 1e-3
 
 
-def batch(first: int, values: Sequence[int], **changes: object) -> Batch:
-    """A batch at 1 kHz whose stamp follows from its number."""
-    made = Batch(
+def batch(first: int, values: Sequence[int], **changes: object) -> SampleBatch:
+    """Return a batch at 1 kHz whose stamp follows from its number."""
+    made = SampleBatch(
         stamp_ns=10**9 + first * 10**6,
         period=PERIOD,
         first_index=first,
         counts_per_turn=14400,
-        values=values,
+        counts=values,
     )
     return replace(made, **changes)  # type: ignore[arg-type]
 
 
-def decode(decoder: EncoderDecoder, batch: Batch) -> Decoded | None:
-    """The one piece, or nothing, that comes of a batch without jumps."""
+def decode(decoder: EncoderDecoder, batch: SampleBatch) -> SampleBatch | None:
+    """Decode a batch without jumps to one batch or to nothing."""
     pieces = decoder.decode(batch)
     assert len(pieces) <= 1
     return pieces[0] if pieces else None
 
 
 def started(**changes: object) -> EncoderDecoder:
-    """A decoder whose zero is known: the door stood at 1000."""
+    """Return a decoder whose zero is known: the door stood at 1000 counts."""
     decoder = EncoderDecoder(replace(Settings(), **changes))  # type: ignore[arg-type]
     assert decode(decoder, batch(0, [1000] * 20)) is not None
     return decoder
@@ -54,7 +55,7 @@ def started(**changes: object) -> EncoderDecoder:
 def test_any_cut_of_the_stream_decodes_alike(
     sizes: list[int], modulus: int, offset: int, direction: int
 ) -> None:
-    """Batches of any size, any zero, width and direction: the counts are the door's."""
+    """Batches of any size, with any zero, width and direction, decode to the counts of the door."""
     total = sum(sizes) + 20
     truth = np.concatenate([np.zeros(20, int), np.cumsum(np.arange(total - 20) % 5)])
     raw = wrap(direction * truth + offset, modulus)
@@ -71,7 +72,7 @@ def test_any_cut_of_the_stream_decodes_alike(
 
 
 def test_gap_by_number_counts_the_lost_samples() -> None:
-    """40 samples missing: one gap, 40 lost, and the counts go on."""
+    """With 40 samples missing there is one gap, 40 are counted as lost, and the counts go on."""
     decoder = started()
     decoded = decode(decoder, batch(60, [1030] * 20))
     assert decoded is not None
@@ -81,7 +82,7 @@ def test_gap_by_number_counts_the_lost_samples() -> None:
 
 
 def test_gap_by_stamp_and_by_the_senders_word() -> None:
-    """Numbers in order but 50 ms missing in the stamps, or gap_before set: a gap."""
+    """There is a gap if 50 ms are missing in the stamps, or if the sender sets gap_before."""
     decoder = started()
     late = batch(20, [1000] * 20)
     decoded = decode(decoder, replace(late, stamp_ns=late.stamp_ns + 50_000_000))
@@ -93,7 +94,7 @@ def test_gap_by_stamp_and_by_the_senders_word() -> None:
 
 
 def test_jitter_of_the_stamps_is_no_gap() -> None:
-    """A millisecond either way passes."""
+    """A jitter of a millisecond in either direction is no gap."""
     decoder = started()
     for jitter in (-1_000_000, 1_000_000):
         first = decoder.health.samples
@@ -104,7 +105,7 @@ def test_jitter_of_the_stamps_is_no_gap() -> None:
 
 
 def test_late_and_duplicate_batches_are_dropped() -> None:
-    """They come out as nothing and do no harm to what follows."""
+    """Late and duplicate batches give no output and do not disturb later batches."""
     decoder = started()
     assert decode(decoder, batch(20, [1001] * 20)) is not None
     assert decode(decoder, batch(20, [1001] * 20)) is None
@@ -117,7 +118,7 @@ def test_late_and_duplicate_batches_are_dropped() -> None:
 
 
 def test_overlap_is_cut_off() -> None:
-    """A batch that repeats half of the one before gives its new half, stamped rightly."""
+    """A batch that repeats half of the previous one gives its new half with the right stamp."""
     decoded = decode(started(), batch(10, [1000] * 10 + [1005] * 10))
     assert decoded is not None
     assert decoded.first_index == 20
@@ -135,11 +136,11 @@ def test_overlap_is_cut_off() -> None:
         {"period": 1e-300},
         {"first_index": 2**64 - 1},
         {"counts_per_turn": 3600},
-        {"values": []},
+        {"counts": []},
     ],
 )
 def test_bad_batches_are_refused_and_nothing_is_lost(changes: dict[str, object]) -> None:
-    """A bad batch among good ones leaves no trace but its count."""
+    """A bad batch among good ones only increases the number of refused batches."""
     decoder = started()
     with pytest.raises(BadBatchError) as caught:
         decode(decoder, replace(batch(20, [5] * 20), **changes))  # type: ignore[arg-type]
@@ -152,7 +153,7 @@ def test_bad_batches_are_refused_and_nothing_is_lost(changes: dict[str, object])
 
 
 def test_zero_waits_for_a_still_door() -> None:
-    """A door that moves at the start is zeroed once it has come to rest, not before."""
+    """A door that moves at the start is zeroed only after it has come to rest."""
     decoder = EncoderDecoder()
     assert decode(decoder, batch(0, list(range(0, 100, 5)))) is None
     decoded = decode(decoder, batch(20, [100] * 30))
@@ -161,7 +162,7 @@ def test_zero_waits_for_a_still_door() -> None:
 
 
 def test_zero_from_a_parameter() -> None:
-    """A known zero works at once, also across the counter's wrap."""
+    """A configured zero works at once, also across the wrap of the counter."""
     decoder = EncoderDecoder(Settings(modulus=2**16, zero=65530))
     decoded = decode(decoder, batch(0, [2, 4]))
     assert decoded is not None
@@ -170,7 +171,7 @@ def test_zero_from_a_parameter() -> None:
 
 @pytest.mark.parametrize("stamp_ns", [10**10, 0])
 def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
-    """Numbers from 0 again, with time going on or back: a gap, a new zero, no jump."""
+    """If numbers begin again at 0, there is a gap and a new zero, but no jump."""
     decoder = started()
     for first in range(20, 2000, 20):
         decode(decoder, batch(first, [1000] * 20))
@@ -187,14 +188,14 @@ INT64 = st.integers(-(2**63), 2**63 - 1)
 @given(
     batches=st.lists(
         st.builds(
-            Batch,
+            SampleBatch,
             stamp_ns=st.integers(0, 3 * 10**9) | st.integers(-(2**61), 2**61),
             period=st.sampled_from([1e-3, 1e-4, 1.0]) | st.floats(),
             first_index=st.integers(0, 100) | st.integers(0, 2**64 - 1),
             counts_per_turn=st.sampled_from([14400, 14400, 0]),
-            values=st.lists(INT64 | st.integers(-5, 5), max_size=30),
+            counts=st.lists(INT64 | st.integers(-5, 5), max_size=30),
             gap_before=st.booleans(),
-            index_values=st.lists(INT64 | st.integers(-5, 5), max_size=2),
+            index_counts=st.lists(INT64 | st.integers(-5, 5), max_size=2),
         ),
         max_size=12,
     ),
@@ -202,9 +203,9 @@ INT64 = st.integers(-(2**63), 2**63 - 1)
     zero=st.none() | st.integers(-(2**61), 2**61),
 )
 def test_no_message_can_end_the_decoder(
-    batches: list[Batch], modulus: int, zero: int | None
+    batches: list[SampleBatch], modulus: int, zero: int | None
 ) -> None:
-    """Whatever its fields: refused, dropped, or decoded to what fits into a message."""
+    """A batch with any fields is refused, dropped, or decoded to values that fit into a message."""
     decoder = EncoderDecoder(Settings(modulus=modulus, zero=zero))
     sampler = AngleSampler(radians_per_count=1e-3)
     for made in batches:
@@ -234,19 +235,19 @@ def test_no_message_can_end_the_decoder(
     ],
 )
 def test_settings_that_make_no_sense(changes: dict[str, object]) -> None:
-    """Refused when they are made."""
-    with pytest.raises(EncoderSettingError):
+    """Settings out of range are refused by the constructor."""
+    with pytest.raises(SettingError):
         Settings(**changes)  # type: ignore[arg-type]
 
 
 @given(sizes=st.lists(st.integers(1, 70), min_size=1, max_size=15))
 def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
-    """Every tenth sample, with its own stamp, angle and the slope up to it."""
+    """Every tenth sample gives a point with its stamp, its angle and the slope up to it."""
     sampler = AngleSampler(radians_per_count=1e-3)
     points, first = [], 0
     for size in sizes:
         counts = np.arange(first, first + size)
-        made = Decoded(10**9 + first * 10**6, PERIOD, first, counts, False)
+        made = SampleBatch(10**9 + first * 10**6, PERIOD, first, 14400, counts, False)
         points += list(sampler.take(made))
         first += size
     assert [point.stamp_ns for point in points] == [
@@ -259,33 +260,33 @@ def test_angle_comes_at_100_hz_whatever_the_batches(sizes: list[int]) -> None:
 
 
 def test_velocity_does_not_reach_across_a_gap() -> None:
-    """A door that moved during the gap does not look fast after it."""
+    """A door that moved during a gap does not look fast after it."""
     sampler = AngleSampler(radians_per_count=1e-3)
-    list(sampler.take(Decoded(0, PERIOD, 0, np.zeros(50, int), False)))
-    after = list(sampler.take(Decoded(10**9, PERIOD, 1000, np.full(50, 300), True)))
+    list(sampler.take(SampleBatch(0, PERIOD, 0, 14400, np.zeros(50, int), False)))
+    after = list(sampler.take(SampleBatch(10**9, PERIOD, 1000, 14400, np.full(50, 300), True)))
     assert [point.omega for point in after] == pytest.approx([0.0] * 5)
 
 
 @given(missing=st.integers(1, 10), speed=st.sampled_from([0, 1, 5]))
 def test_velocity_goes_on_across_a_few_lost_samples(missing: int, speed: int) -> None:
-    """A missed poll, or a single garbage sample, leaves a steady door's velocity as it was."""
+    """A missed poll or a single garbage sample does not change the velocity of a steady door."""
     sampler = AngleSampler(radians_per_count=1e-3)
     counts = speed * np.arange(300)
     first = 100 + missing
-    points = list(sampler.take(Decoded(0, PERIOD, 0, counts[:100], False)))
-    points += sampler.take(Decoded(first * 10**6, PERIOD, first, counts[first:], True))
+    points = list(sampler.take(SampleBatch(0, PERIOD, 0, 14400, counts[:100], False)))
+    points += sampler.take(SampleBatch(first * 10**6, PERIOD, first, 14400, counts[first:], True))
     assert all(point.omega == pytest.approx(speed) for point in points[1:])
 
 
 @pytest.mark.parametrize("changes", [{"rate": 0.0}, {"window": -1.0}, {"rate": math.nan}])
 def test_rates_that_make_no_sense(changes: dict[str, float]) -> None:
-    """Refused when they are set."""
-    with pytest.raises(EncoderSettingError):
+    """Rates and windows out of range are refused by the constructor."""
+    with pytest.raises(SettingError):
         AngleSampler(radians_per_count=1e-3, **changes)
 
 
 def test_health_in_words() -> None:
-    """Nothing heard, waiting for the zero, fine, trouble once, fine again, silence."""
+    """The verdicts are stale, waiting for the zero, fine, trouble once, fine again, and silence."""
     decoder = EncoderDecoder()
     assert assess(decoder, math.inf, {}).level is Level.STALE
     decode(decoder, batch(0, list(range(0, 100, 5))))

@@ -1,15 +1,15 @@
-"""Counts that jump: noise, lost counts, a counter set to zero, the index that tells."""
+"""Counts that jump: noise, lost counts, a counter that is reset, and the index pulse."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from door_encoder.decoding.batch import Batch, Decoded
-from door_encoder.decoding.counts import wrap
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.index import TOLERANCE
 from door_encoder.decoding.report import Level, assess
 from door_encoder.decoding.settings import Settings
+from door_model.recording.batch import SampleBatch
+from door_model.recording.counts import wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,7 +18,7 @@ CONFIRM = 5
 
 
 def swing(samples: int) -> np.ndarray:
-    """A door at rest for 200 ms, then swinging by up to 1000 counts, 1.4 rad/s at most."""
+    """Return counts of a door that rests for 200 ms and then swings by 1000 counts."""
     t = np.maximum(0.0, np.arange(samples) * 1e-3 - 0.2)
     return np.rint(500.0 * (1.0 - np.cos(2.0 * np.pi * t / 1.0))).astype(np.int64)
 
@@ -29,8 +29,8 @@ def stream(
     size: int = 20,
     first: int = 0,
     index: dict[int, list[int]] | None = None,
-) -> list[Decoded]:
-    """What comes of a stream; `index` has values latched in the batch with a sample."""
+) -> list[SampleBatch]:
+    """Decode a stream; `index` maps samples to values that are latched in their batch."""
     found = []
     for start in range(0, len(values), size):
         number = first + start
@@ -38,13 +38,13 @@ def stream(
                    for value in row]  # fmt: skip
         part = np.asarray(values[start : start + size])
         found += decoder.decode(
-            Batch(10**9 + number * 10**6, 1e-3, number, 14400, part, index_values=latched)
+            SampleBatch(10**9 + number * 10**6, 1e-3, number, 14400, part, index_counts=latched)
         )
     return found
 
 
-def by_number(pieces: list[Decoded]) -> dict[int, int]:
-    """Counts by the samples' running numbers."""
+def by_number(pieces: list[SampleBatch]) -> dict[int, int]:
+    """Return the counts by the running numbers of the samples."""
     return {
         piece.first_index + at: int(count)
         for piece in pieces
@@ -52,13 +52,13 @@ def by_number(pieces: list[Decoded]) -> dict[int, int]:
     }
 
 
-def stamps_fit(pieces: list[Decoded]) -> bool:
-    """Every piece is stamped with the time of its first sample."""
+def stamps_fit(pieces: list[SampleBatch]) -> bool:
+    """Return whether each piece is stamped with the time of its first sample."""
     return all(piece.stamp_ns == 10**9 + piece.first_index * 10**6 for piece in pieces)
 
 
-def gaps_fit(pieces: list[Decoded]) -> bool:
-    """Where numbers are missing there is a gap."""
+def gaps_fit(pieces: list[SampleBatch]) -> bool:
+    """Return whether there is a gap wherever numbers are missing."""
     ends = [piece.first_index + len(piece.counts) for piece in pieces]
     return all(
         after.gap_before or after.first_index == end
@@ -75,7 +75,7 @@ def gaps_fit(pieces: list[Decoded]) -> bool:
 def test_noise_never_comes_out_as_motion(
     at: int, noise: list[int], size: int, modulus: int
 ) -> None:
-    """Garbage of any kind: what comes out is the door, within what it can move, gaps marked."""
+    """Any garbage is kept out: the output stays within what the door can move, with gaps marked."""
     truth = swing(1200)
     values = wrap(truth + 77, modulus)
     values[at : at + len(noise)] = noise
@@ -92,7 +92,7 @@ def test_noise_never_comes_out_as_motion(
 
 @given(at=st.integers(300, 900), length=st.integers(1, 99), by=st.integers(5000, 30000))
 def test_where_the_count_comes_back_all_goes_on(at: int, length: int, by: int) -> None:
-    """A burst that leaves no counts behind is dropped with 4 ms after it, the rest is exact."""
+    """A burst that gains no counts is dropped with 4 ms after it; all other samples are exact."""
     truth = swing(1200)
     values = truth.copy()
     values[at : at + length] += by
@@ -115,7 +115,7 @@ def test_where_the_count_comes_back_all_goes_on(at: int, length: int, by: int) -
     modulus=st.sampled_from([0, 2**16, 2**32]),
 )
 def test_an_offset_that_stays_is_taken_out(at: int, by: int, size: int, modulus: int) -> None:
-    """Counts gained for good: a gap of 100 samples, then the door to 3 counts, zero in doubt."""
+    """Counts gained for good cost 100 samples; then the door is known to 3 counts."""
     truth = swing(1200)
     values = truth.copy()
     values[at:] += by
@@ -137,7 +137,7 @@ def test_an_offset_that_stays_is_taken_out(at: int, by: int, size: int, modulus:
 
 @given(at=st.integers(300, 900), length=st.integers(10, 60), by=st.integers(600, 7000))
 def test_noise_that_costs_counts_leaves_the_zero_in_doubt(at: int, length: int, by: int) -> None:
-    """A burst that leaves an offset behind: no door gets so far meanwhile and then moves slowly."""
+    """A burst that leaves an offset is recognised: no door gets so far and then moves slowly."""
     truth = swing(1400)
     values = truth.copy()
     values[at:] -= by
@@ -150,7 +150,7 @@ def test_noise_that_costs_counts_leaves_the_zero_in_doubt(at: int, length: int, 
 
 
 def test_missed_polls_do_not_make_an_offset_motion() -> None:
-    """Gaps while a new level settles: it is still an offset."""
+    """An offset is recognised even with gaps while the new level settles."""
     values = swing(1000)
     values[300:] += 500
     decoder = EncoderDecoder()
@@ -162,7 +162,7 @@ def test_missed_polls_do_not_make_an_offset_motion() -> None:
 
 
 def test_an_offset_that_goes_again_leaves_no_doubt() -> None:
-    """300 ms of a wrong level, then the right one: the counter's own value is believed again."""
+    """After 300 ms at a wrong level the right level is believed again without an offset."""
     values = swing(1500)
     values[400:700] += 6000
     decoder = EncoderDecoder()
@@ -173,7 +173,7 @@ def test_an_offset_that_goes_again_leaves_no_doubt() -> None:
 
 
 def test_a_count_that_never_settles_gives_nothing() -> None:
-    """A board that talks nonsense falls silent, and its samples are counted."""
+    """A board that sends nonsense gives no output, and its samples are counted as dropped."""
     rng = np.random.default_rng(3)
     values = np.concatenate([swing(300), rng.integers(0, 2**32, 1000)])
     decoder = EncoderDecoder()
@@ -183,7 +183,7 @@ def test_a_count_that_never_settles_gives_nothing() -> None:
 
 
 def test_a_first_level_that_did_not_last_is_no_reference() -> None:
-    """Garbage at the very start: the level that lasts is the counter's, and gives the zero."""
+    """With garbage at the start, the level that lasts is the counter's and gives the zero."""
     decoder = EncoderDecoder()
     pieces = stream(decoder, np.concatenate([np.full(40, 9000), swing(900)]))
     found = by_number(pieces)
@@ -196,11 +196,11 @@ def test_a_first_level_that_did_not_last_is_no_reference() -> None:
 
 
 def test_a_restart_is_no_jump() -> None:
-    """A sender that begins anew while counts are doubtful: its counter gives a new zero."""
+    """If a sender restarts while counts are doubtful, its counter gives a new zero."""
     decoder = EncoderDecoder()
     stream(decoder, np.concatenate([swing(400), np.full(50, 12000)]))
     for stamp_ns in (10**10, 0):
-        batch = Batch(stamp_ns, 1e-3, 0, 14400, [7] * 20)
+        batch = SampleBatch(stamp_ns, 1e-3, 0, 14400, [7] * 20)
         (piece,) = decoder.decode(batch)
         assert piece.gap_before
         assert (piece.counts == 0).all()
@@ -212,10 +212,10 @@ def test_a_restart_is_no_jump() -> None:
 
 
 def test_behind_a_gap_of_unknown_length_the_door_may_be_elsewhere() -> None:
-    """A simulation that was reset puts the door back to zero: no jump, nothing dropped."""
+    """A simulation that is reset puts the door back to zero without a jump or dropped samples."""
     decoder = EncoderDecoder()
     stream(decoder, swing(700))
-    batch = Batch(2 * 10**9, 1e-3, 700, 14400, [0] * 20, gap_before=True)
+    batch = SampleBatch(2 * 10**9, 1e-3, 700, 14400, [0] * 20, gap_before=True)
     (piece,) = decoder.decode(batch)
     assert piece.gap_before
     assert piece.counts.tolist() == [0] * 20
@@ -223,11 +223,11 @@ def test_behind_a_gap_of_unknown_length_the_door_may_be_elsewhere() -> None:
 
 
 def test_noise_behind_a_gap_is_not_believed() -> None:
-    """What makes a gap may make noise as well: neither comes out, nor gives an offset."""
+    """Noise after a gap is not part of the output and causes no offset."""
     decoder = EncoderDecoder()
     stream(decoder, swing(300))
     values = [4000, -900, 3000, *[5] * 17]
-    batch = Batch(10**10, 1e-3, 300, 14400, values, gap_before=True)
+    batch = SampleBatch(10**10, 1e-3, 300, 14400, values, gap_before=True)
     (piece,) = decoder.decode(batch)
     assert (piece.first_index, piece.counts.tolist()) == (307, [5] * 13)
     assert decoder.offset == 0
@@ -243,7 +243,7 @@ def test_noise_behind_a_gap_is_not_believed() -> None:
 def test_where_the_stream_is_cut_makes_no_difference(
     at: int, noise: list[int], by: int, sizes: list[int], modulus: int
 ) -> None:
-    """Noise and an offset behind it: the same samples come out of batches of any size."""
+    """With noise and an offset, batches of any size decode to the same samples."""
     values = swing(1400)
     values[at:] += by
     values = wrap(values, modulus)
@@ -265,13 +265,13 @@ def test_where_the_stream_is_cut_makes_no_difference(
 
 
 def passages(truth: np.ndarray, place: int) -> list[int]:
-    """Samples at which a door passes a count."""
+    """Return the samples at which a door passes a count."""
     beyond = truth >= place
     return (np.flatnonzero(beyond[1:] != beyond[:-1]) + 1).tolist()
 
 
 def latched(values: np.ndarray, truth: np.ndarray, place: int) -> dict[int, list[int]]:
-    """What the counter shows as the door passes a count, by samples."""
+    """Return what the counter shows as the door passes a count, by samples."""
     return {n: [int(values[n] - truth[n]) + place] for n in passages(truth, place)}
 
 
@@ -283,7 +283,7 @@ def latched(values: np.ndarray, truth: np.ndarray, place: int) -> dict[int, list
 def test_counts_lost_between_two_passages_are_found(
     lost: int, place: int, flicker: list[int]
 ) -> None:
-    """Too few to be a jump: two passages tell, a gap is marked, the rest is right again."""
+    """Two passages reveal a loss too small for a jump: a gap is marked, the rest is right again."""
     truth = swing(3000)
     values = truth + 5
     values[720:] -= lost
@@ -301,7 +301,7 @@ def test_counts_lost_between_two_passages_are_found(
 
 
 def test_an_index_without_trouble_changes_nothing() -> None:
-    """Passages at the same count, either way, also a turn on: no error, no gap."""
+    """Passages at the same count cause no error and no gap, in any direction and turn."""
     truth = swing(3000)
     at = passages(truth, 300)
     index = {n: [300 + 14400 * (n % 2)] for n in at}
@@ -313,7 +313,7 @@ def test_an_index_without_trouble_changes_nothing() -> None:
 
 
 def test_the_index_takes_the_zero_out_of_doubt() -> None:
-    """After an offset, a passage where it should be confirms that it was taken out rightly."""
+    """After an offset, a passage at the expected count confirms the offset."""
     truth = swing(3000)
     values = truth.copy()
     values[750:] += 2000
@@ -326,7 +326,7 @@ def test_the_index_takes_the_zero_out_of_doubt() -> None:
 
 
 def test_a_single_stray_index_moves_nothing() -> None:
-    """Noise on the index line, at the door or elsewhere, is counted and passed over."""
+    """Noise on the index line, at the door or elsewhere, is counted and otherwise ignored."""
     truth = swing(3000)
     index = latched(truth, truth, 300)
     index[690] = [int(truth[690])]
@@ -338,7 +338,7 @@ def test_a_single_stray_index_moves_nothing() -> None:
 
 
 def test_an_index_seen_first_while_in_doubt_confirms_nothing() -> None:
-    """Its place was never known before the counts were lost."""
+    """An index that was not known before counts were lost cannot confirm the offset."""
     truth = swing(3000)
     values = truth.copy()
     values[250:] += 2000

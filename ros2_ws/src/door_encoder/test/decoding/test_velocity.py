@@ -1,11 +1,11 @@
-"""Velocity against the truth: steady, swinging, hit, stopped; and the delay that is stated."""
+"""Estimated velocity compared with the true one: steady, swinging, hit, stopped; and its delay."""
 
 import math
 
 import numpy as np
 import pytest
 from door_encoder.decoding.velocity import ENOUGH, LONGEST, Velocity, VelocityEstimator
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,12 +18,12 @@ EXECUTOR_CONTACT = 0.15  # [rad/s] on /door_angle that tells impact_executor of 
 
 
 def estimator() -> VelocityEstimator:
-    """As the node has it."""
+    """Return an estimator with the settings of the node."""
     return VelocityEstimator(period=PERIOD, window=WINDOW, radians_per_count=COUNT)
 
 
 def velocities(theta: np.ndarray, every: int = 10) -> list[tuple[int, Velocity]]:
-    """What an encoder's counts of these angles (N,) give, with the newest sample's place."""
+    """Return index and estimated velocity of samples of an encoder, for angles (N,) [rad]."""
     counts = np.floor(theta / COUNT).astype(np.int64)
     made = estimator()
     found = []
@@ -34,7 +34,7 @@ def velocities(theta: np.ndarray, every: int = 10) -> list[tuple[int, Velocity]]
 
 
 def fixed_window(theta: np.ndarray, newest: int) -> float:
-    """Slope of the quantised angles over the shortest window alone, by another way."""
+    """Return the slope of the quantised angles over the shortest window, worked out differently."""
     counts = np.floor(theta / COUNT)[newest - WINDOW + 1 : newest + 1]
     return float(np.polyfit(np.arange(WINDOW) * PERIOD, counts * COUNT, 1)[0])
 
@@ -47,7 +47,7 @@ def fixed_window(theta: np.ndarray, newest: int) -> float:
 def test_steady_speeds_from_half_a_milliradian_a_second(
     speed: float, sign: float, phase: float
 ) -> None:
-    """Within 7 % where 5 counts fall into a second, else within 1.5 counts a second."""
+    """The error is 7 % if a second has 5 counts, else 1.5 counts per second."""
     theta = sign * (speed * np.arange(2000) * PERIOD + phase * COUNT)
     limit = 0.07 * speed if speed >= ENOUGH * COUNT / LONGEST else 1.5 * COUNT / LONGEST
     for newest, found in velocities(theta):
@@ -65,7 +65,7 @@ def test_steady_speeds_from_half_a_milliradian_a_second(
 def test_a_swinging_door_is_that_of_the_stated_time(
     amplitude: float, frequency: float, phase: float
 ) -> None:
-    """A sine's velocity, of `delay` ago: off by quantisation, and by what the window rounds."""
+    """A sine's velocity at the stated time is right except for quantisation and averaging."""
     w = 2.0 * math.pi * frequency
     t = np.arange(4000) * PERIOD
     theta = amplitude * np.sin(w * t + phase)
@@ -87,7 +87,7 @@ def test_a_swinging_door_is_that_of_the_stated_time(
 def test_a_hit_is_seen_as_soon_as_by_the_shortest_window(
     speed: float, rise: int, rest: int, phase: float
 ) -> None:
-    """However long the door stood: above 0.065 rad/s the value is the shortest window's."""
+    """Above 0.065 rad/s the velocity is that of the shortest window alone."""
     omega = np.concatenate([np.zeros(rest), speed * np.arange(rise) / max(rise, 1), [speed] * 90])
     theta = phase * COUNT + np.cumsum(omega) * PERIOD
     assert FAST < 0.5 * EXECUTOR_CONTACT
@@ -104,7 +104,7 @@ def test_a_hit_is_seen_as_soon_as_by_the_shortest_window(
 
 @given(speed=st.floats(0.05, 2.0), phase=st.floats(0.0, 1.0))
 def test_a_door_that_stopped_is_no_faster_than_a_count_since(speed: float, phase: float) -> None:
-    """From 50 ms after it stops on: at most a count in the time since, and 0 after a second."""
+    """After a stop the speed is at most a count in the time since then, and 0 after a second."""
     moving = 300
     t = np.minimum(np.arange(2000), moving) * PERIOD
     for newest, found in velocities(phase * COUNT + speed * t):
@@ -117,13 +117,13 @@ def test_a_door_that_stopped_is_no_faster_than_a_count_since(speed: float, phase
 
 @given(flicker=st.lists(st.integers(0, 1), min_size=200, max_size=200))
 def test_a_flickering_count_is_no_motion(flicker: list[int]) -> None:
-    """A door at rest on an edge between two counts stays well below a contact."""
+    """A resting door whose count flickers stays far below the speed of a contact."""
     for newest, found in velocities((np.array(flicker) + 0.5) * COUNT, every=7):
         assert abs(found.omega) <= 1.5 * COUNT / (max(WINDOW, newest) * PERIOD)
 
 
 def test_little_is_known_behind_a_gap() -> None:
-    """A single count over two samples is no velocity; five are."""
+    """A single count in two samples gives no velocity; five counts do."""
     made = estimator()
     assert made.velocity() == Velocity(0.0, 0.0)
     made.take(np.array([0, 1]))
@@ -135,7 +135,7 @@ def test_little_is_known_behind_a_gap() -> None:
 
 
 def test_an_accelerating_door_lags_by_the_stated_delay() -> None:
-    """A parabola's slope is that of the middle of the window."""
+    """The slope of a parabola is that in the middle of the window."""
     t = np.arange(200) * PERIOD
     newest, found = velocities(0.5 * 8.0 * t**2)[-1]
     assert found.omega == pytest.approx(8.0 * (t[newest] - found.delay), rel=2e-3)
@@ -143,6 +143,6 @@ def test_an_accelerating_door_lags_by_the_stated_delay() -> None:
 
 
 def test_the_window_must_hold_two() -> None:
-    """One sample has no slope."""
-    with pytest.raises(EncoderSettingError):
+    """A window of one sample is refused."""
+    with pytest.raises(SettingError):
         VelocityEstimator(period=PERIOD, window=1, radians_per_count=COUNT)

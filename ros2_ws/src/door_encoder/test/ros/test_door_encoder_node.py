@@ -1,4 +1,4 @@
-"""Node door_encoder, talking over the middleware."""
+"""The node door_encoder, tested over the middleware."""
 
 import os
 import time
@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 
 
 class Rig:
-    """The node beside a node that plays the counter board and listens."""
+    """The node, with a second node that acts as counter board and receives the results."""
 
     def __init__(self) -> None:
         self.node = DoorEncoderNode()
@@ -39,7 +39,7 @@ class Rig:
         self.executor.add_node(self.board)
 
     def until(self, done: Callable[[], bool]) -> None:
-        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        """Spin until a condition holds, but not for ever."""
         limit = time.monotonic() + 20.0
         while not done():
             assert time.monotonic() < limit, "nothing happened"
@@ -61,7 +61,7 @@ class Rig:
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
-    """A rig on a domain of its own."""
+    """Yield a rig on a domain of its own."""
     rclpy.init(domain_id=40 + os.getpid() % 50)
     made = Rig()
     made.until(lambda: made.counts.get_subscription_count() > 0)
@@ -75,7 +75,7 @@ def rig() -> Iterator[Rig]:
 
 
 def test_samples_angles_and_diagnostics(rig: Rig) -> None:
-    """Batches of 20 give batches of 20 and two angles each, rightly stamped; bad ones nothing."""
+    """A batch of 20 gives a batch of 20 and two angles with the right stamps; a bad one nothing."""
     rig.send(0, [500] * 20)
     rig.send(20, [7] * 20, period=0.0)
     rig.send(20, list(range(500, 520)))
@@ -93,7 +93,7 @@ def test_samples_angles_and_diagnostics(rig: Rig) -> None:
 
 
 def test_garbage_and_lost_counts_do_not_reach_the_angle(rig: Rig) -> None:
-    """A batch of noise is a gap; an offset is taken out and said, until the index confirms it."""
+    """Noise becomes a gap; an offset is subtracted and reported until the index confirms it."""
     rig.send(0, [500] * 200)
     rig.send(200, [9000] * 20)
     rig.send(220, [510] * 20)
@@ -114,8 +114,8 @@ def test_garbage_and_lost_counts_do_not_reach_the_angle(rig: Rig) -> None:
 
 
 def test_bad_parameters_end_with_a_sentence(capfd: pytest.CaptureFixture[str]) -> None:
-    """direction 3 is refused: exit code 1, no traceback."""
+    """A direction of 3 is refused with exit code 1 and without a traceback."""
     assert main(["--ros-args", "-p", "direction:=3"]) == 1
     text = capfd.readouterr().err
-    assert "direction must be 1 or -1" in text
+    assert "direction is 3, must be 1 or -1" in text
     assert "Traceback" not in text

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.stamps import seconds
 from door_model.door.config import DoorConfig
 from door_model.door.door import Door
 from door_model.motion.dynamics import simulate
-from door_model.recording.recording import Recording, from_counts
+from door_model.recording.recording import Recording
+from door_model.recording.sample_store import SampleStore
 from door_model.recording.swings import FreeSwing, find_swings
+from door_model.ros.messages import to_batch
 from hrp2_description.robot import RobotConfig
 from impact_planner.ros.messages import door_from_message
 from scipy.optimize import least_squares
@@ -77,11 +78,11 @@ def draw_animation(log: SimulationLog, robot: RobotConfig, door: DoorConfig, con
 
 
 def _recording(samples: Sequence[Any]) -> Recording:
-    """The samples of all batches as one recording, with times by the stamps [s]."""
-    times = [seconds(batch.header.stamp) + batch.period * np.arange(len(batch.counts))
-             for batch in samples]
-    counts = np.concatenate([np.array(batch.counts, dtype=np.int64) for batch in samples])
-    return from_counts(np.concatenate(times), counts, samples[0].counts_per_turn)
+    """Return the encoder's samples as one recording, whose times begin at 0."""
+    store = SampleStore()
+    for message in samples:
+        store.add(to_batch(message))
+    return store.recording()
 
 
 def _swing_fit(door: Door, swing: FreeSwing) -> SwingFit:

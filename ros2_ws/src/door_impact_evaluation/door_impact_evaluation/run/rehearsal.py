@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from door_encoder.decoding.angle import AnglePoint, AngleSampler
-from door_encoder.decoding.batch import Batch
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.settings import Settings
 from door_model.door.config import DoorConfig, load_door
 from door_model.errors import DoorModelError
+from door_model.recording.batch import SampleBatcher
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
@@ -160,17 +160,13 @@ class _Encoder:
         settings = Settings(counts_per_turn=COUNTS_PER_TURN, modulus=1 << bits)
         self._decoder = EncoderDecoder(settings)
         self._sampler = AngleSampler(radians_per_count=settings.radians_per_count)
-        self._counts: list[int] = []
-        self._first = 0
+        self._batcher = SampleBatcher(
+            period_ns=round(1e9 * SAMPLE), size=BATCH, counts_per_turn=COUNTS_PER_TURN)
 
     def take(self, sample: TickSample) -> list[AnglePoint]:
         """Angles that a tick completes."""
-        self._counts += sample.counts
-        if len(self._counts) < BATCH:
+        batch = self._batcher.add(sample.counts, round(1e9 * sample.time))
+        if batch is None:
             return []
-        counts, self._counts = self._counts, []
-        start = sample.time - SAMPLE * (len(counts) - 1)
-        batch = Batch(round(1e9 * start), SAMPLE, self._first, COUNTS_PER_TURN, counts)
-        self._first += len(counts)
         return [point for decoded in self._decoder.decode(batch)
                 for point in self._sampler.take(decoded)]

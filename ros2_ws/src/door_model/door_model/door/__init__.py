@@ -1,1 +1,1 @@
-"""The door and its closer: linkage, parameters, configuration, eqs. (1) and (7) to (13)."""
+"""The door and its closer: linkage, parameters and configuration, eqs. (1) and (7) to (13)."""

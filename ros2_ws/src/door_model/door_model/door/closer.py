@@ -1,11 +1,12 @@
 r"""Linkage of the door closer: eqs. (7) to (9) of the paper.
 
-The fixed pivots are a distance :math:`l` apart. Link 1 lies on the leaf, link 2 on the closer's
-joint, link 3 returns to the frame. :math:`D` is the distance between the two pivots that links 2
-and 3 join; the linkage closes while the triangle :math:`(D, l_2, l_3)` does. It does so in two
-ways, its assembly modes, mirrored about the line of :math:`D`; eq. (8) is one of them.
+The fixed pivots are a distance :math:`l` apart. Link 1, of length :math:`l_1`, lies on the leaf;
+link 2, of length :math:`l_2`, turns with the closer's joint; link 3, of length :math:`l_3`, leads
+back to the frame. :math:`D` is the distance between the two pivots that links 2 and 3 connect. The
+linkage closes if the sides :math:`D, l_2, l_3` form a triangle. Two such triangles exist, mirrored
+about the line of :math:`D`: the assembly modes. Eq. (8) describes one of them.
 
-The paper's appendix prints ``theta_0 = 0.34 rad`` for what eq. (7) calls ``theta_i0``.
+The paper's appendix prints ``theta_0 = 0.34 rad`` for the angle that eq. (7) calls ``theta_i0``.
 """
 
 import math
@@ -19,24 +20,25 @@ from scipy.optimize import brentq
 from door_model.checks import place, require_finite, require_positive
 from door_model.errors import DoorParameterError, LinkageError
 
-LIMIT_MARGIN = 1e-6  # [rad]; eta grows without bound where the linkage folds or is stretched
-_STEPS = 400  # of a search for dead centres
+LIMIT_MARGIN = 1e-6  # distance kept from the linkage's ends, where eta is infinite [rad]
+_STEPS = 400  # number of steps of the search for dead centres
 
 
 def four_bar(
     theta: Any, l: Any, l1: Any, l2: Any, l3: Any, theta_i0: Any, assembly: Any  # noqa: E741
 ) -> tuple[Any, Any, Any]:
-    """Eqs. (7) to (9) and the slope of eta, with no check: NaN where the linkage does not close.
+    """Evaluate eqs. (7) to (9) and the derivative of eta, without checks.
 
     Args:
         theta: Opening angles [rad].
-        l, l1, l2, l3: Lengths of `FourBarCloser` [m].
-        theta_i0: Angle of `FourBarCloser` [rad].
-        assembly: Mode of `FourBarCloser`.
-            All of them numbers or arrays that broadcast.
+        l, l1, l2, l3: Lengths of the links, as in `FourBarCloser` [m].
+        theta_i0: Angle at the closed door, as in `FourBarCloser` [rad].
+        assembly: Assembly mode, as in `FourBarCloser`.
+            All arguments are numbers, or arrays that broadcast.
 
     Returns:
-        f [rad], eta = df/d theta [-] and d eta/d theta [1/rad].
+        f [rad], eta = df/d theta [-] and d eta/d theta [1/rad]; NaN where the linkage does not
+        close.
     """
     phi = theta + theta_i0  # eq. (7)
     cosine = np.cos(phi)
@@ -44,8 +46,8 @@ def four_bar(
     reach = l1 - along
     d2 = reach * reach + across * across
     d = np.sqrt(d2)
-    # First arccos of eq. (8), written with arctan2: same value for 0 <= phi <= pi, and smooth
-    # where the arccos would fold.
+    # The first arccos of eq. (8) is written with arctan2: it has the same value for
+    # 0 <= phi <= pi, and is smooth where the arccos has a kink.
     alpha_slope = (l1 * along - l * l) / d2
     d2_slope = 2.0 * l1 * across
     alpha_bend = -(0.5 + alpha_slope) * d2_slope / d2
@@ -66,13 +68,14 @@ def four_bar(
 
 
 def angle_limits(l: Any, l1: Any, l2: Any, l3: Any, theta_i0: Any) -> tuple[Any, Any]:  # noqa: E741
-    """Smallest and largest angle between which a linkage closes [rad], see `FourBarCloser`.
+    """Return the smallest and the largest angle between which a linkage closes [rad].
 
-    They enclose the closed door only if it closes there. Numbers or arrays that broadcast.
+    The arguments are those of `FourBarCloser`, as numbers or arrays that broadcast. The angles
+    enclose the closed door only if the linkage closes there.
     """
 
     def angle_where(distance: Any) -> Any:
-        """Angle at which D, which grows with phi in 0 .. pi, reaches a distance."""
+        """Return the angle at which D, which grows with phi in 0 .. pi, reaches a distance."""
         cosine = (l * l + l1 * l1 - distance * distance) / (2.0 * l * l1)
         return np.arccos(np.clip(cosine, -1.0, 1.0)) - theta_i0
 
@@ -85,15 +88,15 @@ class FourBarCloser:
 
     Attributes:
         l: Distance between the fixed pivots of links 1 and 3 [m].
-        l1: Link 1, on the leaf [m].
-        l2: Link 2 [m].
-        l3: Link 3 [m].
+        l1: Length of link 1, on the leaf [m].
+        l2: Length of link 2 [m].
+        l3: Length of link 3 [m].
         theta_i0: Angle between the fixed part and link 1 at the closed door [rad], 0 to pi.
-        assembly: Mode in which links 2 and 3 are put together: 1 as in eq. (8), -1 mirrored.
+        assembly: Mode in which links 2 and 3 are assembled: 1 as in eq. (8), -1 mirrored.
 
     Raises:
-        DoorParameterError: A length is not positive, the angle is not between 0 and pi, or there
-            is no such mode.
+        DoorParameterError: A length is not positive, the angle is not between 0 and pi, or the
+            mode is neither 1 nor -1.
     """
 
     l: float  # noqa: E741, the paper's letter
@@ -114,13 +117,13 @@ class FourBarCloser:
             raise DoorParameterError("assembly", self.assembly, "1 or -1")
 
     def f(self, theta: ArrayLike) -> Any:
-        """Angle of the closer's joint theta_c, eq. (8).
+        """Return the angle of the closer's joint theta_c, eq. (8).
 
         Args:
             theta: Opening angle(s) [rad], any shape.
 
         Returns:
-            theta_c [rad], same shape.
+            theta_c [rad], in the same shape.
 
         Raises:
             LinkageError: The linkage does not close at one of the angles.
@@ -128,13 +131,13 @@ class FourBarCloser:
         return self.f_and_eta(theta)[0]
 
     def eta(self, theta: ArrayLike) -> Any:
-        """Reduction ratio d theta_c / d theta, eq. (9), by differentiating eq. (8) on paper.
+        """Return the reduction ratio eta = d theta_c / d theta, eq. (9), by analytical derivation.
 
         Args:
             theta: Opening angle(s) [rad], any shape.
 
         Returns:
-            eta [-], same shape.
+            eta [-], in the same shape.
 
         Raises:
             LinkageError: The linkage does not close at one of the angles.
@@ -142,15 +145,15 @@ class FourBarCloser:
         return self.f_and_eta(theta)[1]
 
     def slope_of_eta(self, theta: ArrayLike) -> Any:
-        """d eta / d theta [1/rad], by differentiating eq. (8) twice; as `eta` otherwise."""
+        """Return d eta / d theta [1/rad], the second derivative of eq. (8), as `eta` does."""
         return self.f_eta_slope(theta)[2]
 
     def f_and_eta(self, theta: ArrayLike) -> tuple[Any, Any]:
-        """Both f and eta, which share most of their work; see there."""
+        """Return both `f` and `eta`, which share most of their work."""
         return self.f_eta_slope(theta)[:2]
 
     def f_eta_slope(self, theta: ArrayLike) -> tuple[Any, Any, Any]:
-        """f, eta and the slope of eta, which share most of their work; see there."""
+        """Return `f`, `eta` and `slope_of_eta`, which share most of their work."""
         theta = np.asarray(theta, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore"):
             answer = four_bar(theta, *self.numbers())
@@ -160,35 +163,35 @@ class FourBarCloser:
         return answer
 
     def numbers(self) -> tuple[float, ...]:
-        """Lengths, angle and mode in the order of `four_bar`."""
+        """Return lengths, angle and mode in the order of `four_bar`."""
         return self.l, self.l1, self.l2, self.l3, self.theta_i0, self.assembly
 
     def opening_limit(self) -> float:
-        """Largest opening angle up to which the linkage closes, from the closed door on [rad].
+        """Return the largest opening angle up to which the linkage closes [rad].
 
-        It ends where links 2 and 3 are stretched, or, if they never are, where link 1 is in line
-        with the fixed part (phi = pi), beyond which eq. (8) no longer holds.
+        There links 2 and 3 are stretched. If they never are, it is the angle at which link 1 is in
+        line with the fixed part (phi = pi), beyond which eq. (8) does not hold.
 
         Raises:
-            LinkageError: The linkage does not even close at the closed door.
+            LinkageError: The linkage does not close at the closed door.
         """
         self.f(0.0)
         return float(angle_limits(*self.numbers()[:5])[1])
 
     def closing_limit(self) -> float:
-        """Smallest angle (negative) down to which the linkage closes [rad].
+        """Return the smallest angle down to which the linkage closes, which is negative [rad].
 
         Raises:
-            LinkageError: The linkage does not even close at the closed door.
+            LinkageError: The linkage does not close at the closed door.
         """
         self.f(0.0)
         return float(angle_limits(*self.numbers()[:5])[0])
 
     def end_link(self, opens: bool) -> str:
-        """The link that ends the range of angles when the door opens, or when it closes.
+        """Return the name of the link that limits the angles when the door opens or closes.
 
-        It is "l1" where that comes into line with the fixed part, else "l2 + l3" stretched or the
-        longer of both, folded.
+        It is "l1" if link 1 comes into line with the fixed part. Otherwise it is "l2 + l3", if
+        these links are stretched, or the longer one of them, if they are folded.
         """
         if opens:
             return "l2 + l3" if self.l2 + self.l3 < self.l + self.l1 else "l1"
@@ -197,10 +200,13 @@ class FourBarCloser:
         return "l1"
 
     def require_within(self, theta: ArrayLike) -> None:
-        """Raise LinkageError where eq. (8) does not hold, beyond the links' reach or phi = 0 .. pi.
+        """Check that eq. (8) holds: the links reach, and phi is within 0 .. pi.
 
         Args:
             theta: Opening angle(s) [rad], any shape.
+
+        Raises:
+            LinkageError: Eq. (8) does not hold at one of the angles.
         """
         theta = np.asarray(theta, dtype=float)
         self.f(theta)
@@ -212,23 +218,23 @@ class FourBarCloser:
             raise LinkageError(
                 self.end_link(limit == upper),
                 first,
-                f"{self.end_link(limit == upper)} ends its range at {math.degrees(limit):.2f} deg"
+                f"{self.end_link(limit == upper)} limits its range at {math.degrees(limit):.2f} deg"
                 f"{place(theta.shape, number)}",
                 value=first,
                 limit=limit,
             )
 
     def dead_centre(self) -> float | None:
-        """First angle from the closed door on at which the closer turns round [rad].
+        """Return the first angle beyond the closed door at which the closer turns round [rad].
 
-        There eta is 0 and link 3 lies in line with the fixed part: the closer has no leverage,
-        and beyond it its spring opens the door (or, in a mode in which it opened it, shuts it).
+        At this angle eta is 0 and link 3 lies in line with the fixed part, so the closer has no
+        leverage. Beyond it the spring opens the door, or shuts it in a mode in which it opened it.
 
         Returns:
-            The angle up to the opening limit, None where there is none.
+            The angle; None if there is none up to the opening limit.
 
         Raises:
-            LinkageError: The linkage does not even close at the closed door.
+            LinkageError: The linkage does not close at the closed door.
         """
         end = self.opening_limit()
         angles = np.linspace(0.0, end, _STEPS, endpoint=False)
@@ -240,7 +246,12 @@ class FourBarCloser:
         return float(brentq(lambda angle: float(self.eta(angle)), low, high))
 
     def _raise_open(self, theta: NDArray[Any], inside: NDArray[Any]) -> None:
-        """Name the link and the angle of the first point at which the linkage does not close."""
+        """Raise the error for the first angle at which the linkage does not close.
+
+        Args:
+            theta: Opening angles [rad].
+            inside: At which of them the linkage closes.
+        """
         number = int(np.argmin(inside))
         first, where = float(theta.flat[number]), place(theta.shape, number)
         if not math.isfinite(first):

@@ -1,4 +1,4 @@
-"""Doors as YAML files: reading, checking, writing."""
+"""Configurations of doors: YAML files are read, checked and written."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from door_model.door.geometry import DoorGeometry, Leaf
 from door_model.errors import ConfigError, DeadCentreError, DoorModelError
 
 WORKING_RANGE = math.pi / 2.0
-"""From the closed door on [rad]: a closer by EN 1154 shuts its door from 90 deg."""
+"""Range of angles above the closed door [rad]: a closer by EN 1154 shuts its door from 90 deg."""
 
 _CLOSER_KEYS = ("c_c", "k_c", "tau_c0_prime")
 _ZONES = ("backcheck", "latch")
@@ -26,20 +26,20 @@ _LINKAGE_KEYS = ("l", "l1", "l2", "l3", "theta_i0")
 
 @dataclass(frozen=True)
 class DoorConfig:
-    """A door as configured.
+    """Configuration of a door.
 
     Attributes:
-        name: Name.
+        name: Name of the door.
         leaf: The leaf.
         linkage: The closer's linkage.
-        c_c: Viscosity at the closer's joint [N m s/rad].
+        c_c: Viscosity at the closer's joint while the door opens [N m s/rad].
         k_c: Spring coefficient at the closer's joint [N m/rad].
         tau_c0_prime: Closer torque of eq. (12) [N m].
-        i_a: Moment of inertia about the hinge [kg m^2].
+        i_a: Moment of inertia of the leaf about the hinge [kg m^2].
         restitution: Coefficient of restitution of a hit on the leaf, 0 to 1.
-        c_c_closing: Viscosity while it closes [N m s/rad]; None: as while it opens.
-        backcheck: Where opening is damped otherwise; None: nowhere.
-        latch: Where closing is damped otherwise; None: nowhere.
+        c_c_closing: Viscosity while the door closes [N m s/rad]; None means that it is c_c.
+        backcheck: Zone in which opening has another viscosity; None means that there is none.
+        latch: Zone in which closing has another viscosity; None means that there is none.
         friction: Coulomb friction at the hinge [N m].
     """
 
@@ -57,17 +57,17 @@ class DoorConfig:
     friction: float = 0.0
 
     def door(self) -> Door:
-        """The door for eq. (1)."""
+        """Return the door of eq. (1)."""
         return Door(
             self.i_a, self.c_c, self.k_c, self.tau_c0_prime, self.linkage, self.c_c_closing,
             self.backcheck, self.latch, self.friction)
 
     def geometry(self) -> DoorGeometry:
-        """Leaf and linkage alone."""
+        """Return the leaf and the linkage only."""
         return DoorGeometry(self.name, self.leaf, self.linkage)
 
     def to_yaml(self) -> str:
-        """Text that `load_door` reads back to the same numbers."""
+        """Return YAML text that `load_door` reads back to the same numbers."""
         closer: dict[str, Any] = {key: getattr(self, key) for key in _CLOSER_KEYS}
         if self.c_c_closing is not None:
             closer["c_c_closing"] = self.c_c_closing
@@ -85,15 +85,16 @@ class DoorConfig:
 
 
 def door_names() -> list[str]:
-    """Names of the doors that come with this package, sorted."""
+    """Return the sorted names of the doors that come with this package."""
     return sorted(path.stem for path in data_path("doors").glob("*.yaml"))
 
 
 def load_door(name_or_path: str | Path) -> DoorConfig:
-    """Read a door.
+    """Read the configuration of a door.
 
-    A file has what `doors/paper.yaml` has. It may leave out ``i_a``, which is then the leaf's, and
-    may say what a real closer does beyond the paper (see `door_model.door.door`)::
+    A file has the keys of `doors/paper.yaml`. Without ``i_a`` the moment of inertia is that of a
+    uniform leaf. A file may describe extensions of the paper's model (module
+    `door_model.door.door`)::
 
         linkage: {..., assembly: -1}           # the mirrored mode
         closer:
@@ -106,9 +107,9 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
         name_or_path: Name of a door of this package, such as "paper", or a YAML file.
 
     Raises:
-        ConfigError: No such door, unknown or missing keys, numbers out of range, a closer that
-            does not assemble, does not pull the door shut or has a dead centre within
-            `WORKING_RANGE`.
+        ConfigError: There is no such door, keys are unknown or missing, numbers are out of range,
+            or the closer cannot be assembled, does not pull the door shut, or has a dead centre
+            within `WORKING_RANGE`.
     """
     path = _find(name_or_path)
     document = _read(path)
@@ -161,9 +162,10 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
 
 
 def _closer(source: str, section: Any) -> dict[str, Any]:
-    """The closer's parameters, its zones among them."""
+    """Return the closer's parameters, including its zones."""
     if not isinstance(section, Mapping):
-        raise ConfigError(source, "section 'closer' is not a mapping of keys", value=section)
+        raise ConfigError(
+            source, "section 'closer' is not a mapping of keys", value=section, limit="a mapping")
     _check_keys(source, "closer", section, _CLOSER_KEYS, ("c_c_closing", *_ZONES))
     closer: dict[str, Any] = {
         key: _number(source, f"closer.{key}", section[key])
@@ -176,20 +178,23 @@ def _closer(source: str, section: Any) -> dict[str, Any]:
             try:
                 closer[name] = Zone(**numbers)
             except DoorModelError as error:
-                raise ConfigError(source, f"{name}: {error}", value=error.value) from error
+                raise ConfigError(
+                    source, f"{name}: {error}", value=error.value, limit=error.limit
+                ) from error
     return closer
 
 
 def load_geometry(name_or_path: str | Path) -> DoorGeometry:
-    """Read leaf and linkage of a door; its closer's parameters are not looked at.
+    """Read leaf and linkage of a door, without the parameters of its closer.
 
-    The file may leave out `closer`, `i_a` and `restitution`, as that of a door not yet identified.
+    The file may lack `closer`, `i_a` and `restitution`, like that of a door not yet identified.
 
     Args:
         name_or_path: Name of a door of this package or a YAML file.
 
     Raises:
-        ConfigError: As `load_door`.
+        ConfigError: There is no such door, keys are unknown or missing, numbers are out of range,
+            or the closer cannot be assembled.
     """
     path = _find(name_or_path)
     document = _read(path)
@@ -199,14 +204,14 @@ def load_geometry(name_or_path: str | Path) -> DoorGeometry:
 
 
 def _find(name_or_path: str | Path) -> Path:
-    """The file of a door."""
+    """Return the file of a door."""
     text = str(name_or_path)
     if not text:
         raise ConfigError("door", "no name and no file given", value=text, limit=door_names())
     if isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml")):
         path = Path(name_or_path)
         if not path.is_file():
-            raise ConfigError(text, "no such file", value=text)
+            raise ConfigError(text, "no such file", value=text, limit="an existing file")
         return path
     known = door_names()
     if text not in known:
@@ -217,13 +222,16 @@ def _find(name_or_path: str | Path) -> Path:
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """The YAML document, which must be a mapping."""
+    """Read a YAML document, which must be a mapping."""
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(str(path), f"cannot be read: {error}", value=str(path)) from error
+        raise ConfigError(
+            str(path), f"cannot be read: {error}", value=str(path), limit="a readable YAML file"
+        ) from error
     if not isinstance(document, Mapping):
-        raise ConfigError(str(path), "is not a mapping of keys", value=document)
+        raise ConfigError(
+            str(path), "is not a mapping of keys", value=document, limit="a mapping")
     return document
 
 
@@ -234,7 +242,7 @@ def _check_keys(
     required: tuple[str, ...],
     optional: tuple[str, ...] = (),
 ) -> None:
-    """Raise on a missing or an unknown key."""
+    """Raise ConfigError for a missing or an unknown key."""
     where = f"section {section!r}: " if section else ""
     missing = [key for key in required if key not in document]
     if missing:
@@ -259,10 +267,12 @@ def _numbers(
     keys: tuple[str, ...],
     optional: tuple[str, ...] = (),
 ) -> dict[str, float]:
-    """A section that consists of numbers."""
+    """Read a section that consists of numbers."""
     content = document[section]
     if not isinstance(content, Mapping):
-        raise ConfigError(source, f"section {section!r} is not a mapping of keys", value=content)
+        raise ConfigError(
+            source, f"section {section!r} is not a mapping of keys", value=content,
+            limit="a mapping")
     _check_keys(source, section, content, keys, optional)
     return {
         key: _number(source, f"{section}.{key}", content[key])
@@ -272,22 +282,23 @@ def _numbers(
 
 
 def _number(source: str, key: str, value: Any) -> float:
-    """A finite number."""
+    """Return a value that must be a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise _out_of_range(source, key, value, "a finite number")
     return float(value)
 
 
 def _out_of_range(source: str, key: str, value: Any, limit: str) -> ConfigError:
-    """The error for a value that is not what it should be."""
+    """Return the error for a value that is out of range."""
     return ConfigError(source, f"{key} must be {limit}, not {value!r}", value=value, limit=limit)
 
 
 def _geometry(source: str, document: Mapping[str, Any]) -> DoorGeometry:
-    """Leaf and linkage of a document, checked to assemble at the closed door."""
+    """Return leaf and linkage of a document, which must close at the closed door."""
     name = document["name"]
     if not isinstance(name, str) or not name:
-        raise ConfigError(source, f"name must be a text, not {name!r}", value=name)
+        raise ConfigError(
+            source, f"name must be a text, not {name!r}", value=name, limit="a text")
     leaf_keys = tuple(field.name for field in fields(Leaf))
     try:
         leaf = Leaf(**_numbers(source, document, "leaf", leaf_keys))

@@ -1,4 +1,4 @@
-"""What a closer does over the opening angle: the data of the paper's Figs. 15 and 16."""
+"""Curves of a closer over the opening angle: the data of the paper's Figs. 15 and 16."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door
 
-_FROM_THE_END = np.radians(1.0)  # [rad]; nearer to a stretched linkage eta grows without bound
+_FROM_THE_END = np.radians(1.0)  # distance kept from the linkage's end: eta is infinite there [rad]
 
 
 @dataclass(frozen=True)
 class CloserCurves:
-    """A closer over opening angles, each (N,).
+    """Properties of a closer at N opening angles, each (N,).
 
     Attributes:
         theta: Opening angles [rad].
@@ -24,8 +24,8 @@ class CloserCurves:
         torque: Restoring torque, eq. (12) [N m].
         damping_opening: Damping about the hinge c_c eta^2, eq. (13), while the door opens
             [N m s/rad].
-        damping_closing: The same while it closes.
-        energy: In the spring, above that of the closed door [J].
+        damping_closing: Damping about the hinge while the door closes [N m s/rad].
+        energy: Energy of the spring above that of the closed door [J].
     """
 
     theta: Array
@@ -37,7 +37,7 @@ class CloserCurves:
     energy: Array
 
     def columns(self) -> dict[str, Array]:
-        """The curves by name and unit, angles in degrees."""
+        """Return the curves by name with unit; angles are in degrees."""
         return {
             "door_deg": np.degrees(self.theta),
             "closer_deg": np.degrees(self.f),
@@ -50,10 +50,10 @@ class CloserCurves:
 
 
 def closer_curves(door: Door, theta: ArrayLike) -> CloserCurves:
-    """What the closer of a door does at opening angles theta (N,) [rad].
+    """Work out the curves of a door's closer at opening angles theta (N,) [rad].
 
     Raises:
-        LinkageError: An angle is beyond the linkage.
+        LinkageError: The linkage does not close at one of the angles.
     """
     theta = np.atleast_1d(np.asarray(theta, dtype=float))
     door.closer.require_within(theta)
@@ -70,17 +70,17 @@ def closer_curves(door: Door, theta: ArrayLike) -> CloserCurves:
 
 
 def round_angles(end: float, step: float) -> Array:
-    """The multiples of a step [rad] from 0 on, and the end [rad]."""
+    """Return the multiples of a step [rad] from 0 up to the end [rad], and the end."""
     multiples = np.arange(math.ceil(end / step - 1e-9)) * step
     return np.append(multiples, end)
 
 
 def round_step(end: float, most: int) -> float:
-    """The smallest of 1, 2, 5 deg, or these times a power of ten, that fits in so often [rad].
+    """Return the smallest step of 1, 2 or 5 deg times a power of ten that is coarse enough [rad].
 
     Args:
         end: Largest angle [rad].
-        most: How many steps may lie between 0 and the end.
+        most: Largest number of steps between 0 and the end.
     """
     least = math.degrees(end) / most * (1.0 - 1e-9)
     decade = 10.0 ** math.floor(math.log10(least))
@@ -88,9 +88,9 @@ def round_step(end: float, most: int) -> float:
 
 
 def with_borders(door: Door, theta: Array) -> Array:
-    """Rising angles [rad], and those next to each border of a zone between them, both sides.
+    """Add angles on both sides of each border of a zone to increasing angles [rad].
 
-    Damping jumps there: a line through these points is vertical.
+    The damping jumps at a border, and a line through these points is vertical.
     """
     borders = np.array([zone.angle for zone in (door.backcheck, door.latch) if zone is not None])
     sides = [np.nextafter(borders, -np.inf), borders, np.nextafter(borders, np.inf)]
@@ -99,7 +99,7 @@ def with_borders(door: Door, theta: Array) -> Array:
 
 
 def largest_shown(closer: FourBarCloser, wanted: float = np.pi / 2.0) -> float:
-    """The angle wanted, or where the linkage ends before it a degree less than that [rad].
+    """Return the wanted angle, or one degree less than the linkage's end if that is smaller [rad].
 
     Raises:
         LinkageError: The linkage does not close at the closed door.

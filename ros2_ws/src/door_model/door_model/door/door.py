@@ -1,11 +1,12 @@
-"""A swing door with its closer: eqs. (1), (12) and (13) of the paper, and what real closers add.
+"""A swing door with its closer: eqs. (1), (12) and (13) of the paper, and extensions of them.
 
-Eq. (12)'s ``tau'_c0`` is ``tau_c0 - k_c theta_c0`` (the paper prints ``theta_0``), so that the
-closer's torque is ``k_c f(theta) + tau'_c0``. ``c_c`` is in N m s/rad.
+In eq. (12) ``tau'_c0`` is ``tau_c0 - k_c theta_c0`` (the paper prints ``theta_0``), so the closer's
+torque is ``k_c f(theta) + tau'_c0``. The unit of ``c_c`` is N m s/rad.
 
-Beyond the paper, each off by default: the viscosity of closing (its Fig. 14 shows that it is not
-that of opening; closers let their oil through a valve one way), a backcheck, a latch zone
-(EN 1154 and closer makers' terms) and Coulomb friction at the hinge.
+The model has extensions that real closers need; each is off by default. Closing may have another
+viscosity than opening, as the paper's Fig. 14 shows, because the oil of a closer flows through a
+valve in one direction. There may be a backcheck, a latch zone (terms of EN 1154 and of makers of
+closers), and Coulomb friction at the hinge.
 """
 
 from dataclasses import dataclass
@@ -21,14 +22,14 @@ from door_model.door.ratios import Ratios
 
 @dataclass(frozen=True)
 class Zone:
-    """Angles in which a closer damps otherwise.
+    """Range of angles in which a closer has another viscosity.
 
     Attributes:
-        angle: Where the zone begins [rad]: a backcheck lies above it, a latch zone below.
-        c_c: Viscosity at the closer's joint there [N m s/rad].
+        angle: Border of the zone [rad]; a backcheck lies above it, a latch zone below it.
+        c_c: Viscosity at the closer's joint in the zone [N m s/rad].
 
     Raises:
-        DoorParameterError: The angle is no number or the viscosity is negative.
+        DoorParameterError: The angle is not a finite number, or the viscosity is negative.
     """
 
     angle: float
@@ -47,18 +48,18 @@ class Door:
     Attributes:
         i_a: Moment of inertia of the leaf about its hinge [kg m^2] (the paper's text calls it
             an angular momentum).
-        c_c: Viscosity at the closer's joint [N m s/rad].
+        c_c: Viscosity at the closer's joint while the door opens [N m s/rad].
         k_c: Spring coefficient at the closer's joint [N m/rad].
         tau_c0_prime: Closer torque of eq. (12), extrapolated to theta_c = 0 [N m].
         closer: The linkage.
-        c_c_closing: Viscosity while the door closes [N m s/rad]; None: as while it opens.
-        backcheck: Where opening is damped otherwise; None: nowhere.
-        latch: Where closing is damped otherwise; None: nowhere.
+        c_c_closing: Viscosity while the door closes [N m s/rad]; None means that it is c_c.
+        backcheck: Zone in which opening has another viscosity; None means that there is none.
+        latch: Zone in which closing has another viscosity; None means that there is none.
         friction: Coulomb friction at the hinge [N m].
 
     Raises:
-        DoorParameterError: i_a is not positive, c_c, k_c or the friction is negative, or one is
-            no number.
+        DoorParameterError: i_a is not positive, a viscosity, k_c or the friction is negative, or a
+            value is not a finite number.
     """
 
     i_a: float
@@ -81,15 +82,16 @@ class Door:
             require_not_negative("c_c_closing", self.c_c_closing)
 
     def restoring_torque(self, theta: ArrayLike) -> Any:
-        """Torque that shuts the door, eq. (12) [N m], for angle(s) theta [rad]."""
+        """Return the torque [N m] that shuts the door at angle(s) theta [rad], eq. (12)."""
         f, eta = self.closer.f_and_eta(theta)
         return eta * (self.k_c * f + self.tau_c0_prime)
 
     def dead_centre(self) -> float | None:
-        """Angle from which on the spring opens the door that it shut until there [rad].
+        """Return the angle beyond which the spring opens the door, which it shuts below [rad].
 
         Returns:
-            The linkage's dead centre; None where it has none, or its spring opens the door before.
+            The linkage's dead centre; None if there is none, or if the spring opens the door
+            already below it.
 
         Raises:
             LinkageError: The linkage does not close at the closed door.
@@ -97,7 +99,7 @@ class Door:
         angle = self.closer.dead_centre()
         if angle is None:
             return None
-        # eta keeps its sign up to there, and falls to 0 there: the torque's sign needs both.
+        # Up to the dead centre eta keeps its sign; the other factor of the torque is taken at it.
         shuts = self.closer.eta(0.0) * (self.k_c * self.closer.f(angle) + self.tau_c0_prime) > 0.0
         return angle if shuts else None
 
@@ -107,7 +109,7 @@ class Door:
         return self.c_c if self.c_c_closing is None else self.c_c_closing
 
     def viscosity(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Viscosity that acts [N m s/rad], at angle(s) [rad] and velocity [rad/s]."""
+        """Return the viscosity [N m s/rad] that acts at angle(s) [rad] and velocity [rad/s]."""
         theta, omega = np.asarray(theta, dtype=float), np.asarray(omega, dtype=float)
         c_c = np.where(omega > 0.0, self.c_c, self.closing_viscosity)
         if self.backcheck is not None:
@@ -117,16 +119,16 @@ class Door:
         return c_c[()]
 
     def damping_torque(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Torque against the motion, eq. (13) [N m], at angle(s) [rad] and velocity [rad/s]."""
+        """Return the damping torque [N m] at angle(s) [rad] and velocity [rad/s], eq. (13)."""
         omega = np.asarray(omega, dtype=float)
         return self.viscosity(theta, omega) * self.closer.eta(theta) ** 2 * omega
 
     def friction_torque(self, omega: ArrayLike) -> Any:
-        """Torque of the hinge's friction against the motion [N m], at velocities [rad/s]."""
+        """Return the friction torque [N m] at the hinge, at velocities [rad/s]."""
         return self.friction * np.sign(omega)
 
     def acceleration(self, theta: ArrayLike, omega: ArrayLike, tau_ext: ArrayLike = 0.0) -> Any:
-        """Angular acceleration by eq. (1) [rad/s^2].
+        """Return the angular acceleration by eq. (1) [rad/s^2].
 
         Args:
             theta: Opening angle(s) [rad].
@@ -141,25 +143,25 @@ class Door:
         return (np.asarray(tau_ext, dtype=float) - torque) / self.i_a
 
     def potential_energy(self, theta: ArrayLike) -> Any:
-        """Energy in the spring above that of the closed door [J], for angle(s) theta [rad].
+        """Return the spring's energy [J] relative to the closed door, at angle(s) theta [rad].
 
-        Eq. (12) integrated, since eta is the slope of f.
+        It is the integral of eq. (12), because eta is the derivative of f.
         """
         f, shut = self.closer.f(theta), self.closer.f(0.0)
         return (f - shut) * (0.5 * self.k_c * (f + shut) + self.tau_c0_prime)
 
     def energy(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Kinetic and spring energy [J]."""
+        """Return kinetic plus spring energy [J] at angle(s) [rad] and velocities [rad/s]."""
         kinetic = 0.5 * self.i_a * np.asarray(omega, dtype=float) ** 2
         return kinetic + self.potential_energy(theta)
 
     def power_lost(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Power that damper and friction turn into heat [W]."""
+        """Return the power [W] of damper and friction at angle(s) [rad] and velocities [rad/s]."""
         against = self.damping_torque(theta, omega) + self.friction_torque(omega)
         return against * np.asarray(omega, dtype=float)
 
     def ratios(self) -> Ratios:
-        """The parameters over I_A, on which free motion depends alone."""
+        """Return the parameters divided by I_A, on which free motion depends."""
         closing = self.closing_viscosity
         return Ratios(
             opening=self.c_c / self.i_a,

@@ -1,25 +1,25 @@
-"""What a balance and a ruler tell of a door, and nothing that an identification should find."""
+"""Geometry and mass of a door, which are measured; the closer's parameters are identified."""
 
 from dataclasses import dataclass
 
 from door_model.checks import require_positive
 from door_model.door.closer import FourBarCloser
 
-FLOOR_CLEARANCE = 0.01  # under every leaf [m], our choice
+FLOOR_CLEARANCE = 0.01  # distance between floor and leaf, our assumption [m]
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """A door's leaf.
+    """The leaf of a door.
 
     Attributes:
-        mass: Mass [kg].
-        width: Hinge to free edge [m].
-        height: Height [m].
-        thickness: Thickness [m].
+        mass: Mass of the leaf [kg].
+        width: Distance from the hinge to the free edge [m].
+        height: Height of the leaf [m].
+        thickness: Thickness of the leaf [m].
 
     Raises:
-        DoorParameterError: One of them is not a positive number.
+        DoorParameterError: A value is not a positive number.
     """
 
     mass: float
@@ -33,21 +33,29 @@ class Leaf:
             require_positive(f"leaf {name}", getattr(self, name))
 
     def center(self) -> tuple[float, float, float]:
-        """Center of the leaf [m], seen from where the hinge axis meets the floor.
+        """Return the center of the leaf [m], in the frame of the closed door.
 
-        x points along the face to the free edge, -y into the door, z up; the face lies in y = 0.
+        The origin is where the hinge axis meets the floor. x points along the leaf's face to the
+        free edge, -y into the leaf, and z up; the face lies in y = 0.
         """
         return self.width / 2.0, -self.thickness / 2.0, FLOOR_CLEARANCE + self.height / 2.0
 
     def moment_of_inertia(self) -> float:
-        """Moment of inertia about the hinge [kg m^2], see `plate_moment_of_inertia`."""
+        """Return the moment of inertia of a uniform leaf about the hinge [kg m^2]."""
         return plate_moment_of_inertia(self.mass, self.width)
 
 
 def plate_moment_of_inertia(mass: float, width: float) -> float:
-    """Moment of inertia about its edge of a uniform thin plate [kg m^2]: m w^2 / 3.
+    """Return the moment of inertia of a uniform thin plate about its edge, m w^2 / 3 [kg m^2].
 
-    The paper's 47.62 kg and 12.75 kg m^2 agree with it at a width of 0.896 m.
+    With the paper's mass m of 47.62 kg, a width w of 0.896 m gives the paper's 12.75 kg m^2.
+
+    Args:
+        mass: Mass m [kg].
+        width: Width w, from the edge to the opposite edge [m].
+
+    Raises:
+        DoorParameterError: A value is not a positive number.
     """
     require_positive("leaf mass", mass)
     require_positive("leaf width", width)
@@ -56,7 +64,7 @@ def plate_moment_of_inertia(mass: float, width: float) -> float:
 
 @dataclass(frozen=True)
 class DoorGeometry:
-    """Leaf and linkage of a door: all that an identification is given.
+    """Leaf and linkage of a door, which are the inputs of an identification.
 
     Attributes:
         name: Name of the door's configuration.

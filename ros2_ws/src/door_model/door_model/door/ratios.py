@@ -1,4 +1,4 @@
-"""Parameters of a door over its moment of inertia, on which its free motion depends."""
+"""Parameters of a door divided by its moment of inertia, on which its free motion depends."""
 
 from dataclasses import dataclass, fields
 
@@ -8,18 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True)
 class Ratios:
-    """Parameters over I_A; each a number or (K,), one for each door.
+    """Parameters divided by I_A; each is a number, or an array (K,) with a value for each door.
 
     Attributes:
         opening: c_c / I_A while the door opens [1/s].
-        closing: While it closes [1/s].
-        backcheck: While it opens beyond the angle of the backcheck [1/s].
-        latch: While it closes below the angle of the latch zone [1/s].
+        closing: Viscosity over I_A while the door closes [1/s].
+        backcheck: Viscosity over I_A while the door opens above backcheck_angle [1/s].
+        latch: Viscosity over I_A while the door closes below latch_angle [1/s].
         spring: k_c / I_A [1/s^2].
         preload: tau'_c0 / I_A [1/s^2].
         friction: Coulomb friction at the hinge over I_A [1/s^2].
-        backcheck_angle: [rad]; infinite where there is none.
-        latch_angle: [rad]; minus infinite where there is none.
+        backcheck_angle: Border of the backcheck [rad]; infinite if there is none.
+        latch_angle: Border of the latch zone [rad]; minus infinity if there is none.
     """
 
     opening: ArrayLike
@@ -33,6 +33,6 @@ class Ratios:
     latch_angle: ArrayLike = -np.inf
 
     def table(self, count: int) -> NDArray[np.float64]:
-        """All of them in this order, (9, count)."""
+        """Return all ratios in this order, for a number of doors (9, count)."""
         rows = [np.broadcast_to(getattr(self, field.name), count) for field in fields(self)]
         return np.array(rows, dtype=float)

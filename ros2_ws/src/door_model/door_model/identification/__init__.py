@@ -1,1 +1,1 @@
-"""Identification of a closer's parameters from free swings, eq. (6), and how sure it is."""
+"""Identification of a closer's parameters and their uncertainty from free swings, eq. (6)."""

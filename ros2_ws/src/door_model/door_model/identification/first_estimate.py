@@ -1,4 +1,4 @@
-"""First estimate of a door from its swings, with no integration of eq. (1)."""
+"""First estimate of a door's ratios from its swings, by a linear least squares."""
 
 from collections.abc import Sequence
 
@@ -11,20 +11,24 @@ from door_model.identification.swing_rows import stack
 from door_model.recording.swings import FreeSwing
 
 ESTIMATED = ("opening", "closing", "spring", "preload")
-_SMALLEST = np.array([1e-3, 1e-3, 1e-3, -np.inf])
+_SMALLEST = np.array([1e-3, 1e-3, 1e-3, -np.inf])  # least ratios; the preload may be negative
 
 
 def first_estimate(
     closer: FourBarCloser, swings: Sequence[FreeSwing]
 ) -> tuple[dict[str, float], Array]:
-    """Ratios and starts by a linear least squares on eq. (1) integrated twice over time.
+    """Estimate ratios and starts from eq. (1) integrated twice over time, which is linear in them.
 
-    Nothing is differentiated: the damper's share is the integral of eta^2 over the angle. What is
-    left of the measurement's errors in the integrands makes it good to about a percent.
+    Nothing is differentiated: the damper contributes the integral of eta^2 over the angle. Errors
+    of the measured angles remain in the integrands, so the estimate is right to about a percent.
+
+    Args:
+        closer: The closer's linkage.
+        swings: The swings (S,).
 
     Returns:
-        Ratios by their names in `Ratios`, all but the preload positive, and angle [rad] and
-        velocity [rad/s] at the start of each swing (S, 2).
+        Ratios by their names in `Ratios`, of which all but the preload are positive; and angle
+        [rad] and angular velocity [rad/s] at the start of each swing (S, 2).
     """
     highest = max(float(swing.theta.max()) for swing in swings)
     angles = np.linspace(min(0.0, *(float(swing.theta.min()) for swing in swings)), highest, 2000)

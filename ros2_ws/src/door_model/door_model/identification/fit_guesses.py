@@ -1,4 +1,4 @@
-"""First guesses and bounds of a fit of swings."""
+"""First guesses and bounds of the unknowns of a fit."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,23 +7,23 @@ from door_impact_common.arrays import Array
 
 from door_model.recording.swings import CLOSING_END, FreeSwing
 
-_HIGHEST_LATCH = np.radians(25.0)  # [rad]; usual are 7 to 15 deg
-_LATCH_STARTS = np.radians([4.0, 7.0, 10.0, 13.0, 16.0])  # [rad]
-_BACKCHECK_STARTS = np.linspace(0.4, 0.9, 6)  # of the highest peak
-_FRICTION_START = 0.03  # of the preload
-_MOST_PLAY = np.radians(2.0)  # [rad]; more is a loose coupling
-_START_AWAY = 0.1  # [rad] of a swing's start from the first sample
-_START_FASTER = 3.0  # its speed over what the samples around it show
+_HIGHEST_LATCH = np.radians(25.0)  # largest angle of a latch zone [rad]; 7 to 15 deg are usual
+_LATCH_STARTS = np.radians([4.0, 7.0, 10.0, 13.0, 16.0])  # guesses of a latch zone's angle [rad]
+_BACKCHECK_STARTS = np.linspace(0.4, 0.9, 6)  # guesses of a backcheck's angle / highest peak
+_FRICTION_START = 0.03  # guess of the friction / preload
+_MOST_PLAY = np.radians(2.0)  # largest play of the encoder [rad]; more is a loose coupling
+_START_AWAY = 0.1  # largest distance of a swing's start from its first sample [rad]
+_START_FASTER = 3.0  # largest speed at the start / speed that the samples around it show
 
 
 def first_guesses(
     free: tuple[str, ...], known: Mapping[str, float], highest: float
 ) -> list[Array]:
-    """First guesses of the shared unknowns: one, or one for each place where a zone may begin.
+    """Return first guesses of the shared unknowns, one for each angle at which a zone may begin.
 
     Args:
-        free: Names of the unknowns (P,), as `fit_ratios` has them.
-        known: Guesses of some of them.
+        free: Names of the unknowns (P,), as in `trajectory_fit.fit_ratios`.
+        known: Guesses of some unknowns by name, the ratios of opening and preload among them.
         highest: Largest angle of the swings [rad].
     """
     guess = {"closing": known["opening"], "play": 0.0, "zero": 0.0,
@@ -44,22 +44,22 @@ def fit_bounds(
     swings: Sequence[FreeSwing],
     given: Mapping[str, tuple[float, float]],
 ) -> tuple[Array, Array]:
-    """Lower and upper bounds of all unknowns: those that swings share, then the starts.
+    """Return lower and upper bounds of all unknowns: the shared ones, then the starts.
 
     Args:
-        free: Names of what they share (P,).
+        free: Names of the unknowns that the swings share (P,).
         swings: The swings (S,).
-        given: Bounds of some of them, in place of 0 and infinity.
+        given: Bounds of some shared unknowns by name, in place of the default bounds.
 
     Returns:
-        Two arrays (P + 2 S,).
+        Two arrays (P + 2 S,), in the units of `Ratios`, rad and rad/s.
     """
     highest = max(float(swing.theta.max()) for swing in swings)
     own = {
-        # Not bounded by 0, where a fit to noise may lie on either side of it.
+        # Play may be negative: a fit to noise scatters to both sides of 0.
         "play": (-_MOST_PLAY, _MOST_PLAY),
         "zero": (-np.inf, np.inf),
-        "preload": (-np.inf, np.inf),  # negative where f is large at the closed door
+        "preload": (-np.inf, np.inf),  # negative if f is large at the closed door
         "latch_angle": (CLOSING_END, min(_HIGHEST_LATCH, highest)),
         "backcheck_angle": (CLOSING_END, highest),
         **given,

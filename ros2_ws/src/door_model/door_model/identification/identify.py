@@ -1,12 +1,13 @@
 """Identification of a door from free swings: section IV.A of the paper.
 
-Free motion fixes ratios only (`trajectory_fit`), one measurement more the scale (`scale`).
+Free motion fixes only the ratios of the parameters (`trajectory_fit`); one further measurement
+fixes their scale (`scale`).
 
-The paper fits opening alone, from 10 deg to the peak. That fixes k_c and tau'_c0 well but not c_c:
-in five swings of 10 to 30 deg seen by 14,400 counts a turn the quantisation alone leaves c_c a
-standard deviation of 9 %. By default the fall shut is therefore fitted too, with a viscosity of
-its own, because real closers damp closing far more than opening. Where closing does not follow
-eq. (1), which shows in the residuals, the fit goes back to opening alone.
+The paper fits opening alone, from 10 deg to the peak. That determines k_c and tau'_c0 well but not
+c_c: in five swings of 10 to 30 deg at 14,400 counts per turn, quantisation alone gives c_c a
+standard deviation of 9 %. By default closing is therefore fitted too. It has a viscosity of its
+own, because real closers damp closing far more than opening. If closing does not follow eq. (1),
+which shows in the residuals, only opening is fitted.
 """
 
 import math
@@ -21,28 +22,29 @@ from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door
 from door_model.errors import NoScaleError
 from door_model.identification.doubts import doubts
+from door_model.identification.fit_task import FitTask, Window, usable_swings
+from door_model.identification.odd_swings import CommonFit
 from door_model.identification.parameters import PARAMETERS, RATIO_OF, as_door, to_parameters
 from door_model.identification.scale import Fitted, Reference, Scale
-from door_model.identification.swing_fit import SwingFit, Window, usable_swings
 from door_model.identification.trajectory_fit import RatioFit
 from door_model.recording.checks import grain, require_times, rest, with_lattice, without_garbage
 from door_model.recording.recording import Recording
-from door_model.recording.swings import FreeSwing, search
+from door_model.recording.swings import FoundSwings, FreeSwing, search
 
 PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
-_EARLY = math.radians(0.5)  # below the start angle
-_FEW = 4  # swings
-_SCALE_DOUBT = 0.1  # of I_A
-_ZERO_COUNTS_STD = 0.5  # of the encoder's zero, in counts
+_EARLY = math.radians(0.5)  # a swing begins early if it begins this far below the start angle [rad]
+_FEW = 4  # fewer swings than this cause a warning
+_SCALE_DOUBT = 0.1  # standard deviation of I_A that causes a warning, relative to I_A
+_ZERO_COUNTS_STD = 0.5  # standard deviation of the encoder's zero [counts]
 
 
 @dataclass(frozen=True)
 class SwingResult:
-    """One swing and its fit.
+    """A swing and its fit.
 
     Attributes:
-        t: Times in the recording (N,) [s]: those at which the count changed, where counts were
-            recorded.
+        t: Times in the recording (N,) [s]; where counts were recorded, the times at which the
+            count changed.
         theta_measured: Measured angles (N,) [rad].
         theta_fitted: Fitted angles (N,) [rad].
         omega0: Fitted angular velocity at the first sample [rad/s].
@@ -63,18 +65,19 @@ class Identification:
     """An identified door.
 
     Attributes:
-        door: The door of eq. (1), with all that was fitted.
-        names: Names of the parameters (P,): `PARAMETERS`, then what else was fitted, such as
-            "c_c_closing", "friction" or "latch_angle".
-        values: Their values (P,), in SI units.
-        covariance: (P, P) of the same; for correlated residuals, and with the scale's share.
-        play: Between the leaf and its encoder [rad].
-        zero: What the encoder shows at the closed door [rad].
+        door: The door of eq. (1), with all fitted parameters.
+        names: Names of the parameters (P,): `PARAMETERS`, then the other fitted parameters, such
+            as "c_c_closing", "friction" or "latch_angle".
+        values: Values of the parameters (P,), in SI units.
+        covariance: Covariance of the parameters (P, P); it accounts for correlated residuals and
+            contains the uncertainty of the scale.
+        play: Play between the leaf and its encoder [rad].
+        zero: Angle that the encoder shows at the closed door [rad].
         fit_rmse: Root mean square of all residuals [rad].
-        swings: The swings used.
-        window: What was fitted, OPENING or SWING.
-        scale_reference: What fixed the scale.
-        warnings: What was left out, and what to know before the figures are trusted.
+        swings: The fitted swings.
+        window: Part of the swings that was fitted, OPENING or SWING.
+        scale_reference: Description of the measurement that fixed the scale.
+        warnings: What was left out, and what makes the result doubtful.
     """
 
     door: Door
@@ -90,17 +93,17 @@ class Identification:
     warnings: list[str]
 
     def value_of(self, name: str) -> float:
-        """Value of one of `names`."""
+        """Return the value of the parameter of this name."""
         return float(self.values[self.names.index(name)])
 
     def std_of(self, name: str) -> float:
-        """Standard deviation of one of `names`."""
+        """Return the standard deviation of the parameter of this name."""
         place = self.names.index(name)
         return math.sqrt(float(self.covariance[place, place]))
 
     @property
     def correlation(self) -> Array:
-        """Correlations (P, P) of the parameters; 0 with one that is exact."""
+        """Correlations of the parameters (P, P); 0 for a parameter that is exact."""
         std = np.sqrt(np.diag(self.covariance))
         scale = np.where(std > 0.0, std, np.inf)
         return np.asarray(self.covariance / np.outer(scale, scale))
@@ -120,67 +123,96 @@ def identify(
     """Identify a door from a recording of pushes by hand.
 
     Args:
-        recording: Angle over time, zero at the closed door; swings need not be separated.
+        recording: Opening angle over time, zero at the closed door; swings need not be separated.
         linkage: The closer's linkage.
-        scale: What fixes the scale: of `scale`, `scale_from_leaf` or `scale_from_inertia`,
-            `ForceGauge` or `KnownImpulse`.
-        window: Which part of the swings to fit.
-        start_angle: Fit from this angle on [rad] (paper: `PAPER_START_ANGLE`) rather than from
-            where the data say that the hand has left.
-        extras: What to identify beyond the paper: names of `trajectory_fit.EXTRAS`.
-        bounds: Lower and upper bounds by parameter's name, in SI units; I_A is the scale's.
-        zero_std: Standard deviation of the encoder's zero [rad]; by default half a count, or as
-            far from 0 as the door is seen to rest.
+        scale: The measurement that fixes the scale, made by `scale_from_leaf`,
+            `scale_from_inertia`, `ForceGauge` or `KnownImpulse` of the module `scale`.
+        window: Part of the swings that is fitted.
+        start_angle: Opening angle from which the swings are fitted [rad] (paper:
+            `PAPER_START_ANGLE`); None means from where the data show that the hand has left.
+        extras: What is identified beyond the paper: names of `trajectory_fit.EXTRAS`.
+        bounds: Lower and upper bounds by the parameter's name, in SI units; I_A has none, since
+            the scale fixes it.
+        zero_std: Standard deviation of the encoder's zero [rad]; None means half a count, or the
+            distance from 0 at which the door is seen to rest, whichever is larger.
 
     Raises:
-        NoScaleError: There is no scale, or it does not fit to what the recording shows.
-        NoSwingError: Nothing in the recording looks like a free swing.
-        NoFitError: The fit leads to no door, or leaves far too much of the swings.
-        RecordingError: Its times cannot be those of samples in seconds.
-        DoorParameterError: A bound is of no parameter or no interval, the start angle is not
-            positive, or there is no such extra.
+        NoScaleError: There is no scale, or it contradicts the recording.
+        NoSwingError: The recording contains no free swing.
+        NoFitError: The fit leads to no door, or its residuals are far too large.
+        BadRecordingError: The times of the recording cannot be those of samples in seconds.
+        DoorParameterError: A bound belongs to no parameter or is no interval, the start angle is
+            not positive, or an extra is unknown.
     """
     window = Window(window)
     if scale is None:
         raise NoScaleError(
             "free swings fix only the ratios of I_A, c_c, k_c and tau'_c0: weigh the leaf and "
             "measure its width, or read the force that holds the door open",
+            quantity="scale",
             value=None,
             limit="a leaf's mass and width, I_A, a force reading or a known impulse",
         )
     require_times(recording)
     if start_angle is not None:
         require_positive("the start angle", start_angle)
-    clean, warnings = without_garbage(with_lattice(recording))
+    clean, garbage_warnings = without_garbage(with_lattice(recording))
     if zero_std is None:
         zero_std = max(_ZERO_COUNTS_STD * clean.resolution, abs(rest(clean)))
-    task = SwingFit(linkage, window, extras, zero_std, grain(clean))
+    task = FitTask(linkage, window, extras, zero_std, grain(clean))
     found = search(clean, start_angle)
-    swings, said = usable_swings(clean, linkage, found)
-    warnings += said
+    swings, swing_warnings = _swings_to_fit(clean, linkage, found, start_angle)
+    common, fit_warnings = task.run(swings)
+    fit, resolved, bound_warnings = _scaled(task, common, scale, clean, found, bounds or {})
+    warnings = [*garbage_warnings, *swing_warnings, *fit_warnings, *bound_warnings]
+    return _result(fit, common.swings, linkage, resolved, warnings)
+
+
+def _swings_to_fit(
+    clean: Recording, linkage: FourBarCloser, found: FoundSwings, start_angle: float | None
+) -> tuple[list[FreeSwing], list[str]]:
+    """Choose the swings that can be fitted, at the changes of the count where it is known.
+
+    Returns:
+        The swings, and warnings about the others.
+    """
+    swings, warnings = usable_swings(clean, linkage, found)
     if start_angle is not None:
         early = sum(float(swing.theta[0]) < start_angle - _EARLY for swing in swings)
         if early:
             warnings.append(
-                f"{early} swing{'' if early == 1 else 's'} of {len(swings)} end too low to begin "
-                f"at {math.degrees(start_angle):g} deg: taken from where the hand had left")
+                f"{early} of {len(swings)} swings end too low to begin at "
+                f"{math.degrees(start_angle):g} deg: they are fitted from where the hand had left")
     if clean.resolution > 0.0:
         swings = [swing.at_edges(clean.resolution) for swing in swings]
-    common, said = task.run(swings)
-    warnings += said
+    return swings, warnings
+
+
+def _scaled(
+    task: FitTask,
+    common: CommonFit,
+    scale: Reference,
+    clean: Recording,
+    found: FoundSwings,
+    bounds: Mapping[str, tuple[float, float]],
+) -> tuple[RatioFit, Scale, list[str]]:
+    """Resolve the scale; where there are bounds, fit again within them and resolve it again.
+
+    Returns:
+        The fit, the scale, and warnings about values at their bounds.
+    """
     fit = common.fit
     fitted = Fitted(
-        linkage, _paper_ratios(fit), clean, found.swings, fit.value("play"), fit.value("zero"))
+        task.linkage, _paper_ratios(fit), clean, found.swings, fit.value("play"), fit.value("zero"))
     resolved = scale.resolve(fitted)
-    if bounds:
-        fit, said = task.within(common, bounds, resolved.i_a)
-        warnings += said
-        resolved = scale.resolve(replace(fitted, ratios=_paper_ratios(fit)))
-    return _result(fit, common.swings, linkage, resolved, warnings)
+    if not bounds:
+        return fit, resolved, []
+    fit, warnings = task.within(common, bounds, resolved.i_a)
+    return fit, scale.resolve(replace(fitted, ratios=_paper_ratios(fit))), warnings
 
 
 def _paper_ratios(fit: RatioFit) -> Array:
-    """c_c (opening), k_c and tau'_c0 over I_A (3,)."""
+    """Return c_c (opening), k_c and tau'_c0, divided by I_A (3,)."""
     return fit.values[[fit.free.index(RATIO_OF[name]) for name in PARAMETERS[1:]]]
 
 
@@ -191,13 +223,13 @@ def _result(
     scale: Scale,
     warnings: list[str],
 ) -> Identification:
-    """Put ratios and scale together."""
+    """Combine the fitted ratios and the scale to the result, and add the remaining warnings."""
     names, values, covariance = to_parameters(fit.free, fit.values, fit.covariance, scale)
     _, _, by_swings = to_parameters(fit.free, fit.values, fit.covariance, Scale(scale.i_a, 0.0, ""))
     warnings += doubts(names[1:], values[1:], by_swings[1:, 1:])
     warnings += [
-        f"the swings fit as well with {name} at {math.degrees(angle):.1f} deg: more of them, of "
-        "more different sizes, would tell"
+        f"the swings fit as well with {name} at {math.degrees(angle):.1f} deg: record more swings "
+        "of more different sizes to decide"
         for name, angle in fit.rivals.items()
     ]
     results = []
@@ -217,12 +249,12 @@ def _result(
         )
     if len(results) < _FEW:
         warnings.append(
-            f"only {len(results)} swing{'' if len(results) == 1 else 's'}: use five of different "
-            "size; of so few none can be told to be the odd one")
+            f"only {len(results)} swing{'' if len(results) == 1 else 's'}: record five of "
+            "different size; among so few a bad swing cannot be recognised")
     warnings += scale.doubts
     if scale.std > _SCALE_DOUBT * scale.i_a:
         warnings.append(
-            f"the scale is uncertain by {scale.std / scale.i_a:.0%}, and with it all parameters")
+            f"the scale is uncertain by {scale.std / scale.i_a:.0%}, and so is every parameter")
     return Identification(
         door=as_door(names, values, linkage),
         names=names,

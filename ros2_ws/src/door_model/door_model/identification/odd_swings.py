@@ -1,4 +1,4 @@
-"""A fit that leaves out the swings that do not move as the others do."""
+"""Fit that leaves out the swings that do not move as the others do."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,20 +11,20 @@ from door_model.errors import NoFitError
 from door_model.identification.trajectory_fit import RatioFit, fit_ratios
 from door_model.recording.swings import FreeSwing
 
-_GAIN = 0.5  # a swing is left out where that brings the rmse below this share
-_MOST_TRIED = 12
-_LEAST_LEFT = 3  # of fewer none can be told to be the odd one
-_MOST_OUT = 1.0 / 3.0  # of the swings
+_GAIN = 0.5  # a swing is left out if that brings the residuals below this share of theirs
+_MOST_TRIED = 12  # largest number of swings that are left out on trial in a round
+_LEAST_LEFT = 3  # no swing is left out of this number: the odd one could not be recognised
+_MOST_OUT = 1.0 / 3.0  # largest share of the swings that is left out
 
 
 @dataclass(frozen=True)
 class CommonFit:
-    """A fit and the swings that it is of.
+    """A fit and its swings.
 
     Attributes:
         fit: The fit.
-        swings: Its swings.
-        left_out: Those that move otherwise.
+        swings: The swings to which it was fitted.
+        left_out: The swings that were left out because they move differently.
     """
 
     fit: RatioFit
@@ -41,20 +41,20 @@ def fit_common(
     good_rmse: float,
     first: Mapping[str, float] | None = None,
 ) -> CommonFit:
-    """Fit the ratios to those swings that agree with each other.
+    """Fit the ratios to the swings that agree with each other.
 
-    One bad swing pulls the fit of all with it, so each is tried without.
+    One bad swing distorts the fit of all, so the fit is repeated without each of the worst swings.
 
     Args:
         linkage: The linkage.
         swings: The swings.
-        free: What to fit, see `fit_ratios`.
-        zero_std: Of the encoder's zero [rad].
-        good_rmse: A fit this good hides no odd swing [rad].
-        first: First guesses, see `fit_ratios`.
+        free: Names of the unknowns, as in `trajectory_fit.fit_ratios`.
+        zero_std: Standard deviation of the encoder's zero [rad].
+        good_rmse: Residuals [rad] up to which no odd swing is looked for.
+        first: First guesses by name, as in `trajectory_fit.fit_ratios`.
 
     Raises:
-        NoFitError: As `fit_ratios`.
+        NoFitError: The swings cannot be fitted, even without the worst ones.
     """
     kept = list(swings)
     out: list[FreeSwing] = []
@@ -85,7 +85,7 @@ def _tried(
     zero_std: float,
     first: Mapping[str, float],
 ) -> RatioFit | NoFitError:
-    """A fit, or why there is none: one bad swing may keep all from being fitted."""
+    """Return a fit, or the error that prevents it, since a bad swing can make a fit impossible."""
     try:
         return fit_ratios(linkage, swings, free, zero_std=zero_std, first=first)
     except NoFitError as error:
@@ -93,12 +93,12 @@ def _tried(
 
 
 def _rmse(fit: RatioFit | NoFitError) -> float:
-    """Root mean square of the residuals [rad], infinite where there is no fit."""
+    """Return the root mean square of the residuals [rad]; infinite if there is no fit."""
     return math.inf if isinstance(fit, NoFitError) else fit.rmse
 
 
-def said_of(left_out: Sequence[FreeSwing]) -> list[str]:
-    """What to say of swings that were left out."""
+def warnings_about(left_out: Sequence[FreeSwing]) -> list[str]:
+    """Return a warning about each swing that was left out."""
     return [
         f"the swing at {swing.t[0]:.1f} s ({math.degrees(float(swing.theta.max())):.1f} deg) was "
         "left out: it does not move as the others do; was the door touched?"

@@ -1,4 +1,4 @@
-"""Between the ratios that free motion fixes and a door's parameters, whose scale I_A fixes."""
+"""Conversion between fitted ratios (parameters over I_A) and the parameters of a door."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from door_model.errors import DoorParameterError
 from door_model.identification.scale import Scale
 
 PARAMETERS = ("i_a", "c_c", "k_c", "tau_c0_prime")
-"""The paper's, of eqs. (1), (12) and (13)."""
+"""Names of the paper's parameters, in eqs. (1), (12) and (13)."""
 
 RATIO_OF = {
     "c_c": "opening",
@@ -24,7 +24,7 @@ RATIO_OF = {
     "latch_c_c": "latch",
     "latch_angle": "latch_angle",
 }
-"""Name in `Ratios` of each parameter; all but the angles are over I_A there."""
+"""Name in `Ratios` of each parameter; all but the angles are divided by I_A there."""
 
 UNITS = {
     "i_a": "kg m^2", "k_c": "N m/rad", "tau_c0_prime": "N m", "friction": "N m",
@@ -34,23 +34,24 @@ UNITS = {
 
 
 def is_angle(name: str) -> bool:
-    """Whether a parameter is an angle, which needs no scale."""
+    """Return whether a parameter is an angle, which needs no scale."""
     return name.endswith("_angle")
 
 
 def to_parameters(
     free: tuple[str, ...], values: Array, covariance: Array, scale: Scale
 ) -> tuple[tuple[str, ...], Array, Array]:
-    """Parameters with their covariance from fitted ratios and a scale.
+    """Return the parameters and their covariance from fitted ratios and a scale.
 
     Args:
-        free: Names of the fitted unknowns, of `Ratios` among others (P,).
-        values: Their values (P,).
-        covariance: (P, P).
+        free: Names of the fitted unknowns (P,); those of `Ratios` are converted.
+        values: Values of the unknowns (P,).
+        covariance: Covariance of the unknowns (P, P).
         scale: The scale, which may depend on the ratios.
 
     Returns:
-        Names (Q,), values (Q,) and covariance (Q, Q) of i_a and the parameters.
+        Names (Q,), values (Q,) and covariance (Q, Q) of i_a and the other parameters, in SI
+        units.
     """
     names = ("i_a", *(name for name, ratio in RATIO_OF.items() if ratio in free))
     place = [free.index(RATIO_OF[name]) for name in names[1:]]
@@ -59,7 +60,7 @@ def to_parameters(
     answer = np.concatenate([[scale.i_a], np.where(angles, ratios, scale.i_a * ratios)])
     by_scale = np.concatenate([[1.0], np.where(angles, 0.0, ratios)])
     scale_by_ratios = np.zeros(len(place))
-    scale_by_ratios[:3] = scale.by_ratios  # of c_c, k_c and tau'_c0, the first of the names
+    scale_by_ratios[:3] = scale.by_ratios  # c_c, k_c and tau'_c0 are the first names
     slopes = np.outer(by_scale, scale_by_ratios)
     slopes[1:] += np.diag(np.where(angles, 1.0, scale.i_a))
     total = slopes @ spread @ slopes.T + np.outer(by_scale, by_scale) * scale.std**2
@@ -67,7 +68,7 @@ def to_parameters(
 
 
 def as_door(names: tuple[str, ...], values: Array, linkage: FourBarCloser) -> Door:
-    """Door of parameters by their names."""
+    """Return the door that has these parameters."""
     known = dict(zip(names, (float(value) for value in values), strict=True))
 
     def zone(name: str) -> Zone | None:
@@ -86,11 +87,11 @@ def as_door(names: tuple[str, ...], values: Array, linkage: FourBarCloser) -> Do
 def ratio_bounds(
     bounds: Mapping[str, tuple[float, float]], i_a: float
 ) -> dict[str, tuple[float, float]]:
-    """Bounds of ratios from those of parameters in SI units.
+    """Convert bounds of parameters in SI units to bounds of ratios.
 
     Raises:
-        DoorParameterError: A bound is of no fitted parameter, or no interval; all but those of
-            tau_c0_prime begin at 0 or above.
+        DoorParameterError: A bound belongs to no parameter, is no interval, or is negative, which
+            only tau_c0_prime may be.
     """
     answer = {}
     for name, (low, high) in bounds.items():
@@ -98,7 +99,7 @@ def ratio_bounds(
             raise DoorParameterError("the parameter of a bound", name, f"of {', '.join(RATIO_OF)}")
         if not low < high or (low < 0.0 and name != "tau_c0_prime"):
             raise DoorParameterError(
-                f"bounds of {name}", (low, high), "a lower and a higher one, from 0 on")
+                f"bounds of {name}", (low, high), "a lower and a higher bound, 0 or above")
         unit = 1.0 if is_angle(name) else i_a
         answer[RATIO_OF[name]] = (low / unit, high / unit)
     return answer

@@ -1,4 +1,4 @@
-"""How far a free door will open, and how sure that is."""
+"""Prediction of how far a free door opens, and of the uncertainty of this angle."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from door_model.identification.parameters import RATIO_OF, is_angle
 from door_model.motion.dynamics import peak
 from door_model.motion.free_motion import UNKNOWNS, follow
 
-NORMAL_95 = 1.959964  # standard deviations to either side
+NORMAL_95 = 1.959964  # half width of the 95 % interval of a normal distribution / std
 
 
 @dataclass(frozen=True)
 class PredictedPeak:
-    """Where a free door will turn round, for an exact start.
+    """The predicted peak of a free door whose start is known exactly.
 
     Attributes:
-        time: From the start [s].
-        time_std: Its standard deviation by the door's parameters [s].
-        angle: Opening angle [rad].
-        angle_std: Its standard deviation [rad].
+        time: Time from the start to the peak [s].
+        time_std: Standard deviation of the time, caused by the door's parameters [s].
+        angle: Opening angle at the peak [rad].
+        angle_std: Standard deviation of the angle [rad].
     """
 
     time: float
@@ -31,7 +31,7 @@ class PredictedPeak:
     angle_std: float
 
     def interval(self) -> tuple[float, float]:
-        """Angles between which it lies with 95 % probability [rad]."""
+        """Return the angles between which the peak lies with 95 % probability [rad]."""
         away = NORMAL_95 * self.angle_std
         return self.angle - away, self.angle + away
 
@@ -43,20 +43,20 @@ def predict_peak(
     omega0: float,
     theta0: float = 0.0,
 ) -> PredictedPeak:
-    """Peak of a free motion with the spread that the parameters' covariance gives it.
+    """Predict the peak of a free motion and its uncertainty from the parameters' covariance.
 
-    By exact derivatives of eq. (1). A common factor on all parameters cancels, and so does most of
-    what the scale adds to their spread.
+    The derivatives of eq. (1) are exact. A common factor of all parameters has no effect on the
+    motion, so most of the scale's uncertainty cancels.
 
     Args:
         door: The door.
-        names: Parameters that are uncertain (P,), see `Identification.names`.
-        covariance: (P, P) of the same, SI units.
+        names: Names of the uncertain parameters (P,), as in `Identification.names`.
+        covariance: Covariance of these parameters (P, P), in SI units.
         omega0: Angular velocity at the start [rad/s], positive.
         theta0: Angle at the start [rad].
 
     Raises:
-        DoorModelError: As `peak`.
+        DoorModelError: The door does not turn round, as in `motion.dynamics.peak`.
     """
     top = peak(door, theta0, omega0)
     motion = follow(
@@ -72,10 +72,10 @@ def predict_peak(
 def _by_parameters(
     door: Door, names: Sequence[str], by_unknowns: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Slopes (P,) by parameters from those by ratios.
+    """Convert derivatives by ratios to derivatives by parameters (P,).
 
-    What follows another parameter, such as the viscosity of closing where it has none of its own,
-    does not act before the peak.
+    A ratio that follows another one, such as the viscosity of closing if it has no value of its
+    own, needs no treatment: it does not act before the peak.
     """
     ratios = door.ratios()
     scaled = [name for name in RATIO_OF.values() if not is_angle(name)]

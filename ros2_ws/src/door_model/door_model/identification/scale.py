@@ -1,8 +1,8 @@
-"""What fixes the scale of an identification, which free motion leaves open.
+"""Measurements that fix the scale of an identification, which free motion leaves open.
 
-With no external torque, one factor on I_A, c_c, k_c and tau'_c0 leaves eq. (1)'s motion as it is.
-One measurement more gives the factor: the moment of inertia itself, the leaf's mass and width, the
-force that holds the door open, or an impulse that is known.
+Without an external torque, a common factor of I_A, c_c, k_c and tau'_c0 does not change the motion
+of eq. (1). A further measurement gives this factor: the moment of inertia itself, the leaf's mass
+and width, the force that holds the door open, or a known impulse.
 """
 
 import math
@@ -21,29 +21,32 @@ from door_model.errors import DoorParameterError, NoScaleError
 from door_model.recording.recording import Recording
 from door_model.recording.swings import FreeSwing, smooth
 
-MASS_STD_SHARE = 0.005  # a balance's, over the mass
-WIDTH_STD = 1e-3  # a ruler's [m]
-FORCE_STD = 0.5  # a hand-held gauge's [N]
-LEVER_STD = 2e-3  # of where it is held [m]
-_PLAUSIBLE = {"mass": (0.1, 5000.0), "width": (0.05, 10.0)}  # [kg], [m]
-_LARGEST_INERTIA = 1e5  # [kg m^2]
-_LARGEST_FORCE = 1e4  # [N]
-_LARGEST_IMPULSE = 1e4  # [N m s]
-_LONGEST_LEVER = 3.0  # [m]
-_APART = 9.0  # squared standard deviations that readings may differ by
-_MOVED = 3.0  # counts that a shut door may show
+MASS_STD_SHARE = 0.005  # standard deviation of a balance / mass
+WIDTH_STD = 1e-3  # standard deviation of a width measured with a ruler [m]
+FORCE_STD = 0.5  # standard deviation of a hand-held force gauge [N]
+LEVER_STD = 2e-3  # standard deviation of the place where the gauge is held [m]
+_PLAUSIBLE = {"mass": (0.1, 5000.0), "width": (0.05, 10.0)}  # plausible ranges [kg], [m]
+_LARGEST_INERTIA = 1e5  # largest accepted moment of inertia [kg m^2]
+_LARGEST_FORCE = 1e4  # largest accepted force [N]
+_LARGEST_IMPULSE = 1e4  # largest accepted angular impulse [N m s]
+_LONGEST_LEVER = 3.0  # longest accepted lever [m]
+_APART = 9.0  # readings contradict each other if their variance is larger by this factor
+_MOVED = 3.0  # largest angle of a shut door [counts]
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Moment of inertia of the leaf with its standard deviation.
+    """Moment of inertia of the leaf, which is the scale, with its standard deviation.
 
     Attributes:
         i_a: Moment of inertia about the hinge [kg m^2].
-        std: Its standard deviation [kg m^2], by the measurement alone.
-        reference: What it comes from, in words.
-        by_ratios: Its derivatives by c_c, k_c and tau'_c0 over I_A, as fitted (3,).
-        doubts: What to know before it is trusted.
+        std: Standard deviation of i_a that the measurement alone causes [kg m^2].
+        reference: Description of the measurement.
+        by_ratios: Derivatives of i_a by the fitted ratios c_c, k_c and tau'_c0 over I_A (3,).
+        doubts: Warnings about the measurement.
+
+    Raises:
+        DoorParameterError: i_a is not positive or its standard deviation is negative.
     """
 
     i_a: float
@@ -58,21 +61,21 @@ class Scale:
         require_not_negative("std of i_a", self.std)
 
     def resolve(self, _: "Fitted") -> "Scale":
-        """Itself: it needs no fit."""
+        """Return this scale itself, which needs no fit."""
         return self
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a reference may need of the fit.
+    """Results of a fit that a reference may need.
 
     Attributes:
         linkage: The closer's linkage.
-        ratios: (3,) c_c (opening), k_c and tau'_c0 over I_A.
+        ratios: Fitted c_c (opening), k_c and tau'_c0, divided by I_A (3,).
         recording: The recording.
-        swings: The free swings in it.
-        play: Between the leaf and its encoder [rad].
-        zero: What the encoder shows at the closed door [rad].
+        swings: All free swings of the recording.
+        play: Play between the leaf and its encoder [rad].
+        zero: Angle that the encoder shows at the closed door [rad].
     """
 
     linkage: FourBarCloser
@@ -87,26 +90,27 @@ class Reference(Protocol):
     """A measurement that fixes the scale."""
 
     def resolve(self, fitted: Fitted) -> Scale:
-        """The scale by this measurement and the fitted ratios.
+        """Return the scale from this measurement and the fitted ratios.
 
         Raises:
-            NoScaleError: The two do not fit together.
+            NoScaleError: The measurement contradicts the fit.
         """
 
 
 @dataclass(frozen=True)
 class ForceReading:
-    """A force gauge that holds the door still, at a right angle to the leaf.
+    """Reading of a force gauge that holds the door still, at a right angle to the leaf.
 
     Attributes:
         angle: Opening angle [rad].
         force: Force [N].
-        lever: From the hinge to where it acts [m].
+        lever: Distance from the hinge to the point at which the force acts [m].
         force_std: Standard deviation of the force [N].
-        lever_std: Of the lever [m].
+        lever_std: Standard deviation of the lever [m].
 
     Raises:
-        DoorParameterError: Force, lever or their spread is not positive, the lever is no lever.
+        DoorParameterError: Force, lever or force_std is not positive, lever_std is negative, or
+            force or lever is implausibly large.
     """
 
     angle: float
@@ -127,7 +131,7 @@ class ForceReading:
 
     @property
     def torque(self) -> float:
-        """About the hinge [N m]."""
+        """Torque about the hinge [N m]."""
         return self.force * self.lever
 
     @property
@@ -138,24 +142,26 @@ class ForceReading:
 
 @dataclass(frozen=True)
 class ForceGauge:
-    """Readings of a force gauge, of which each gives the restoring torque, eq. (12).
+    """Readings of a force gauge; each of them gives the restoring torque, eq. (12).
 
     Attributes:
-        readings: One or more. Friction at the hinge is to be kept out of them: read while the
-            door creeps open and while it creeps shut, and give the means.
+        readings: One or more readings. They must not contain the friction at the hinge: read the
+            gauge while the door creeps open and while it creeps shut, and use the mean.
     """
 
     readings: Sequence[ForceReading]
 
     def resolve(self, fitted: Fitted) -> Scale:
-        """I_A by weighted least squares of the torques over the fitted torque a unit of I_A.
+        """Return I_A by weighted least squares: measured torques over fitted torques per I_A.
 
         Raises:
-            NoScaleError: No reading, or the fitted closer does not pull at their angles.
-            LinkageError: The linkage does not close at an angle.
+            NoScaleError: There is no reading, or the fitted closer does not pull at its angle.
+            LinkageError: The linkage does not close at the angle of a reading.
         """
         if not self.readings:
-            raise NoScaleError("no reading of the force gauge", value=0, limit=1)
+            raise NoScaleError(
+                "there is no reading of the force gauge, at least one is needed",
+                quantity="number of readings", value=0, limit=1)
         angles = np.array([row.angle for row in self.readings])
         fitted.linkage.require_within(angles)
         f, eta = fitted.linkage.f_and_eta(angles)
@@ -165,6 +171,7 @@ class ForceGauge:
             raise NoScaleError(
                 "the fitted closer does not pull at the angle of a reading, "
                 f"{math.degrees(self.readings[int(np.argmin(pull))].angle):.1f} deg",
+                quantity="fitted torque over I_A [1/s^2]",
                 value=float(pull.min()),
                 limit=0.0,
             )
@@ -173,7 +180,7 @@ class ForceGauge:
         information = float(weight @ pull**2)
         i_a = float(weight @ (torque * pull)) / information
         by_pull = weight * (torque - 2.0 * i_a * pull) / information
-        # Readings that scatter more than they should widen the answer.
+        # If the readings scatter more than their standard deviations, the result is less certain.
         excess = float(weight @ (torque - i_a * pull) ** 2) / max(1, len(torque) - 1)
         std = math.sqrt(max(1.0, excess) / information)
         doubts = () if excess < _APART else (
@@ -186,15 +193,16 @@ class ForceGauge:
 
 @dataclass(frozen=True)
 class KnownImpulse:
-    """A push whose angular impulse about the hinge was measured, as by a force gauge that records.
+    """A push whose angular impulse about the hinge was measured, such as by a recording gauge.
 
     Attributes:
         impulse: Time integral of force times lever while the leaf moved [N m s].
-        std: Its standard deviation [N m s].
-        swing: Which free swing of the recording it led to; the first is 1.
+        std: Standard deviation of the impulse [N m s].
+        swing: Number of the free swing that the push caused; the first one is 1.
 
     Raises:
-        DoorParameterError: The impulse is not positive or its spread is negative.
+        DoorParameterError: The impulse is not positive or implausibly large, its standard
+            deviation is negative, or the number of the swing is not a whole number.
     """
 
     impulse: float
@@ -211,16 +219,18 @@ class KnownImpulse:
             raise DoorParameterError("the swing of the impulse", self.swing, "a whole number")
 
     def resolve(self, fitted: Fitted) -> Scale:
-        """I_A by eq. (1) integrated from rest to the free motion's start.
+        """Return I_A by eq. (1), integrated from rest to the start of the free motion.
 
-        J = I_A (w + integral of the closer's torque a unit of I_A over the push).
+        The impulse is J = I_A (omega + time integral of the closer's torque over I_A), where omega
+        is the angular velocity at the start of the free motion.
 
         Raises:
             NoScaleError: There is no such swing, or it did not begin from rest.
         """
         if not 1 <= self.swing <= len(fitted.swings):
             raise NoScaleError(
-                f"the impulse is of swing {self.swing}, there are {len(fitted.swings)}",
+                f"the impulse belongs to swing {self.swing}, there are {len(fitted.swings)}",
+                quantity="number of the swing",
                 value=self.swing,
                 limit=len(fitted.swings),
             )
@@ -231,17 +241,18 @@ class KnownImpulse:
         still = np.flatnonzero(theta[:end] <= _MOVED * recording.resolution)
         if not still.size:
             raise NoScaleError(
-                f"the recording begins amid the push of swing {self.swing}: the door must be seen "
-                "shut before", value=float(theta[0]), limit=0.0)
+                f"the recording begins during the push of swing {self.swing}: it must show the "
+                "door shut before the push", quantity="first angle [rad]", value=float(theta[0]),
+                limit=0.0)
         moved = int(still[-1]) + 1
         push = slice(moved, end + 1)
         speed = smooth(theta[: end + round(0.1 / period)], period, 1)
-        leaf = theta + max(fitted.play, 0.0)  # it moves before its encoder does
+        leaf = theta + max(fitted.play, 0.0)  # the leaf moves before its encoder does
         f, eta = fitted.linkage.f_and_eta(leaf[push])
         slopes = trapezoid(
             np.column_stack([eta**2 * speed[push], eta * f, eta]), recording.t[push], axis=0)
-        # Before it was seen to move it had moved for theta / omega (a blow) to three times as long
-        # (a torque that rises steadily).
+        # The leaf had already moved when its motion was first seen: for theta / omega after a
+        # blow, and for three times as long under a torque that rises steadily.
         delay = leaf[moved] / max(float(speed[moved]), 1e-6)
         shut = np.array([0.0, eta[0] * f[0], eta[0]])
         slopes += 2.0 * delay * shut
@@ -254,18 +265,19 @@ class KnownImpulse:
 
 
 def scale_from_inertia(i_a: float, std: float) -> Scale:
-    """Scale from a known moment of inertia, as of a drawing or a pendulum test.
+    """Return the scale from a known moment of inertia, such as from a drawing.
 
     Args:
-        i_a: About the hinge [kg m^2].
-        std: Its standard deviation [kg m^2].
+        i_a: Moment of inertia about the hinge [kg m^2].
+        std: Standard deviation of i_a [kg m^2].
 
     Raises:
-        NoScaleError: One is no number or out of its range.
+        NoScaleError: A value is not a number or out of its range.
     """
     if not (0.0 < i_a <= _LARGEST_INERTIA and 0.0 <= std <= _LARGEST_INERTIA):
         raise NoScaleError(
             f"a moment of inertia of {i_a} +- {std} kg m^2 fixes no scale",
+            quantity="i_a, std [kg m^2]",
             value=(i_a, std),
             limit=f"positive numbers up to {_LARGEST_INERTIA:g}",
         )
@@ -279,16 +291,16 @@ def scale_from_leaf(
     mass_std: float | None = None,
     width_std: float = WIDTH_STD,
 ) -> Scale:
-    """Scale from the leaf's mass and width, I_A = m w^2 / 3.
+    """Return the scale from the leaf's mass and width, I_A = mass width^2 / 3.
 
     Args:
-        mass: Mass [kg].
-        width: Hinge to free edge [m].
-        mass_std: Standard deviation of the mass [kg]; 0.5 % by default.
+        mass: Mass of the leaf [kg].
+        width: Distance from the hinge to the free edge [m].
+        mass_std: Standard deviation of the mass [kg]; None means 0.5 % of the mass.
         width_std: Standard deviation of the width [m].
 
     Raises:
-        NoScaleError: One is missing, not finite or not positive.
+        NoScaleError: Mass or width is missing or not plausible.
     """
     for name, value in (("mass", mass), ("width", width)):
         if value is None or not (math.isfinite(value) and value > 0.0):
@@ -297,13 +309,15 @@ def scale_from_leaf(
                 "only the ratios of I_A, c_c, k_c and tau'_c0, so weigh the leaf [kg] and "
                 "measure its width [m] from hinge to free edge, or read the force that holds the "
                 "door open",
+                quantity=f"leaf {name}",
                 value=value,
                 limit="a positive number",
             )
         low, high = _PLAUSIBLE[name]
         if not low <= value <= high:
             raise NoScaleError(
-                f"the leaf's {name} of {value:g} is not plausible: {low:g} to {high:g}",
+                f"the leaf's {name} is {value:g}, must be {low:g} to {high:g}",
+                quantity=f"leaf {name}",
                 value=value,
                 limit=(low, high),
             )

@@ -1,9 +1,10 @@
 """The least squares of eq. (6) over several swings, with exact derivatives.
 
-All swings share some unknowns: ratios by their names in `Ratios`, and two of the encoder. Its
-``play`` [rad] lies between it and the leaf: its zero is that of a door just closed, so that the
-opening leaf is ahead of it by the play, which is taken up again behind the peak. Its ``zero`` [rad]
-is what it shows at the closed door, known beforehand to be near 0.
+All swings share some unknowns: ratios, with their names in `Ratios`, and two properties of the
+encoder. ``play`` [rad] is the free travel between the leaf and the encoder. The encoder's zero
+belongs to a door that has just closed, so the opening leaf is ahead of the encoder by the play; the
+leaf travels through the play again after the peak. ``zero`` [rad] is the angle that the encoder
+shows at the closed door; it is known beforehand to be near 0.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,13 +23,20 @@ from door_model.identification.swing_rows import stack
 from door_model.motion.free_motion import UNKNOWNS, FreeMotion, follow
 from door_model.recording.swings import FreeSwing
 
-_TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}  # what is not fitted
-_LAGS = 200  # samples over which residuals may hang together
-_MARGIN = 1e-3  # [s]; the last sample lies inside the motion
+# Each of these ratios equals the other one if it is not fitted.
+_TIES = {"closing": "opening", "backcheck": "opening", "latch": "closing"}
+_LAGS = 200  # largest number of samples over which residuals may be correlated
+_MARGIN = 1e-3  # time after the last sample for which the motion is followed [s]
 
 
 class Tolerances(NamedTuple):
-    """When to stop: relative changes of the unknowns and of the cost, most evaluations."""
+    """When the solver stops.
+
+    Attributes:
+        unknowns: Relative change of the unknowns.
+        cost: Relative change of the cost.
+        most: Largest number of evaluations.
+    """
 
     unknowns: float
     cost: float
@@ -46,7 +54,7 @@ class SwingProblem:
         zero_std: float,
         bounds: Mapping[str, tuple[float, float]],
     ) -> None:
-        """Take up what `trajectory_fit.fit_ratios` describes."""
+        """Set the swings, the unknowns and their bounds, as in `trajectory_fit.fit_ratios`."""
         self.closer = closer
         self.free = free
         self.zero_std = zero_std
@@ -55,12 +63,12 @@ class SwingProblem:
         self.weights = [swing.weights for swing in swings]
         self.durations = np.array([t[-1] for t in self.times])
         self.limits = fit_bounds(free, swings, bounds)
-        self._zero_weight = 0.0  # of what is known of the zero, beside one sample
+        self._zero_weight = 0.0  # weight of the row of the zero
         self._at: Array | None = None
         self._rows = np.empty((0, 0))
 
     def ratios(self, x: Array) -> Ratios:
-        """All ratios of a vector of unknowns."""
+        """Return all ratios for a vector of unknowns."""
         known = dict(zip(self.free, x, strict=False))
         names = [field.name for field in fields(Ratios)]
         for name, other in _TIES.items():
@@ -68,22 +76,22 @@ class SwingProblem:
         return Ratios(**{name: known[name] for name in names if name in known})
 
     def starts(self, x: Array) -> Array:
-        """Starts (S, 2) of a vector of unknowns."""
+        """Return angle [rad] and velocity [rad/s] of the starts (S, 2) for a vector of unknowns."""
         return x[len(self.free) :].reshape(-1, 2)
 
     def fitted(self, x: Array) -> tuple[list[Array], Array]:
-        """Angles of every swing at its samples, as the encoder shows them, and peaks (S,)."""
+        """Return the angles of each swing as the encoder shows them, and the peaks (S,) [rad]."""
         motion = self._follow(x)
         seen = [self._seen(motion, i, x)[0] for i in range(len(self.times))]
         highest = np.array([angles.max() for angles in seen])
         return seen, np.where(np.isnan(motion.peak_angle), highest, motion.peak_angle)
 
     def _seen(self, motion: FreeMotion, swing: int, x: Array) -> tuple[Array, Array, Array]:
-        """A swing through the encoder.
+        """Return a swing as the encoder shows it.
 
         Returns:
-            Angles at the samples, their slopes by the shared unknowns (M, P) and by the start
-            (M, 2).
+            Angles at the samples (M,) [rad], and their derivatives by the shared unknowns (M, P)
+            and by the start (M, 2).
         """
         t, top_time = self.times[swing], motion.peak_time[swing]
         theta, by_motion = motion.derivatives(swing, t)
@@ -106,21 +114,21 @@ class SwingProblem:
         return theta, np.column_stack([by_name[name] for name in self.free]), by_motion[:, -2:]
 
     def _follow(self, x: Array) -> FreeMotion:
-        """The swings as a vector of unknowns has them."""
+        """Return the motions of all swings for a vector of unknowns."""
         return follow(
             self.closer.numbers(), self.ratios(x), *self.starts(x).T,
             until=self.durations + _MARGIN, exact=True)
 
     def residuals(self, x: Array) -> Array:
-        """Simulated minus measured angles, rotated."""
+        """Return simulated minus measured angles, rotated as in `rows`."""
         return self.rows(x)[:, -1]
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the same rows."""
+        """Return the derivatives of `residuals`."""
         return self.rows(x)[:, :-1]
 
     def rows(self, x: Array) -> Array:
-        """Rotated rows of [Jacobian, residual], the last what is known of the zero."""
+        """Return the rotated rows of Jacobian and residual; the last row keeps the zero near 0."""
         if self._at is not None and np.array_equal(x, self._at):
             return self._rows
         motion = self._follow(x)
@@ -139,16 +147,16 @@ class SwingProblem:
         return rows
 
     def solve(self, x: Array, noise: float, tolerances: Tolerances) -> Array:
-        """Least squares from a first guess.
+        """Solve the least squares from a first guess.
 
         Args:
-            x: The guess.
-            noise: What a residual counts as a measurement of its own [rad], beside which stands
-                what is known of the zero.
-            tolerances: When to stop.
+            x: The first guess.
+            noise: Standard deviation of a residual as an independent measurement [rad], which
+                sets the weight of the zero.
+            tolerances: When the solver stops.
 
         Raises:
-            NoFitError: The solver tries a door that cannot be followed.
+            NoFitError: The solver tries a door whose motion cannot be followed.
         """
         self._zero_weight = noise / self.zero_std if self.zero_std else 0.0
         self._at = None
@@ -158,18 +166,24 @@ class SwingProblem:
                 x_scale="jac", xtol=tolerances.unknowns, ftol=tolerances.cost, gtol=1e-12,
                 max_nfev=tolerances.most)
         except DoorModelError as error:
-            raise NoFitError(f"the fit went astray: {error}", value=error.value) from error
+            raise NoFitError(
+                f"the fit has reached a door whose motion cannot be followed: {error}",
+                quantity=error.quantity, value=error.value, limit=error.limit) from error
         return np.asarray(solution.x)
 
     def cost(self, x: Array) -> float:
-        """Sum of the squared residuals."""
+        """Return the sum of the squared residuals [rad^2]."""
         return float(np.sum(self.residuals(x) ** 2))
 
     def spread(self, x: Array) -> tuple[list[Array], float]:
-        """Residuals of each swing, and what one of them counts as a measurement of its own [rad].
+        """Return the residuals of each swing, and their spread.
 
-        Their variance is inflated by their autocorrelation: quantisation errors of a slow door
-        repeat from sample to sample.
+        The variance of the residuals is increased by their autocorrelation, because quantisation
+        errors of a slow door repeat from sample to sample.
+
+        Returns:
+            Residuals of each swing [rad], and the standard deviation of a residual as an
+            independent measurement [rad].
         """
         fitted, _ = self.fitted(x)
         residuals = [model - data for model, data in zip(fitted, self.measured, strict=True)]
@@ -181,7 +195,7 @@ class SwingProblem:
 
 
 def _autocorrelation_factor(residuals: Sequence[Array], squares: float) -> float:
-    """1 + 2 * sum of the residuals' autocorrelation up to its first zero, at least 1."""
+    """Return 1 + 2 * sum of the residuals' autocorrelation up to its first zero, at least 1."""
     factor = 1.0
     if squares <= 0.0:
         return factor

@@ -1,22 +1,27 @@
-"""Rows of a least squares over swings that share some unknowns and have two of their own each."""
+"""Rows of a least squares over swings that share unknowns and have two own unknowns each."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
 
-_PIECE = 64  # rows
+_PIECE = 64  # number of rows that are decomposed together
 
 
 def stack(blocks: Sequence[Array], shared: int) -> Array:
-    """Rows of all swings from [columns of shared unknowns, of two of its own, others] of each.
+    """Stack the rows of all swings.
 
-    Each swing's rows are rotated down to a few (`triangle`) before they are put together: the
-    costs, gradients and normal equations stay what they are, with 40 rows for five swings in place
-    of 12,000.
+    Each swing's rows are first rotated to a triangular matrix with few rows (`triangle`). This does
+    not change costs, gradients and normal equations, but leaves 40 rows for five swings in place of
+    12,000.
+
+    Args:
+        blocks: Rows of each swing. Their columns are the shared unknowns, the swing's two own
+            unknowns, and others.
+        shared: Number of shared unknowns.
 
     Returns:
-        Rows of [shared, two for each swing, others].
+        Rows whose columns are the shared unknowns, two unknowns for each swing, and the others.
     """
     others = blocks[0].shape[1] - shared - 2
     rows = []
@@ -32,10 +37,11 @@ def stack(blocks: Sequence[Array], shared: int) -> Array:
 
 
 def triangle(rows: Array) -> Array:
-    """Triangular matrix with the same products of columns as a tall one.
+    """Return a triangular matrix whose columns have the same products as those of a tall matrix.
 
-    By the QR decomposition of many short pieces: one of the whole would start the threads of
-    the linear algebra library, which is slow where the cores are busy with a simulation.
+    It comes from QR decompositions of many short pieces. A decomposition of the whole matrix would
+    start the threads of the linear algebra library, which is slow if a simulation keeps the cores
+    busy.
     """
     columns = rows.shape[1]
     while len(rows) > _PIECE:

@@ -1,7 +1,7 @@
 """Fit of free swings by eq. (6): ratios of the parameters and the start of each swing.
 
-Eq. (6) sums the squared differences of measured and simulated angles; nothing is differentiated,
-since a least squares on differentiated encoder angles is biased.
+Eq. (6) minimises the squared differences between measured and simulated angles. The measured angles
+are not differentiated, because a least squares on differentiated encoder angles is biased.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,25 +20,25 @@ from door_model.identification.swing_problem import SwingProblem, Tolerances
 from door_model.recording.swings import FreeSwing
 
 OPENING = ("opening", "spring", "preload", "play")
-"""What opening alone tells, with the little beyond the peak where the play is taken up."""
+"""Unknowns that opening alone determines; it reaches beyond the peak, where play shows."""
 
 SWING = ("opening", "closing", "spring", "preload", "play")
-"""What opening and closing tell."""
+"""Unknowns that opening and closing determine."""
 
 EXTRAS = {
     "friction": ("friction",),
     "backcheck": ("backcheck", "backcheck_angle"),
     "latch": ("latch", "latch_angle"),
 }
-"""What real closers add, see `door_model.door.door`, by the names of what is fitted for it."""
+"""Unknowns of what real closers add to the paper's door (module `door_model.door.door`)."""
 
 _EXACT = Tolerances(1e-7, 1e-9, 30)
-_ROUGH = Tolerances(1e-3, 1e-3, 15)  # where a better fit follows
-_AS_GOOD = 2.0  # standard deviations
-_SAME = np.radians(0.5)  # [rad] between zones
-_ELSEWHERE = np.radians(2.0)  # [rad]
-_REFINED = 3  # of many first guesses,
-_WORTH = 1.5  # if their cost is below this times the best's
+_ROUGH = Tolerances(1e-3, 1e-3, 15)  # for a fit that is refined later
+_AS_GOOD = 2.0  # a rival fit is worse by at most this many standard deviations
+_SAME = np.radians(0.5)  # zones closer to each other than this are the same [rad]
+_ELSEWHERE = np.radians(2.0)  # a rival zone is at least this far away [rad]
+_REFINED = 3  # largest number of rough fits that are refined
+_WORTH = 1.5  # a rough fit is refined if its cost is below the best one's times this factor
 
 
 @dataclass(frozen=True)
@@ -47,15 +47,15 @@ class RatioFit:
 
     Attributes:
         free: Names of the fitted unknowns that the swings share (P,).
-        values: Their values (P,).
-        covariance: (P, P) of the same.
-        ratios: All ratios, those that were not fitted among them.
-        starts: (S, 2) angle [rad] and velocity [rad/s] at the start of each swing.
-        fitted: Fitted angles of each swing as the encoder shows them [rad].
-        peaks: Largest angles of the leaf (S,) [rad].
-        rmse: Of all residuals [rad].
-        swing_rmse: (S,) of each swing [rad].
-        rivals: Other angles of zones with which the swings fit as well [rad], by name.
+        values: Values of the unknowns (P,).
+        covariance: Covariance of the unknowns (P, P).
+        ratios: All ratios, including those that were not fitted.
+        starts: Angle [rad] and angular velocity [rad/s] at the start of each swing (S, 2).
+        fitted: Fitted angles of each swing, as the encoder shows them [rad].
+        peaks: Largest angle of the leaf in each swing (S,) [rad].
+        rmse: Root mean square of all residuals [rad].
+        swing_rmse: Root mean square of the residuals of each swing (S,) [rad].
+        rivals: Other angles of zones with which the swings fit as well, by name [rad].
     """
 
     free: tuple[str, ...]
@@ -71,11 +71,11 @@ class RatioFit:
 
     @property
     def asked(self) -> tuple[str, ...]:
-        """What was asked for: the zero is fitted besides where its spread is given."""
+        """Names of the unknowns without the zero, which is added if its spread is given."""
         return tuple(name for name in self.free if name != "zero")
 
     def value(self, name: str) -> float:
-        """Value of one unknown; 0 where it was not fitted."""
+        """Return the value of an unknown; 0 if it was not fitted."""
         return float(self.values[self.free.index(name)]) if name in self.free else 0.0
 
 
@@ -91,15 +91,17 @@ def fit_ratios(
     """Fit the ratios to free swings, eq. (6).
 
     Args:
-        closer: The linkage.
-        swings: The swings; cut at their peaks where `closing` is not fitted.
-        free: What to fit: `OPENING` or `SWING`, and names of `EXTRAS`.
-        zero_std: Standard deviation of the encoder's zero, which is fitted too [rad]; 0: exact.
-        first: First guesses of some of the unknowns, by name; the others' are made from the swings.
-        bounds: Lower and upper bounds of some of the ratios; by default they are 0 and infinity.
+        closer: The closer's linkage.
+        swings: The swings; only their opening is used if `closing` is not fitted.
+        free: Names of the unknowns: `OPENING` or `SWING`, and unknowns of `EXTRAS`.
+        zero_std: Standard deviation of the encoder's zero [rad], which is then fitted, too; 0 means
+            that the zero is exact.
+        first: First guesses of some unknowns, by name; the others are estimated from the swings.
+        bounds: Lower and upper bounds of some ratios, by name; usually they are 0 and infinity.
 
     Raises:
-        NoFitError: Every guess leads astray, or the door found does not pull itself shut.
+        NoFitError: No first guess leads to a solution, or the found closer does not pull its door
+            shut.
     """
     if "closing" not in free:
         swings = [swing.opening() for swing in swings]
@@ -135,7 +137,7 @@ def fit_ratios(
 def _solved(
     problem: SwingProblem, guesses: Sequence[Array], noise: float
 ) -> tuple[Array, list[Array]]:
-    """Best solution from some first guesses, and where each of them led."""
+    """Return the best solution from several first guesses, and the solutions of all guesses."""
     once = len(guesses) == 1 and not problem.zero_std
     trials: list[Array] = []
     failure = None
@@ -157,7 +159,7 @@ def _solved(
 
 
 def _apart(trials: Sequence[Array], free: tuple[str, ...]) -> list[Array]:
-    """Those of some trials that have not found the same zones as one before them."""
+    """Return the trials without those that have found the same zones as a better trial."""
     angles = [place for place, name in enumerate(free) if is_angle(name)]
     kept: list[Array] = []
     for trial in trials:
@@ -169,7 +171,7 @@ def _apart(trials: Sequence[Array], free: tuple[str, ...]) -> list[Array]:
 def _rivals(
     problem: SwingProblem, x: Array, trials: Sequence[Array], noise: float
 ) -> dict[str, float]:
-    """Angles of zones in trials that lie elsewhere and fit within two standard deviations."""
+    """Return angles of zones that lie elsewhere and fit within two standard deviations."""
     as_good = [
         trial for trial in trials
         if problem.cost(trial) - problem.cost(x) < (_AS_GOOD * noise) ** 2
@@ -182,18 +184,23 @@ def _rivals(
 
 
 def _expected_error(swing: FreeSwing) -> float:
-    """Expected error of a swing's angles [rad]; 0 where it is not known."""
+    """Return the expected error of a swing's angles [rad]; 0 if it is not known."""
     return 0.0 if swing.errors is None else float(np.sqrt(np.mean(swing.errors**2)))
 
 
 def _require_pull(closer: FourBarCloser, ratios: Ratios) -> None:
-    """Raise NoFitError where a closer does not pull its door shut."""
+    """Check that a closer pulls its door shut.
+
+    Raises:
+        NoFitError: It does not.
+    """
     f0, eta0 = closer.f_and_eta(0.0)
     pull = float(eta0 * (ratios.spring * f0 + ratios.preload))
     if not pull > 0.0:
         raise NoFitError(
-            "the fitted closer does not pull the door shut; is the linkage right, and does the "
-            "angle grow as the door opens?",
+            "the fitted closer does not pull the door shut: check the lengths of the linkage, and "
+            "that the angle grows as the door opens",
+            quantity="restoring torque of the closed door over I_A [1/s^2]",
             value=pull,
             limit=0.0,
         )

@@ -1,1 +1,1 @@
-"""How a door moves by eq. (1): free, pushed, to its peak, and where its energy goes."""
+"""Motion of a door by eq. (1): simulated, free or driven, its peak, and its energy balance."""

@@ -1,10 +1,10 @@
-r"""Collocation at Radau points: the numbers of a method that steps far and exactly.
+r"""Coefficients of collocation at Radau points, for long and exact steps of integration.
 
-A step of length :math:`h` is a polynomial that fulfils the differential equation at the points
-:math:`c_1 \dots c_N h`, the last at the end of the step. It is the implicit Runge-Kutta method
-Radau IIA of order :math:`2 N - 1`, stable for any damping (Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.5). All points of a step, and of many motions at once, are
-worked out together, which suits numpy.
+During a step of length :math:`h` the solution is a polynomial that fulfils the differential
+equation at the times :math:`c_1 h \dots c_N h`; the last of them is the end of the step. This is
+the implicit Runge-Kutta method Radau IIA of order :math:`2 N - 1`, which is stable for any damping
+(Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.5). All points of a step
+and many motions are computed together with numpy. docs/free_motion.md derives the equations.
 """
 
 import numpy as np
@@ -12,10 +12,14 @@ from door_impact_common.arrays import Array
 from numpy.polynomial import legendre
 
 POINTS = 7
+"""Number of points of a step, N."""
 
 
 def radau_points(count: int) -> Array:
-    """Right Radau points (count,) on 0 .. 1: roots of P_{N-1} - P_N, Hairer and Wanner (5.6)."""
+    """Return the right Radau points (count,) in 0 .. 1, the roots of P_{N-1} - P_N.
+
+    P_N is the Legendre polynomial of degree N (Hairer and Wanner, eq. (5.6)).
+    """
     series = np.zeros(count + 1)
     series[count - 1 :] = 1.0, -1.0
     roots = np.sort(np.real(legendre.legroots(series)))
@@ -25,7 +29,7 @@ def radau_points(count: int) -> Array:
 
 
 def _matrix(points: Array) -> Array:
-    """Integrals (N, N) from 0 to each point of the polynomial that is 1 at one point alone."""
+    """Return integrals (N, N) from 0 to each point of the polynomials that are 1 at one point."""
     x = 2.0 * points - 1.0
     count = len(points)
     values = legendre.legvander(x, count - 1)
@@ -38,22 +42,25 @@ def _matrix(points: Array) -> Array:
 
 
 NODES = radau_points(POINTS)
-"""Points of a step, (N,)."""
+"""Points of a step as shares of its length, c (N,)."""
 
 MATRIX = _matrix(NODES)
-"""Runge-Kutta matrix, (N, N)."""
+"""Runge-Kutta matrix A (N, N)."""
 
 ROUGHNESS = np.linalg.inv(legendre.legvander(2.0 * NODES - 1.0, POINTS - 1))[-1]
-"""Weights (N,) that give the highest Legendre coefficient of a polynomial through the points."""
+"""Weights (N,) of the values at the points in the highest Legendre coefficient."""
 
 _KNOTS = np.concatenate([[0.0], NODES])
 _WEIGHTS = 1.0 / np.prod(_KNOTS[:, None] - _KNOTS + np.eye(POINTS + 1), axis=1)
 
 
 def interpolation(c: Array) -> Array:
-    """Weights (M, N + 1) of start and points that give a step's polynomial at places c (M,).
+    """Return the weights (M, N + 1) of start and points in a step's polynomial.
 
-    By the barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    They follow from the barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+
+    Args:
+        c: Times at which the polynomial is evaluated, as shares of the step (M,).
     """
     away = c[:, None] - _KNOTS
     hit = np.abs(away) < 1e-14

@@ -1,4 +1,4 @@
-"""Motion of a door under an external torque, in pieces that keep direction and zone."""
+"""Motion of a door under an external torque, integrated in pieces with one direction and zone."""
 
 import math
 from collections.abc import Callable
@@ -15,16 +15,16 @@ from door_model.door.closer import LIMIT_MARGIN, FourBarCloser
 from door_model.door.door import Door
 from door_model.errors import DoorModelError, LinkageError
 
-_RTOL = 1e-10
-_ATOL = 1e-12
+_RTOL = 1e-10  # relative tolerance of the solver
+_ATOL = 1e-12  # absolute tolerance of the solver [rad], [rad/s]
 
 
 @dataclass(frozen=True)
-class Swing:
-    """A simulated motion of a door.
+class SampledMotion:
+    """A simulated motion of a door, as samples.
 
     Attributes:
-        t: Times (N,) [s].
+        t: Sample times, increasing, (N,) [s].
         theta: Opening angles (N,) [rad].
         omega: Angular velocities (N,) [rad/s].
     """
@@ -37,9 +37,14 @@ class Swing:
 def end_of_linkage(
     theta0: float, omega0: float, theta: float, closer: FourBarCloser, where: str = ""
 ) -> LinkageError:
-    """The error of a motion that comes to the end of the angles at which its linkage closes.
+    """Return the error for a motion that reaches an angle at which its linkage does not close.
 
-    `where` says which of many it is, see `checks.place`.
+    Args:
+        theta0: Angle at the start [rad].
+        omega0: Angular velocity at the start [rad/s].
+        theta: Angle at which the motion ends [rad].
+        closer: The linkage.
+        where: Element of an array to which the motion belongs, as `checks.place` returns it.
     """
     lower, upper = closer.closing_limit(), closer.opening_limit()
     opens = theta > 0.5 * (lower + upper)
@@ -54,8 +59,11 @@ def end_of_linkage(
     )
 
 
-class DrivenMotion:
-    """A motion under an external torque, in pieces that keep direction and zone."""
+class DrivenIntegrator:
+    """Integrates a motion under an external torque, in pieces with one direction and zone.
+
+    Within such a piece eq. (1) is smooth, as the solver requires.
+    """
 
     def __init__(
         self,
@@ -64,18 +72,36 @@ class DrivenMotion:
         stop: bool,
         times: NDArray[Any],
     ) -> None:
+        """Set the problem.
+
+        Args:
+            door: The door.
+            torque: External torque over time [N m]; None for a free door.
+            stop: Whether the motion ends where the door falls shut.
+            times: Sample times, increasing from 0, (N,) [s].
+        """
         self.door, self.stop, self.times = door, stop, times
         self.torque = torque if torque is not None else lambda _: 0.0
         self.upper = door.closer.opening_limit() - LIMIT_MARGIN
         self.lower = door.closer.closing_limit() + LIMIT_MARGIN
-        # A door that resists alike in both directions needs no cut where it turns round.
+        # If the door resists equally in both directions, no cut is needed where it turns round.
         self.symmetric = (
             door.closing_viscosity == door.c_c
             and not (door.friction or door.backcheck or door.latch)
         )
 
-    def run(self, theta0: float, omega0: float, duration: float) -> Swing:
-        """From the start to the end, or to where the door falls shut."""
+    def run(self, theta0: float, omega0: float, duration: float) -> SampledMotion:
+        """Integrate from a start to the end, or to the time at which the door falls shut.
+
+        Args:
+            theta0: Angle at the start [rad].
+            omega0: Angular velocity at the start [rad/s].
+            duration: Time to integrate [s].
+
+        Raises:
+            LinkageError: The motion leaves the angles at which the linkage closes.
+            DoorModelError: The solver fails.
+        """
         theta, omega = np.full_like(self.times, theta0), np.full_like(self.times, omega0)
         now, state, shut = 0.0, (theta0, omega0), False
         while now < duration and not shut:
@@ -88,14 +114,14 @@ class DrivenMotion:
                 continue
             now, state, shut = self._piece(now, duration, state, direction, theta, omega)
         if not shut:
-            return Swing(self.times, theta, omega)
+            return SampledMotion(self.times, theta, omega)
         before = self.times < now
-        return Swing(
+        return SampledMotion(
             np.append(self.times[before], now), np.append(theta[before], state[0]),
             np.append(omega[before], state[1]))
 
     def _direction(self, now: float, state: tuple[float, float]) -> tuple[float, float]:
-        """Sign of the motion; at rest 0 while friction holds the door, and for how long [s]."""
+        """Return the sign of the motion, or 0 and a time [s] if friction holds the door so long."""
         if state[1] or self.symmetric:
             return math.copysign(1.0, state[1]), 0.0
         pull = float(self.door.restoring_torque(state[0]))
@@ -109,7 +135,7 @@ class DrivenMotion:
         for before, after in pairwise([now, *self.times[self.times > now]]):
             if freed(after) > 0.0:
                 root = brentq(freed, before, after) if freed(before) < 0.0 else after
-                # Just behind the root, so that the torque has a sign.
+                # A little after the root, so that the sign of the torque is certain.
                 return 0.0, max(root - now, 1e-9) + 1e-9
         return 0.0, math.inf
 
@@ -117,7 +143,11 @@ class DrivenMotion:
         self, now: float, duration: float, state: tuple[float, float], direction: float,
         theta: NDArray[Any], omega: NDArray[Any],
     ) -> tuple[float, tuple[float, float], bool]:
-        """Integrate until the law changes; fills the samples, gives time, state, whether shut."""
+        """Integrate until direction or zone changes, and write the samples on the way.
+
+        Returns:
+            Time [s] and state [rad], [rad/s] at the end, and whether the door has fallen shut.
+        """
         door, opens = self.door, direction > 0.0
         zone = door.backcheck if opens else door.latch
         inside = zone is not None and (
@@ -126,7 +156,7 @@ class DrivenMotion:
         friction = direction * door.friction
 
         def slope(t: float, x: NDArray[Any]) -> tuple[float, float]:
-            # A trial stage of the solver may step outside where the motion itself does not.
+            # A trial stage of the solver may leave the linkage's range though the motion does not.
             f, eta = door.closer.f_and_eta(min(max(x[0], self.lower), self.upper))
             drag = c_c * eta * x[1] + door.k_c * f + door.tau_c0_prime
             return x[1], float(self.torque(t) - eta * drag - friction) / door.i_a
@@ -145,7 +175,10 @@ class DrivenMotion:
             slope, (now, duration), state, method="DOP853", rtol=_RTOL, atol=_ATOL, events=events,
             t_eval=self.times[first:])
         if not solution.success:
-            raise DoorModelError(f"the integration failed: {solution.message}", value=state[1])
+            raise DoorModelError(
+                f"the integration failed: {solution.message}",
+                quantity="angular velocity [rad/s]", value=state[1], limit="a motion that the "
+                "solver can follow")
         if solution.t_events[0].size:
             raise end_of_linkage(*state, float(solution.y_events[0][0][0]), door.closer)
         if len(solution.t):
@@ -156,7 +189,7 @@ class DrivenMotion:
         ):
             if at.size:
                 angle, speed = (float(value) for value in states[0])
-                if number >= cuts:  # exactly, or rounding would meet it again
+                if number >= cuts:  # set exactly, or rounding would trigger the event again
                     turned = not self.symmetric and number == cuts
                     angle, speed = (angle, 0.0) if turned else (border, speed)
                 return float(at[0]), (angle, speed), number < cuts
@@ -164,7 +197,7 @@ class DrivenMotion:
 
 
 def _event(value: Callable[[NDArray[Any]], float], direction: float) -> Callable[..., float]:
-    """Terminal event of `solve_ivp` where a function of the state passes 0."""
+    """Return a terminal event for `solve_ivp` at which a function of the state passes 0."""
 
     def event(_t: float, state: NDArray[Any]) -> float:
         return float(value(state))

@@ -17,20 +17,20 @@ from door_model.errors import (
     DoorParameterError,
     UnreachableAngleError,
 )
-from door_model.motion.driven_motion import DrivenMotion, Swing, end_of_linkage
+from door_model.motion.driven_motion import DrivenIntegrator, SampledMotion, end_of_linkage
 from door_model.motion.free_motion import End, FreeMotion, follow
 
-_AT_REST = 1e-12  # [rad/s]; says which way a door goes that friction alone brought to rest
-_LONGEST_SWING = 60.0  # [s]; a door that has not turned round by then never will
+_AT_REST = 1e-12  # speed of a door at rest, whose sign is the direction of motion [rad/s]
+_LONGEST_SWING = 60.0  # a door that has not turned round after this time never will [s]
 
 
 @dataclass(frozen=True)
 class Peak:
-    """Where a free door turns round; numbers for one start, arrays of the starts' shape for many.
+    """Where a free door turns round: numbers for one start, arrays of the starts' shape for many.
 
     Attributes:
-        time: From the start [s].
-        angle: Opening angle [rad].
+        time: Time from the start to the peak [s].
+        angle: Opening angle at the peak [rad].
     """
 
     time: Any
@@ -46,31 +46,31 @@ def simulate(
     period: float = 1e-3,
     torque: Callable[[float], float] | None = None,
     stop: bool = False,
-) -> Swing:
-    """Motion of a door by eq. (1).
+) -> SampledMotion:
+    """Simulate the motion of a door by eq. (1).
 
     Args:
         door: The door.
         theta0: Angle at the start [rad].
         omega0: Angular velocity at the start [rad/s].
-        duration: How long [s].
-        period: Time between two samples of the answer [s].
+        duration: Time to simulate [s].
+        period: Time between two samples of the result [s].
         torque: External torque about the hinge over time [N m]; None for a free door.
-        stop: End the motion where the door falls shut on its frame (theta = 0); the last sample
-            is then the closing one, at its own time.
+        stop: Whether the motion ends when the door falls shut on its frame (theta = 0); the last
+            sample is then at the time of closing.
 
     Raises:
-        DoorParameterError: A number is not finite, duration or period is not positive.
+        DoorParameterError: A number is not finite, or duration or period is not positive.
         LinkageError: The motion leaves the angles at which the linkage closes.
     """
     for name, value in (("theta0", theta0), ("omega0", omega0)):
         require_finite(name, value)
     require_positive("duration", duration)
     require_positive("period", period)
-    door.closer.require_within(theta0)  # or the error that names the start
+    door.closer.require_within(theta0)  # raises the error that names the start
     times = np.arange(math.floor(duration / period + 1e-9) + 1) * period
-    times = np.minimum(times, duration)  # the last may pass it by a rounding error
-    motion = DrivenMotion(door, torque, stop, times)
+    times = np.minimum(times, duration)  # rounding may put the last one after it
+    motion = DrivenIntegrator(door, torque, stop, times)
     return motion.run(theta0, omega0, duration)
 
 
@@ -83,20 +83,21 @@ def follow_free(
     to_peak: bool = False,
     stop: bool = True,
 ) -> FreeMotion:
-    """Free motions of one door from many starts, or of many doors: quick and to rounding errors.
+    """Follow free motions of one door from many starts, or of many doors, to rounding errors.
 
-    For very many doors give `free_motion.follow` the arrays themselves.
+    For very many doors call `free_motion.follow` with arrays, which is faster.
 
     Args:
-        doors: A door, or one for each start.
+        doors: One door, or a door for each start.
         theta0: Angles at the start, a number or (K,) [rad].
-        omega0: Angular velocities there, a number or (K,) [rad/s].
-        until: How long to follow them [s].
-        to_peak: Follow each only until it first turns round from opening.
-        stop: End a motion where the door falls shut on its frame.
+        omega0: Angular velocities at the start, a number or (K,) [rad/s].
+        until: Time for which the motions are followed [s].
+        to_peak: Whether a motion is followed only until the door first turns round from
+            opening.
+        stop: Whether a motion ends when the door falls shut on its frame.
 
     Raises:
-        DoorParameterError: A number is not finite, or there are not as many doors as starts.
+        DoorParameterError: A number is not finite, or the numbers of doors and starts differ.
         LinkageError: A motion leaves the angles at which its linkage closes.
     """
     every = [doors] if isinstance(doors, Door) else list(doors)
@@ -110,7 +111,7 @@ def follow_free(
         raise DoorParameterError("number of doors", len(every), f"1 or {len(theta0)}")
     starts = theta0 if len(every) == len(theta0) else [theta0]
     for door, start in zip(every, starts, strict=True):
-        door.closer.require_within(start)  # or the error that names the start
+        door.closer.require_within(start)  # raises the error that names the start
     link = np.array([door.closer.numbers() for door in every]).T
     rows = [door.ratios() for door in every]
     ratios = Ratios(
@@ -129,25 +130,26 @@ def follow_free(
 
 
 def peak(door: Door, theta0: ArrayLike, omega0: ArrayLike) -> Peak:
-    """Time and angle at which a freely opening door turns round.
+    """Return time and angle at which a freely opening door turns round.
 
     Args:
         door: The door.
         theta0: Angle(s) at the start [rad].
-        omega0: Angular velocity or velocities there [rad/s], positive; any shape that broadcasts.
+        omega0: Angular velocity or velocities at the start [rad/s], positive; any shape that
+            broadcasts with theta0.
 
     Raises:
         DoorParameterError: A number is not finite or omega0 is not positive.
         LinkageError: The door opens further than its linkage allows.
-        DeadCentreError: It passes a dead centre and its spring throws it open.
-        UnreachableAngleError: It never turns round.
-            The errors about an array say which element it is.
+        DeadCentreError: The door passes a dead centre and its spring throws it open.
+        UnreachableAngleError: The door never turns round.
+            Errors about an array name the element.
     """
     theta0, omega0 = _broadcast(theta0, omega0)
     require_each("theta0", theta0, np.isfinite(theta0), "a finite number")
     require_each(
         "omega0", omega0, np.isfinite(omega0) & (omega0 > 0.0), "a positive finite number")
-    door.closer.require_within(theta0)  # or the error that names the start
+    door.closer.require_within(theta0)  # raises the error that names the start
     motion = follow(
         door.closer.numbers(), door.ratios(), theta0.ravel(), omega0.ravel(),
         until=_LONGEST_SWING, to_peak=True)
@@ -158,25 +160,26 @@ def peak(door: Door, theta0: ArrayLike, omega0: ArrayLike) -> Peak:
 
 
 def initial_velocity(door: Door, angle: ArrayLike, theta0: ArrayLike = 0.0) -> Any:
-    """Angular velocity w' that opens a free door to an angle, section II.C.2.
+    """Return the angular velocity w' that opens a free door to an angle, section II.C.2.
 
-    Eq. (1) is integrated backwards in time from rest at the angle until theta0. Beyond a dead
-    centre, friction may still hold the door at the angle: then there is a w' for it.
+    Eq. (1) is integrated backwards in time, from rest at the angle to theta0. Friction may hold the
+    door at an angle beyond a dead centre; then w' exists for this angle, too.
 
     Args:
         door: The door.
         angle: Desired opening angle(s) [rad].
-        theta0: Angle(s) of the door just after the hit [rad]; any shape that broadcasts.
+        theta0: Angle(s) of the door just after the hit [rad]; any shape that broadcasts with angle.
 
     Returns:
-        w' [rad/s], a number for numbers, else an array.
+        w' [rad/s]: a number if both arguments are numbers, else an array.
 
     Raises:
         DoorParameterError: An angle is not finite, theta0 is negative or not below the angle.
         LinkageError: The angle is beyond the linkage.
-        DeadCentreError: It is beyond a dead centre, and the door does not come to rest there.
-        UnreachableAngleError: The door does not turn round there, or turns round before.
-            The errors about an array say which element it is.
+        DeadCentreError: The angle is beyond a dead centre, and the door does not come to rest
+            there.
+        UnreachableAngleError: The door does not turn round at the angle, or turns round before.
+            Errors about an array name the element.
     """
     angle, theta0 = _broadcast(angle, theta0)
     shape = angle.shape
@@ -207,31 +210,32 @@ def initial_velocity(door: Door, angle: ArrayLike, theta0: ArrayLike = 0.0) -> A
 
 
 def _broadcast(*numbers: ArrayLike) -> list[NDArray[np.float64]]:
-    """Numbers or arrays as arrays of one shape."""
+    """Convert numbers or arrays to arrays of one shape."""
     return list(np.broadcast_arrays(*(np.asarray(number, dtype=float) for number in numbers)))
 
 
 def _shaped(values: NDArray[np.float64], shape: tuple[int, ...]) -> Any:
-    """Answers (K,) in the shape of the question: a float for a number."""
+    """Bring results (K,) into the shape of the arguments: a float for numbers."""
     return values.reshape(shape) if shape else float(values[0])
 
 
 def _no_rest(
     door: Door, angle: NDArray[np.float64], number: int, limit: float, reason: str
 ) -> UnreachableAngleError:
-    """The error for an angle at which a door does not come to rest."""
+    """Return the error for an angle at which a door does not come to rest."""
     value, reason = float(angle.flat[number]), reason + place(angle.shape, number)
     dead_centre = door.dead_centre()
     if dead_centre is not None and value >= dead_centre:
         return DeadCentreError(dead_centre, reason, value=value)
-    return UnreachableAngleError(reason, value=value, limit=limit)
+    return UnreachableAngleError(
+        reason, quantity="opening angle [rad]", value=value, limit=limit)
 
 
 def _no_peak(
     door: Door, motion: FreeMotion, theta0: NDArray[np.float64], omega0: NDArray[np.float64],
     number: int,
 ) -> DoorModelError:
-    """The error for a door that does not turn round."""
+    """Return the error for a door that does not turn round."""
     start, speed, where = theta0.flat[number], omega0.flat[number], place(theta0.shape, number)
     end, dead_centre = float(motion.end_angle[number]), door.dead_centre()
     if dead_centre is not None and end >= dead_centre:
@@ -246,15 +250,16 @@ def _no_peak(
     return UnreachableAngleError(
         f"the door has not turned round after {_LONGEST_SWING:.0f} s: nothing pulls it "
         f"back{where}",
-        value=float(speed),
+        quantity="time to the peak [s]",
+        value=float(motion.end_time[number]),
         limit=_LONGEST_SWING,
     )
 
 
 def _backwards(door: Door) -> Ratios:
-    """Ratios with which a door closes as it opens when time runs backwards.
+    """Return ratios with which the door closes as it opens when time runs backwards.
 
-    With s = -t eq. (1) keeps its form, while damping and friction change their sign.
+    With time -t eq. (1) keeps its form, but damping and friction change their sign.
     """
     ratios = door.ratios()
     beyond = -np.asarray(ratios.backcheck)

@@ -1,16 +1,16 @@
-"""Where the energy of a swing stays: in leaf and spring, or as heat in damper and hinge."""
+"""Energy balance of a swing: energy in leaf and spring, and heat in damper and hinge."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from door_impact_common.arrays import Array
 from numpy.typing import NDArray
 
 from door_model.door.door import Door
-from door_model.motion.driven_motion import Swing
+from door_model.motion.driven_motion import SampledMotion
 
-Array = NDArray[Any]
+Index = NDArray[np.int64]
 Torque = Callable[[float], float]
 
 
@@ -19,12 +19,12 @@ class EnergyBalance:
     """Energies over a swing, each (N,) [J].
 
     Attributes:
-        t: Times [s].
-        kinetic: Of the leaf.
-        spring: In the closer's spring, above that of the closed door.
-        damper: Turned into heat by the closer's oil since the first sample.
-        friction: Turned into heat by the hinge's friction since then.
-        external: Work of the external torque since then.
+        t: Sample times [s].
+        kinetic: Kinetic energy of the leaf.
+        spring: Energy of the closer's spring, above that of the closed door.
+        damper: Heat in the closer's damper since the first sample.
+        friction: Heat by friction at the hinge since the first sample.
+        external: Work of the external torque since the first sample.
     """
 
     t: Array
@@ -46,25 +46,25 @@ class EnergyBalance:
 
     @property
     def residual(self) -> Array:
-        """What the balance misses (N,) [J]: 0 but for the errors of motion and integrals."""
+        """Error of the balance (N,) [J]: 0 except for the errors of motion and integration."""
         return self.stored + self.dissipated - self.external - self.stored[0]
 
 
-def energy_balance(door: Door, swing: Swing, torque: Torque | None = None) -> EnergyBalance:
-    """Energies over a swing of eq. (1), by eqs. (12) and (13).
+def energy_balance(door: Door, swing: SampledMotion, torque: Torque | None = None) -> EnergyBalance:
+    """Work out the energies over a swing of eq. (1), by eqs. (12) and (13).
 
-    Powers are integrated by Simpson's rule between the samples, in pieces that keep direction and
-    zone. The error falls with the fourth power of their distance. What the leaf loses when it hits
-    its frame is not known here: it shows in the residual.
+    Powers are integrated by Simpson's rule between the samples, in pieces with one direction and
+    one zone. The error falls with the fourth power of the time between samples. The energy that the
+    leaf loses when it hits its frame is not known here; it appears in the residual.
 
     Args:
         door: The door.
-        swing: Its motion, as `dynamics.simulate` gives it.
-        torque: The external torque that it was given there [N m]; where it jumps, a sample should
-            be; None for a free door.
+        swing: Motion of the door, as `dynamics.simulate` returns it.
+        torque: External torque that was used in the simulation, over time [N m]; there should be a
+            sample wherever it jumps. None means a free door.
 
     Raises:
-        LinkageError: The linkage does not close at one of the angles.
+        LinkageError: The linkage does not close at an angle of the swing.
     """
     fine = _cut_where_it_turns(door, swing, torque)
     for zone, direction in ((door.backcheck, 1.0), (door.latch, -1.0)):
@@ -83,31 +83,33 @@ def energy_balance(door: Door, swing: Swing, torque: Torque | None = None) -> En
 
 
 def _torques(torque: Torque | None, t: Array) -> Array:
-    """External torque at times [N m]."""
+    """Return the external torque at times [N m]."""
     return np.zeros_like(t) if torque is None else np.array([torque(time) for time in t.tolist()])
 
 
 def _rates(
-    door: Door, swing: Swing, places: Array | slice, direction: Array, c_c: Array,
+    door: Door, swing: SampledMotion, places: Index | slice, direction: Array, c_c: Array,
     torque: Torque | None,
 ) -> Array:
-    """Accelerations (K,) at samples in given directions and with given viscosities [rad/s^2]."""
+    """Return accelerations (K,) at samples, for given directions and viscosities [rad/s^2]."""
     f, eta = door.closer.f_and_eta(swing.theta[places])
     drag = eta * (c_c * eta * swing.omega[places] + door.k_c * f + door.tau_c0_prime)
     tau = _torques(torque, swing.t[places])
     return np.asarray((tau - drag - direction * door.friction) / door.i_a)
 
 
-def _with_points(swing: Swing, places: Array, after: Array, theta: Array, omega: Array) -> Swing:
-    """A swing with a further point each, a while [s] after some samples."""
+def _with_points(
+    swing: SampledMotion, places: Index, after: Array, theta: Array, omega: Array
+) -> SampledMotion:
+    """Insert a point into a swing at a time `after` [s] each of some samples."""
     t = swing.t[places] + after
-    return Swing(*(
+    return SampledMotion(*(
         np.insert(old, places + 1, new)
         for old, new in ((swing.t, t), (swing.theta, theta), (swing.omega, omega))))
 
 
-def _cut_where_it_turns(door: Door, swing: Swing, torque: Torque | None) -> Swing:
-    """A swing with a point of rest wherever the motion turns round between two samples."""
+def _cut_where_it_turns(door: Door, swing: SampledMotion, torque: Torque | None) -> SampledMotion:
+    """Insert a point of rest wherever the motion turns round between two samples."""
     places = np.flatnonzero(swing.omega[:-1] * swing.omega[1:] < 0.0)
     theta, omega = swing.theta[places], swing.omega[places]
     direction = np.sign(omega)
@@ -118,40 +120,40 @@ def _cut_where_it_turns(door: Door, swing: Swing, torque: Torque | None) -> Swin
 
 
 def _cut_at(
-    door: Door, swing: Swing, border: float, direction: float, torque: Torque | None
-) -> Swing:
-    """A swing with a point on the border of a zone wherever it enters that between two samples."""
+    door: Door, swing: SampledMotion, border: float, direction: float, torque: Torque | None
+) -> SampledMotion:
+    """Insert a point on a zone's border wherever the motion enters the zone between samples."""
     away = direction * (border - swing.theta)
     moves = direction * (swing.omega[:-1] + swing.omega[1:]) > 0.0
     places = np.flatnonzero(moves & (away[:-1] > 0.0) & (away[1:] < 0.0))
     theta, before = swing.theta[places], swing.omega[places]
     along = np.full_like(theta, direction)
     rate = _rates(door, swing, places, along, door.viscosity(theta, along), torque)
-    way = border - theta
-    omega = direction * np.sqrt(np.maximum(before**2 + 2.0 * rate * way, 0.0))
+    distance = border - theta
+    omega = direction * np.sqrt(np.maximum(before**2 + 2.0 * rate * distance, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
-        after = np.nan_to_num(2.0 * way / (before + omega))
+        after = np.nan_to_num(2.0 * distance / (before + omega))
     after = np.clip(after, 0.0, np.diff(swing.t)[places])
     return _with_points(swing, places, after, np.full_like(theta, border), omega)
 
 
-def _work(door: Door, swing: Swing, torque: Torque | None) -> tuple[Array, Array, Array]:
-    """Work of damper, friction and external torque up to each sample (N,) [J].
+def _work(door: Door, swing: SampledMotion, torque: Torque | None) -> tuple[Array, Array, Array]:
+    """Return the work of damper, friction and external torque up to each sample (N,) [J].
 
-    Between two samples the motion keeps direction and zone.
+    Direction and zone must not change between two samples.
     """
     t, theta, omega = swing.t, swing.theta, swing.omega
     step, direction = np.diff(t), np.sign(omega[:-1] + omega[1:])
     c_c = door.viscosity(0.5 * (theta[:-1] + theta[1:]), direction)
     start, end = (
         _rates(door, swing, part, direction, c_c, torque) for part in (slice(-1), slice(1, None)))
-    # Middles of the cubics that fit values and slopes at both ends; a door held stays at rest.
+    # Middle of the cubic through values and slopes at both ends; a door that is held rests.
     between = 0.5 * (theta[:-1] + theta[1:]) + step / 8.0 * (omega[:-1] - omega[1:])
     speed = 0.5 * (omega[:-1] + omega[1:]) + step / 8.0 * (start - end)
     speed = np.where(direction == 0.0, 0.0, speed)
 
     def integral(at: Array, middle: Array) -> Array:
-        """Simpson's rule, summed up."""
+        """Integrate by Simpson's rule up to each sample."""
         pieces = step / 6.0 * (at[0] + 4.0 * middle + at[1])
         return np.concatenate([[0.0], np.cumsum(pieces)])
 

@@ -1,10 +1,12 @@
-"""Free motion of many doors at once, with its exact derivatives by parameters and start.
+"""Free motion of many doors at once, with exact derivatives by parameters and start.
 
-Eq. (1) without external torque, and what real closers add to it (`Ratios`). Each motion is cut
-where its law changes: where the door turns round, enters a zone or falls shut. Between the cuts
-it is smooth, and a few long steps of `collocation` follow it to rounding errors.
+The motion is that of eq. (1) without external torque, with the extensions of `Ratios` that real
+closers need. It is cut into pieces at its events: where the door turns round, enters a zone or
+falls shut. Each piece is smooth, and a few long steps of `collocation` follow it to rounding
+errors. docs/free_motion.md derives the equations and explains the symbols.
 
-Free motion depends on the parameters over I_A alone, so these ratios are what is given.
+Free motion depends only on the parameters divided by I_A, so these ratios are the input. K is the
+number of doors, N the number of points of a step, U the number of `UNKNOWNS`.
 """
 
 from collections.abc import Iterator
@@ -31,43 +33,41 @@ from door_model.motion.free_step import (
 
 Index = NDArray[np.int64]
 
-_LONGEST_STEP = 1.2  # [s]
-_LONGEST_WAY = 0.8  # [rad] in a step
-_SHARE_OF_SPACE = 0.8  # of the way to the end of the linkage
-_LEAST_SPACE = 0.005  # [rad]
-
-
+_LONGEST_STEP = 1.2  # longest step [s]
+_LONGEST_TRAVEL = 0.8  # largest travel in a step [rad]
+_SHARE_OF_SPACE = 0.8  # largest travel in a step / distance to the end of the linkage
+_LEAST_SPACE = 0.005  # least distance that is assumed to the end of the linkage [rad]
 
 UNKNOWNS = (*(field.name for field in fields(Ratios)), "theta0", "omega0")
-"""What a motion depends on: the order of its derivatives."""
+"""Names of the ratios and start values on which a motion depends, in the order of derivatives."""
 
 _OPENING, _CLOSING, _BACKCHECK, _LATCH, _SPRING, _PRELOAD, _FRICTION = range(7)
 _BACKCHECK_ANGLE, _LATCH_ANGLE, _THETA0, _OMEGA0 = range(7, 11)
 
 
 class End(IntEnum):
-    """Why a motion was followed no further."""
+    """Reason why a motion ends."""
 
-    TIME = 0  # as far as it was asked for
+    TIME = 0  # the wanted time or peak was reached
     SHUT = 1  # the door has fallen shut
-    STUCK = 2  # friction holds it
-    LINKAGE = 3  # it came to the end of the angles at which its linkage closes
+    STUCK = 2  # friction holds the door
+    LINKAGE = 3  # the door has reached an angle at which its linkage does not close
 
 
 @dataclass(frozen=True)
 class _Step:
-    """One step of some doors: start, points and derivatives.
+    """One step of K of the doors: start, points and derivatives.
 
     Attributes:
-        doors: Which ones (K,).
-        start: Times at which it starts (K,) [s].
-        length: (K,) [s].
-        theta: Start and points (N + 1, K) [rad].
-        omega: The same [rad/s].
+        doors: Numbers of the doors (K,).
+        start: Times at the start of the step (K,) [s].
+        length: Lengths of the step (K,) [s].
+        theta: Angles at start and points (N + 1, K) [rad].
+        omega: Angular velocities at start and points (N + 1, K) [rad/s].
         rate: Accelerations at the points (N, K) [rad/s^2].
-        d_start: Derivatives of `start` by `UNKNOWNS` (U, K); None where they were not asked for.
-        d_theta: Derivatives of `theta` at times from `start` on (N + 1, U, K).
-        d_omega: The same of `omega`.
+        d_start: Derivatives of `start` by `UNKNOWNS` (U, K); None if derivatives are not wanted.
+        d_theta: Derivatives of `theta`, at fixed times after `start` (N + 1, U, K).
+        d_omega: Derivatives of `omega`, at fixed times after `start` (N + 1, U, K).
     """
 
     doors: Index
@@ -86,15 +86,16 @@ class FreeMotion:
     """Motions of K doors.
 
     Attributes:
-        peak_time: When each first turns round from opening (K,) [s]; NaN if it does not.
-        peak_angle: The angle there (K,) [rad].
-        end_time: Until when each is known (K,) [s].
-        end_angle: The angle there (K,) [rad].
-        end_speed: The angular velocity there (K,) [rad/s].
-        end: Why it ends there (K,), of `End`.
-        steps: What the motions consist of.
-        d_end_time: Derivatives of `end_time` by `UNKNOWNS` (U, K); 0 where they were not asked for.
-        d_end_angle: The same of `end_angle`.
+        peak_time: Times at which the doors first turn round from opening (K,) [s]; NaN for a door
+            that does not.
+        peak_angle: Angles at the peaks (K,) [rad]; NaN for a door without a peak.
+        end_time: Times at which the motions end (K,) [s].
+        end_angle: Angles at the ends (K,) [rad].
+        end_speed: Angular velocities at the ends (K,) [rad/s].
+        end: Reasons for the ends, values of `End` (K,).
+        steps: Steps of which the motions consist.
+        d_end_time: Derivatives of `end_time` by `UNKNOWNS` (U, K); 0 if derivatives are not wanted.
+        d_end_angle: Derivatives of `end_angle` by `UNKNOWNS` (U, K); 0 if not wanted.
     """
 
     peak_time: Array
@@ -108,9 +109,12 @@ class FreeMotion:
     d_end_angle: Array
 
     def at(self, times: Array) -> tuple[Array, Array]:
-        """Angles [rad] and angular velocities [rad/s] of all doors at times (M,), each (M, K).
+        """Return angles [rad] and angular velocities [rad/s] of all doors at times (M,) [s].
 
-        Before its start and after its end a door stands as it does then.
+        After the end of its motion a door stands still at the end angle.
+
+        Returns:
+            Two arrays (M, K).
         """
         count = len(self.end_time)
         theta = np.broadcast_to(self.end_angle, (len(times), count)).copy()
@@ -126,7 +130,15 @@ class FreeMotion:
         return theta, omega
 
     def derivatives(self, door: int, times: Array) -> tuple[Array, Array]:
-        """Angles (M,) [rad] of one door at rising times, and their slopes by `UNKNOWNS` (M, U)."""
+        """Return angles of one door at increasing times, and their derivatives by `UNKNOWNS`.
+
+        Args:
+            door: Number of the door.
+            times: Times, increasing, (M,) [s].
+
+        Returns:
+            Angles (M,) [rad] and derivatives (M, U).
+        """
         theta = np.full(len(times), self.end_angle[door])
         slopes = np.zeros((len(times), len(UNKNOWNS)))
         for step, place in self._of(door):
@@ -144,7 +156,7 @@ class FreeMotion:
         return theta, slopes
 
     def _of(self, door: int) -> Iterator[tuple[_Step, int]]:
-        """Steps of a door, and its place among the doors of each."""
+        """Return the steps of a door, each with the door's place in it."""
         for step in self.steps:
             place = np.flatnonzero(step.doors == door)
             if place.size:
@@ -162,23 +174,26 @@ def follow(
     to_peak: bool = False,
     exact: bool = False,
 ) -> FreeMotion:
-    """Free motions from their starts.
+    """Follow free motions from their starts.
 
     Args:
         link: Numbers of the linkages in the order of `closer.four_bar`, (6,) or (6, K).
-        ratios: The parameters.
+        ratios: Parameters of the doors over I_A.
         theta0: Angles at the start, a number or (K,) [rad].
-        omega0: Angular velocities there [rad/s].
-        until: Times up to which to follow [s].
-        shut_at: A door that closes to this angle is shut and stays so [rad].
-        to_peak: Follow each door only until it first turns round from opening.
-        exact: Work out the derivatives as well.
+        omega0: Angular velocities at the start, a number or (K,) [rad/s].
+        until: Times until which the motions are followed, a number or (K,) [s].
+        shut_at: Angle at which a closing door is shut and stays shut, a number or (K,) [rad].
+        to_peak: Whether a motion is followed only until the door first turns round from opening.
+        exact: Whether the derivatives are worked out, too.
+
+    Raises:
+        DoorModelError: A motion cannot be followed, because a parameter is not a number or huge.
     """
     return _Follower(link, ratios, theta0, omega0, until, shut_at, exact).run(to_peak)
 
 
 class _Follower:
-    """State of all motions while they are followed."""
+    """The state of all motions while they are followed."""
 
     def __init__(
         self,
@@ -214,7 +229,7 @@ class _Follower:
         self.d_theta[_THETA0] = self.d_omega[_OMEGA0] = 1.0
 
     def run(self, to_peak: bool) -> FreeMotion:
-        """Step until every door has come to its end."""
+        """Step until every motion has ended."""
         every = np.arange(len(self.theta))
         self._set_off(every[self.direction == 0.0])
         self._enter(every)
@@ -231,7 +246,7 @@ class _Follower:
             self.steps, self.d_time, self.d_theta)
 
     def _law(self, doors: Index) -> Law:
-        """The law of doors in their present direction and zone."""
+        """Return the law of doors in their present direction and zone."""
         table = self.table[:, doors]
         return Law(
             self.link[:, doors], self.low[doors], self.high[doors],
@@ -239,13 +254,13 @@ class _Follower:
             table[_SPRING], table[_PRELOAD], self.direction[doors] * table[_FRICTION])
 
     def _regime(self, doors: Index) -> Index:
-        """Which damping acts."""
+        """Return which of the four damping ratios acts on each door."""
         opens, zone = self.direction[doors] > 0.0, self.zone[doors]
         return np.where(
             opens, np.where(zone, _BACKCHECK, _OPENING), np.where(zone, _LATCH, _CLOSING))
 
     def _set_off(self, doors: Index) -> None:
-        """Give doors at rest the direction in which they are pulled, unless friction holds them."""
+        """Set the direction in which doors at rest are pulled, unless friction holds them."""
         law = self._law(doors)
         pull = law.accelerations(self.theta[doors], np.zeros(len(doors)))[0] + law.resistance
         held = np.abs(pull) <= self.table[_FRICTION, doors]
@@ -253,14 +268,14 @@ class _Follower:
         self.end[doors[held]] = End.STUCK
 
     def _enter(self, doors: Index) -> None:
-        """Find the zone of doors that begin to move in a direction."""
+        """Find out whether doors that begin to move in a direction are in a zone."""
         opens = self.direction[doors] > 0.0
         theta, table = self.theta[doors], self.table[:, doors]
         self.zone[doors] = np.where(
             opens, theta >= table[_BACKCHECK_ANGLE], theta <= table[_LATCH_ANGLE])
 
     def _border(self, doors: Index) -> tuple[Array, Mask]:
-        """Angle at which the law changes next in the same direction, and whether the door ends."""
+        """Return the next angle at which the law changes, and whether the motion ends there."""
         opens, zone, table = self.direction[doors] > 0.0, self.zone[doors], self.table[:, doors]
         ahead = np.where(zone, np.inf, table[_BACKCHECK_ANGLE])
         behind = np.where(zone, -np.inf, table[_LATCH_ANGLE])
@@ -269,15 +284,15 @@ class _Follower:
         return np.where(ends, last, np.where(opens, ahead, behind)), ends
 
     def _advance(self, doors: Index) -> None:
-        """One step of some doors, which ends early where their law changes."""
+        """Take one step of some doors, which ends early at an event."""
         law, (border, ends) = self._law(doors), self._border(doors)
         theta, omega, sign = self.theta[doors], self.omega[doors], self.direction[doors]
-        # eta grows as 1 / sqrt(distance) towards the linkage's ends: no step comes too close.
+        # Towards the linkage's ends eta grows as 1 / sqrt(distance), so no step may come too close.
         space = np.maximum(np.minimum(theta - law.low, law.high - theta), _LEAST_SPACE)
-        way = np.minimum(_LONGEST_WAY, _SHARE_OF_SPACE * space)
+        travel = np.minimum(_LONGEST_TRAVEL, _SHARE_OF_SPACE * space)
         rate, by_theta, by_omega, _, _ = law.accelerations(theta, omega)
-        speed = np.maximum(np.abs(omega), np.sqrt(2.0 * np.abs(rate) * way))
-        length = np.minimum(_LONGEST_STEP, way / np.maximum(speed, 1e-9))
+        speed = np.maximum(np.abs(omega), np.sqrt(2.0 * np.abs(rate) * travel))
+        length = np.minimum(_LONGEST_STEP, travel / np.maximum(speed, 1e-9))
         jerk = by_theta * omega + by_omega * rate
         length, points = solve_step(law, theta, omega, length, rate, jerk)
         turns, crosses, share = first_event(points, omega, theta, sign, border)
@@ -291,14 +306,14 @@ class _Follower:
                 start = theta[part], omega[part]
                 span, at = end_at_event(its, *start, span, at, share[part], turned, edge)
                 passed = turned & (sign[part] * (at.theta[-1] - edge) > 0.0)
-                if passed.any():  # the border before the turn
+                if passed.any():  # they have passed the border before the turn
                     turned, crossed = turned & ~passed, crossed | passed
                     again = crossing_before_turn(at, span, passed, edge)
                     span, at = end_at_event(its, *start, span, at, again, turned, edge)
             self._move(here, self._record(here, span, at), turned, crossed, edge, ends[part])
 
     def _record(self, doors: Index, length: Array, points: Points) -> _Step:
-        """Keep a step, with its derivatives if they are wanted."""
+        """Store a step, with its derivatives if they are wanted."""
         theta = np.vstack([self.theta[doors], points.theta])
         omega = np.vstack([self.omega[doors], points.omega])
         d_start = d_theta = d_omega = None
@@ -313,7 +328,7 @@ class _Follower:
     def _slopes(
         self, doors: Index, length: Array, points: Points
     ) -> tuple[Array, Array]:
-        """Derivatives of a step by `UNKNOWNS`: the linear equations that its points fulfil."""
+        """Return the derivatives of a step by `UNKNOWNS`, which solve linear equations."""
         unknowns = len(UNKNOWNS)
         d_theta0, d_omega0 = self.d_theta[:, doors], self.d_omega[:, doors]
         forced = np.zeros((POINTS, unknowns, len(doors)))
@@ -332,7 +347,7 @@ class _Follower:
     def _move(
         self, doors: Index, step: _Step, turns: Mask, crosses: Mask, border: Array, ends: Mask
     ) -> None:
-        """Go to the end of a step, and over to another law where it says so."""
+        """Go to the end of a step, and change direction or zone at an event."""
         theta, omega = step.theta[-1], step.omega[-1]
         if self.exact:
             self._move_slopes(doors, step, turns, crosses, ends)
@@ -353,12 +368,12 @@ class _Follower:
     def _move_slopes(
         self, doors: Index, step: _Step, turns: Mask, crosses: Mask, ends: Mask
     ) -> None:
-        """Derivatives at the end of a step, whose time depends on the unknowns at an event."""
+        """Update the derivatives at the end of a step; the time of an event has some, too."""
         assert step.d_theta is not None
         assert step.d_omega is not None
         d_theta, d_omega = step.d_theta[-1], step.d_omega[-1]
         rate, speed = step.rate[-1], step.omega[-1]
-        away = d_theta.copy()  # of the angle from the border
+        away = d_theta.copy()  # derivative of the distance from the border
         border = np.where(self.direction[doors] > 0.0, _BACKCHECK_ANGLE, _LATCH_ANGLE)
         inner = np.flatnonzero(crosses & ~ends)
         away[border[inner], inner] -= 1.0

@@ -1,4 +1,8 @@
-"""One step of free motion: the equations of `collocation` for many doors, solved together."""
+"""One step of free motion: solves the equations of collocation for many doors together.
+
+The equations and their symbols are derived in docs/free_motion.md. K is the number of doors, N the
+number of points of a step.
+"""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -13,39 +17,52 @@ from door_model.motion.collocation import MATRIX, NODES, POINTS, ROUGHNESS, inte
 
 Mask = NDArray[np.bool_]
 
-_SHORTEST_STEP = 1e-9  # [s]
-_ITERATIONS = 25
-_CONVERGED = 1e-11  # of the speeds [rad/s]
-_ROUGHEST = 1e-4  # [rad/s]; peaks of 3,000 random doors are then right to 4e-8 deg
-_EVENT_ROUNDS = 8
-_EVENT_TIME = 1e-10  # [s]
+_SHORTEST_STEP = 1e-9  # shortest step that is tried [s]
+_ITERATIONS = 25  # largest number of Newton iterations
+_CONVERGED = 1e-11  # error of the speeds at which the iteration ends, relative to 1 + speed
+_ROUGHEST = 1e-4  # largest last term of a step [rad/s]; peaks are then right to 4e-8 deg
+_EVENT_ROUNDS = 8  # largest number of corrections of an event's time
+_EVENT_TIME = 1e-10  # error of an event's time at which the corrections end [s]
 
 _UNIT = np.eye(POINTS)
-# The matrix on both sides of a diagonal one, as a linear function of the diagonal.
+# A D A for a diagonal matrix D, as a linear function of the diagonal; A is the Runge-Kutta matrix.
 _TWICE = (MATRIX.T[:, :, None] * MATRIX[:, None, :]).reshape(POINTS, POINTS * POINTS)
 
 
 @dataclass(frozen=True)
 class Law:
-    """Eq. (1) for doors that keep their direction and zone; each (K,)."""
+    """Eq. (1) for doors that keep their direction and zone.
 
-    link: Array  # (6, K), as `four_bar` takes them
+    Attributes:
+        link: Numbers of the linkages, in the order of `closer.four_bar` (6, K).
+        low: Smallest angles at which the linkages close (K,) [rad].
+        high: Largest angles at which the linkages close (K,) [rad].
+        damping: Viscosities that act, over I_A (K,) [1/s].
+        spring: Spring coefficients over I_A (K,) [1/s^2].
+        preload: Closer torques tau'_c0 over I_A (K,) [1/s^2].
+        resistance: Friction over I_A, with the sign of the motion (K,) [1/s^2].
+    """
+
+    link: Array
     low: Array
     high: Array
     damping: Array
     spring: Array
     preload: Array
-    resistance: Array  # friction, with the sign of the motion
+    resistance: Array
 
     def of(self, part: Any) -> "Law":
-        """The law of some of the doors."""
+        """Return the law of some of the doors."""
         return Law(self.link[:, part], *(
             getattr(self, field.name)[part] for field in fields(self)[1:]))
 
     def accelerations(self, theta: Array, omega: Array) -> tuple[Array, ...]:
-        """Acceleration, its slopes by theta and omega, then f and eta; each (N, K).
+        """Work out the accelerations at angles [rad] and angular velocities [rad/s], each (N, K).
 
-        Beyond the linkage its end is held.
+        Beyond the linkage's range, f and eta keep their values at its end.
+
+        Returns:
+            Accelerations [rad/s^2], their derivatives by theta and omega, f and eta, each (N, K).
         """
         held = np.minimum(np.maximum(theta, self.low), self.high)
         f, eta, bend = four_bar(held, *self.link)
@@ -58,7 +75,17 @@ class Law:
 
 @dataclass(frozen=True)
 class Points:
-    """What is known at the points of a step; each (N, K)."""
+    """Values at the points of a step, each (N, K).
+
+    Attributes:
+        theta: Opening angles [rad].
+        omega: Angular velocities [rad/s].
+        rate: Accelerations [rad/s^2].
+        by_theta: Derivatives of the accelerations by theta [1/s^2].
+        by_omega: Derivatives of the accelerations by omega [1/s].
+        f: Angles of the closers' joints [rad].
+        eta: Reduction ratios [-].
+    """
 
     theta: Array
     omega: Array
@@ -69,12 +96,12 @@ class Points:
     eta: Array
 
     def of(self, part: Any) -> "Points":
-        """The points of some of the doors."""
+        """Return the points of some of the doors."""
         return Points(*(getattr(self, field.name)[:, part] for field in fields(self)))
 
 
 def newton_matrix(points: Points, length: Array) -> Array:
-    """Derivative (K, N, N) of the equations of a step by the speeds at its points."""
+    """Return the derivative (K, N, N) of a step's equations by the speeds at its points."""
     count = len(length)
     twice = ((length * length * points.by_theta).T @ _TWICE).reshape(count, POINTS, POINTS)
     once = (length * points.by_omega).T[:, None, :] * MATRIX
@@ -84,7 +111,11 @@ def newton_matrix(points: Points, length: Array) -> Array:
 def _solve(law: Law, theta0: Array, omega0: Array, length: Array, first: Array) -> tuple[
     Points, Mask
 ]:
-    """Points of a step by Newton's method from a first guess of the speeds, and where it failed."""
+    """Solve a step by Newton's method from a first guess of the speeds (N, K).
+
+    Returns:
+        The points, and for which doors the iteration has not converged (K,).
+    """
     omega = first
     scale = 1.0 + np.abs(omega0)
     change = np.full(len(length), np.inf)
@@ -97,7 +128,7 @@ def _solve(law: Law, theta0: Array, omega0: Array, length: Array, first: Array) 
         residual = omega - omega0 - length * (MATRIX @ rate)
         correction = np.linalg.solve(newton_matrix(points, length), residual.T[:, :, None])
         omega = omega - correction[:, :, 0].T
-        # Newton's method squares its error: the correction says how far the last guess was off.
+        # Newton's method squares its error, and the correction is the error of the last guess.
         change = np.abs(correction[:, :, 0]).max(axis=1) ** 2
     return points, ~(change < _CONVERGED * scale)
 
@@ -105,27 +136,55 @@ def _solve(law: Law, theta0: Array, omega0: Array, length: Array, first: Array) 
 def solve_step(
     law: Law, theta0: Array, omega0: Array, length: Array, rate: Array, jerk: Array
 ) -> tuple[Array, Points]:
-    """Points of a step that is halved for doors that it is too long for."""
+    """Solve a step, which is halved for those doors for which it is too long.
+
+    Args:
+        law: Law of the doors.
+        theta0: Angles at the start (K,) [rad].
+        omega0: Angular velocities at the start (K,) [rad/s].
+        length: Wanted lengths of the steps (K,) [s].
+        rate: Accelerations at the start (K,) [rad/s^2].
+        jerk: Derivatives of the accelerations by time at the start (K,) [rad/s^3].
+
+    Returns:
+        Lengths of the steps (K,) [s], and their points.
+
+    Raises:
+        DoorModelError: No step is short enough.
+    """
     while True:
         time = NODES[:, None] * length
         first = omega0 + time * (rate + 0.5 * time * jerk)
         points, failed = _solve(law, theta0, omega0, length, first)
-        # What the polynomial's last term adds to the speed tells what the next ones would.
+        # The last term of the polynomial estimates the terms that are left out.
         failed |= np.abs(length * (ROUGHNESS @ points.rate)) > _ROUGHEST
         if not failed.any():
             return length, points
         length = np.where(failed, 0.5 * length, length)
         if not (length > _SHORTEST_STEP).all():
-            raise DoorModelError("the motion cannot be followed: a parameter is no number or huge",
-                                 value=float(length.min()), limit=_SHORTEST_STEP)
+            raise DoorModelError(
+                "the motion cannot be followed: a parameter is not a number, or is huge",
+                quantity="length of a step [s]", value=float(length.min()), limit=_SHORTEST_STEP)
 
 
 def first_event(
     points: Points, omega0: Array, theta0: Array, sign: Array, border: Array
 ) -> tuple[Mask, Mask, Array]:
-    """Which doors turn round in a step, which reach a border, and at what share of it, roughly.
+    """Find the first event of each door in a step.
 
-    A door that does both counts as turning: where it turns tells whether it passed the border.
+    A door that turns round and reaches a border counts as turning; the angle at which it turns
+    shows whether it has passed the border.
+
+    Args:
+        points: Points of the step.
+        omega0: Angular velocities at the start (K,) [rad/s].
+        theta0: Angles at the start (K,) [rad].
+        sign: Directions of the motions (K,).
+        border: Angles of the borders (K,) [rad].
+
+    Returns:
+        Whether the doors turn round (K,), whether they reach the border (K,), and the approximate
+        time of this event as a share of the step (K,).
     """
     turn = _first_below(sign * np.vstack([omega0, points.omega]))
     cross = _first_below(sign * (border - np.vstack([theta0, points.theta])))
@@ -134,10 +193,18 @@ def first_event(
 
 
 def crossing_before_turn(points: Points, length: Array, passed: Mask, border: Array) -> Array:
-    """Share of a step (K,) at which doors that turn at its end passed a border, roughly; else 1.
+    """Estimate when doors that turn round at the end of a step have passed a border before.
 
-    The acceleration is taken as constant, which is best near the turn, where a straight line
-    would be worst.
+    The acceleration is assumed to be constant, which is a good approximation near the turn.
+
+    Args:
+        points: Points of the step.
+        length: Length of the step (K,) [s].
+        passed: Which doors have passed the border (K,).
+        border: Angles of the borders (K,) [rad].
+
+    Returns:
+        Time of the crossing as a share of the step (K,); 1 for the other doors.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         left = np.sqrt(2.0 * (border - points.theta[-1]) / points.rate[-1])
@@ -146,7 +213,7 @@ def crossing_before_turn(points: Points, length: Array, passed: Mask, border: Ar
 
 
 def _first_below(values: Array) -> Array:
-    """Place (K,) in 0 .. 1 at which values at start and points (N + 1, K) first fall below 0."""
+    """Return the share of the step (K,) at which values at start and points fall below 0."""
     below = values[1:] <= 0.0
     point = np.argmax(below, axis=0)
     column = np.arange(values.shape[1])
@@ -162,7 +229,21 @@ def end_at_event(
     law: Law, theta0: Array, omega0: Array, length: Array, points: Points, share: Array,
     turns: Mask, border: Array,
 ) -> tuple[Array, Points]:
-    """Shorten steps until they end at their events, by Newton's method."""
+    """Shorten steps until they end at their events, by Newton's method.
+
+    Args:
+        law: Law of the doors.
+        theta0: Angles at the start (K,) [rad].
+        omega0: Angular velocities at the start (K,) [rad/s].
+        length: Lengths of the steps (K,) [s].
+        points: Points of the steps.
+        share: Approximate times of the events as shares of the steps (K,).
+        turns: Whether the event is a turn (K,); else it is a border.
+        border: Angles of the borders (K,) [rad].
+
+    Returns:
+        Lengths of the shortened steps (K,) [s], and their points.
+    """
     speeds = np.vstack([omega0, points.omega])
     values = np.where(turns, speeds, np.vstack([theta0, points.theta]) - border)
     rates = np.vstack([law.accelerations(theta0, omega0)[0], points.rate])
@@ -175,7 +256,7 @@ def end_at_event(
         theta, omega, rate = points.theta[-1], points.omega[-1], points.rate[-1]
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(turns, -omega / rate, (border - theta) / omega)
-        off = np.where(np.isfinite(off), off, 0.0)  # it only just touches: no better place
+        off = np.where(np.isfinite(off), off, 0.0)  # it only touches the border
         if (np.abs(off) < _EVENT_TIME).all():
             break
         share = np.clip(1.0 + off / length, 0.1, 2.0)
@@ -184,12 +265,12 @@ def end_at_event(
 
 
 def _root(values: Array, slopes: Array, share: Array) -> Array:
-    """Places (K,) near `share` at which polynomials are 0, by Newton's method.
+    """Find the zeros (K,) of polynomials near `share`, by two steps of Newton's method.
 
     Args:
-        values: At start and points (N + 1, K).
-        slopes: By the share of the step, there too (N + 1, K).
-        share: First guess (K,).
+        values: Values of the polynomials at start and points (N + 1, K).
+        slopes: Derivatives by the share of the step at start and points (N + 1, K).
+        share: First guess, as a share of the step (K,).
     """
     for _ in range(2):
         weights = interpolation(share)

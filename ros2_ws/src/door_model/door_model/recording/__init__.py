@@ -1,1 +1,1 @@
-"""Recordings of a door's encoder: reading, checking, cutting into swings, and simulating them."""
+"""Recordings of a door's encoder: read, unwrapped, checked, cut into swings, or simulated."""

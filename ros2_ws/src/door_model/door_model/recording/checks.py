@@ -1,4 +1,4 @@
-"""What is wrong with a recording, and what its samples can tell at best."""
+"""Checks of a recording, and estimates of its resolution, noise and zero."""
 
 import math
 from dataclasses import replace
@@ -7,36 +7,36 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, median_filter
 
-from door_model.errors import RecordingError
+from door_model.errors import BadRecordingError
 from door_model.recording.recording import Recording
 
-_WINDOW = 0.06  # [s]; a batch of 20 ms is a third of it
-_DEVIATIONS = 3.0  # of the window's own scatter
-_NORMAL = 1.4826  # standard deviation of a normal scatter over its median deviation
-_COUNTS = 4.0
-_LEAST = np.radians(0.1)  # [rad]
-_PERIODS = (1e-5, 0.1)  # [s] between samples
-_BUNCHED = 3.0  # mean over median of the time between samples
-_FEWEST = 50  # samples
-_ROUNDING = 1e-7  # [rad]
-_ON_LATTICE = 0.1  # steps; angles are written with few digits
-_NEARLY_ALL = 0.98  # of the samples
-_FEW_STEPS = 8.0  # from sample to sample
-_EDGE_RMSE = 0.2  # counts
-_RESTS_OFF = 2.0  # counts
-_RESTS_LONG = 0.02  # of the samples, in one place
-_LOW = np.radians(2.0)  # [rad] above the lowest
-_FINEST = np.radians(0.005)  # [rad]
-_DOWN = np.radians(2.0)  # [rad]
-_FASTEST = 10.0  # [rad/s] that a door can do
+_WINDOW = 0.06  # window of the running median [s]; a batch of 20 ms is a third of it
+_DEVIATIONS = 3.0  # distance from the median from which a sample is garbage / scatter
+_NORMAL = 1.4826  # standard deviation of a normal distribution / its median deviation
+_COUNTS = 4.0  # least distance from the median of a garbage sample [counts]
+_LEAST = np.radians(0.1)  # least distance from the median, and from zero, that matters [rad]
+_PERIODS = (1e-5, 0.1)  # shortest and longest plausible time between samples [s]
+_BUNCHED = 3.0  # samples come in bunches if mean / median of the time between them is larger
+_FEWEST = 50  # fewest samples in which the encoder's steps are looked for
+_ROUNDING = 1e-7  # angles that differ by less are equal [rad]
+_ON_LATTICE = 0.1  # largest distance of an angle from a multiple of the step [steps]
+_NEARLY_ALL = 0.98  # share of the angles that must be multiples of the step
+_FEW_STEPS = 8.0  # largest motion between two samples of most of them [steps]
+_EDGE_RMSE = 0.2  # residuals of the right model where counts are known [counts]
+_RESTS_OFF = 2.0  # largest normal angle at which the door rests [counts]
+_RESTS_LONG = 0.02  # share of the samples at one angle that shows that the door rests there
+_LOW = np.radians(2.0)  # the door rests within this distance above the lowest angle [rad]
+_FINEST = np.radians(0.005)  # finest step in which resting angles are distinguished [rad]
+_DOWN = np.radians(2.0)  # least negative angle that shows a reversed direction [rad]
+_FASTEST = 10.0  # greatest speed of a door [rad/s]
 
 
 def garbage(recording: Recording) -> NDArray[np.bool_]:
-    """Which samples (N,) lie far from the median of those around them, where the angle leaps.
+    """Return which samples (N,) are garbage: far from their neighbours' median, at a leap.
 
-    Hampel's test (Pearson, IEEE Transactions on Control Systems Technology 10, 2002). A door that
-    moves one way passes it at any speed, for its angle is then the median itself; one that bounces
-    off its frame does not leap.
+    This is Hampel's test (Pearson, IEEE Transactions on Control Systems Technology 10, 2002). A
+    door that moves in one direction passes the test at any speed, because its angle is the median.
+    A door that bounces off its frame passes because its angle does not leap.
     """
     t, theta = recording.t, recording.theta
     half = max(2, round(0.5 * _WINDOW / float(np.median(np.diff(t))))) if len(t) > 1 else 2
@@ -52,49 +52,54 @@ def garbage(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _running_median(values: NDArray[np.float64], half: int) -> NDArray[np.float64]:
-    """Medians (N,) of whole windows: at the ends those of the first and the last."""
+    """Return medians (N,) of windows; near the ends those of the first and the last window."""
     medians = median_filter(values, 2 * half + 1)
     medians[:half], medians[-half:] = medians[half], medians[-half - 1]
     return np.asarray(medians)
 
 
 def without_garbage(recording: Recording) -> tuple[Recording, list[str]]:
-    """A recording without such samples, and what to say of them."""
+    """Return a recording without its garbage samples, and a warning about them."""
     bad = garbage(recording)
     if not bad.any():
         return recording, []
     at = recording.t[bad]
     rest = replace(recording, t=recording.t[~bad], theta=recording.theta[~bad])
     return rest, [
-        f"{len(at)} sample(s) between {at[0]:.2f} and {at[-1]:.2f} s were left out: no door moves "
-        f"as they do (first: {np.degrees(recording.theta[bad][0]):.2f} deg)"
+        f"{len(at)} sample(s) between {at[0]:.2f} and {at[-1]:.2f} s were left out: no door can "
+        f"move like this (first: {np.degrees(recording.theta[bad][0]):.2f} deg)"
     ]
 
 
 def require_times(recording: Recording) -> None:
-    """Raise RecordingError where the times cannot be those of an encoder's samples in seconds."""
+    """Check that the times can be those of an encoder's samples in seconds.
+
+    Raises:
+        BadRecordingError: The samples are too close, too far apart, or come in bunches.
+    """
     if len(recording.t) < 2:
         return
     steps = np.diff(recording.t)
     period = float(np.median(steps))
     if not _PERIODS[0] <= period <= _PERIODS[1]:
-        raise RecordingError(
+        raise BadRecordingError(
             "the recording", None,
-            f"has a sample every {period:g} s, not every {_PERIODS[0]:g} to {_PERIODS[1]:g} s: are "
-            "its times in seconds?", value=period, limit=_PERIODS)
+            f"has a sample every {period:g} s, must be every {_PERIODS[0]:g} to {_PERIODS[1]:g} s: "
+            "check that its times are in seconds", value=period, limit=_PERIODS)
     mean = float(steps[steps <= _PERIODS[1]].mean())
     if mean > _BUNCHED * period:
-        raise RecordingError(
+        raise BadRecordingError(
             "the recording", None,
-            f"has its samples in bunches, {period:g} s apart within them and {mean:g} s on the "
-            "average: are the times those of the samples?", value=mean / period, limit=_BUNCHED)
+            f"has its samples in bunches, {period:g} s apart within a bunch and {mean:g} s "
+            "apart on average: check that the times are those of the samples",
+            value=mean / period, limit=_BUNCHED)
 
 
 def with_lattice(recording: Recording) -> Recording:
-    """A recording whose angles are seen to be an encoder's steps, with these as its resolution.
+    """Return a recording with the encoder's step as resolution if its angles show such a step.
 
-    A logger that writes degrees leaves them: nearly all angles are multiples of one step, and the
-    door moves by few of them from sample to sample.
+    They show it if a logger has written degrees: nearly all angles are then multiples of one step,
+    and the door moves by few steps between two samples.
     """
     if recording.resolution > 0.0 or len(recording.t) < _FEWEST:
         return recording
@@ -112,10 +117,11 @@ def with_lattice(recording: Recording) -> Recording:
 
 
 def grain(recording: Recording) -> float:
-    """Residuals that the right model leaves of a recording [rad], root mean square.
+    """Return the root mean square of the residuals that the right model leaves [rad].
 
-    Where counts are known a fifth of one, as their changes are fitted (measured over simulated
-    recordings), else the noise by the median of second differences.
+    If counts are known, it is a fifth of a count, because the changes of the count are fitted (the
+    share was measured with simulated recordings). Otherwise it is the noise, estimated from the
+    median of second differences.
     """
     if recording.resolution > 0.0 or len(recording.t) < 3:
         return _EDGE_RMSE * recording.resolution
@@ -124,7 +130,7 @@ def grain(recording: Recording) -> float:
 
 
 def rest(recording: Recording) -> float:
-    """Where the door rests at its lowest [rad]; 0 where it is not seen to."""
+    """Return the angle at which the door rests when it is lowest [rad]; 0 if it never rests."""
     if not recording.t.size:
         return 0.0
     low = recording.theta[recording.theta < np.percentile(recording.theta, 1.0) + _LOW]
@@ -136,15 +142,16 @@ def rest(recording: Recording) -> float:
 
 
 def zero_doubts(recording: Recording) -> list[str]:
-    """What to say of a recording whose door rests off its zero, or opens downwards."""
+    """Return warnings if the door does not rest at zero, or its angle falls as it opens."""
     if not recording.t.size:
         return []
     low, high = float(recording.theta.min()), float(recording.theta.max())
     if -low > max(high, _DOWN):
         return [
-            f"the angle goes down to {np.degrees(low):.1f} deg: does it grow as the door opens?"]
+            f"the angle falls to {np.degrees(low):.1f} deg: check that it grows as the door opens"]
     at = rest(recording)
     if abs(at) <= max(_RESTS_OFF * recording.resolution, _LEAST):
         return []
     return [
-        f"the door rests at {np.degrees(at):.2f} deg: is the encoder's zero that of the shut door?"]
+        f"the door rests at {np.degrees(at):.2f} deg: check that the encoder's zero is that of the "
+        "shut door"]

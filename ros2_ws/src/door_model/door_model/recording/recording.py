@@ -1,6 +1,6 @@
-"""Recordings of the door's angle as CSV files.
+"""Recordings of the door's angle, read from CSV files and written to them.
 
-The header is ``time_s,count`` or ``time_s,angle_deg``; swings need not be separated.
+The header of a file is ``time_s,count`` or ``time_s,angle_deg``; swings need not be separated.
 """
 
 import csv
@@ -12,9 +12,9 @@ import numpy as np
 from door_impact_common.files import write_whole
 from numpy.typing import NDArray
 
-from door_model.errors import DoorParameterError, RecordingError
+from door_model.errors import BadRecordingError, DoorParameterError
 
-COUNTS_PER_TURN = 14400  # the paper's encoder: 3600 lines, quadrature
+COUNTS_PER_TURN = 14400  # counts in a turn of the paper's encoder: 3600 lines, quadrature
 _COUNT_HEADER = ["time_s", "count"]
 _ANGLE_HEADER = ["time_s", "angle_deg"]
 
@@ -24,12 +24,12 @@ class Recording:
     """Opening angle over time.
 
     Attributes:
-        t: Times (N,) [s], strictly increasing.
+        t: Sample times, strictly increasing, (N,) [s].
         theta: Opening angles (N,) [rad].
-        resolution: Step between two neighbouring angles [rad]; 0 where it is not known.
+        resolution: Angle of one count of the encoder [rad]; 0 if it is not known.
 
     Raises:
-        DoorParameterError: Shapes differ, a value is not finite, times do not increase.
+        DoorParameterError: The shapes differ, a value is not finite, or times do not increase.
     """
 
     t: NDArray[np.float64]
@@ -43,18 +43,25 @@ class Recording:
                 "theta's shape", self.theta.shape, f"(N,) as t's {self.t.shape}"
             )
         if not (np.isfinite(self.t).all() and np.isfinite(self.theta).all()):
-            raise DoorParameterError("a recording", "NaN or infinity", "finite numbers")
+            raise DoorParameterError("values of a recording", "NaN or infinity", "finite numbers")
         if (np.diff(self.t) <= 0.0).any():
-            raise DoorParameterError("a recording's time", "going back or standing", "increasing")
+            raise DoorParameterError(
+                "times of a recording", "constant or decreasing", "increasing")
 
 
 def from_counts(
     t: NDArray[np.float64], counts: NDArray[np.int64], counts_per_turn: int = COUNTS_PER_TURN
 ) -> Recording:
-    """Recording from encoder counts, zero at the closed door.
+    """Make a recording from encoder counts.
+
+    Args:
+        t: Sample times, strictly increasing, (N,) [s].
+        counts: Counts, zero at the closed door, (N,).
+        counts_per_turn: Number of counts in a turn of the hinge.
 
     Raises:
-        DoorParameterError: As `Recording`, or counts_per_turn is not positive.
+        DoorParameterError: counts_per_turn is not positive, or the samples are not those of a
+            `Recording`.
     """
     if counts_per_turn <= 0:
         raise DoorParameterError("counts_per_turn", counts_per_turn, "a positive number")
@@ -63,14 +70,15 @@ def from_counts(
 
 
 def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Recording:
-    """Read a recording.
+    """Read a recording from a CSV file.
 
     Args:
         path: The file.
-        counts_per_turn: Counts a turn of the hinge; only used with the header time_s,count.
+        counts_per_turn: Number of counts in a turn of the hinge; it is only used with the header
+            time_s,count.
 
     Raises:
-        RecordingError: The file cannot be read; names the line.
+        BadRecordingError: The file cannot be read; the error names the line.
         DoorParameterError: counts_per_turn is not positive.
     """
     source = str(path)
@@ -79,11 +87,13 @@ def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Record
             rows = list(csv.reader(stream))
     except (OSError, ValueError, csv.Error) as error:  # a NUL in the path is a ValueError
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise RecordingError(source, None, f"cannot be read: {reason}") from error
+        raise BadRecordingError(
+            source, None, f"cannot be read: {reason}", value=source, limit="a readable file"
+        ) from error
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header not in (_COUNT_HEADER, _ANGLE_HEADER):
         wanted = "time_s,count or time_s,angle_deg"
-        raise RecordingError(
+        raise BadRecordingError(
             source, 1, f"the header must be {wanted}, not {','.join(header)!r}", value=header,
             limit=wanted,
         )  # fmt: skip
@@ -96,40 +106,52 @@ def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Record
 def _columns(
     source: str, rows: list[list[str]], *, counts: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Both columns of a file, checked line by line."""
+    """Return both columns of a file, checked line by line."""
     t: list[float] = []
     values: list[float] = []
     for line, row in enumerate(rows[1:], start=2):
         if not row:
             continue
         if len(row) != 2:
-            raise RecordingError(source, line, f"has {len(row)} fields, not 2", value=row, limit=2)
+            raise BadRecordingError(
+                source, line, f"has {len(row)} fields, not 2", value=row, limit=2
+            )
         try:
             time, value = float(row[0]), float(row[1])
         except ValueError:
-            raise RecordingError(
-                source, line, f"{','.join(row)!r} is no number", value=row
+            raise BadRecordingError(
+                source, line, f"{','.join(row)!r} is not a number", value=row, limit="two numbers"
             ) from None
         if not (math.isfinite(time) and math.isfinite(value)):
-            raise RecordingError(source, line, f"{','.join(row)!r} is not finite", value=row)
+            raise BadRecordingError(
+                source, line, f"{','.join(row)!r} is not finite", value=row, limit="two numbers"
+            )
         if counts and value != int(value):
-            raise RecordingError(source, line, f"count {row[1]} is no whole number", value=value)
+            raise BadRecordingError(
+                source, line, f"count {row[1]} is not a whole number", value=value,
+                limit="a whole number",
+            )
         if t and time <= t[-1]:
-            raise RecordingError(
+            raise BadRecordingError(
                 source, line, f"time {time} s does not follow {t[-1]} s", value=time, limit=t[-1]
             )
         t.append(time)
         values.append(value)
     if not t:
-        raise RecordingError(source, None, "has no samples", value=0, limit=1)
+        raise BadRecordingError(source, None, "has no samples", value=0, limit=1)
     return np.array(t), np.array(values)
 
 
 def write_counts_csv(path: str | Path, t: NDArray[np.float64], counts: NDArray[np.int64]) -> None:
-    """Write a recording of counts; the file appears whole or not at all.
+    """Write a recording of counts to a CSV file, which appears complete or not at all.
+
+    Args:
+        path: The file.
+        t: Sample times (N,) [s].
+        counts: Counts, zero at the closed door, (N,).
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: The file cannot be written.
     """
     lines = ["time_s,count"]
     lines += [

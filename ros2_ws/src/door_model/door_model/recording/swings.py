@@ -1,4 +1,4 @@
-"""Finding the free swings in a recording of pushes by hand."""
+"""Finds the free swings in a recording of pushes by hand."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,33 +9,33 @@ from scipy.signal import find_peaks, savgol_filter
 
 from door_model.recording.recording import Recording
 
-MIN_PEAK = math.radians(4.0)  # smaller swings tell nothing and may be bounces
-CLOSING_END = math.radians(2.0)  # above the bounces against the frame
-_BEYOND_PEAK = math.radians(0.2)
-_SMOOTHING = 0.05  # [s]; window of the derivative
-_BASE = 0.25  # a swing begins where it has risen above this share of its peak the last time
-_AFTER_HAND = 0.6  # share of the time from the push's onset to the top speed that is added to it
-_MIN_RISE = math.radians(1.5)  # from the start of the free motion to the peak
+MIN_PEAK = math.radians(4.0)  # smallest peak of a swing; smaller ones may be bounces [rad]
+CLOSING_END = math.radians(2.0)  # a fall is fitted down to here, above the bounces [rad]
+_BEYOND_PEAK = math.radians(0.2)  # fall after the peak that still belongs to the opening [rad]
+_SMOOTHING = 0.05  # window of the smoothing polynomial [s]
+_BASE = 0.25  # a swing begins where it last rises above this share of its peak
+_AFTER_HAND = 0.6  # time from the top speed to the free motion / time from onset to top speed
+_MIN_RISE = math.radians(1.5)  # least rise from the start of the free motion to the peak [rad]
 _MIN_SAMPLES = 25
-_LONGEST_GAP = 0.1  # [s] in a swing: five batches of 50 a second
-_TOP = math.radians(0.05)  # below the peak
-_TURN = 0.04  # [s] before that
-_HARD_TURN = 4.0  # deceleration from there on, over that before
-_SOFT_TURN = 1.0  # [rad/s^2]; up to here a turn is soft anyhow
-_EDGE_ERROR = 0.1  # counts; of a line of an encoder
+_LONGEST_GAP = 0.1  # longest gap in a swing: five batches of 20 ms [s]
+_TOP = math.radians(0.05)  # the top of a swing begins this far below the peak [rad]
+_TURN = 0.04  # time before the top in which a stop would show [s]
+_HARD_TURN = 4.0  # a door was stopped if it decelerates harder than before by this factor
+_SOFT_TURN = 1.0  # deceleration that a closer alone may cause [rad/s^2]
+_EDGE_ERROR = 0.1  # error of the place of a line of the encoder [counts]
 
 
 @dataclass(frozen=True)
 class FreeSwing:
-    """Samples of one swing, from the free motion's start.
+    """Samples of one swing from the start of its free motion.
 
     Attributes:
-        t: Times (N,) [s].
+        t: Sample times, strictly increasing, (N,) [s].
         theta: Opening angles (N,) [rad].
-        peak_index: Sample at which the door turns round.
-        start_speed: Rough angular velocity at the start [rad/s].
-        errors: Expected errors of the angles (N,) [rad]; None: all alike.
-        stopped: Something stopped the door at its peak: it turned round too hard for a closer.
+        peak_index: Index of the sample at which the door turns round.
+        start_speed: Approximate angular velocity at the start [rad/s].
+        errors: Expected errors of the angles (N,) [rad]; None means that all are equal.
+        stopped: Whether something other than the closer stopped the door at its peak.
     """
 
     t: Array
@@ -47,17 +47,17 @@ class FreeSwing:
 
     @property
     def weights(self) -> Array:
-        """Weights (N,) of the angles in a least squares, 1 on the average."""
+        """Weights of the angles in a least squares (N,); their mean square is 1."""
         if self.errors is None:
             return np.ones(len(self.t))
         weights = 1.0 / self.errors
         return np.asarray(weights / np.sqrt(np.mean(weights**2)))
 
     def opening(self) -> "FreeSwing":
-        """The swing up to a little beyond its peak.
+        """Return the swing up to a little after its peak.
 
-        Cut on the last count at the top itself, quantisation errors of the slowest samples no
-        longer cancel: over 25 recordings of 5 swings c_c came out 6 % too large, 1 % with this.
+        If it ended at the peak, quantisation errors of the slowest samples would not cancel: in 25
+        recordings of 5 swings c_c came out 6 % too large, and only 1 % with this method.
         """
         beyond = self.theta[self.peak_index :] < self.theta[self.peak_index] - _BEYOND_PEAK
         end = self.peak_index + int(np.argmax(beyond)) if beyond.any() else len(self.theta)
@@ -65,11 +65,12 @@ class FreeSwing:
         return replace(self, t=self.t[:end], theta=self.theta[:end], errors=errors)
 
     def at_edges(self, resolution: float) -> "FreeSwing":
-        """The moments at which the count changes, and the angles between its two values.
+        """Return the swing at the changes of the count, with angles between the two counts.
 
-        A sample may be half a count off, all those of a slow door alike; a change is half a period
-        off at most, which near the peak is nothing, and each by its own chance. Over 14 recordings
-        of 5 swings with play the error of c_c fell from 8 % to 2 %.
+        A sample may be wrong by half a count, and the samples of a slow door are all wrong in the
+        same direction. A change of the count is known to half a sample period, which is a very
+        small angle near the peak, and its error is random. In 14 recordings of 5 swings with play
+        this lowered the error of c_c from 8 % to 2 %.
 
         Args:
             resolution: Angle of a count [rad].
@@ -85,7 +86,13 @@ class FreeSwing:
 
 
 def smooth(theta: Array, period: float, derivative: int = 0) -> Array:
-    """Angle, angular velocity or acceleration by a local polynomial over 50 ms."""
+    """Smooth or differentiate evenly spaced angles by a local polynomial over 50 ms.
+
+    Args:
+        theta: Angles (N,) [rad].
+        period: Time between two samples [s].
+        derivative: 0 for the angle, 1 for the angular velocity, 2 for the acceleration.
+    """
     window = max(5, 2 * round(0.5 * _SMOOTHING / period) + 1)
     if len(theta) < window:
         return np.zeros_like(theta) if derivative else theta
@@ -93,14 +100,13 @@ def smooth(theta: Array, period: float, derivative: int = 0) -> Array:
 
 
 @dataclass(frozen=True)
-class Found:
-    """What was found in a recording.
+class FoundSwings:
+    """Swings that were found in a recording.
 
     Attributes:
         swings: Free swings, in order of time.
-        other_tops: Times [s] at which the door turned round, but not at the end of a free swing
-            from below: it was pushed again before it had fallen shut, or the recording begins
-            amid the swing.
+        other_tops: Times at which the door turned round without a free swing before [s]: it was
+            pushed again before it had fallen shut, or the recording begins during the swing.
     """
 
     swings: list[FreeSwing]
@@ -108,26 +114,27 @@ class Found:
 
 
 def find_swings(recording: Recording, start_angle: float | None = None) -> list[FreeSwing]:
-    """Free swings of a recording, see `search`."""
+    """Return the free swings of a recording, as `search` finds them."""
     return search(recording, start_angle).swings
 
 
-def search(recording: Recording, start_angle: float | None = None) -> Found:
-    """Look for the swings of a recording.
+def search(recording: Recording, start_angle: float | None = None) -> FoundSwings:
+    """Search a recording for free swings.
 
-    A swing's free motion starts where the hand has certainly left: the speed is past its maximum
-    by 0.6 of the time that the push took to reach it. It ends 2 deg before the closed door, or at
-    its peak where the door did not fall that far by itself.
+    The free motion of a swing starts when the hand has certainly left the door: after the greatest
+    speed, by 0.6 of the time from the onset of the push to the greatest speed. It ends at 2 deg, or
+    at the peak if the door did not fall to 2 deg by itself.
 
     Args:
         recording: The recording.
-        start_angle: Take the swings from this angle on [rad], as the paper does from 10 deg, if
-            the hand has left by then and the peak is at least 4 deg above it.
+        start_angle: Angle at which the free motions start [rad] (paper: 10 deg); it is used if the
+            hand has left the door by then and the peak is at least 4 deg higher. None means
+            that it is not limited.
     """
     swings: list[FreeSwing] = []
     other_tops: list[float] = []
     if len(recording.t) < _MIN_SAMPLES:
-        return Found(swings, other_tops)
+        return FoundSwings(swings, other_tops)
     period = float(np.median(np.diff(recording.t)))
     breaks = np.flatnonzero(np.diff(recording.t) > max(_LONGEST_GAP, 2.5 * period)) + 1
     for piece in np.split(np.arange(len(recording.t)), breaks):
@@ -136,13 +143,13 @@ def search(recording: Recording, start_angle: float | None = None) -> Found:
             found = _search_piece(t, theta, period, start_angle)
             swings += found.swings
             other_tops += found.other_tops
-    return Found(swings, other_tops)
+    return FoundSwings(swings, other_tops)
 
 
 def _search_piece(
     t: Array, theta: Array, period: float, start_angle: float | None
-) -> Found:
-    """What is found in a recording without long gaps."""
+) -> FoundSwings:
+    """Search a part of a recording that has no long gaps."""
     even = t[0] + np.arange(round((t[-1] - t[0]) / period) + 1) * period
     filled = np.interp(even, t, theta)
     smoothed = smooth(filled, period)
@@ -162,13 +169,13 @@ def _search_piece(
         swings.append(
             FreeSwing(t[window], theta[window], int(peak - first), max(float(speed[start]), 1e-3),
                       stopped=_is_stopped(smoothed[start:], speed[start:], top - start, period)))
-    return Found(swings, other_tops)
+    return FoundSwings(swings, other_tops)
 
 
 def _is_stopped(smoothed: Array, speed: Array, top: int, period: float) -> bool:
-    """Whether a door came to its peak faster than the way it slowed down before explains.
+    """Return whether a door came to its peak faster than its deceleration before explains.
 
-    Looked at on the way up alone: behind the peak the encoder's play hides how the door turns.
+    Only the rise is used, because after the peak the encoder's play hides the motion.
     """
     turn = round(_TURN / period)
     reached = int(np.argmax(smoothed[: top + 1] >= smoothed[top] - _TOP))
@@ -180,11 +187,11 @@ def _is_stopped(smoothed: Array, speed: Array, top: int, period: float) -> bool:
 
 
 def _tops(smoothed: Array) -> list[int]:
-    """Samples at which the door turns round, one for each swing."""
+    """Return the indices of the samples at which the door turns round, one for each swing."""
     fall = 0.5 * MIN_PEAK
     tops: list[int] = []
     for top in find_peaks(smoothed, height=MIN_PEAK, prominence=fall)[0]:
-        # Quantisation makes several maxima of one: equally high, they are all prominent.
+        # Quantisation splits a peak into equal maxima, all of which are prominent.
         if tops and smoothed[tops[-1] : top].min() > min(smoothed[tops[-1]], smoothed[top]) - fall:
             if smoothed[top] > smoothed[tops[-1]]:
                 tops[-1] = int(top)
@@ -196,13 +203,13 @@ def _tops(smoothed: Array) -> list[int]:
 def _free_start(
     smoothed: Array, speed: Array, before: int, top: int, start_angle: float | None
 ) -> int | None:
-    """First sample of the free motion; None where too little of the rise is left."""
+    """Return the first sample of the free motion; None if too little of the rise is left."""
     bottom = before + int(np.argmin(smoothed[before : top + 1]))
     low = np.flatnonzero(smoothed[bottom:top] <= _BASE * smoothed[top])
     if not low.size:
-        return None  # the recording starts amid the swing or the door was caught high up
+        return None  # the recording starts during the swing, or the door was caught high up
     base = bottom + int(low[-1])
-    # The push may have begun long before: its onset is where the speed was last negligible.
+    # The onset of the push is where the speed was last negligible.
     fastest = bottom + int(np.argmax(speed[bottom:top]))
     still = np.flatnonzero(speed[bottom:fastest] <= 0.05 * speed[fastest])
     onset = bottom + (int(still[-1]) if still.size else 0)
@@ -216,6 +223,6 @@ def _free_start(
 
 
 def _free_end(smoothed: Array, top: int, after: int) -> int:
-    """Last sample of the free motion: above the frame, or the peak if the door was caught."""
+    """Return the last sample of the free motion: above the frame, or the peak if caught."""
     fallen = np.flatnonzero(smoothed[top : after + 1] <= CLOSING_END)
     return top + int(fallen[0]) if fallen.size else top

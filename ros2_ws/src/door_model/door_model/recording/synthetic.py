@@ -1,4 +1,4 @@
-"""Made-up recordings: pushes by hand on a simulated door, seen through an encoder.
+"""Simulated recordings: a simulated door is pushed by hand, and an encoder measures its angle.
 
 ``python -m door_model.recording.synthetic --out FILE`` writes the sample recording of this package.
 """
@@ -17,15 +17,15 @@ from door_model.checks import require_not_negative
 from door_model.door.config import load_door
 from door_model.door.door import Door
 from door_model.errors import LinkageError, UnreachableAngleError
-from door_model.motion.driven_motion import Swing
+from door_model.motion.driven_motion import SampledMotion
 from door_model.motion.dynamics import initial_velocity, peak, simulate
 from door_model.recording.recording import COUNTS_PER_TURN, Recording, from_counts, write_counts_csv
 
-_FINE = 2e-4  # [s]; samples are interpolated between points this close
-_LONGEST_FALL = 20.0  # [s]
-_OPEN = 1e-3  # [rad]; a door that is further open has not fallen shut
-_SAME_TIME = 1e-9  # [s]; edges of pushes and samples that mean the same may differ by rounding
-_SHUT_SPEED = 0.02  # [rad/s]; a door that hits its frame slower than this stays shut
+_FINE = 2e-4  # time between the points from which samples are interpolated [s]
+_LONGEST_FALL = 20.0  # longest accepted fall of a door [s]
+_OPEN = 1e-3  # a door that is further open has not fallen shut [rad]
+_SAME_TIME = 1e-9  # times that differ by less are equal except for rounding [s]
+_SHUT_SPEED = 0.02  # a door that hits its frame more slowly stays shut [rad/s]
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Push:
     """A push by hand: a half sine of torque about the hinge.
 
     Attributes:
-        start: When [s].
+        start: Time at which the push begins [s].
         impulse: Angular impulse of the push [N m s].
-        duration: How long [s].
+        duration: Duration of the push [s].
     """
 
     start: float
@@ -43,7 +43,7 @@ class Push:
     duration: float = 0.15
 
     def torque(self, t: float) -> float:
-        """Torque at a time [N m]."""
+        """Return the torque at a time [N m]."""
         phase = (t - self.start) / self.duration
         if not 0.0 < phase < 1.0:
             return 0.0
@@ -51,10 +51,16 @@ class Push:
 
 
 def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15) -> Push:
-    """Push that opens a shut door to an angle [rad].
+    """Return the push that opens a shut door to an angle.
+
+    Args:
+        door: The door.
+        angle: Opening angle [rad].
+        start: Time at which the push begins [s].
+        duration: Duration of the push [s].
 
     Raises:
-        LinkageError: The angle is beyond the linkage.
+        LinkageError: The linkage does not close at the angle.
         UnreachableAngleError: The door does not turn round there, or friction holds it shut.
     """
     free = door.i_a * initial_velocity(door, angle)
@@ -69,14 +75,15 @@ def push_to(door: Door, angle: float, start: float = 0.0, duration: float = 0.15
         raise UnreachableAngleError(
             f"no push of {duration:g} s and up to {high:.3g} N m s opens the door to "
             f"{math.degrees(angle):.3g} deg",
+            quantity="opening angle [rad]",
             value=angle,
-            limit=high,
+            limit=f"an angle to which {high:.3g} N m s open the door",
         ) from error
     return Push(start, float(impulse), duration)
 
 
 def _peak_of_push(door: Door, push: Push) -> float:
-    """Angle that a push opens a shut door to [rad]."""
+    """Return the angle to which a push opens a shut door [rad]."""
     pushed = simulate_pushes(door, [push], push.duration, period=push.duration / 50)
     theta, omega = float(pushed.theta[-1]), float(pushed.omega[-1])
     if not omega > 0.0:
@@ -84,7 +91,7 @@ def _peak_of_push(door: Door, push: Push) -> float:
     try:
         return peak(door, theta, omega).angle
     except LinkageError:
-        return door.closer.opening_limit()  # flung open beyond it
+        return door.closer.opening_limit()  # it is flung open beyond the limit
 
 
 def simulate_pushes(
@@ -94,19 +101,19 @@ def simulate_pushes(
     *,
     period: float = 1e-3,
     bounce: float = 0.2,
-) -> Swing:
-    """Angle of a door that is pushed and falls shut against its frame.
+) -> SampledMotion:
+    """Simulate a door that is pushed and falls shut against its frame.
 
     Args:
         door: The door.
-        pushes: In order of time; a push begins when the door is shut or moving, as it comes.
-        duration: How long [s].
+        pushes: Pushes in order of time; the door may be shut or moving when a push begins.
+        duration: Time to simulate [s].
         period: Time between two samples [s].
-        bounce: Coefficient of restitution between leaf and frame, 0 to below 1.
+        bounce: Coefficient of restitution between leaf and frame, at least 0 and below 1.
     """
     t = np.arange(math.floor(duration / period + 1e-9) + 1, dtype=np.float64) * np.float64(period)
     theta, omega = np.zeros(t.shape), np.zeros(t.shape)
-    # Pieces between the edges of pushes, so that no solver step runs over a kink.
+    # Pieces end at the edges of pushes, so that no solver step crosses a kink of the torque.
     edges = sorted(
         {0.0, duration, *(p.start for p in pushes), *(p.start + p.duration for p in pushes)}
     )
@@ -116,7 +123,7 @@ def simulate_pushes(
             now, state = _advance(door, pushes, now, end, state, bounce, (t, theta, omega))
     at_end = t >= duration - 1e-12
     theta[at_end], omega[at_end] = state
-    return Swing(t, theta, omega)
+    return SampledMotion(t, theta, omega)
 
 
 def _advance(
@@ -128,7 +135,11 @@ def _advance(
     bounce: float,
     out: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
 ) -> tuple[float, tuple[float, float]]:
-    """Move on to `end` or to the next hit on the frame; fills the samples in between."""
+    """Simulate until `end` [s] or the next hit on the frame, and write the samples on the way.
+
+    Returns:
+        Time [s] and state [rad], [rad/s] at the end.
+    """
     t, theta, omega = out
 
     def torque(after: float) -> float:
@@ -163,11 +174,20 @@ def _advance(
 def five_swings(
     door: Door, peaks: Sequence[float], *, spacing: float = 0.3, push_duration: float = 0.15
 ) -> tuple[list[Push], float]:
-    """Pushes to the given peaks [rad], each after the door has fallen shut; and the length [s].
+    """Return pushes to given peaks, each after the door has fallen shut.
+
+    Args:
+        door: The door.
+        peaks: Largest opening angle of each push [rad].
+        spacing: Time before each push [s].
+        push_duration: Duration of a push [s].
+
+    Returns:
+        The pushes, and the time that they take until the door is shut [s].
 
     Raises:
-        LinkageError: A peak is beyond the linkage.
-        UnreachableAngleError: The door does not turn round there, or does not fall shut from there.
+        LinkageError: The linkage does not close at a peak.
+        UnreachableAngleError: The door does not turn round there, or does not fall shut again.
     """
     pushes, start = [], spacing
     for angle in peaks:
@@ -180,12 +200,13 @@ def five_swings(
 
 
 def _fall(door: Door, angle: float) -> float:
-    """How long a door takes to fall shut from rest at an angle [s]."""
+    """Return the time that a door takes to fall shut from rest at an angle [s]."""
     fall = simulate(door, angle, 0.0, _LONGEST_FALL, stop=True)
     if fall.theta[-1] > _OPEN:
         raise UnreachableAngleError(
             f"the door does not fall shut from {math.degrees(angle):.1f} deg: after "
             f"{_LONGEST_FALL:.0f} s it is still open at {math.degrees(fall.theta[-1]):.1f} deg",
+            quantity="angle after the fall [rad]",
             value=float(fall.theta[-1]),
             limit=_OPEN,
         )
@@ -193,24 +214,24 @@ def _fall(door: Door, angle: float) -> float:
 
 
 def quantise(
-    swing: Swing, *, counts_per_turn: int = COUNTS_PER_TURN, phase: float = 0.5
+    swing: SampledMotion, *, counts_per_turn: int = COUNTS_PER_TURN, phase: float = 0.5
 ) -> NDArray[np.int64]:
-    """Counts of an incremental encoder, zero at the closed door.
+    """Return the counts of an incremental encoder, zero at the closed door (N,).
 
     Args:
         swing: The motion.
-        counts_per_turn: Counts a turn.
-        phase: Where the closed door stands within its count, 0 to 1; 0.5 rounds to the nearest.
+        counts_per_turn: Number of counts in a turn of the hinge.
+        phase: Place of the closed door within its count, 0 to 1; 0.5 rounds to the nearest count.
     """
     return np.floor(swing.theta / (2.0 * math.pi / counts_per_turn) + phase).astype(np.int64)
 
 
 def through_play(theta: NDArray[np.float64], play: float) -> NDArray[np.float64]:
-    """What an encoder shows that the leaf drives through a coupling with play.
+    """Return the angles of an encoder that the leaf drives through a coupling with play (N,) [rad].
 
     Args:
         theta: Angles of the leaf (N,) [rad]; the encoder's zero is that of a door just closed.
-        play: Free way of the coupling [rad].
+        play: Free travel of the coupling [rad].
     """
     shown = np.empty_like(theta)
     now = float(theta[0])
@@ -229,7 +250,16 @@ def synthetic_recording(
     counts_per_turn: int = COUNTS_PER_TURN,
     push_duration: float = 0.15,
 ) -> Recording:
-    """Recording of pushes to the given peaks [rad], as an encoder at 1 kHz sees it."""
+    """Simulate a recording of pushes, as an encoder measures it at 1 kHz.
+
+    Args:
+        door: The door.
+        peaks: Largest opening angle of each push [rad].
+        phase: Place of the closed door within its count, 0 to 1.
+        play: Free travel between the leaf and the encoder [rad].
+        counts_per_turn: Number of counts in a turn of the hinge.
+        push_duration: Duration of a push [s].
+    """
     pushes, duration = five_swings(door, peaks, push_duration=push_duration)
     swing = simulate_pushes(door, pushes, duration)
     swing = replace(swing, theta=through_play(swing.theta, play))
@@ -241,7 +271,8 @@ _EXAMPLE = """\
 the sample recording of this package:
   python -m door_model.recording.synthetic --out paper_five_swings.csv
 
-a door's YAML may have more than the paper's door. Copy one of share/door_model/doors and add
+a door's YAML file may describe more than the paper's door. Copy one of share/door_model/doors and
+add
   closer:
     c_c_closing: 0.5                     # [N m s/rad] while the door closes
     backcheck: {angle: 1.22, c_c: 3.0}   # while it opens beyond 1.22 rad
@@ -253,7 +284,7 @@ to record it through an encoder with play:
 
 
 def _parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m door_model.recording.synthetic",
         description="Write a recording of simulated pushes by hand, for identify --csv.",
@@ -280,13 +311,13 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         default=0.0,
         metavar="DEG",
-        help="free way between leaf and encoder (default: %(default)g)",
+        help="free travel between leaf and encoder (default: %(default)g)",
     )
     return parser
 
 
 def _run(arguments: argparse.Namespace) -> str:
-    """Make the recording and write it; what to print."""
+    """Make the recording, write it, and return the text to print."""
     require_not_negative("--play-deg", arguments.play_deg)
     config = load_door(arguments.door)
     made = synthetic_recording(
@@ -296,7 +327,7 @@ def _run(arguments: argparse.Namespace) -> str:
     write_counts_csv(arguments.out, made.t, counts)
     peaks = ", ".join(f"{angle:g}" for angle in arguments.peaks_deg)
     return (
-        f"written: {arguments.out}, {len(counts)} samples at 1 kHz, {COUNTS_PER_TURN} counts a "
+        f"written: {arguments.out}, {len(counts)} samples at 1 kHz, {COUNTS_PER_TURN} counts per "
         f"turn, play {arguments.play_deg:g} deg: door {config.name!r} pushed to {peaks} deg"
     )
 

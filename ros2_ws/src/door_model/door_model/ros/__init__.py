@@ -1,1 +1,1 @@
-"""The node closer_identifier."""
+"""The node closer_identifier, and the conversion of sample batches to messages and back."""

@@ -1,27 +1,26 @@
-"""Node closer_identifier: identifies the closer from the encoder's samples or from a recording."""
+"""Node closer_identifier: identifies a closer from the encoder's samples or from a recording."""
 
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from door_impact_common.node import fixed, run_node
+from door_impact_common.errors import DoorImpactError, SettingError
+from door_impact_common.node import run_node
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.time import Time
 
 from door_model.checks import require_not_negative
 from door_model.door.config import load_geometry
 from door_model.door.geometry import DoorGeometry
 from door_model.errors import (
-    ConfigError,
-    DoorModelError,
+    BadRecordingError,
     DoorParameterError,
     NoScaleError,
     NoSwingError,
-    RecordingError,
 )
 from door_model.identification.identify import Identification, Window, identify
 from door_model.identification.parameters import PARAMETERS
@@ -36,33 +35,39 @@ from door_model.identification.scale import (
 from door_model.recording.mcap import read_mcap
 from door_model.recording.recording import Recording, read_csv
 from door_model.recording.sample_store import SampleStore
+from door_model.ros.messages import to_batch
 
-_QUEUE = 200  # batches
-_THROTTLE = 5.0  # [s]
+_QUEUE = 200  # number of batches that the subscription keeps
+_THROTTLE = 5.0  # shortest time between two warnings [s]
+_READ_ONCE = {
+    "door": ("paper", "Door whose leaf and linkage are used: its name or its YAML file"),
+    "window": (Window.AUTO.value, "Part of the swings to fit: auto, opening or swing"),
+    "memory": (300.0, "Time for which samples are kept [s]"),
+}
+_MEASURED = {
+    "leaf_mass": (-1.0, "Mass of the leaf [kg]; negative: from the door's configuration"),
+    "leaf_width": (-1.0, "Width of the leaf [m]; negative: from the door's configuration"),
+}
 
 
 class CloserIdentifierNode(Node):
-    """Thin shell around `identify`. It knows leaf and linkage of the door, not its closer."""
+    """Offers `identify` as a service. It knows leaf and linkage of the door, not its closer."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("closer_identifier", **options)
         try:
             self._set_up()
-        except DoorModelError:
+        except DoorImpactError:
             self.destroy_node()
             raise
 
     def _set_up(self) -> None:
-        """Read the parameters and connect."""
-        self._geometry = load_geometry(str(self.declare_parameter("door", "paper", fixed()).value))
-        self.declare_parameter("leaf_mass", -1.0)
-        self.declare_parameter("leaf_width", -1.0)
-        window = str(self.declare_parameter("window", Window.AUTO.value, fixed()).value)
-        known = [choice.value for choice in Window]
-        if window not in known:
-            raise ConfigError("window", f"must be one of {', '.join(known)}, not {window!r}")
-        self._window = Window(window)
-        self._store = SampleStore(float(self.declare_parameter("memory", 300.0, fixed()).value))
+        """Read the parameters, and create publisher, subscription and service."""
+        parameters = Parameters(self, _READ_ONCE)
+        self._geometry = load_geometry(parameters.text("door"))
+        self._window = Window(parameters.choice("window", [choice.value for choice in Window]))
+        self._store = SampleStore(parameters.positive("memory"))
+        self._measurements = Parameters(self, _MEASURED, read_only=False)
         latched = QoSProfile(
             depth=1,
             reliability=ReliabilityPolicy.RELIABLE,
@@ -75,17 +80,16 @@ class CloserIdentifierNode(Node):
         self._service = self.create_service(IdentifyCloser, "/identify_closer", self._on_identify)
 
     def _on_samples(self, message: EncoderSamples) -> None:
-        """Keep a batch."""
-        stamp_ns = Time.from_msg(message.header.stamp).nanoseconds
+        """Store a batch."""
         try:
-            self._store.add(stamp_ns, message.period, message.counts_per_turn, message.counts)
-        except DoorModelError as error:
+            self._store.add(to_batch(message))
+        except DoorImpactError as error:
             self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
 
     def _on_identify(
         self, request: IdentifyCloser.Request, response: IdentifyCloser.Response
     ) -> IdentifyCloser.Response:
-        """Identify; whatever goes wrong is an answer."""
+        """Identify the closer; an error becomes an answer with a code and a message."""
         try:
             mass = self._measured(request.leaf_mass, "leaf_mass", self._geometry.leaf.mass)
             width = self._measured(request.leaf_width, "leaf_width", self._geometry.leaf.width)
@@ -94,7 +98,7 @@ class CloserIdentifierNode(Node):
             result = identify(
                 self._recording(request.csv_path), self._geometry.linkage, scale,
                 window=self._window, extras=request.extras)
-        except DoorModelError as error:
+        except DoorImpactError as error:
             response.success = False
             response.error_code = _error_code(error)
             response.message = str(error)
@@ -116,24 +120,25 @@ class CloserIdentifierNode(Node):
         return response
 
     def _recording(self, path: str) -> Recording:
-        """That of a file, or without one what has been heard so far."""
+        """Return the recording of a file, or the samples received until now if there is no file."""
         if not path:
             return self._store.recording()
         is_mcap = path.endswith(".mcap") or Path(path).is_dir()
         try:
             return read_mcap(path) if is_mcap else read_csv(path)
         except DoorParameterError as error:
-            raise RecordingError(path, None, str(error), value=error.value) from error
+            raise BadRecordingError(
+                path, None, str(error), value=error.value, limit=error.limit) from error
 
     def _measured(self, requested: float, parameter: str, configured: float) -> float:
-        """A measurement: as requested, else the parameter, else the configuration."""
-        if not requested < 0.0:  # NaN is no way to leave it out
+        """Return a measurement: from the request, else from the parameter, else as configured."""
+        if not requested < 0.0:  # NaN does not mean that the measurement is left out.
             return float(requested)
-        override = float(self.get_parameter(parameter).value)
+        override = self._measurements.number(parameter)
         return configured if override < 0.0 else override
 
     def _to_message(self, result: Identification, geometry: DoorGeometry) -> CloserParameters:
-        """Message of an identification."""
+        """Return the message of an identification."""
         message = CloserParameters()
         message.header.stamp = self.get_clock().now().to_msg()
         message.door = geometry.name
@@ -160,17 +165,20 @@ class CloserIdentifierNode(Node):
 
 
 def _reference(request: IdentifyCloser.Request) -> Reference | None:
-    """What the request gives in place of the leaf's mass and width.
+    """Return the measurement that the request contains in place of the leaf's mass and width.
+
+    Returns:
+        The measurement; None if the request contains none.
 
     Raises:
-        DoorParameterError: It gives more than one, or one that is not whole.
+        DoorParameterError: The request contains more than one measurement, or an incomplete one.
     """
     columns = request.force_angles, request.forces, request.force_levers
     lengths = [len(column) for column in columns]
     given = [not request.inertia < 0.0, not request.impulse < 0.0, any(lengths)]
     if sum(given) > 1:
         raise DoorParameterError(
-            "what fixes the scale", "more than one", "inertia, impulse or forces")
+            "what fixes the scale", "more than one of them", "inertia, impulse or forces")
     if given[0]:
         require_not_negative("inertia_std", request.inertia_std)
         return scale_from_inertia(request.inertia, request.inertia_std)
@@ -184,22 +192,22 @@ def _reference(request: IdentifyCloser.Request) -> Reference | None:
     return ForceGauge(readings) if readings else None
 
 
-def _error_code(error: DoorModelError) -> int:
-    """Code of the service's answer."""
+def _error_code(error: DoorImpactError) -> int:
+    """Return the code of the service's answer to an error."""
     codes = IdentifyCloser.Response
     if isinstance(error, NoSwingError):
         return int(codes.NO_SWING)
     if isinstance(error, NoScaleError):
         return int(codes.NO_SCALE)
-    if isinstance(error, RecordingError):
+    if isinstance(error, BadRecordingError):
         return int(codes.BAD_RECORDING)
-    if isinstance(error, DoorParameterError):
+    if isinstance(error, DoorParameterError | SettingError):
         return int(codes.BAD_REQUEST)
     return int(codes.NO_FIT)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     return run_node(CloserIdentifierNode, args=args)
 
 

@@ -1,1 +1,1 @@
-"""Command lines of this package, and what they print and draw."""
+"""Command lines identify and curves, with the tables, files and pictures that they produce."""

@@ -1,4 +1,4 @@
-"""Command `ros2 run door_model curves`: what a door's closer does, as table, CSV and pictures."""
+"""Command `ros2 run door_model curves`: curves of a closer as table, CSV files and pictures."""
 
 import argparse
 import json
@@ -21,15 +21,15 @@ from door_model.door.curves import (
     round_step,
 )
 from door_model.door.door import Door
-from door_model.motion.driven_motion import Swing
+from door_model.motion.driven_motion import SampledMotion
 from door_model.motion.dynamics import follow_free, initial_velocity, simulate
 from door_model.motion.energy import EnergyBalance, energy_balance
 from door_model.motion.free_motion import End
 from door_model.tools.drawing import curves_picture, swing_picture
 
 _DESCRIPTION = """\
-What the closer of a door does over the opening angle: the curves of the paper's Figs. 15 and 16,
-with reduction ratio, damping and the spring's energy."""
+Show the curves of a door's closer over the opening angle: those of the paper's Figs. 15 and 16,
+the reduction ratio, the damping and the spring's energy."""
 
 _EXAMPLE = """\
 columns of the table: angle of the door theta, angle of the closer f, eq. (8), reduction ratio eta,
@@ -46,12 +46,12 @@ another door, as identify --yaml wrote it, up to 70 deg:
   ros2 run door_model curves --door my_door.yaml --max-deg 70 --out my_curves
 """
 
-_STEPS = 10  # of the printed table, at most
-_STEP = math.radians(0.5)  # of the curves that are written
+_STEPS = 10  # largest number of steps of the printed table
+_STEP = math.radians(0.5)  # step of the curves that are written [rad]
 
 
 def _parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="curves",
         description=_DESCRIPTION,
@@ -68,14 +68,14 @@ def _parser() -> argparse.ArgumentParser:
         "--max-deg",
         type=float,
         metavar="DEG",
-        help="largest opening angle (default: 90, or a degree before the linkage's end)",
+        help="largest opening angle (default: 90, or one degree below the linkage's end)",
     )
     parser.add_argument(
         "--swing-deg",
         type=float,
         metavar="DEG",
-        help="also the free swing from the closed door to this angle, until it has fallen shut or "
-        "friction holds the door open (a minute at most)",
+        help="add the free swing from the closed door to this angle, until the door has fallen "
+        "shut or friction holds the door open (one minute at most)",
     )
     parser.add_argument(
         "--out",
@@ -84,27 +84,27 @@ def _parser() -> argparse.ArgumentParser:
         help="folder for the files (default: %(default)s); files of the same name are replaced",
     )
     parser.add_argument(
-        "--json", action="store_true", help="print one JSON object, with the whole curves"
+        "--json", action="store_true", help="print one JSON object with all points of the curves"
     )
     return parser
 
 
 @dataclass(frozen=True)
 class SwingToRest:
-    """A swing from the closed door and how it ends.
+    """A swing from the closed door, and its end.
 
     Attributes:
         swing: The motion.
-        end: Why it ends.
-        end_angle: Where it ends [rad].
+        end: Reason for the end.
+        end_angle: Angle at the end [rad].
     """
 
-    swing: Swing
+    swing: SampledMotion
     end: End
     end_angle: float
 
     def ending(self) -> str:
-        """What is to be said of the end; nothing where the door falls shut."""
+        """Return a sentence about the end; empty if the door falls shut."""
         degrees = math.degrees(self.end_angle)
         if self.end == End.STUCK:
             return f"the door stays open at {degrees:.1f} deg"
@@ -114,12 +114,12 @@ class SwingToRest:
 
 
 def free_swing(door: Door, angle: float) -> SwingToRest:
-    """The swing that takes a closed door to an angle [rad] and lets it fall, every 1 ms.
+    """Simulate the swing of a closed door to an angle [rad] and back, in samples of 1 ms.
 
-    It ends where the door has fallen shut or friction holds it, or after a minute.
+    It ends when the door has fallen shut or friction holds it, or after one minute.
 
     Raises:
-        DoorModelError: As `initial_velocity`.
+        DoorModelError: The door does not turn round at the angle, as in `initial_velocity`.
     """
     omega = initial_velocity(door, angle)
     motion = follow_free(door, 0.0, omega)
@@ -127,8 +127,8 @@ def free_swing(door: Door, angle: float) -> SwingToRest:
     return SwingToRest(swing, End(motion.end[0]), float(motion.end_angle[0]))
 
 
-def _swing_columns(swing: Swing, balance: EnergyBalance) -> dict[str, Array]:
-    """A swing by name and unit."""
+def _swing_columns(swing: SampledMotion, balance: EnergyBalance) -> dict[str, Array]:
+    """Return the columns of a swing by name with unit."""
     return {
         "time_s": swing.t,
         "door_deg": np.degrees(swing.theta),
@@ -141,14 +141,14 @@ def _swing_columns(swing: Swing, balance: EnergyBalance) -> dict[str, Array]:
 
 
 def _csv(columns: Mapping[str, Array]) -> bytes:
-    """Columns as a CSV file."""
+    """Return columns as a CSV file."""
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = [",".join(columns), *(",".join(f"{value:.9g}" for value in row) for row in rows)]
     return ("\n".join(lines) + "\n").encode()
 
 
 def _curves(door: Door, max_deg: float | None) -> CloserCurves:
-    """The curves of a door as far as asked for."""
+    """Return the curves of a door up to the wanted angle [deg]."""
     end = largest_shown(door.closer)
     if max_deg is not None:
         require_positive("--max-deg", max_deg)
@@ -158,7 +158,7 @@ def _curves(door: Door, max_deg: float | None) -> CloserCurves:
 
 
 def _table(door: Door, end: float) -> str:
-    """Curves from the closed door to an angle [rad] for people to read."""
+    """Return a table of the curves from the closed door to an angle [rad]."""
     heads = ("theta", "f", "eta", "torque", "damping", "(closing)", "spring")
     units = ("[deg]", "[deg]", "[-]", "[N m]", "[N m s]", "[N m s]", "[J]")
     angles = round_angles(end, round_step(end, _STEPS))
@@ -170,7 +170,14 @@ def _table(door: Door, end: float) -> str:
 def _text(
     config: DoorConfig, curves: CloserCurves, found: Mapping[str, Any], ending: str
 ) -> str:
-    """What was found, for people to read."""
+    """Return the text to print.
+
+    Args:
+        config: The door.
+        curves: Its curves.
+        found: Values that `--json` prints, too.
+        ending: Sentence about the end of the swing; may be empty.
+    """
     lines = [f"door {config.name!r}, whose linkage opens to {found['opening_limit_deg']:.1f} deg"]
     if found["dead_centre_deg"] is not None:
         lines += [f"dead centre at {found['dead_centre_deg']:.1f} deg"]
@@ -191,7 +198,7 @@ def _text(
 
 
 def _run(arguments: argparse.Namespace) -> str:
-    """Work everything out and write it; what to print."""
+    """Work out curves and swing, write the files, and return the text to print."""
     config = load_door(arguments.door)
     door = config.door()
     dead_centre = door.dead_centre()

@@ -1,4 +1,4 @@
-"""Pictures of a door's closer and of its swings; matplotlib is asked for only when one is drawn."""
+"""Pictures of a door's closer and of its swings; matplotlib is imported when one is drawn."""
 
 import io
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ from door_model.door.closer import FourBarCloser
 from door_model.door.curves import CloserCurves, closer_curves, with_borders
 from door_model.door.door import Door
 from door_model.errors import DoorModelError
-from door_model.motion.driven_motion import Swing
+from door_model.motion.driven_motion import SampledMotion
 from door_model.motion.energy import EnergyBalance
 
 if TYPE_CHECKING:
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 BLUE, PINK, GREEN, ORANGE, GREY = "#1f5fa8", "#c2187a", "#2e8b57", "#d9822b", "#8a9099"
 
-_POINTS = 501  # of a curve
-_LOG_FROM = 10.0  # ratio of viscosities
+_POINTS = 501  # number of points of a curve
+_LOG_FROM = 10.0  # ratio of two viscosities from which the axis of damping is logarithmic
 _DOOR = r"angle of the door $\theta$ [deg]"
 
 
 def draw_closer_angle(axes: "Axes", closer: FourBarCloser, theta: Array) -> None:
-    """Angle of the closer over the angle of the door, eq. (8); the paper's Fig. 15."""
+    """Draw the angle of the closer over the angle of the door, eq. (8); the paper's Fig. 15."""
     axes.plot(np.degrees(theta), np.degrees(closer.f(theta)), color=BLUE, lw=2)
     axes.set(title="Angle of the closer (the paper's Fig. 15)", xlabel=_DOOR,
              ylabel=r"angle of the closer $\theta_c = f(\theta)$ [deg]")
@@ -33,7 +33,7 @@ def draw_closer_angle(axes: "Axes", closer: FourBarCloser, theta: Array) -> None
 
 
 def draw_restoring_torque(axes: "Axes", door: Door, theta: Array, **style: Any) -> None:
-    """Restoring torque of eq. (12) over the angle of the door; the paper's Fig. 16."""
+    """Draw the restoring torque of eq. (12) over the angle of the door; the paper's Fig. 16."""
     axes.plot(np.degrees(theta), door.restoring_torque(theta), **style)
     axes.set(title="Restoring torque (the paper's Fig. 16)", xlabel=_DOOR,
              ylabel="restoring torque [N m]\n"
@@ -42,10 +42,10 @@ def draw_restoring_torque(axes: "Axes", door: Door, theta: Array, **style: Any) 
 
 
 def draw_damping(axes: "Axes", door: Door, curves: CloserCurves) -> None:
-    """Damping about the hinge of eq. (13) over the angle of the door, opening and closing.
+    """Draw the damping about the hinge, eq. (13), over the angle of the door.
 
-    One line where both are the same. The scale is logarithmic where viscosities differ so much
-    that the smaller one would lie on the axis.
+    Opening and closing have a line each unless they are equal. The scale is logarithmic if the
+    viscosities differ so much that the smaller one would lie on the axis.
     """
     degrees = np.degrees(curves.theta)
     opening, closing = "opening", "closing"
@@ -75,7 +75,7 @@ def draw_damping(axes: "Axes", door: Door, curves: CloserCurves) -> None:
 
 
 def curves_picture(name: str, door: Door, end: float) -> bytes:
-    """The paper's Figs. 15 and 16 of a door, and its damping, as a PNG file.
+    """Return the paper's Figs. 15 and 16 of a door, and its damping, as a PNG file.
 
     Args:
         name: Name of the door.
@@ -83,14 +83,14 @@ def curves_picture(name: str, door: Door, end: float) -> bytes:
         end: Largest angle to show [rad].
 
     Raises:
-        LinkageError: The end is beyond the linkage.
+        LinkageError: The linkage does not close at the end.
         DoorModelError: matplotlib is not installed.
     """
     return _png(curves_figure(name, door, end))
 
 
 def curves_figure(name: str, door: Door, end: float) -> "Figure":
-    """The figure of `curves_picture`."""
+    """Return the figure of `curves_picture`."""
     curves = closer_curves(door, with_borders(door, np.linspace(0.0, end, _POINTS)))
     figure = _figure(15.0, 5.0)
     angle, torque, damping = figure.subplots(1, 3)
@@ -114,14 +114,16 @@ def curves_figure(name: str, door: Door, end: float) -> "Figure":
     return figure
 
 
-def swing_picture(name: str, swing: Swing, balance: EnergyBalance, ending: str = "") -> bytes:
-    """Angle, velocity and energies of a swing over time, as a PNG file.
+def swing_picture(
+    name: str, swing: SampledMotion, balance: EnergyBalance, ending: str = ""
+) -> bytes:
+    """Return angle, velocity and energies of a swing over time as a PNG file.
 
     Args:
         name: Name of the door.
         swing: The swing.
-        balance: Its energies.
-        ending: How it ended, for the title; empty where the door fell shut.
+        balance: Energies of the swing.
+        ending: How the swing ended, for the title; empty if the door fell shut.
 
     Raises:
         DoorModelError: matplotlib is not installed.
@@ -129,8 +131,10 @@ def swing_picture(name: str, swing: Swing, balance: EnergyBalance, ending: str =
     return _png(swing_figure(name, swing, balance, ending))
 
 
-def swing_figure(name: str, swing: Swing, balance: EnergyBalance, ending: str = "") -> "Figure":
-    """The figure of `swing_picture`."""
+def swing_figure(
+    name: str, swing: SampledMotion, balance: EnergyBalance, ending: str = ""
+) -> "Figure":
+    """Return the figure of `swing_picture`."""
     figure = _figure(10.0, 8.0)
     angle, velocity, energy = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 1.6))
     angle.plot(swing.t, np.degrees(swing.theta), color=BLUE, lw=2)
@@ -153,16 +157,18 @@ def swing_figure(name: str, swing: Swing, balance: EnergyBalance, ending: str = 
 
 
 def _figure(width: float, height: float) -> "Figure":
-    """An empty figure that needs no display."""
+    """Return an empty figure that needs no display; width and height in inches."""
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise DoorModelError("matplotlib is missing: pip install matplotlib") from error
+        raise DoorModelError(
+            "matplotlib is missing, install it with: pip install matplotlib",
+            quantity="module", value="none", limit="matplotlib") from error
     return Figure(figsize=(width, height), layout="constrained", dpi=120)
 
 
 def _png(figure: "Figure") -> bytes:
-    """A figure as a PNG file."""
+    """Return a figure as a PNG file."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()

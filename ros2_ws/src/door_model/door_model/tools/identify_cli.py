@@ -1,4 +1,4 @@
-"""Command `ros2 run door_model identify`: a door's parameters from a recording."""
+"""Command `ros2 run door_model identify`: identifies a door's parameters from a recording."""
 
 import argparse
 import json
@@ -32,17 +32,17 @@ from door_model.tools.report import as_comment, as_config, as_table, identified
 _DESCRIPTION = """\
 Identify a swing door with a closer from a recording of pushes by hand, section IV.A of the paper.
 
-Free swings fix only the ratios of the parameters. One of these fixes the scale: the leaf's mass and
-width (--mass, --width, or --door's), its moment of inertia, readings of a force gauge, or a push
-whose impulse is known."""
+Free swings fix only the ratios of the parameters. One further measurement fixes their scale: mass
+and width of the leaf (--mass and --width, or those of --door), its moment of inertia, readings of a
+force gauge, or a push whose impulse is known."""
 
 _EXAMPLE = """\
 recording: a CSV with the header time_s,count or time_s,angle_deg, zero at the closed door, the
 angle growing as the door opens; or an MCAP file with /door_encoder/samples, or else raw counts on
-/door_encoder/counts, of `record:=FILE` or `ros2 bag record -s mcap`. Push
+/door_encoder/counts, made by `record:=FILE` or `ros2 bag record -s mcap`. Push
 the shut door five times by hand, to 10 .. 30 deg, let go at once and let it fall shut each time.
 
-example, with the recording that comes with this package (made by our simulator, `python -m
+example, with the recording that comes with this package (it was simulated by `python -m
 door_model.recording.synthetic`, not measured on a door):
   ros2 run door_model identify --mass 47.62 --width 0.896 --yaml my_door.yaml \\
       --csv $(ros2 pkg prefix --share door_model)/recordings/paper_five_swings.csv
@@ -51,7 +51,7 @@ door_model.recording.synthetic`, not measured on a door):
 
 
 def _parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="identify",
         description=_DESCRIPTION,
@@ -60,13 +60,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
-    source.add_argument("--mcap", metavar="FILE", help="recording of the graph's topics")
+    source.add_argument("--mcap", metavar="FILE", help="recording of the topics")
     _add_scale(parser)
     parser.add_argument(
         "--door",
         metavar="YAML",
-        help="door whose linkage, and leaf unless --mass and --width are given, is read; what it "
-        "says of the closer is not looked at. Without it the linkage is that of the paper's door: "
+        help="door whose linkage is used, and whose leaf is used without --mass and --width; its "
+        "closer's parameters are ignored. Without --door the linkage is that of the paper's door: "
         "measure your own (docs/hardware.md)",
     )
     parser.add_argument(
@@ -74,7 +74,8 @@ def _parser() -> argparse.ArgumentParser:
         type=int,
         default=COUNTS_PER_TURN,
         metavar="N",
-        help="of a CSV with counts (default %(default)s); an MCAP file says it itself",
+        help="counts in a turn of the hinge, for a CSV with counts (default %(default)s); an "
+        "MCAP file contains this number",
     )
     _add_fit(parser)
     parser.add_argument(
@@ -82,8 +83,8 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         default=0.5,
         metavar="E",
-        help="coefficient of restitution to write to --yaml (default %(default)s); swings by hand "
-        "do not tell it",
+        help="coefficient of restitution to write to --yaml (default %(default)s); it cannot be "
+        "identified from swings by hand",
     )
     parser.add_argument("--yaml", metavar="OUT", help="write the door for the planner")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -91,15 +92,16 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_scale(parser: argparse.ArgumentParser) -> None:
-    """Options of what fixes the scale."""
+    """Add the options for the measurement that fixes the scale."""
     parser.add_argument(
         "--mass",
         type=float,
         metavar="KG",
-        help="mass of the leaf [kg]; with --width it fixes the scale, unless one of the three "
-        "after them does",
+        help="mass of the leaf [kg]; with --width it fixes the scale, unless --inertia, --force or "
+        "--impulse does",
     )
-    parser.add_argument("--width", type=float, metavar="M", help="hinge to free edge [m]")
+    parser.add_argument(
+        "--width", type=float, metavar="M", help="distance from the hinge to the free edge [m]")
     scale = parser.add_mutually_exclusive_group()
     scale.add_argument(
         "--inertia",
@@ -115,27 +117,27 @@ def _add_scale(parser: argparse.ArgumentParser) -> None:
         action="append",
         metavar=("DEG", "N", "M"),
         help="a force gauge holds the door still: opening angle [deg], force [N] at a right angle "
-        f"to the leaf, its distance from the hinge [m]; taken as {FORCE_STD:g} N and "
-        f"{LEVER_STD * 1e3:g} mm good; may be repeated",
+        "to the leaf, its distance from the hinge [m]; their standard deviations are assumed to be "
+        f"{FORCE_STD:g} N and {LEVER_STD * 1e3:g} mm; may be repeated",
     )
     scale.add_argument(
         "--impulse",
         type=float,
         nargs=3,
         metavar=("NMS", "STD", "SWING"),
-        help="angular impulse about the hinge of the push that led to a swing, while the leaf "
-        "moved, its standard deviation [N m s], and which swing (the first is 1)",
+        help="angular impulse about the hinge of a push while the leaf moved, its standard "
+        "deviation [N m s], and the number of the swing that it caused (the first is 1)",
     )
 
 
 def _add_fit(parser: argparse.ArgumentParser) -> None:
-    """Options of what is fitted."""
+    """Add the options for what is fitted."""
     parser.add_argument(
         "--window",
         choices=[window.value for window in Window],
         default=Window.AUTO.value,
         help="fit opening alone, as the paper does, or the whole swing (default: the whole swing "
-        "where closing follows the model)",
+        "if closing follows the model)",
     )
     parser.add_argument(
         "--also",
@@ -143,8 +145,8 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         action="extend",
         choices=list(EXTRAS),
         default=[],
-        help="identify beyond the paper: friction at the hinge, a backcheck or a latch zone "
-        "where the closer damps otherwise",
+        help="identify more than the paper: friction at the hinge, or a backcheck or a latch zone "
+        "in which the closer has another viscosity",
     )
     parser.add_argument(
         "--bound",
@@ -152,28 +154,28 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar=("NAME", "LOW", "HIGH"),
-        help=f"bounds of a parameter in SI units, NAME of {', '.join(RATIO_OF)}; may be repeated",
+        help="bounds of a parameter in SI units; NAME is one of "
+        f"{', '.join(RATIO_OF)}; may be repeated",
     )
     parser.add_argument(
         "--zero-std-deg",
         type=float,
         metavar="DEG",
-        help="how well the encoder's zero is known to be that of the closed door (default: half a "
-        "count)",
+        help="standard deviation of the encoder's zero at the closed door (default: half a count)",
     )
     parser.add_argument(
         "--from-deg",
         type=float,
         metavar="DEG",
-        help="fit from this angle on, as the paper does from 10 deg (default: from where the data "
-        "say that the hand has left)",
+        help="fit from this angle, as the paper does from 10 deg (default: from where the data "
+        "show that the hand has left)",
     )
 
 
 def _reference(
     arguments: argparse.Namespace, mass: float | None, width: float | None
 ) -> Reference:
-    """What fixes the scale."""
+    """Return the measurement that fixes the scale."""
     if arguments.inertia:
         return scale_from_inertia(*arguments.inertia)
     if arguments.force:
@@ -189,7 +191,7 @@ def _reference(
 
 
 def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
-    """Identify."""
+    """Identify the door, and return it with its leaf and linkage."""
     geometry = load_geometry(arguments.door or "paper")
     mass: float | None = arguments.mass
     width: float | None = arguments.width
@@ -216,7 +218,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
         bounds=_bounds(arguments.bound),
         zero_std=_radians(arguments.zero_std_deg),
     )
-    if mass is None:  # one that goes with I_A
+    if mass is None:  # a mass that agrees with I_A
         mass = 3.0 * result.door.i_a / leaf.width**2
         geometry = replace(geometry, leaf=replace(leaf, mass=mass))
     return result, geometry
@@ -227,7 +229,11 @@ def _radians(degrees: float | None) -> float | None:
 
 
 def _bounds(typed: Sequence[Sequence[str]]) -> dict[str, tuple[float, float]]:
-    """Bounds as typed."""
+    """Parse the bounds.
+
+    Raises:
+        DoorParameterError: A parameter has two bounds, or a bound is not a number.
+    """
     bounds: dict[str, tuple[float, float]] = {}
     for name, low, high in typed:
         if name in bounds:
@@ -252,19 +258,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _answer(arguments: argparse.Namespace, source: str) -> str:
-    """Identify, write the door if that is asked for; what to print."""
+    """Identify the door, write its file if wanted, and return the text to print."""
     result, geometry = _run(arguments)
     if arguments.json:
         answer = json.dumps(identified(result), indent=2)
     else:
         answer = as_table(
-            result, "" if arguments.door else " (the paper's, for want of --door)")
+            result, "" if arguments.door else " (the paper door's, since --door is missing)")
     if arguments.yaml is not None:
         config = as_config(result, geometry, restitution=arguments.restitution)
         head = as_comment(result, source)
         if not arguments.door:
-            head += "# Without --door the linkage, and what was not given of the leaf, is the "
-            head += "paper door's.\n"
+            head += "# --door was missing: the linkage, and what was not given of the leaf, are "
+            head += "those of the paper's door.\n"
         write_whole(arguments.yaml, head + config.to_yaml())
     return answer
 

@@ -1,4 +1,4 @@
-"""An identification as text, as an object for --json and as a door's configuration."""
+"""Converts an identification to text, to an object for --json, and to a door's configuration."""
 
 import math
 from typing import Any
@@ -10,16 +10,16 @@ from door_model.identification.parameters import UNITS, is_angle
 from door_model.identification.prediction import PredictedPeak, predict_peak
 from door_model.motion.dynamics import initial_velocity
 
-_ANGLES_DEG = (0.0, 10.0, 25.0)
-_PLAY_TOLD = math.radians(0.01)
+_ANGLES_DEG = (0.0, 10.0, 25.0)  # angles at which the restoring torque is printed [deg]
+_SMALLEST_PLAY = math.radians(0.01)  # smallest play that is printed [rad]
 
 
 def identified(result: Identification, truth: dict[str, float] | None = None) -> dict[str, Any]:
-    """The `identified` object of the summary: values, standard deviations and errors.
+    """Return the `identified` object of the summary: values, standard deviations and errors.
 
     Args:
         result: The identification.
-        truth: True values by name, where they are known.
+        truth: True values by the parameter's name, as far as they are known.
     """
     answer: dict[str, Any] = {}
     for name in result.names:
@@ -57,17 +57,17 @@ def identified(result: Identification, truth: dict[str, float] | None = None) ->
 
 
 def _largest_swing(result: Identification) -> tuple[float, PredictedPeak]:
-    """Angular velocity that opens the shut door as far as the largest swing went, and its peak."""
+    """Return the velocity [rad/s] that repeats the largest swing, and the predicted peak."""
     omega0 = initial_velocity(result.door, max(swing.peak for swing in result.swings))
     return omega0, predict_peak(result.door, result.names, result.covariance, omega0)
 
 
 def as_table(result: Identification, linkage: str = "") -> str:
-    """Table for people.
+    """Return a table to print.
 
     Args:
         result: The identification.
-        linkage: Where the linkage comes from, in words.
+        linkage: Text about the origin of the linkage, which is appended to its line.
     """
     lines = [f"{'parameter':<16}{'value':>10}    {'std':<10}unit"]
     for name in result.names:
@@ -75,7 +75,7 @@ def as_table(result: Identification, linkage: str = "") -> str:
         if is_angle(name):
             value, std, unit = math.degrees(value), math.degrees(std), "deg"
         lines.append(f"{name:<16}{value:>10.4f} +- {std:<10.2g}{unit}")
-    if result.play > _PLAY_TOLD:
+    if result.play > _SMALLEST_PLAY:
         lines.append(f"{'encoder play':<16}{math.degrees(result.play):>10.3f}    {'':<10}deg")
     rmse = math.degrees(result.fit_rmse)
     fitted = "opening" if result.window is Window.OPENING else "opening and closing"
@@ -100,23 +100,23 @@ def as_table(result: Identification, linkage: str = "") -> str:
 
 
 def as_comment(result: Identification, source: str) -> str:
-    """Head of a door's file: what was identified, from what and how surely."""
+    """Return the head of a door's file: its source, standard deviations and warnings."""
     source = " ".join(source.encode("ascii", "backslashreplace").decode().split())
     lines = [f"Identified from {source}: {len(result.swings)} swings, scale by "
              f"{result.scale_reference}."]
     lines += [f"{name} +- {result.std_of(name):.2g} {UNITS[name]}" for name in result.names]
     lines += [f"warning: {warning}" for warning in result.warnings]
-    lines.append("restitution is not identified: swings by hand do not tell it.")
+    lines.append("restitution is not identified: it does not affect swings by hand.")
     return "".join(f"# {line}\n" for line in lines)
 
 
 def as_config(result: Identification, geometry: DoorGeometry, *, restitution: float) -> DoorConfig:
-    """Configuration of the identified door.
+    """Return the configuration of the identified door.
 
     Args:
         result: The identification.
-        geometry: Leaf and linkage.
-        restitution: Coefficient of restitution of a hit, which free swings do not tell.
+        geometry: Leaf and linkage of the door.
+        restitution: Coefficient of restitution of a hit, which cannot be identified.
     """
     door = result.door
     return DoorConfig(

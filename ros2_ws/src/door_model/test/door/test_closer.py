@@ -1,4 +1,4 @@
-"""Linkage of the closer, eqs. (7) to (9)."""
+"""The linkage of the closer, eqs. (7) to (9)."""
 
 import math
 from dataclasses import replace
@@ -17,14 +17,14 @@ PAPER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
     ("degrees", "f", "eta"), [(0, -17.79, 3.199), (25, 26.30, 1.240), (90, 91.69, 0.873)]
 )
 def test_figures_of_the_paper(degrees: float, f: float, eta: float) -> None:
-    """Appendix B's linkage gives the known angles and ratios."""
+    """The linkage of appendix B has the known angles and ratios."""
     theta = math.radians(degrees)
     assert math.degrees(PAPER.f(theta)) == pytest.approx(f, abs=0.006)
     assert PAPER.eta(theta) == pytest.approx(eta, abs=6e-4)
 
 
 def test_eq8_as_printed() -> None:
-    """The arctan2 form equals the arccos form that the paper prints."""
+    """The form with arctan2 equals the form with arccos that the paper prints."""
     c = PAPER
     theta = np.linspace(-0.1, math.pi - c.theta_i0 - 1e-3, 200)
     cos_phi = np.cos(theta + c.theta_i0)
@@ -51,7 +51,7 @@ linkages = st.builds(
 
 @given(closer=linkages, share=st.floats(0, 0.98))
 def test_eta_is_the_slope_of_f(closer: FourBarCloser, share: float) -> None:
-    """Any linkage in either mode: eta equals the central difference of f wherever it closes."""
+    """For any linkage and mode, eta is the central difference of f wherever the linkage closes."""
     try:
         theta = share * closer.opening_limit()
         slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
@@ -63,7 +63,7 @@ def test_eta_is_the_slope_of_f(closer: FourBarCloser, share: float) -> None:
 
 @given(closer=linkages, share=st.floats(0.02, 0.98))
 def test_slope_of_eta(closer: FourBarCloser, share: float) -> None:
-    """Any linkage in either mode: the second derivative of f too, away from its ends."""
+    """For any linkage and mode, the second derivative of f is right away from the ends."""
     try:
         theta = share * closer.opening_limit()
         difference = (closer.eta(theta + 1e-6) - closer.eta(theta - 1e-6)) / 2e-6
@@ -75,7 +75,7 @@ def test_slope_of_eta(closer: FourBarCloser, share: float) -> None:
 
 @given(closer=linkages, share=st.floats(0, 0.98))
 def test_both_modes_put_the_same_links_together(closer: FourBarCloser, share: float) -> None:
-    """In either mode links 2 and 3 have their lengths: f is the angle of a link that fits."""
+    """In both modes f is the angle of a link 2 with which links 2 and 3 have their lengths."""
     try:
         theta = share * closer.opening_limit()
         f = closer.f(theta)
@@ -90,7 +90,7 @@ def test_both_modes_put_the_same_links_together(closer: FourBarCloser, share: fl
 
 
 def test_dead_centre_is_where_the_closer_turns_round() -> None:
-    """The mirrored mode of the paper's links has one, at which f is extreme; eq. (8)'s has none."""
+    """The mirrored mode of the paper's links has a dead centre, where f is extreme."""
     assert PAPER.dead_centre() is None
     mirrored = replace(PAPER, assembly=-1)
     angle = mirrored.dead_centre()
@@ -102,7 +102,7 @@ def test_dead_centre_is_where_the_closer_turns_round() -> None:
 
 @given(l2=st.floats(0.05, 0.3), l3=st.floats(0.05, 0.3))
 def test_closes_up_to_the_limit_and_not_beyond(l2: float, l3: float) -> None:
-    """opening_limit separates the angles that close from those that do not."""
+    """opening_limit separates the angles at which the linkage closes from the others."""
     closer = FourBarCloser(0.195, 0.204, l2, l3, 0.34)
     try:
         limit = closer.opening_limit()
@@ -117,7 +117,7 @@ def test_closes_up_to_the_limit_and_not_beyond(l2: float, l3: float) -> None:
 
 
 def test_names_the_stretched_links_and_the_angle() -> None:
-    """An error beyond the end of a short linkage says which links and where."""
+    """An error beyond the end of a short linkage names the links and the angle."""
     closer = FourBarCloser(0.195, 0.204, 0.12, 0.15, 0.34)
     with pytest.raises(LinkageError, match="l2 \\+ l3") as caught:
         closer.f(np.radians([0.0, 60.0, 120.0]))
@@ -141,7 +141,7 @@ def test_names_the_link_that_cannot_fold() -> None:
 def test_names_the_link_that_ends_the_range(
     closer: FourBarCloser, upper: str, lower: str
 ) -> None:
-    """An angle just beyond either end is an error with link, angle and element; within is none."""
+    """An angle just beyond either end causes an error with link, angle and element."""
     low, high = closer.closing_limit(), closer.opening_limit()
     closer.require_within(np.linspace(low + 1e-5, high - 1e-5, 50))
     for angle, link in ((high + 1e-3, upper), (low - 1e-3, lower)):
@@ -160,13 +160,13 @@ def test_refuses_lengths_that_are_none(bad: float) -> None:
 
 @pytest.mark.parametrize("bad", [0, 2, math.nan])
 def test_refuses_modes_that_are_none(bad: float) -> None:
-    """There are two ways to put a linkage together."""
+    """A linkage has two assembly modes, 1 and -1."""
     with pytest.raises(DoorParameterError, match="assembly must be 1 or -1"):
         replace(PAPER, assembly=bad)
 
 
 def test_refuses_nan_angles() -> None:
-    """NaN is an error of its own, not an angle at which the linkage opens."""
+    """NaN causes an error of its own, not that of a linkage that does not close."""
     with pytest.raises(DoorParameterError, match="theta"):
         PAPER.f(math.nan)
     assert issubclass(DoorParameterError, DoorModelError)

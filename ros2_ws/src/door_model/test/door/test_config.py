@@ -1,4 +1,4 @@
-"""Doors as YAML files."""
+"""Configurations of doors as YAML files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from door_model.errors import ConfigError
 
 
 def edited(tmp_path: Path, section: str | None, key: str, value: object) -> Path:
-    """The paper's door with one value changed (None: taken out)."""
+    """Return the YAML text of the paper's door with one value changed (None removes it)."""
     document = yaml.safe_load(load_door("paper").to_yaml())
     target = document if section is None else document[section]
     if value is None:
@@ -25,7 +25,7 @@ def edited(tmp_path: Path, section: str | None, key: str, value: object) -> Path
 
 
 def test_doors_that_come_with_the_package() -> None:
-    """All of them load, and assemble to 90 deg."""
+    """All doors of the package load, and their linkages close up to 90 deg."""
     assert door_names() == [
         "paper", "size2", "size2_leaf", "size3", "size3_leaf", "size4", "size4_leaf"
     ]
@@ -36,7 +36,7 @@ def test_doors_that_come_with_the_package() -> None:
 
 @pytest.mark.parametrize(("name", "torque"), [("size2", 13.0), ("size3", 18.0), ("size4", 26.0)])
 def test_sizes_have_their_closing_moment(name: str, torque: float) -> None:
-    """EN 1154's least moment at the closed door."""
+    """Each size has the least moment of EN 1154 at the closed door."""
     for door in (load_door(name), load_door(f"{name}_leaf")):
         assert door.door().restoring_torque(0.0) == pytest.approx(torque, abs=1e-5)
 
@@ -46,34 +46,34 @@ def test_sizes_have_their_closing_moment(name: str, torque: float) -> None:
     [("size2_leaf", 40.0, 0.85), ("size3_leaf", 60.0, 0.95), ("size4_leaf", 80.0, 1.1)],
 )
 def test_leaves_of_the_standard(name: str, mass: float, width: float) -> None:
-    """EN 1154's leaf of each power size, and its moment of inertia."""
+    """Each power size has the leaf of EN 1154 and its moment of inertia."""
     config = load_door(name)
     assert (config.leaf.mass, config.leaf.width) == (mass, width)
     assert config.i_a == plate_moment_of_inertia(mass, width)
 
 
 def test_leaf_agrees_with_the_moment_of_inertia() -> None:
-    """47.62 kg and 0.896 m make the paper's 12.75 kg m^2."""
+    """47.62 kg and 0.896 m give the paper's 12.75 kg m^2."""
     config = load_door("paper")
     assert config.leaf.moment_of_inertia() == pytest.approx(config.i_a, rel=1e-3)
     assert config.leaf.moment_of_inertia() == plate_moment_of_inertia(47.62, 0.896)
 
 
 def test_i_a_may_be_left_out(tmp_path: Path) -> None:
-    """It then comes from the leaf."""
+    """Without i_a the moment of inertia is that of the leaf."""
     config = load_door(edited(tmp_path, None, "i_a", None))
     assert config.i_a == config.leaf.moment_of_inertia()
 
 
 def test_yaml_round_trip(tmp_path: Path) -> None:
-    """What to_yaml writes, load_door reads."""
+    """load_door reads back what to_yaml writes."""
     path = tmp_path / "copy.yaml"
     path.write_text(load_door("size3").to_yaml())
     assert load_door(path) == load_door("size3")
 
 
 def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
-    """What goes beyond the paper is written and read as well."""
+    """Extensions of the paper's model are written and read back, too."""
     path = tmp_path / "real.yaml"
     real = replace(
         load_door("paper"), c_c_closing=0.5, backcheck=Zone(1.2, 3.0), latch=Zone(0.2, 0.1),
@@ -97,13 +97,13 @@ def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_zones_are_named(tmp_path: Path, key: str, value: object, match: str) -> None:
-    """Zones and the closing's viscosity are checked like everything else."""
+    """Zones and the viscosity of closing are checked like all other values."""
     with pytest.raises(ConfigError, match=match):
         load_door(edited(tmp_path, "closer", key, value))
 
 
 def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
-    """Its closer turns the other way, so the paper's spring would push the door open: refused."""
+    """The mirrored closer turns the other way, so the paper's spring is refused."""
     with pytest.raises(ConfigError, match="does not pull the door shut"):
         load_door(edited(tmp_path, "linkage", "assembly", -1))
     with pytest.raises(ConfigError, match="assembly must be 1 or -1"):
@@ -111,7 +111,7 @@ def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
 
 
 def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
-    """Whatever the closer's section says, even nonsense, geometry holds none of it."""
+    """The geometry contains nothing of the closer's section, whatever that contains."""
     path = edited(tmp_path, "closer", "k_c", "wrong")
     assert load_geometry(path) == load_geometry("paper") == load_door("paper").geometry()
     assert load_geometry(edited(tmp_path, None, "closer", None)) == load_geometry("paper")
@@ -142,7 +142,7 @@ def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
 def test_what_is_wrong_is_said(
     tmp_path: Path, section: str | None, key: str, value: object, match: str
 ) -> None:
-    """Unknown or missing keys and numbers out of range are named, with the file."""
+    """Unknown and missing keys and numbers out of range are named, with the file."""
     path = edited(tmp_path, section, key, value)
     with pytest.raises(ConfigError, match=match) as caught:
         load_door(path)
@@ -150,7 +150,7 @@ def test_what_is_wrong_is_said(
 
 
 def test_no_such_door() -> None:
-    """An unknown name lists those that there are; an unknown file is named."""
+    """The error lists the known doors for an unknown name, and names an unknown file."""
     with pytest.raises(ConfigError, match="paper, size2"):
         load_door("garage")
     with pytest.raises(ConfigError, match="no such file"):
@@ -161,7 +161,7 @@ def test_no_such_door() -> None:
 
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "a: [", "\x00"])
 def test_files_that_are_no_door(tmp_path: Path, text: str) -> None:
-    """Text that is no mapping is an error of the configuration."""
+    """A file that is no mapping causes an error of the configuration."""
     path = tmp_path / "door.yaml"
     path.write_text(text)
     with pytest.raises(ConfigError):

@@ -1,4 +1,4 @@
-"""Curves of a closer and the command that writes them."""
+"""The curves of a closer, and the command that writes them."""
 
 import json
 import math
@@ -45,7 +45,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 @given(k_c=st.floats(0.1, 5.0), tau=st.floats(0.0, 10.0))
 def test_curves_are_each_others_integrals(k_c: float, tau: float) -> None:
-    """eta integrates to f, the torque to the spring's energy, which is 0 at the closed door."""
+    """eta integrates to f, and the torque to the spring's energy, 0 at the closed door."""
     curves = closer_curves(replace(REAL, k_c=k_c, tau_c0_prime=tau), np.linspace(0.0, 1.5, 2001))
     assert simpson(curves.eta, x=curves.theta) == pytest.approx(curves.f[-1] - curves.f[0])
     assert simpson(curves.torque, x=curves.theta) == pytest.approx(curves.energy[-1])
@@ -53,14 +53,14 @@ def test_curves_are_each_others_integrals(k_c: float, tau: float) -> None:
 
 
 def test_damping_is_that_of_the_zone() -> None:
-    """c_c eta^2 with the viscosity of opening, closing, backcheck and latch."""
+    """The damping is c_c eta^2 with the viscosity of the direction and zone."""
     curves = closer_curves(REAL, [0.1, 0.5, 1.3])
     np.testing.assert_allclose(curves.damping_opening, [0.06, 0.06, 3.0] * curves.eta**2)
     np.testing.assert_allclose(curves.damping_closing, [0.1, 0.5, 0.5] * curves.eta**2)
 
 
 def test_curves_end_with_the_linkage() -> None:
-    """Up to 90 deg or a degree before a short linkage's end; beyond it is an error."""
+    """Curves end at 90 deg or one degree before a short linkage's end; beyond is an error."""
     short = FourBarCloser(0.195, 0.204, 0.12, 0.15, 0.34)
     assert largest_shown(CLOSER) == math.pi / 2
     end = largest_shown(short)
@@ -73,7 +73,7 @@ def test_curves_end_with_the_linkage() -> None:
 
 @given(end_deg=st.floats(0.01, 160.0))
 def test_rows_of_the_table_are_round(end_deg: float) -> None:
-    """1, 2 or 5 times a power of ten apart, 5 to 10 steps, and the end asked for."""
+    """Rows are 1, 2 or 5 times a power of ten apart, in 5 to 10 steps up to the wanted end."""
     end = math.radians(end_deg)
     step = math.degrees(round_step(end, 10))
     angles = np.degrees(round_angles(end, math.radians(step)))
@@ -85,7 +85,7 @@ def test_rows_of_the_table_are_round(end_deg: float) -> None:
 
 
 def test_points_on_both_sides_of_a_border() -> None:
-    """Damping jumps between neighbours at the border of each zone, and the angles still rise."""
+    """The damping jumps between neighbours at a zone's border, and the angles still increase."""
     theta = with_borders(REAL, np.linspace(0.0, 1.5, 31))
     assert (np.diff(theta) > 0.0).all()
     curves = closer_curves(REAL, theta)
@@ -99,24 +99,24 @@ def test_points_on_both_sides_of_a_border() -> None:
 
 
 def test_borders_beyond_what_is_shown_are_left_out() -> None:
-    """No point is added outside the angles given."""
+    """No point is added outside the given angles."""
     theta = np.linspace(0.3, 1.1, 9)
     np.testing.assert_array_equal(with_borders(REAL, theta), theta)
 
 
 def _panel(figure: Figure, title: str) -> Axes:
-    """The panel of a figure whose title begins so."""
+    """Return the panel of a figure whose title begins with a text."""
     return next(axes for axes in figure.axes if axes.get_title().startswith(title))
 
 
 def _legend(axes: Axes) -> list[str]:
-    """What a panel's legend says."""
+    """Return the texts of a panel's legend."""
     legend = axes.get_legend()
     return [] if legend is None else [text.get_text() for text in legend.get_texts()]
 
 
 def test_picture_shows_damping_of_both_directions() -> None:
-    """A line for opening and one for closing, as the curves have them, named with their zones."""
+    """Opening and closing have a line each, with the values of the curves and zone names."""
     panel = _panel(curves_figure("real", REAL, 1.5), "Damping")
     opening, closing = panel.get_lines()
     for line, omega in ((opening, 1.0), (closing, -1.0)):
@@ -130,7 +130,7 @@ def test_picture_shows_damping_of_both_directions() -> None:
 
 
 def test_damping_alike_both_ways_is_one_line_without_legend() -> None:
-    """As of the paper's door, and of one whose zone lies beyond the angles shown."""
+    """If no damping differs within the shown angles, there is one line and no legend."""
     for door in (PLAIN, replace(PLAIN, backcheck=Zone(1.2, 3.0))):
         panel = _panel(curves_figure("paper", door, 1.1), "Damping")
         assert len(panel.get_lines()) == 1
@@ -138,7 +138,7 @@ def test_damping_alike_both_ways_is_one_line_without_legend() -> None:
 
 
 def test_smaller_damping_is_seen_beside_a_much_larger_one() -> None:
-    """No curve lies on the axis, and each goes over a tenth of the panel's height at least."""
+    """No curve lies on the axis; each spans at least a tenth of the panel's height."""
     panel = _panel(curves_figure("real", REAL, 1.5), "Damping")
     for line in panel.get_lines():
         height = panel.transAxes.inverted().transform(line.get_path().transformed(
@@ -147,14 +147,14 @@ def test_smaller_damping_is_seen_beside_a_much_larger_one() -> None:
 
 
 def test_picture_names_friction_where_there_is_some() -> None:
-    """In the panel of the torque that it is to be compared with."""
+    """Friction is drawn in the panel of the torque."""
     assert _legend(_panel(curves_figure("real", REAL, 1.5), "Restoring")) == [
         "friction at the hinge, 0.3 N m"]
     assert _legend(_panel(curves_figure("paper", PLAIN, 1.5), "Restoring")) == []
 
 
 def test_figures_are_said_to_be_the_papers() -> None:
-    """Titles say whose figure it is, and the torque has a name in words."""
+    """Titles name the figures of the paper, and the torque is named in words."""
     angle, torque = Figure().subplots(1, 2)
     draw_closer_angle(angle, CLOSER, np.linspace(0.0, 1.0, 9))
     draw_restoring_torque(torque, PLAIN, np.linspace(0.0, 1.0, 9))
@@ -164,7 +164,7 @@ def test_figures_are_said_to_be_the_papers() -> None:
 
 
 def test_swing_ends_where_friction_holds_the_door() -> None:
-    """At rest at its peak, where the spring pulls less than the friction; said in the title."""
+    """The swing ends at its peak if friction exceeds the spring's pull, as the title says."""
     free = free_swing(STICKY, math.radians(60.0))
     assert math.degrees(free.swing.theta[-1]) == pytest.approx(60.0, abs=1e-4)
     assert free.ending() == "the door stays open at 60.0 deg"
@@ -174,14 +174,14 @@ def test_swing_ends_where_friction_holds_the_door() -> None:
 
 
 def test_swing_of_a_door_that_falls_shut_says_nothing_of_its_end() -> None:
-    """The same friction at an angle where the spring is stronger."""
+    """The title of a swing that falls shut does not mention its end."""
     free = free_swing(STICKY, math.radians(10.0))
     assert free.swing.theta[-1] == pytest.approx(0.0, abs=1e-3)
     assert free.ending() == ""
 
 
 def test_swing_that_takes_more_than_a_minute_says_so() -> None:
-    """A closer with its valve nearly shut."""
+    """A swing that is not over after a minute is reported as such."""
     slow = replace(PLAIN, c_c_closing=500.0)
     assert free_swing(slow, 1.0).ending().startswith("after 60 s the door still moves, at ")
 
@@ -190,7 +190,7 @@ def test_swing_that_takes_more_than_a_minute_says_so() -> None:
 def test_command_says_whether_the_door_stays_open(
     angle: float, stays: float | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In its text and in a field of its JSON."""
+    """Text and JSON of the command report whether the door stays open."""
     path = tmp_path / "door.yaml"
     path.write_text(replace(load_door("paper"), friction=5.0).to_yaml())
     arguments = ["--door", str(path), "--swing-deg", str(angle), "--out", str(tmp_path)]
@@ -204,14 +204,14 @@ def test_command_says_whether_the_door_stays_open(
 
 
 def test_help_promises_no_shut_door(capsys: pytest.CaptureFixture[str]) -> None:
-    """It says that friction may hold the door open."""
+    """The help says that friction may hold the door open."""
     with pytest.raises(SystemExit):
         main(["--help"])
     assert "friction holds the door open" in " ".join(capsys.readouterr().out.split())
 
 
 def test_command_prints_round_angles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Every half degree up to 5 deg."""
+    """Up to 5 deg the table has a row every half degree."""
     assert main(["--max-deg", "5", "--out", str(tmp_path)]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     angles = [row[0] for row in rows if len(row) == 7 and row[0][0].isdigit()]
@@ -221,7 +221,7 @@ def test_command_prints_round_angles(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_command_prints_the_appendix_and_writes_its_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Table with the known angles; CSV with the numbers of the door; pictures."""
+    """The table has the known angles, the CSV the door's values, and pictures are written."""
     out = tmp_path / "new" / "folder"
     assert main(["--swing-deg", "25", "--out", str(out)]) == 0
     text = capsys.readouterr().out
@@ -242,7 +242,7 @@ def test_command_prints_the_appendix_and_writes_its_figures(
 
 
 def test_command_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One object with the whole curves, for a door of a file, as far as asked for."""
+    """--json prints one object with all curves of a door from a file, up to the wanted angle."""
     path = tmp_path / "door.yaml"
     path.write_text(load_door("size3").to_yaml())
     arguments = ["--door", str(path), "--max-deg", "70", "--out", str(tmp_path), "--json"]
@@ -262,15 +262,15 @@ def test_command_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["--max-deg", "0"], "--max-deg must be a positive"),
         (["--max-deg", "nan"], "--max-deg must be a positive"),
         (["--max-deg", "1e15"], "does not close"),
-        (["--max-deg", "165"], "at 165.00 deg: l1 ends its range at 160.52 deg"),
+        (["--max-deg", "165"], "at 165.00 deg: l1 limits its range at 160.52 deg"),
         (["--swing-deg", "-5"], "above the start angle"),
-        (["--swing-deg", "170"], "l1 ends its range"),
+        (["--swing-deg", "170"], "l1 limits its range"),
     ],
 )
 def test_errors_are_said_and_nothing_is_written(
     arguments: list[str], match: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 1, one line on stderr, no file."""
+    """An error gives exit code 1 and one line on stderr, and no file is written."""
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 1
     captured = capsys.readouterr()
     assert match in captured.err
@@ -280,7 +280,7 @@ def test_errors_are_said_and_nothing_is_written(
 
 
 def test_a_folder_that_is_none_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A file in the folder's place, and a file's name taken by a folder: nothing half-written."""
+    """An output folder that cannot be used is reported, and no file is left half-written."""
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file" / "below")]) == 1
     assert "cannot be made: Not a directory" in capsys.readouterr().err
@@ -291,12 +291,12 @@ def test_a_folder_that_is_none_is_said(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_the_library_needs_no_matplotlib(tmp_path: Path) -> None:
-    """Importing everything does not import it; drawing without it says what to install."""
+    """No import loads matplotlib; drawing without it says what to install."""
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
         "from door_model.tools.curves_cli import main\n"
         f"sys.exit(main(['--out', {str(tmp_path / 'out')!r}]))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr == "curves: matplotlib is missing: pip install matplotlib\n"
+    assert done.stderr == "curves: matplotlib is missing, install it with: pip install matplotlib\n"
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""What real closers add to the paper's, identified."""
+"""Identification of what real closers add to the paper's model."""
 
 import math
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ FAR = (20.0, 40.0, 65.0, 75.0, 85.0)
 
 
 def found(door: Door, extras: Sequence[str], peaks: Sequence[float] = PEAKS_DEG) -> Identification:
-    """Identification from five swings with 0.2 deg of play."""
+    """Identify a door from five swings with 0.2 deg of play."""
     recording = synthetic_recording(
         door, np.radians(peaks).tolist(), phase=0.3, play=math.radians(0.2))
     return identify(recording, door.closer, EXACT, extras=extras)
@@ -35,7 +35,7 @@ def found(door: Door, extras: Sequence[str], peaks: Sequence[float] = PEAKS_DEG)
 
 @pytest.mark.parametrize("name", TRUTH)
 def test_extras_are_found(name: str) -> None:
-    """Each within 4 standard deviations or a percent, and the spring no worse for it."""
+    """Each extra is right within 4 standard deviations or a percent, and the spring stays right."""
     door = TRUTH[name]
     result = found(door, [name], FAR if name == "backcheck" else PEAKS_DEG)
     truth = {"friction": door.friction, "c_c_closing": door.closing_viscosity, "c_c": door.c_c,
@@ -53,13 +53,13 @@ def test_extras_are_found(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["friction", "latch"])
 def test_what_is_missing_is_named(name: str) -> None:
-    """A door that has more than was asked for: the answer says what to identify too."""
+    """If a door has an extra that was not wanted, a warning recommends to identify it."""
     result = found(TRUTH[name], [])
-    assert any(f"with {name} identified too" in warning for warning in result.warnings)
+    assert any(f"if {name} were identified, too" in warning for warning in result.warnings)
 
 
 def test_off_by_default() -> None:
-    """A door of the paper has no friction and no zones, and none is found."""
+    """The paper's door is identified without friction and zones."""
     result = found(PAPER, [])
     assert result.names == ("i_a", "c_c", "k_c", "tau_c0_prime", "c_c_closing")
     assert result.door.friction == 0.0
@@ -68,14 +68,14 @@ def test_off_by_default() -> None:
 
 
 def test_extras_that_are_not_there_are_small_or_uncertain() -> None:
-    """Friction of a door without any is 0 within its own spread."""
+    """Friction of a door without friction is 0 within its standard deviation."""
     result = found(PAPER, ["friction"])
     assert abs(result.value_of("friction")) < max(3.0 * result.std_of("friction"), 0.01)
 
 
 @pytest.mark.nightly("five seconds: several fits")
 def test_zones_that_the_swings_leave_open_are_said() -> None:
-    """Two places of a latch zone that explain small swings alike: both are in the answer."""
+    """If two latch zones explain small swings equally, the result names both."""
     door = replace(PAPER, backcheck=Zone(math.radians(20.0), 0.5), latch=Zone(0.15, 0.3),
                    friction=0.2, c_c_closing=0.2)
     result = found(door, ["backcheck", "latch", "friction"])
@@ -85,21 +85,22 @@ def test_zones_that_the_swings_leave_open_are_said() -> None:
 
 @pytest.mark.nightly("five seconds: several fits")
 def test_zones_that_are_not_there_are_left_out_and_said() -> None:
-    """A door of the paper asked for everything: its own parameters, and no swing lost."""
+    """Zones that the paper's door lacks are left out with a warning; no swing is lost."""
     result = found(PAPER, ["friction", "latch", "backcheck"], (11.0, 16.0, 20.0, 25.0, 29.0))
     assert result.names == (*PARAMETERS, "c_c_closing", "friction")
     assert len(result.swings) == 5
-    assert {w for w in result.warnings if w.startswith("no ")} == {
-        f"no {zone} shows in the swings: it was left out" for zone in ("latch", "backcheck")}
+    assert {w for w in result.warnings if w.endswith("it was left out")} == {
+        f"the {zone} has no effect on the swings: it was left out"
+        for zone in ("latch", "backcheck")}
 
 
 @pytest.mark.nightly("five seconds: several fits")
 def test_two_that_are_missing_are_named_together() -> None:
-    """Friction and a latch zone, neither of which explains the swings alone."""
+    """Friction and a latch zone that explain the swings only together are named together."""
     door = replace(PAPER, k_c=1.3, tau_c0_prime=4.0, c_c_closing=0.6, friction=0.2,
                    latch=Zone(0.175, 0.15))
     asked = found(door, [])
-    assert any("with friction and latch identified too" in w for w in asked.warnings)
+    assert any("if friction and latch were identified, too" in w for w in asked.warnings)
     result = found(door, ["friction", "latch"])
     assert result.door.k_c == pytest.approx(1.3, rel=0.01)
     assert result.door.friction == pytest.approx(0.2, abs=0.01)
@@ -107,32 +108,32 @@ def test_two_that_are_missing_are_named_together() -> None:
 
 
 def test_extras_of_opening_alone_are_not_dropped_in_silence() -> None:
-    """A latch zone cannot be told from opening: the answer says so."""
+    """A warning says that a latch zone cannot be identified from opening alone."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     result = identify(recording, PAPER.closer, EXACT, extras=["latch"], window="opening")
-    assert "latch was not identified: it takes the fall shut too" in result.warnings
+    assert "latch was not identified: this needs closing, too" in result.warnings
 
 
 @pytest.mark.nightly("five seconds: several fits")
 def test_another_doors_linkage_is_doubted() -> None:
-    """A link 3 cm too long: no figures without the question whether the linkage is right."""
+    """If link 2 is 3 cm too long, a warning asks to check the linkage."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     wrong = replace(PAPER.closer, l2=0.25)
     result = identify(recording, wrong, EXACT)
-    assert any("linkage's lengths" in warning for warning in result.warnings)
+    assert any("check the lengths of the linkage" in warning for warning in result.warnings)
 
 
 def test_a_zero_that_is_not_the_shut_doors_is_doubted() -> None:
-    """A door that rests at 7.5 deg; one whose angle falls as it opens."""
+    """A door that rests at 7.5 deg, or whose angle falls as it opens, causes a warning."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     moved = replace(recording, theta=recording.theta + math.radians(7.5))
     assert any("rests at 7.5" in w for w in identify(moved, PAPER.closer, EXACT).warnings)
-    with pytest.raises(NoSwingError, match="does it grow as the door opens"):
+    with pytest.raises(NoSwingError, match="check that it grows as the door opens"):
         identify(replace(recording, theta=-recording.theta), PAPER.closer, EXACT)
 
 
 def test_bounds_hold_and_are_told() -> None:
-    """A bound that the swings want to pass is kept to, and the answer says so."""
+    """A value stays within its bound, and a warning says that it is at the bound."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist())
     free = identify(recording, PAPER.closer, EXACT)
     wide = identify(recording, PAPER.closer, EXACT, bounds={"k_c": (0.1, 10.0)})
@@ -140,7 +141,7 @@ def test_bounds_hold_and_are_told() -> None:
     np.testing.assert_allclose(wide.values, free.values, rtol=1e-4)
     assert tight.door.k_c == pytest.approx(1.1, rel=1e-3)
     assert tight.fit_rmse > free.fit_rmse
-    assert any("k_c lies at its bound" in warning for warning in tight.warnings)
+    assert any("k_c is at its bound" in warning for warning in tight.warnings)
     far = identify(recording, PAPER.closer, EXACT, bounds={"k_c": (0.3, 0.6)})
     assert any("times what the encoder explains" in warning for warning in far.warnings)
     with pytest.raises(NoFitError, match=r"do not follow|does not pull"):
@@ -157,7 +158,7 @@ def test_bounds_hold_and_are_told() -> None:
     ],
 )
 def test_nonsense_is_refused(options: dict[str, object], match: str) -> None:
-    """Bounds of what is not fitted, turned round; an extra that there is not."""
+    """Bounds of what is not fitted, reversed bounds and unknown extras are refused."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG[:3]).tolist())
     with pytest.raises((DoorParameterError, NoFitError), match=match):
         identify(recording, PAPER.closer, EXACT, **options)  # type: ignore[arg-type]
@@ -165,7 +166,7 @@ def test_nonsense_is_refused(options: dict[str, object], match: str) -> None:
 
 @pytest.mark.parametrize("off_deg", [-0.15, 0.15])
 def test_an_encoder_zeroed_on_a_door_ajar(off_deg: float) -> None:
-    """Told that the zero is uncertain, the fit finds it, and the torque curve with it."""
+    """With an uncertain zero, the fit finds the zero and the curve of the torque."""
     recording = synthetic_recording(PAPER, np.radians(PEAKS_DEG).tolist(), play=math.radians(0.2))
     moved = replace(recording, theta=recording.theta + math.radians(off_deg))
     result = identify(moved, PAPER.closer, EXACT, zero_std=math.radians(0.2))
@@ -176,7 +177,7 @@ def test_an_encoder_zeroed_on_a_door_ajar(off_deg: float) -> None:
 
 
 def test_what_the_swings_cannot_tell_is_said() -> None:
-    """The opening of three small swings alike leaves viscosity and spring open."""
+    """The opening of three equal small swings does not determine viscosity and spring."""
     recording = synthetic_recording(PAPER, np.radians([5.0, 5.2, 5.4]).tolist(), phase=0.3)
     result = identify(recording, PAPER.closer, EXACT, window="opening")
     said = " ".join(result.warnings)
@@ -186,7 +187,7 @@ def test_what_the_swings_cannot_tell_is_said() -> None:
 
 
 def test_doubts_name_what_goes_together() -> None:
-    """Two parameters whose sum alone is known are named together, a third is not."""
+    """Two parameters with a known sum only are named together; a third one is not."""
     covariance = np.array([[1.0, -0.99, 0.0], [-0.99, 1.0, 0.0], [0.0, 0.0, 0.01]])
     (said,) = doubts(("c_c", "k_c", "friction"), np.array([4.0, 4.0, 4.0]), covariance)
     assert "cannot tell c_c and k_c apart" in said
@@ -196,7 +197,7 @@ def test_doubts_name_what_goes_together() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """1 with itself, between -1 and 1 with others, 0 with an exact I_A."""
+    """Correlations are 1 on the diagonal, between -1 and 1 elsewhere, and 0 with an exact I_A."""
     result = found(PAPER, ["friction"])
     correlation = result.correlation
     np.testing.assert_allclose(np.diag(correlation)[1:], 1.0)

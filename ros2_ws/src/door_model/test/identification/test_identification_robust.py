@@ -1,4 +1,4 @@
-"""Recordings as they come: touched doors, stops, lost samples, garbage."""
+"""Identification from imperfect recordings: touched doors, stops, lost samples, garbage."""
 
 import math
 from collections.abc import Callable
@@ -30,13 +30,13 @@ Change = Callable[[float, float, float], np.ndarray]
 
 
 def shown(theta: np.ndarray) -> Recording:
-    """Angles through 0.2 deg of play and an encoder of 14,400 counts."""
+    """Return angles as an encoder of 14,400 counts with 0.2 deg of play shows them."""
     counts = np.floor(through_play(theta, math.radians(0.2)) / RESOLUTION + 0.3).astype(np.int64)
     return from_counts(np.arange(len(theta)) * PERIOD, counts)
 
 
 def swing_of(push: Push, length: float, change: tuple[float, Change] | None = None) -> np.ndarray:
-    """Angles of one swing; from a time on, a change goes on from its angle and velocity."""
+    """Return the angles of a swing; from a given time its state is changed by a function."""
     motion = simulate_pushes(PAPER, [replace(push, start=0.3)], length)
     theta = motion.theta[:-1].copy()
     if change is not None:
@@ -49,7 +49,7 @@ def swing_of(push: Push, length: float, change: tuple[float, Change] | None = No
 
 
 def recording_with(number: int, change: tuple[float, Change] | None) -> Recording:
-    """Five swings, one of them changed."""
+    """Return a recording of five swings, of which one is changed."""
     starts = [push.start - 0.3 for push in PUSHES] + [LENGTH]
     return shown(np.concatenate([
         swing_of(push, end - start, change if i == number else None)
@@ -57,7 +57,7 @@ def recording_with(number: int, change: tuple[float, Change] | None) -> Recordin
 
 
 def pushed_again(impulse: float) -> Change:
-    """A hand that gives the door an angular impulse [N m s]."""
+    """Return a change by a hand that pushes with an angular impulse [N m s]."""
     push = Push(0.0, impulse, 0.15)
 
     def change(theta: float, omega: float, length: float) -> np.ndarray:
@@ -67,12 +67,12 @@ def pushed_again(impulse: float) -> Change:
 
 
 def thrown_back(theta: float, omega: float, length: float) -> np.ndarray:
-    """A stop that gives the door 0.3 of its speed back."""
+    """Return the state after a stop that reverses 0.3 of the speed."""
     return simulate(PAPER, theta, -0.3 * omega, length, stop=True).theta
 
 
 def torque_error(result: Identification) -> float:
-    """Largest relative error of the restoring torque over the range swung."""
+    """Return the largest relative error of the restoring torque over the range of the swings."""
     angles = np.linspace(0.0, PEAKS.max(), 60)
     true = PAPER.restoring_torque(angles)
     return float(np.abs(result.door.restoring_torque(angles) / true - 1.0).max())
@@ -80,7 +80,7 @@ def torque_error(result: Identification) -> float:
 
 @pytest.fixture(scope="module")
 def good() -> Recording:
-    """Five good swings."""
+    """Return a recording of five good swings."""
     return recording_with(-1, None)
 
 
@@ -90,7 +90,7 @@ def good() -> Recording:
     "impulse", [0.3, *(pytest.param(value, marks=NIGHTLY) for value in (-0.3, 3.0, -3.0))])
 @pytest.mark.parametrize("share", [0.5, 1.3], ids=["opening", "closing"])
 def test_a_touched_swing_is_named_and_left_out(number: int, impulse: float, share: float) -> None:
-    """A hand that touches one swing of five again, lightly or hard, on its way out or back."""
+    """A swing that a hand touches is named and left out, whatever the impulse and direction."""
     top = int(np.argmax(swing_of(PUSHES[number], 4.0))) * PERIOD - 0.45
     recording = recording_with(number, (0.45 + share * top, pushed_again(impulse)))
     result = identify(recording, PAPER.closer, EXACT)
@@ -102,7 +102,7 @@ def test_a_touched_swing_is_named_and_left_out(number: int, impulse: float, shar
 
 @pytest.mark.parametrize(("number", "stop_deg"), [(1, 8.0), (2, 10.0), (4, 15.0), (4, 24.5)])
 def test_a_swing_into_a_stop_is_named_and_left_out(number: int, stop_deg: float) -> None:
-    """The leaf hits something, hard or at its last degree, and comes back."""
+    """A swing in which the leaf hits a stop, hard or softly, is named and left out."""
     theta = swing_of(PUSHES[number], 4.0)
     at = int(np.argmax(theta >= math.radians(stop_deg))) * PERIOD
     result = identify(recording_with(number, (at, thrown_back)), PAPER.closer, EXACT)
@@ -112,7 +112,7 @@ def test_a_swing_into_a_stop_is_named_and_left_out(number: int, stop_deg: float)
 
 
 def test_when_every_swing_hits_the_stop_there_is_no_answer() -> None:
-    """Refused, and said why."""
+    """If every swing hits the stop, the error says so."""
     theta = swing_of(PUSHES[4], 4.0)
     at = int(np.argmax(theta >= math.radians(15.0))) * PERIOD
     stopped = shown(np.concatenate([swing_of(PUSHES[4], 4.0, (at, thrown_back))] * 3))
@@ -124,7 +124,7 @@ def test_when_every_swing_hits_the_stop_there_is_no_answer() -> None:
     "seed", [0, *(pytest.param(seed, marks=NIGHTLY) for seed in (1, 2))])
 @pytest.mark.parametrize("together", [1, 20], ids=["samples", "batches"])
 def test_five_percent_lost(good: Recording, seed: int, together: int) -> None:
-    """Lost one by one or twenty at a time: every swing is used all the same."""
+    """Samples lost one by one or twenty at a time cost no swing."""
     piece = np.arange(len(good.t)) // together
     keep = (np.random.default_rng(seed).uniform(size=piece[-1] + 1) > 0.05)[piece]
     lossy = Recording(good.t[keep], good.theta[keep], good.resolution)
@@ -140,7 +140,7 @@ def test_five_percent_lost(good: Recording, seed: int, together: int) -> None:
 def test_a_batch_of_garbage_is_named_and_left_out(
     good: Recording, at: float, size_deg: float
 ) -> None:
-    """Twenty samples of noise, at the start, amid an opening, near a peak."""
+    """Twenty samples of noise are named and left out, wherever they are."""
     rng = np.random.default_rng(1)
     theta = good.theta.copy()
     batch = slice(round(at / PERIOD), round(at / PERIOD) + 20)
@@ -148,12 +148,12 @@ def test_a_batch_of_garbage_is_named_and_left_out(
     theta[batch] = np.rint((theta[batch] + noise) / RESOLUTION) * RESOLUTION
     result = identify(replace(good, theta=theta), PAPER.closer, EXACT)
     assert torque_error(result) < 0.01
-    assert any("no door moves as they do" in warning for warning in result.warnings)
+    assert any("no door can move like this" in warning for warning in result.warnings)
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_a_batch_of_one_value_is_garbage(good: Recording, value: float) -> None:
-    """A counter that stands still or jumps amid a swing."""
+    """A counter that stands still or jumps during a swing is garbage."""
     theta = good.theta.copy()
     theta[700:720] = value
     bad = garbage(replace(good, theta=theta))
@@ -163,7 +163,7 @@ def test_a_batch_of_one_value_is_garbage(good: Recording, value: float) -> None:
 
 @given(st.floats(-9.0, 9.0), st.floats(0.1, 30.0), st.floats(0.0, 1.0))
 def test_no_door_is_garbage(speed: float, rate: float, phase: float) -> None:
-    """Doors that fly, swing and bounce lose no sample."""
+    """No sample of doors that fly, swing and bounce is garbage."""
     t = np.arange(0.0, 2.0, PERIOD)
     for theta in (speed * t, 0.5 * np.abs(np.sin(rate * t)) * min(1.0, 9.0 / rate)):
         counts = np.floor(theta / RESOLUTION + phase)

@@ -1,4 +1,4 @@
-"""What the identification says of its own errors, over many simulated recordings."""
+"""Stated uncertainties compared with the errors in many simulated recordings."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ UNSEEN = 0.6  # [rad/s] from the closed door
 
 @dataclass(frozen=True)
 class Case:
-    """A door, what was found of it and what its next swing will do."""
+    """A door, its identification, and the true motion of its next swing."""
 
     door: Door
     found: Identification
@@ -34,17 +34,17 @@ class Case:
     predicted: PredictedPeak
 
     def errors(self) -> np.ndarray:
-        """Errors of `PARAMETERS`."""
+        """Return the errors of `PARAMETERS`."""
         return np.array([self.found.value_of(p) - getattr(self.door, p) for p in PARAMETERS])
 
     def stds(self) -> np.ndarray:
-        """Their standard deviations."""
+        """Return the standard deviations of `PARAMETERS`."""
         return np.array([self.found.std_of(p) for p in PARAMETERS])
 
 
 @cache
 def identified(doors: int, views: int) -> list[Case]:
-    """Doors with five swings of 5 to 25 deg; encoder's phase, play and scale drawn each time."""
+    """Identify doors from five swings of 5 to 25 deg, with random phase, play and scale."""
     rng = np.random.default_rng(2015)
     found = []
     for _ in range(doors):
@@ -68,13 +68,13 @@ def identified(doors: int, views: int) -> list[Case]:
 
 @pytest.fixture(params=[FEW, pytest.param(MANY, marks=STATISTICS)], ids=["few", "many"])
 def cases(request: pytest.FixtureRequest) -> list[Case]:
-    """Identified recordings."""
+    """Return the identified recordings."""
     return identified(*request.param)
 
 
 @STATISTICS
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    """95 % intervals of every parameter, and of an unseen peak, hold it in 90 to 99 of 100."""
+    """95 % intervals of parameters and of an unseen peak hold the truth in 90 to 99 %."""
     cases = identified(*MANY)
     inside = np.mean([np.abs(c.errors()) < NORMAL_95 * c.stds() for c in cases], axis=0)
     assert ((inside >= 0.90) & (inside <= 0.99)).all(), dict(zip(PARAMETERS, inside, strict=True))
@@ -86,7 +86,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
 
 
 def test_torque_curve_within_half_a_percent(cases: list[Case]) -> None:
-    """Over the range swung, beside the error of the scale, which no swing can tell."""
+    """Over the range of the swings the torque is right to 0.5 %, except for the scale."""
     for case in cases:
         angles = np.linspace(0.0, case.highest, 40)
         scale = case.found.door.i_a / case.door.i_a
@@ -95,13 +95,13 @@ def test_torque_curve_within_half_a_percent(cases: list[Case]) -> None:
 
 
 def test_unseen_peak_within_a_tenth_of_a_degree(cases: list[Case]) -> None:
-    """A swing that no recording has, predicted for a known start."""
+    """The peak of a swing that is not in the recording is predicted to 0.1 deg."""
     for case in cases:
         assert abs(case.predicted.angle - peak(case.door, 0.0, UNSEEN).angle) < math.radians(0.1)
 
 
 def test_each_parameter_within_a_percent_or_three_deviations(cases: list[Case]) -> None:
-    """Over I_A, whose own draw leaves three standard deviations once in 400."""
+    """Over I_A each parameter is right to 1 % or three standard deviations."""
     for case in cases:
         scale = case.found.door.i_a / case.door.i_a
         errors = np.array([case.found.value_of(p) / scale - getattr(case.door, p)
@@ -111,7 +111,7 @@ def test_each_parameter_within_a_percent_or_three_deviations(cases: list[Case]) 
 
 
 def test_no_false_alarms(cases: list[Case]) -> None:
-    """Nothing is left out of five good swings, and nothing beyond the paper is asked for."""
+    """No good swing is left out, and no extra is recommended for the paper's door."""
     said = [warning for case in cases for warning in case.found.warnings]
-    assert not [w for w in said if "left out" in w or "identified too" in w]
+    assert not [w for w in said if "left out" in w or "were identified, too" in w]
     assert all(len(case.found.swings) == 5 for case in cases)

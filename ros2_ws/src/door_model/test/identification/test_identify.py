@@ -9,7 +9,7 @@ import pytest
 from door_model.door.closer import FourBarCloser
 from door_model.door.config import load_door
 from door_model.door.door import Door
-from door_model.errors import NoFitError, NoScaleError, NoSwingError, RecordingError
+from door_model.errors import BadRecordingError, NoFitError, NoScaleError, NoSwingError
 from door_model.identification.first_estimate import first_estimate
 from door_model.identification.identify import PAPER_START_ANGLE, Window, identify
 from door_model.identification.scale import Scale, scale_from_leaf
@@ -34,18 +34,18 @@ EXACT = Scale(PAPER.i_a, 0.0, "known")
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    """Five swings of the paper's door, as the encoder sees them."""
+    """Return five swings of the paper's door as the encoder measures them."""
     return synthetic_recording(PAPER, PEAKS, phase=0.3)
 
 
 def errors(door: Door, found: Door) -> np.ndarray:
-    """Relative errors of c_c, k_c and tau'_c0."""
+    """Return the relative errors of c_c, k_c and tau'_c0."""
     names = ("c_c", "k_c", "tau_c0_prime")
     return np.array([getattr(found, name) / getattr(door, name) - 1.0 for name in names])
 
 
 def test_paper_door_within_five_percent(recording: Recording) -> None:
-    """c_c, k_c and tau'_c0 of the paper's door; residuals smaller than the quantisation."""
+    """c_c, k_c and tau'_c0 are right to 5 %, with residuals below the quantisation."""
     result = identify(recording, PAPER.closer, EXACT)
     assert (np.abs(errors(PAPER, result.door)) < 0.05).all()
     assert 0.0 < result.fit_rmse < 0.8 * 2 * math.pi / 14400 / math.sqrt(12)
@@ -55,7 +55,7 @@ def test_paper_door_within_five_percent(recording: Recording) -> None:
 
 
 def test_scale_is_that_of_the_leaf(recording: Recording) -> None:
-    """Twice the mass, twice every parameter: the swings fix ratios only."""
+    """Twice the mass gives twice every parameter, since swings fix only ratios."""
     light = identify(recording, PAPER.closer, scale_from_leaf(47.62, 0.896))
     heavy = identify(recording, PAPER.closer, scale_from_leaf(2 * 47.62, 0.896))
     for name in ("i_a", "c_c", "k_c", "tau_c0_prime"):
@@ -63,7 +63,7 @@ def test_scale_is_that_of_the_leaf(recording: Recording) -> None:
 
 
 def test_opening_alone_as_in_the_paper(recording: Recording) -> None:
-    """From 10 deg to the peak k_c and tau'_c0 are found to 2 %, and c_c's std owns up."""
+    """From 10 deg to the peak k_c and tau'_c0 are right to 2 %, and c_c has a large std."""
     result = identify(
         recording, PAPER.closer, EXACT, window=Window.OPENING, start_angle=PAPER_START_ANGLE
     )
@@ -77,7 +77,7 @@ def test_opening_alone_as_in_the_paper(recording: Recording) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_random_doors_and_linkages(seed: int) -> None:
-    """Not only the nominal door: errors stay within 4.5 standard deviations and 6 %."""
+    """Errors of random doors stay within 4.5 standard deviations and 6 %."""
     rng = np.random.default_rng(seed)
     closer = FourBarCloser(*(np.array([0.195, 0.204, 0.22, 0.265]) * rng.uniform(0.9, 1.1, 4)), 0.6)
     door = Door(
@@ -101,7 +101,7 @@ def test_random_doors_and_linkages(seed: int) -> None:
 
 
 def test_differentiating_is_biased_and_the_fit_is_not(recording: Recording) -> None:
-    """Linear least squares on differentiated angles misses c_c by more than 10 times the fit."""
+    """A least squares on differentiated angles misses c_c by more than 10 times the fit."""
     rows, values = [], []
     for swing in find_swings(recording, PAPER_START_ANGLE):
         opening = slice(0, swing.peak_index + 1)
@@ -117,7 +117,7 @@ def test_differentiating_is_biased_and_the_fit_is_not(recording: Recording) -> N
 
 
 def test_integrating_needs_no_fit_to_be_near(recording: Recording) -> None:
-    """Integrated twice, the linear least squares has the spring to 1 % and c_c to 5 %."""
+    """The first estimate by double integration has the spring to 1 % and c_c to 5 %."""
     ratios, starts = first_estimate(PAPER.closer, find_swings(recording))
     for name, within in (("opening", 0.05), ("closing", 0.05), ("spring", 0.01), ("preload", 0.01)):
         assert ratios[name] == pytest.approx(getattr(PAPER.ratios(), name), rel=within)
@@ -126,7 +126,7 @@ def test_integrating_needs_no_fit_to_be_near(recording: Recording) -> None:
 
 @pytest.mark.parametrize("play_deg", [0.0, 0.05, 0.2, 0.6])
 def test_play_of_the_encoder_is_found(play_deg: float) -> None:
-    """A loose coupling is found to 0.01 deg, and neither spring nor peaks suffer from it."""
+    """Play is found to 0.01 deg, and spring and peaks stay right."""
     recording = synthetic_recording(PAPER, PEAKS.tolist(), play=math.radians(play_deg))
     result = identify(recording, PAPER.closer, EXACT)
     assert result.play is not None
@@ -138,7 +138,7 @@ def test_play_of_the_encoder_is_found(play_deg: float) -> None:
 
 @pytest.mark.parametrize("play_deg", [0.0, 0.02, 0.1, 0.3])
 def test_play_does_not_spoil_opening_alone(play_deg: float) -> None:
-    """As little as a count of it did: each parameter within 4 standard deviations and 10 %."""
+    """With play each parameter is right within 4 standard deviations and 10 %."""
     recording = synthetic_recording(PAPER, PEAKS.tolist(), phase=0.3, play=math.radians(play_deg))
     result = identify(recording, PAPER.closer, EXACT, window="opening")
     spread = np.array([result.std_of(name) for name in result.names[1:]])
@@ -148,7 +148,7 @@ def test_play_does_not_spoil_opening_alone(play_deg: float) -> None:
 
 
 def test_degrees_that_were_counts_are_taken_as_counts() -> None:
-    """A logger that rounds degrees to four digits costs nothing."""
+    """Degrees rounded to four digits give the same result as counts."""
     counts = synthetic_recording(PAPER, PEAKS.tolist(), phase=0.2, play=math.radians(0.1))
     degrees = np.round(np.degrees(counts.theta), 4)
     written = identify(Recording(counts.t, np.radians(degrees)), PAPER.closer, EXACT)
@@ -159,7 +159,7 @@ def test_degrees_that_were_counts_are_taken_as_counts() -> None:
 
 @pytest.mark.parametrize("noise_deg", [0.005, 0.05])
 def test_noise_is_no_lattice(noise_deg: float) -> None:
-    """Angles of an analogue sensor: no steps are made up, and the answer is sure as it says."""
+    """Noisy analogue angles get no resolution, and the stated uncertainty is right."""
     exact = synthetic_recording(PAPER, PEAKS.tolist(), counts_per_turn=2**22)
     rng = np.random.default_rng(4)
     noise = math.radians(noise_deg) * rng.normal(size=len(exact.t))
@@ -172,7 +172,7 @@ def test_noise_is_no_lattice(noise_deg: float) -> None:
 
 
 def test_a_mirrored_linkage_whose_preload_is_negative() -> None:
-    """tau'_c0 extrapolates to theta_c = 0, which such a closer never comes to."""
+    """tau'_c0 may be negative, since it belongs to theta_c = 0, which may be unreachable."""
     closer = replace(PAPER.closer, assembly=-1.0)
     door = Door(PAPER.i_a, 0.06, 2.0, -1.2 * 2.0 * float(closer.f(0.0)), closer)
     assert door.tau_c0_prime < 0.0
@@ -194,13 +194,13 @@ def test_a_mirrored_linkage_whose_preload_is_negative() -> None:
 def test_times_that_are_none(
     recording: Recording, times: Callable[[np.ndarray], np.ndarray], match: str
 ) -> None:
-    """Milliseconds, microseconds, the times at which batches were written."""
-    with pytest.raises(RecordingError, match=match):
+    """Milliseconds, microseconds and times of whole batches are refused."""
+    with pytest.raises(BadRecordingError, match=match):
         identify(replace(recording, t=times(recording.t)), PAPER.closer, EXACT)
 
 
 def test_pushes_before_the_door_has_shut_are_said(recording: Recording) -> None:
-    """A recording that begins amid a swing: that one is not used, and named."""
+    """If a recording begins during a swing, this swing is not used, but named."""
     cut = recording.t > 0.7
     late = replace(recording, t=recording.t[cut], theta=recording.theta[cut])
     result = identify(late, PAPER.closer, EXACT)
@@ -209,7 +209,7 @@ def test_pushes_before_the_door_has_shut_are_said(recording: Recording) -> None:
 
 
 def test_changes_of_the_count_tell_more_than_its_samples() -> None:
-    """Over recordings whose counts lie differently, c_c scatters less than half as much."""
+    """Fitting changes of the count halves the scatter of c_c over fitting samples."""
     found = []
     for phase in (0.1, 0.3, 0.5, 0.7, 0.9):
         recording = synthetic_recording(PAPER, PEAKS.tolist(), phase=phase, play=math.radians(0.2))
@@ -223,7 +223,7 @@ def test_changes_of_the_count_tell_more_than_its_samples() -> None:
 
 
 def test_one_sided_damper_is_told_apart() -> None:
-    """Closing that is damped five times as much does not spoil the opening's viscosity."""
+    """Five times the damping of closing does not affect the viscosity of opening."""
     door = replace(PAPER, c_c_closing=0.3)
     motion = follow_free(door, 0.0, np.array([0.35, 0.45, 0.55, 0.65, 0.7]))
     theta, _ = motion.at(np.arange(0.0, 5.0, 1e-3))
@@ -237,7 +237,7 @@ def test_one_sided_damper_is_told_apart() -> None:
 
 
 def test_closing_that_follows_no_model_is_left_out(recording: Recording) -> None:
-    """A latch zone (closing slowed below 12 deg) makes the fit go back to opening alone."""
+    """If a latch zone slows closing below 12 deg, only opening is fitted."""
     t, theta = recording.t, recording.theta.copy()
     stretched_t, stretched = [], []
     for swing in find_swings(recording):
@@ -255,7 +255,7 @@ def test_closing_that_follows_no_model_is_left_out(recording: Recording) -> None
 
 
 def test_touched_swing_is_left_out(recording: Recording) -> None:
-    """A swing that is held back by hand is dropped with a warning, the rest are right."""
+    """A swing that a hand holds back is dropped with a warning; the others are fitted."""
     swing = find_swings(recording)[2]
     theta = recording.theta.copy()
     at = np.searchsorted(recording.t, swing.t)
@@ -267,7 +267,7 @@ def test_touched_swing_is_left_out(recording: Recording) -> None:
 
 
 def test_gaps_in_the_recording_do_no_harm(recording: Recording) -> None:
-    """Seventy lost samples at the start of a swing cost nothing."""
+    """Seventy lost samples at the start of a swing do not change the result."""
     second = find_swings(recording)[1]
     keep = (recording.t < second.t[50]) | (recording.t > second.t[120])
     holed = Recording(recording.t[keep], recording.theta[keep], recording.resolution)
@@ -277,7 +277,7 @@ def test_gaps_in_the_recording_do_no_harm(recording: Recording) -> None:
 
 
 def test_no_scale_no_answer(recording: Recording) -> None:
-    """Without mass and width the refusal says why and what to measure."""
+    """Without mass and width the error explains what to measure."""
     with pytest.raises(NoScaleError, match=r"ratios.*weigh the leaf"):
         identify(recording, PAPER.closer, None)
     for mass, width in ((None, 0.9), (47.0, None), (-1.0, 0.9), (47.0, math.nan)):
@@ -286,7 +286,7 @@ def test_no_scale_no_answer(recording: Recording) -> None:
 
 
 def test_scale_spread_goes_into_every_parameter() -> None:
-    """0.5 % of mass and 1 mm of width are 0.55 % of I_A."""
+    """0.5 % of the mass and 1 mm of the width are 0.55 % of I_A."""
     scale = scale_from_leaf(47.62, 0.896)
     assert scale.std / scale.i_a == pytest.approx(math.hypot(0.005, 2e-3 / 0.896))
 
@@ -304,13 +304,13 @@ def test_scale_spread_goes_into_every_parameter() -> None:
     ids=["shut", "open", "ramp", "noise", "short", "empty"],
 )
 def test_recordings_without_a_swing(theta: np.ndarray) -> None:
-    """A shut, an open, a slowly opened door: no swing, said so."""
+    """Doors that stay shut, stay open or open slowly make no swing, as the error says."""
     with pytest.raises(NoSwingError):
         identify(Recording(np.arange(len(theta)) * 1e-3, theta), PAPER.closer, EXACT)
 
 
 def test_the_hand_is_not_in_the_window() -> None:
-    """The free motion starts after a push has ended, short or long."""
+    """The free motion starts after the end of a push, short or long."""
     for duration in (0.08, 0.15, 0.3):
         push = push_to(PAPER, math.radians(22.0), 0.5, duration)
         swing = simulate_pushes(PAPER, [push], 4.0)
@@ -319,7 +319,7 @@ def test_the_hand_is_not_in_the_window() -> None:
 
 
 def test_wrong_sign_is_no_door() -> None:
-    """A door that speeds up as it opens is not fitted."""
+    """A door that accelerates as it opens is not fitted."""
     t = np.arange(0.0, 2.0, 1e-3)
     theta = np.where(t < 1.0, 0.3 * t**3, 0.3 - 3.0 * np.clip(t - 1.0, 0.0, 0.1))
     with pytest.raises((NoFitError, NoSwingError)):
@@ -327,7 +327,7 @@ def test_wrong_sign_is_no_door() -> None:
 
 
 def test_simulated_pushes_fall_shut_and_stay_above_the_frame() -> None:
-    """The stop holds: no angle below zero, shut in the end, each peak as ordered."""
+    """Simulated pushes reach their peaks, end shut, and never go below zero."""
     pushes, duration = five_swings(PAPER, PEAKS[:2].tolist())
     swing = simulate_pushes(PAPER, pushes, duration)
     assert swing.theta.min() >= 0.0

@@ -1,4 +1,4 @@
-"""The predicted peak and its spread."""
+"""The predicted peak and its uncertainty."""
 
 import dataclasses
 import math
@@ -17,7 +17,7 @@ PAPER = load_door("paper").door()
 
 
 def changed(door: Door, name: str, step: float) -> Door:
-    """A door with one parameter a little larger."""
+    """Return a door with one parameter slightly increased."""
     if name.startswith("backcheck_"):
         assert door.backcheck is not None
         part = name.removeprefix("backcheck_")
@@ -33,7 +33,7 @@ def changed(door: Door, name: str, step: float) -> Door:
 def test_spread_by_each_parameter_is_the_peaks_own_slope(
     c_c: float, k_c: float, preload: float, friction: float, omega0: float, theta0: float
 ) -> None:
-    """Against central differences of the peak, with a backcheck on the way."""
+    """The derivatives agree with central differences of the peak, also with a backcheck."""
     start = dataclasses.replace(
         PAPER, c_c=c_c, k_c=k_c, tau_c0_prime=preload, friction=friction)
     middle = 0.5 * (theta0 + peak(start, theta0, omega0).angle)
@@ -49,7 +49,7 @@ def test_spread_by_each_parameter_is_the_peaks_own_slope(
 
 
 def test_a_common_factor_leaves_the_peak_alone() -> None:
-    """The scale's error, common to all four parameters, is none of the peak's."""
+    """An error of the scale, common to all four parameters, does not affect the peak."""
     values = np.array([getattr(PAPER, name) for name in PARAMETERS])
     found = predict_peak(PAPER, PARAMETERS, np.outer(values, values) * 0.05**2, 0.6)
     assert found.angle_std < 1e-9

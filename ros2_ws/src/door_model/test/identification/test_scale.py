@@ -1,4 +1,4 @@
-"""What fixes the scale, which free swings leave open."""
+"""Measurements that fix the scale, which free swings leave open."""
 
 import math
 from collections.abc import Callable
@@ -25,23 +25,23 @@ PEAKS = np.radians([9.0, 13.0, 17.0, 21.0, 25.0]).tolist()
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    """Five pushes on the paper's door."""
+    """Return a recording of five pushes on the paper's door."""
     return synthetic_recording(PAPER, PEAKS)
 
 
 def reading(angle: float, *, error: float = 0.0) -> ForceReading:
-    """What a gauge 0.8 m from the hinge shows on the paper's door."""
+    """Return what a force gauge 0.8 m from the hinge shows on the paper's door."""
     return ForceReading(angle, (float(PAPER.restoring_torque(angle)) + error) / 0.8, 0.8)
 
 
 def run(recording: Recording, reference: Reference) -> Identification:
-    """Identification with a reference."""
+    """Identify the paper's door with a reference."""
     return identify(recording, PAPER.closer, reference)
 
 
 @pytest.mark.parametrize("angles", [(0.15,), (0.05, 0.2, 0.4)])
 def test_a_force_gauge_fixes_the_scale(recording: Recording, angles: tuple[float, ...]) -> None:
-    """Exact readings give I_A to 0.2 %, with the spread that a gauge of 0.5 N and 2 mm leaves."""
+    """Exact readings give I_A to 0.2 %, with the spread of a gauge of 0.5 N and 2 mm."""
     result = run(recording, ForceGauge([reading(angle) for angle in angles]))
     assert result.door.i_a == pytest.approx(PAPER.i_a, rel=2e-3)
     one = reading(angles[0])
@@ -50,7 +50,7 @@ def test_a_force_gauge_fixes_the_scale(recording: Recording, angles: tuple[float
 
 
 def test_torque_at_a_reading_is_known_as_well_as_the_reading(recording: Recording) -> None:
-    """Whatever the swings leave open, it cancels there: the covariance holds the correlations."""
+    """At a reading's angle the torque is as certain as the reading: correlations are right."""
     one = reading(0.3)
     result = run(recording, ForceGauge([one]))
     f, eta = PAPER.closer.f_and_eta(0.3)
@@ -61,7 +61,7 @@ def test_torque_at_a_reading_is_known_as_well_as_the_reading(recording: Recordin
 
 
 def test_readings_that_disagree_widen_the_answer(recording: Recording) -> None:
-    """Readings 2 N m apart make I_A less certain than readings that agree."""
+    """Readings that differ by 2 N m make I_A less certain than readings that agree."""
     agree = run(recording, ForceGauge([reading(0.1), reading(0.3)]))
     apart = run(recording, ForceGauge([reading(0.1, error=1.0), reading(0.3, error=-1.0)]))
     assert apart.std_of("i_a") > 2.0 * agree.std_of("i_a")
@@ -69,7 +69,7 @@ def test_readings_that_disagree_widen_the_answer(recording: Recording) -> None:
 
 @pytest.mark.parametrize("swing", range(1, 6))
 def test_a_known_impulse_fixes_the_scale(recording: Recording, swing: int) -> None:
-    """The torque of a push integrated while the leaf moves: I_A within two standard deviations."""
+    """The known impulse of a push gives I_A within two standard deviations."""
     push = five_swings(PAPER, PEAKS)[0][swing - 1]
     t = push.start + np.linspace(0.0, push.duration, 20001)
     torque = np.array([push.torque(time) for time in t])
@@ -82,7 +82,7 @@ def test_a_known_impulse_fixes_the_scale(recording: Recording, swing: int) -> No
 
 @pytest.mark.parametrize("play_deg", [0.1, 0.2])
 def test_play_does_not_bias_the_impulse(play_deg: float) -> None:
-    """The leaf moves before its encoder does: I_A within two standard deviations all the same."""
+    """With play the impulse still gives I_A within two standard deviations."""
     pushes, _ = five_swings(PAPER, PEAKS)
     recording = synthetic_recording(PAPER, PEAKS, play=math.radians(play_deg))
     for swing, push in enumerate(pushes, start=1):
@@ -105,13 +105,13 @@ def test_play_does_not_bias_the_impulse(play_deg: float) -> None:
     ],
 )
 def test_numbers_that_no_door_has(reference: Callable[[], Reference]) -> None:
-    """Huge ones, and a swing that is no whole number."""
+    """Huge numbers, and a swing whose number is not whole, are refused."""
     with pytest.raises((DoorParameterError, NoScaleError)):
         reference()
 
 
 def test_inertia_as_given(recording: Recording) -> None:
-    """It is taken as it is, and its spread is that of all parameters."""
+    """A given I_A is used as it is, and its spread is added to all parameters."""
     result = run(recording, scale_from_inertia(12.75, 0.6375))
     assert result.door.i_a == 12.75
     for name in ("i_a", "k_c", "tau_c0_prime"):
@@ -119,7 +119,7 @@ def test_inertia_as_given(recording: Recording) -> None:
 
 
 def test_readings_that_cannot_be_or_contradict(recording: Recording) -> None:
-    """Degrees typed for radians, a lever in centimetres: refused; contradictions: said."""
+    """Degrees instead of radians and centimetres are refused; contradictions cause a warning."""
     with pytest.raises(LinkageError, match="572"):
         run(recording, ForceGauge([ForceReading(10.0, 7.0, 0.8)]))
     with pytest.raises(DoorParameterError, match="in metres"):
@@ -130,7 +130,7 @@ def test_readings_that_cannot_be_or_contradict(recording: Recording) -> None:
 
 
 def test_references_that_fix_nothing(recording: Recording) -> None:
-    """No reading, a swing that is not there, nonsense: an error that says so."""
+    """No reading, a missing swing and nonsense cause an error that says so."""
     with pytest.raises(NoScaleError, match="no reading"):
         run(recording, ForceGauge([]))
     with pytest.raises(NoScaleError, match="swing 7, there are 5"):

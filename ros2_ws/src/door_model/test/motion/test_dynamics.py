@@ -41,7 +41,7 @@ def test_energy_never_grows(door: Door, omega0: float) -> None:
 
 @given(door=doors)
 def test_energy_lost_is_the_work_of_the_damper(door: Door) -> None:
-    """Energy at the start less that at the end is the integral of eq. (13) times omega."""
+    """The energy lost is the time integral of eq. (13) times omega."""
     swing = simulate(door, 0.0, 0.6, 0.5, period=1e-3, stop=True)
     power = door.damping_torque(swing.theta, swing.omega) * swing.omega
     energy = door.energy(swing.theta, swing.omega)
@@ -50,7 +50,7 @@ def test_energy_lost_is_the_work_of_the_damper(door: Door) -> None:
 
 @given(door=doors, factor=st.floats(0.1, 10.0))
 def test_one_factor_on_all_parameters_changes_nothing(door: Door, factor: float) -> None:
-    """Free motion cannot tell the scale of I_A, c_c, k_c and tau'_c0."""
+    """A common factor of I_A, c_c, k_c and tau'_c0 does not change free motion."""
     scaled = Door(
         factor * door.i_a, factor * door.c_c, factor * door.k_c, factor * door.tau_c0_prime, CLOSER
     )
@@ -59,7 +59,7 @@ def test_one_factor_on_all_parameters_changes_nothing(door: Door, factor: float)
 
 
 def test_restoring_torque_falls_as_the_door_opens() -> None:
-    """Fig. 16: largest at the closed door."""
+    """The restoring torque is largest at the closed door, as in Fig. 16."""
     door = Door(12.75, 0.06, 1.13, 6.0, CLOSER)
     torque = door.restoring_torque(np.radians([0.0, 10.0, 25.0]))
     assert torque[0] == pytest.approx(18.07, abs=0.02)
@@ -67,7 +67,7 @@ def test_restoring_torque_falls_as_the_door_opens() -> None:
 
 
 def test_acceleration_balances_eq1() -> None:
-    """Inertial, damping and restoring torque add up to the external one."""
+    """Inertial, damping and restoring torque add up to the external torque."""
     door = load_door("paper").door()
     theta, omega, tau = 0.3, 0.4, 7.0
     total = (
@@ -89,14 +89,14 @@ def test_stop_ends_on_the_frame() -> None:
 
 
 def test_external_torque_does_work() -> None:
-    """A short strong push gives its impulse to the door."""
+    """A short strong push transfers its impulse to the door."""
     door = load_door("paper").door()
     swing = simulate(door, 0.3, 0.0, 1e-3, period=1e-4, torque=lambda _t: 5000.0)
     assert swing.omega[-1] == pytest.approx(5.0 / door.i_a, rel=0.01)
 
 
 def test_angles_that_make_no_sense() -> None:
-    """Angle not above the start, negative, NaN, beyond the linkage: each its own error."""
+    """Negative, NaN and unreachable angles, and angles not above the start, are errors."""
     door = load_door("paper").door()
     for angle in (0.0, -0.1, math.nan, math.inf):
         with pytest.raises(DoorParameterError, match="angle"):
@@ -111,7 +111,7 @@ def test_angles_that_make_no_sense() -> None:
 
 
 def test_door_that_pulls_nowhere() -> None:
-    """A closer that does not pull the door back is an error, not an endless search."""
+    """A closer that does not pull the door back causes an error, not an endless search."""
     slack = Door(12.75, 0.0, 1.0, -2.0, CLOSER)
     with pytest.raises(UnreachableAngleError, match="does not pull"):
         initial_velocity(slack, 0.4)
@@ -123,13 +123,13 @@ def test_door_that_pulls_nowhere() -> None:
 
 
 def test_a_push_that_is_too_strong_ends_at_the_linkage() -> None:
-    """A door flung open beyond the linkage is an error that says so."""
+    """A door that is flung open beyond its linkage causes an error that says so."""
     with pytest.raises(LinkageError, match="end of its range"):
         peak(load_door("paper").door(), 0.0, 50.0)
 
 
 def test_peak_needs_an_opening_door() -> None:
-    """No velocity, no peak."""
+    """A door without velocity has no peak."""
     for omega in (0.0, -1.0, math.nan):
         with pytest.raises(DoorParameterError, match="omega0"):
             peak(load_door("paper").door(), 0.1, omega)

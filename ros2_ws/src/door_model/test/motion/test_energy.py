@@ -1,4 +1,4 @@
-"""Where the energy of a swing stays."""
+"""Energy balance of a swing."""
 
 import math
 from dataclasses import replace
@@ -32,14 +32,14 @@ doors = st.builds(
 
 
 def missed(balance: EnergyBalance) -> float:
-    """The largest residual, as a share of the energy that goes round."""
+    """Return the largest residual, relative to the energy of the swing."""
     scale = balance.kinetic.max() + np.ptp(balance.spring) + np.abs(balance.external).max()
     return float(np.abs(balance.residual).max() / scale)
 
 
 @given(door=doors, angle=st.floats(0.03, 1.2))
 def test_stored_and_dissipated_energy_are_constant(door: Door, angle: float) -> None:
-    """Any door over a whole swing: to 1e-7 of its energy at every sample."""
+    """For any door the balance is right to 1e-7 of the energy at every sample of a swing."""
     swing = simulate(door, 0.0, initial_velocity(door, angle), 6.0, stop=True)
     balance = energy_balance(door, swing)
     assert missed(balance) < 1e-7
@@ -53,7 +53,7 @@ def test_stored_and_dissipated_energy_are_constant(door: Door, angle: float) -> 
 def test_the_work_of_an_external_torque_is_counted(
     door: Door, theta0: float, push: float, rate: float
 ) -> None:
-    """Pushed and pulled to and fro, held by friction at times: to 1e-5 of its energy."""
+    """For a door that is pushed, pulled and held the balance is right to 1e-5."""
 
     def torque(t: float) -> float:
         return push * door.i_a * math.sin(rate * t)
@@ -63,7 +63,7 @@ def test_the_work_of_an_external_torque_is_counted(
 
 
 def test_friction_turns_its_torque_times_the_way_into_heat() -> None:
-    """Up to the peak and back."""
+    """The heat of friction is torque times distance, to the peak and back."""
     door = replace(PAPER, friction=2.0)
     swing = simulate(door, 0.0, initial_velocity(door, 0.4), 10.0, stop=True)
     balance = energy_balance(door, swing)
@@ -73,7 +73,7 @@ def test_friction_turns_its_torque_times_the_way_into_heat() -> None:
 
 
 def test_a_backcheck_that_begins_between_samples_is_not_missed() -> None:
-    """A hundred times the damping from any angle on, sampled coarsely: still to 1e-5."""
+    """A backcheck of 100 times the damping keeps the balance right to 1e-5 in coarse samples."""
     for border in np.linspace(0.2, 0.21, 11):
         door = replace(PAPER, backcheck=Zone(float(border), 6.0))
         swing = simulate(door, 0.0, 0.9, 2.0, period=5e-3, stop=True)
@@ -81,7 +81,7 @@ def test_a_backcheck_that_begins_between_samples_is_not_missed() -> None:
 
 
 def test_what_the_frame_takes_shows_in_the_residual() -> None:
-    """A bounce is no part of eq. (1): the balance does not hide it."""
+    """The energy lost in a bounce, which is not part of eq. (1), is in the residual."""
     swing = simulate(PAPER, 0.3, 0.0, 10.0, stop=True)
     stopped = replace(swing, omega=np.append(swing.omega[:-1], 0.0))
     balance = energy_balance(PAPER, stopped)

@@ -24,7 +24,7 @@ REAL = replace(  # a closer as one finds them
 
 
 def random_doors(count: int) -> tuple[NDArray[np.float64], Ratios, NDArray[np.float64]]:
-    """Linkages (6, K), ratios and speeds of doors that open and are pulled back."""
+    """Return linkages (6, K), ratios and speeds of doors that open and are pulled back."""
     rng = np.random.default_rng(5)
     links, rows, speeds = [], [], []
     while len(links) < count:
@@ -49,7 +49,7 @@ def random_doors(count: int) -> tuple[NDArray[np.float64], Ratios, NDArray[np.fl
 
 
 def test_peaks_of_200_random_closers() -> None:
-    """Peak within 1e-4 deg and its time within 1e-3 s of scipy at rtol 1e-10."""
+    """Peaks agree to 1e-4 deg and 1e-3 s with scipy at rtol 1e-10."""
     link, ratios, speeds = random_doors(200)
     table = ratios.table(200)
     motion = follow(link, ratios, 0.0, speeds, until=60.0, to_peak=True)
@@ -73,7 +73,7 @@ def test_peaks_of_200_random_closers() -> None:
 @pytest.mark.parametrize("door", [PAPER, REAL, replace(PAPER, closer=replace(CLOSER, l3=0.24))])
 @pytest.mark.parametrize("omega", [0.3, 0.9])
 def test_agrees_with_the_tight_integration(door: Door, omega: float) -> None:
-    """Every sample of a swing, and when it falls shut, as the integration in pieces has them."""
+    """Every sample, and the time of closing, agree with the driven integrator."""
     swing = simulate(door, 0.01, omega, 20.0, stop=True)
     motion = follow_free(door, 0.01, omega)
     theta, speed = motion.at(swing.t[:-1])
@@ -85,7 +85,7 @@ def test_agrees_with_the_tight_integration(door: Door, omega: float) -> None:
 
 @pytest.mark.parametrize("unknown", UNKNOWNS)
 def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
-    """Opening into the backcheck, turning, closing into the latch zone: as differences have it."""
+    """Derivatives through backcheck, turn and latch zone agree with differences."""
     ratios = REAL.ratios()
     start = {field.name: float(getattr(ratios, field.name)) for field in fields(Ratios)}
     start |= {"theta0": 0.02, "omega0": 0.7}
@@ -115,7 +115,7 @@ def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
 def test_energy_lost_is_the_work_of_damper_and_friction(
     omega: float, closing: float, friction: float, backcheck: float, latch: float
 ) -> None:
-    """Over a whole swing, whatever the closer does on the way."""
+    """The energy lost in a swing is the work of damper and friction."""
     door = replace(
         PAPER, c_c_closing=closing, friction=friction, backcheck=Zone(0.15, backcheck),
         latch=Zone(0.1, latch))
@@ -129,7 +129,7 @@ def test_energy_lost_is_the_work_of_damper_and_friction(
 
 
 def test_one_door_from_many_starts_is_many_doors() -> None:
-    """A list of the same door gives the same motions as the door itself."""
+    """A list of equal doors gives the same motions as the door itself."""
     speeds = np.array([0.3, 0.6, 0.9])
     alone, many = follow_free(REAL, 0.0, speeds), follow_free([REAL] * 3, 0.0, speeds)
     np.testing.assert_array_equal(alone.peak_angle, many.peak_angle)
@@ -137,7 +137,7 @@ def test_one_door_from_many_starts_is_many_doors() -> None:
 
 
 def test_friction_holds_a_door_that_is_pulled_less() -> None:
-    """It stays where it turned round, for good."""
+    """A door that friction holds stays where it has turned round."""
     door = replace(PAPER, friction=1.01 * float(PAPER.restoring_torque(0.3)))
     motion = follow_free(door, 0.29, 0.2)
     assert motion.end[0] == End.STUCK
@@ -147,7 +147,7 @@ def test_friction_holds_a_door_that_is_pulled_less() -> None:
 
 
 def test_a_push_frees_a_held_door() -> None:
-    """Held by friction, pushed from 0.5 s on: it stands until then and moves after."""
+    """A held door that is pushed from 0.5 s stands until then and moves afterwards."""
     door = replace(PAPER, friction=6.0)
     swing = simulate(door, 0.5, 0.0, 1.0, torque=lambda t: 0.0 if t < 0.5 else 30.0)
     assert (swing.theta[swing.t < 0.5] == 0.5).all()
@@ -156,13 +156,13 @@ def test_a_push_frees_a_held_door() -> None:
 
 @pytest.mark.parametrize("field", ["opening", "spring", "preload"])
 def test_parameters_that_are_no_numbers_end(field: str) -> None:
-    """NaN among the ratios is an error, never an endless motion."""
-    with pytest.raises(DoorModelError, match="no number or huge"):
+    """NaN among the ratios causes an error, never an endless motion."""
+    with pytest.raises(DoorModelError, match="not a number, or is huge"):
         follow(CLOSER.numbers(), replace(PAPER.ratios(), **{field: math.nan}), 0.0, 0.5, until=5.0)
 
 
 def test_motions_that_make_no_sense() -> None:
-    """NaN, too few doors, a start and a motion beyond the linkage: each its own error."""
+    """NaN, too few doors, and starts and motions beyond the linkage cause errors."""
     with pytest.raises(DoorParameterError, match="omega0"):
         follow_free(PAPER, 0.0, [0.3, math.nan])
     with pytest.raises(DoorParameterError, match="number of doors"):

@@ -1,4 +1,4 @@
-"""w' for an angle and the angle for a w', section II.C.2: numbers and arrays, and dead centres."""
+"""w' for an angle and the angle for a w', section II.C.2: numbers, arrays and dead centres."""
 
 import math
 from collections.abc import Callable
@@ -40,7 +40,7 @@ zones = st.none() | st.builds(Zone, st.floats(0.05, 1.2), viscosities)
 
 @st.composite
 def doors(draw: Callable[..., Any]) -> Door:
-    """Doors of any linkage in either mode that are pulled shut when they are closed."""
+    """Draw doors of any linkage and mode that are pulled shut when they are closed."""
     closer = FourBarCloser(
         *(draw(lengths) for _ in range(4)), draw(st.floats(0.1, 1.2)),
         draw(st.sampled_from([1, -1])))
@@ -58,7 +58,7 @@ def doors(draw: Callable[..., Any]) -> Door:
 
 
 def reachable(door: Door, share: float) -> float:
-    """An angle up to the linkage's end, at which the door is held or pulled back noticeably."""
+    """Draw an angle within the linkage at which the door is held or clearly pulled back."""
     angle = share * min(door.closer.opening_limit() - 0.02, 2.0)
     assume(angle > 0.02)
     assume(door.restoring_torque(angle) + door.friction > 0.2)
@@ -68,7 +68,7 @@ def reachable(door: Door, share: float) -> float:
 @settings(suppress_health_check=FILTERING)
 @given(door=doors(), share=st.floats(0.02, 1.0), start=st.floats(0.0, 0.97))
 def test_peak_undoes_initial_velocity(door: Door, share: float, start: float) -> None:
-    """Any door, any angle, any start: with w' the door turns round at the angle."""
+    """With its w' any door turns round at the wanted angle, from any start."""
     angle = reachable(door, share)
     theta0 = start * angle
     try:
@@ -85,7 +85,7 @@ def test_peak_undoes_initial_velocity(door: Door, share: float, start: float) ->
 
 @given(before=st.floats(-9.0, -1.5), start=st.floats(0.0, 0.29), c_c=st.floats(0.0, 5.0))
 def test_a_zone_that_begins_just_before_the_turn(before: float, start: float, c_c: float) -> None:
-    """However little of the way lies in the backcheck: it is neither missed nor met going back."""
+    """A backcheck just before the turn is neither missed nor met on the way back."""
     angle = 0.3 + 10.0**before
     door = replace(PAPER, backcheck=Zone(0.3, c_c))
     omega = initial_velocity(door, angle, start)
@@ -95,7 +95,7 @@ def test_a_zone_that_begins_just_before_the_turn(before: float, start: float, c_
 @settings(suppress_health_check=FILTERING)
 @given(door=doors(), shares=st.lists(st.floats(0.02, 1.0), min_size=1, max_size=4))
 def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> None:
-    """Angles (K, 1) with starts (3,) give (K, 3), each what the numbers alone give."""
+    """Angles (K, 1) and starts (3,) give (K, 3) values equal to those of single numbers."""
     angles = np.array([[reachable(door, share)] for share in shares])
     starts = np.array([0.0, 0.3, 0.9]) * angles.min()
     try:
@@ -113,7 +113,7 @@ def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> N
 
 
 def test_no_elements_are_no_answers() -> None:
-    """Empty arrays come back empty."""
+    """Empty arrays give empty arrays."""
     assert initial_velocity(PAPER, []).shape == (0,)
     assert peak(PAPER, 0.0, np.zeros((2, 0))).angle.shape == (2, 0)
 
@@ -128,7 +128,7 @@ def test_no_elements_are_no_answers() -> None:
         (lambda: initial_velocity(PAPER, 0.3, [0.1, 0.2, 0.3]), DoorParameterError,
          r"angle \(element \[2\]\) must be above the start angle 0.3"),
         (lambda: initial_velocity(PAPER, [0.3, 2.9]), LinkageError,
-         r"at 166.16 deg: l1 ends its range at 160.52 deg \(element \[1\]\)"),
+         r"at 166.16 deg: l1 limits its range at 160.52 deg \(element \[1\]\)"),
         (lambda: initial_velocity(replace(PAPER, tau_c0_prime=-1.0), [1.5, 0.4]),
          UnreachableAngleError, r"does not pull the door back at 22.92 deg.*element \[1\]"),
         (lambda: peak(PAPER, [0.1, math.inf], 0.4), DoorParameterError, r"theta0 \(element \[1\]"),
@@ -136,7 +136,7 @@ def test_no_elements_are_no_answers() -> None:
         (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), LinkageError,
          r"from 5.73 deg at 40.0.* reaches the end of its range, set by l1 \(element \[1, 0\]\)"),
         (lambda: peak(PAPER, [0.1, 2.9], 0.4), LinkageError,
-         r"at 166.16 deg: l1 ends its range at 160.52 deg \(element \[1\]\)"),
+         r"at 166.16 deg: l1 limits its range at 160.52 deg \(element \[1\]\)"),
         (lambda: peak(replace(PAPER, tau_c0_prime=0.3, i_a=1e6), 0.0, [1e-3, 0.5]),
          UnreachableAngleError, r"not turned round after 60 s.*element \[0\]"),
     ],
@@ -144,7 +144,7 @@ def test_no_elements_are_no_answers() -> None:
 def test_the_element_that_failed_is_named(
     ask: Callable[[], Any], error: type[DoorModelError], match: str
 ) -> None:
-    """An error about an array says which element, and its value."""
+    """An error about an array names the element and its value."""
     with pytest.raises(error, match=match):
         ask()
 
@@ -153,7 +153,7 @@ def test_the_element_that_failed_is_named(
     FourBarCloser, lengths, lengths, lengths, lengths, st.floats(0.1, 1.2),
     st.sampled_from([1, -1])))
 def test_link_3_lies_in_line_with_the_fixed_part_at_the_dead_centre(closer: FourBarCloser) -> None:
-    """Of any linkage that has one: the joint of links 2 and 3 lies on the line of the pivots."""
+    """At a dead centre the joint of links 2 and 3 lies on the line of the pivots."""
     try:
         angle = closer.dead_centre()
     except LinkageError:
@@ -165,7 +165,7 @@ def test_link_3_lies_in_line_with_the_fixed_part_at_the_dead_centre(closer: Four
 
 
 def test_a_spring_that_opens_before_makes_no_dead_centre() -> None:
-    """The door knows which side of the linkage's dead centre its spring shuts."""
+    """The door knows on which side of the linkage's dead centre its spring shuts it."""
     assert TURNING.dead_centre() == pytest.approx(DEAD_CENTRE, abs=1e-9)
     assert TURNING.restoring_torque(0.0) == pytest.approx(9.0)
     assert TURNING.restoring_torque(DEAD_CENTRE - 0.01) > 0.0
@@ -183,7 +183,7 @@ def assert_names_the_dead_centre(error: DeadCentreError, value: float) -> None:
 
 @given(angle=st.floats(DEAD_CENTRE + 1e-6, 2.7), share=st.floats(0.0, 0.99))
 def test_no_velocity_leads_to_rest_beyond_a_dead_centre(angle: float, share: float) -> None:
-    """Whatever the start, on this side or beyond: an error that names link and angle."""
+    """For an angle beyond a dead centre the error names link and angle, whatever the start."""
     with pytest.raises(DeadCentreError, match="does not pull the door back") as caught:
         initial_velocity(TURNING, [0.5, angle], [0.0, share * angle])
     assert_names_the_dead_centre(caught.value, angle)
@@ -191,7 +191,7 @@ def test_no_velocity_leads_to_rest_beyond_a_dead_centre(angle: float, share: flo
 
 
 def test_every_velocity_ends_before_the_dead_centre_or_in_its_error() -> None:
-    """The fastest door that turns round does so just before it; a faster one is thrown open."""
+    """The fastest door that turns round does so just before the dead centre."""
     omega = initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
     assert (peak(TURNING, 0.0, omega * np.linspace(0.01, 1.0, 200)).angle < DEAD_CENTRE).all()
     for start, speed in ((0.0, 1.01 * omega), (0.0, 3.0 * omega), (DEAD_CENTRE + 0.2, 0.01)):
@@ -203,7 +203,7 @@ def test_every_velocity_ends_before_the_dead_centre_or_in_its_error() -> None:
 
 
 def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
-    """There the question has an answer, and gets it."""
+    """If friction holds the door beyond its dead centre, w' exists."""
     door = replace(TURNING, friction=4.0)
     angle = DEAD_CENTRE + 0.05
     assert door.restoring_torque(angle) < 0.0
@@ -212,7 +212,7 @@ def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
 
 
 def test_motion_may_pass_a_dead_centre() -> None:
-    """Simulated and followed it is motion like any other: slowest there, then faster."""
+    """A motion may pass a dead centre, where it is slowest."""
     omega = 1.05 * initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
     swing = simulate(TURNING, 0.0, omega, 6.0)
     motion = follow_free(TURNING, 0.0, omega, until=6.0)
@@ -224,7 +224,7 @@ def test_motion_may_pass_a_dead_centre() -> None:
 
 
 def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Path) -> None:
-    """Within the working range: file, link and angle are named. A dead centre beyond it may be."""
+    """A dead centre within the working range is refused with file, link and angle."""
 
     def file(linkage: FourBarCloser) -> Path:
         tau = float(9.0 / linkage.eta(0.0) - 0.5 * linkage.f(0.0))

@@ -1,4 +1,4 @@
-"""Recordings in MCAP files: samples, raw counts, what is missing, what is damaged."""
+"""Recordings in MCAP files: samples, raw counts, missing topics, damaged files."""
 
 import json
 from contextlib import suppress
@@ -10,7 +10,7 @@ import pytest
 from ament_index_python.packages import get_package_share_directory
 from door_model.data import data_path
 from door_model.door.config import load_door
-from door_model.errors import DoorModelError, RecordingError
+from door_model.errors import BadRecordingError, DoorModelError
 from door_model.recording.mcap import COUNTS, SAMPLES, read_batches, read_mcap
 from door_model.recording.recording import COUNTS_PER_TURN, read_csv
 from door_model.tools.identify_cli import main
@@ -28,7 +28,7 @@ SWING_COUNTS = np.rint(SWINGS.theta / SWINGS.resolution).astype(np.int64)
 
 
 def batch(first: int, counts: Any, **changes: Any) -> Any:
-    """A message at 1 kHz whose stamp follows from its number."""
+    """Return a message at 1 kHz whose stamp follows from its number."""
     header, time = STORE.types["std_msgs/msg/Header"], STORE.types["builtin_interfaces/msg/Time"]
     nanoseconds = 5 * 10**9 + first * 10**6
     stamp = time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
@@ -41,12 +41,12 @@ def batch(first: int, counts: Any, **changes: Any) -> Any:
 
 
 def batches(counts: Any, size: int = 20) -> list[Any]:
-    """A stream cut into messages."""
+    """Cut a stream into messages."""
     return [batch(first, counts[first : first + size]) for first in range(0, len(counts), size)]
 
 
 def bag(folder: Path, topics: dict[str, list[Any]]) -> Path:
-    """What `ros2 bag record -s mcap` leaves: a folder with metadata.yaml and FOLDER.mcap."""
+    """Write a bag like `ros2 bag record -s mcap`: a folder with metadata.yaml and FOLDER.mcap."""
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, messages in topics.items():
             kind = messages[0].__msgtype__ if messages else KIND
@@ -58,7 +58,7 @@ def bag(folder: Path, topics: dict[str, list[Any]]) -> Path:
 
 
 def test_samples_are_the_csv_again(tmp_path: Path) -> None:
-    """The same door, from the folder and from the file in it; samples are preferred to counts."""
+    """The folder and its file give the door of the CSV; samples are preferred to counts."""
     folder = bag(tmp_path / "bag", {COUNTS: batches([5] * 40), SAMPLES: batches(SWING_COUNTS)})
     for path in (folder, folder / "bag.mcap"):
         found = read_mcap(path)
@@ -71,14 +71,14 @@ def test_samples_are_the_csv_again(tmp_path: Path) -> None:
 def test_raw_counts_are_unwrapped_zeroed_and_turned(
     tmp_path: Path, sign: int, offset: int, bits: int
 ) -> None:
-    """Whatever zero, direction and width the counter has: the door opens from 0."""
+    """The door opens from 0 for any zero, direction and width of the counter."""
     raw = (sign * SWING_COUNTS + offset) % 2**bits
     found = read_mcap(bag(tmp_path / "bag", {COUNTS: batches(raw)}))
     np.testing.assert_allclose(found.theta, SWINGS.theta, atol=1e-9)
 
 
 def test_gaps_show_in_the_times_and_late_batches_go(tmp_path: Path) -> None:
-    """A lost batch is a hole of 20 ms; a batch that comes twice is there once."""
+    """A lost batch is a hole of 20 ms, and a repeated batch is used once."""
     parts = batches(np.arange(100))
     found = read_mcap(bag(tmp_path / "bag", {SAMPLES: [*parts[:2], parts[1], *parts[3:]]}))
     assert len(found.t) == 80
@@ -86,19 +86,19 @@ def test_gaps_show_in_the_times_and_late_batches_go(tmp_path: Path) -> None:
 
 
 def test_a_missing_topic_is_said_with_those_that_are_there(tmp_path: Path) -> None:
-    """Topics without messages do not count."""
+    """The error lists the topics that have messages."""
     time = STORE.types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
     clock = STORE.types["rosgraph_msgs/msg/Clock"](clock=time)
     path = bag(tmp_path / "bag", {"/clock": [clock], SAMPLES: []})
-    with pytest.raises(RecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
+    with pytest.raises(BadRecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
         read_mcap(path)
     other = bag(tmp_path / "other", {SAMPLES: [clock]})
-    with pytest.raises(RecordingError, match="has rosgraph_msgs/msg/Clock, not"):
+    with pytest.raises(BadRecordingError, match="has rosgraph_msgs/msg/Clock, not"):
         read_mcap(other)
 
 
 def test_batches_keep_what_the_messages_say(tmp_path: Path) -> None:
-    """Numbers, gaps and index pulses, for who plays them again."""
+    """Batches keep numbers, gaps and index pulses for playback."""
     sent = [batch(7, [1, 2], index_counts=np.array([300])), batch(60, [3], gap_before=True)]
     topic, found = read_batches(bag(tmp_path / "bag", {COUNTS: sent}), (COUNTS, SAMPLES))
     assert topic == COUNTS
@@ -110,7 +110,7 @@ def test_batches_keep_what_the_messages_say(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A small complete file."""
+    """Return the content of a small complete file."""
     folder = bag(tmp_path_factory.mktemp("whole") / "bag", {SAMPLES: batches(np.arange(200))})
     return (folder / "bag.mcap").read_bytes()
 
@@ -120,10 +120,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def test_damaged_files_are_errors(
     whole: bytes, tmp_path: Path, share: float, data: st.DataObject
 ) -> None:
-    """A file that is cut off is refused; one with other bytes in it is read or refused."""
+    """A truncated file is refused; a file with changed bytes is read or refused."""
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(RecordingError, match="no complete MCAP"):
+    with pytest.raises(BadRecordingError, match="no complete MCAP"):
         read_mcap(path)
     damaged = bytearray(whole)
     for _ in range(3):
@@ -136,7 +136,7 @@ def test_damaged_files_are_errors(
 def test_the_command_identifies_the_paper_door(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """identify --mcap finds what --csv finds, and says where the YAML came from."""
+    """identify --mcap finds what --csv finds, and names the source in the YAML file."""
     path = bag(tmp_path / "bag", {COUNTS: batches(SWING_COUNTS % 2**16)}) / "bag.mcap"
     out = tmp_path / "door.yaml"
     leaf = ["--mass", "47.62", "--width", "0.896"]

@@ -1,4 +1,4 @@
-"""Recordings as CSV files and samples kept from the encoder."""
+"""Recordings as CSV files, and samples stored from the encoder."""
 
 import math
 from pathlib import Path
@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from door_impact_common.errors import OutputError
-from door_model.errors import DoorParameterError, RecordingError
+from door_model.errors import BadRecordingError, DoorParameterError
+from door_model.recording.batch import SampleBatch
 from door_model.recording.recording import from_counts, read_csv, write_counts_csv
 from door_model.recording.sample_store import SampleStore
 from hypothesis import given
@@ -14,14 +15,14 @@ from hypothesis import strategies as st
 
 
 def write(tmp_path: Path, text: str) -> Path:
-    """A file with this text."""
+    """Write a file with a text."""
     path = tmp_path / "recording.csv"
     path.write_text(text)
     return path
 
 
 def test_counts_and_degrees_mean_the_same(tmp_path: Path) -> None:
-    """40 counts of 14,400 are one degree, 4 of 1,440 as well."""
+    """40 counts of 14,400 and 4 counts of 1,440 are one degree."""
     counts = read_csv(write(tmp_path, "time_s,count\n0,0\n0.001,40\n"))
     np.testing.assert_allclose(counts.theta, np.radians([0.0, 1.0]))
     degrees = read_csv(write(tmp_path, "time_s,angle_deg\n0,0\n0.001,1.0\n"))
@@ -31,7 +32,7 @@ def test_counts_and_degrees_mean_the_same(tmp_path: Path) -> None:
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    """Counts and times come back."""
+    """Counts and times are read back as they were written."""
     t, counts = np.arange(50) * 1e-3, np.arange(50) ** 2 - 7
     write_counts_csv(tmp_path / "a.csv", t, counts)
     back = read_csv(tmp_path / "a.csv")
@@ -46,46 +47,47 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         ("", 1, "header"),
         ("time,count\n0,0\n", 1, "header"),
         ("time_s,count\n0,0\n0.001\n", 3, "1 fields"),
-        ("time_s,count\n0,0\n0.001,x\n", 3, "no number"),
+        ("time_s,count\n0,0\n0.001,x\n", 3, "not a number"),
         ("time_s,count\n0,0\n0.001,nan\n", 3, "not finite"),
-        ("time_s,count\n0,0\n0.001,1.5\n", 3, "no whole number"),
+        ("time_s,count\n0,0\n0.001,1.5\n", 3, "not a whole number"),
         ("time_s,count\n0,0\n0.002,1\n\n0.001,2\n", 5, "does not follow"),
         ("time_s,count\n", None, "no samples"),
     ],
 )
 def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int | None, match: str) -> None:
-    """What cannot be read is found again."""
+    """An error names the file and the line."""
     path = write(tmp_path, text)
-    with pytest.raises(RecordingError, match=match) as caught:
+    with pytest.raises(BadRecordingError, match=match) as caught:
         read_csv(path)
     assert caught.value.line == line
     assert caught.value.source == str(path)
 
 
 def test_missing_and_binary_files(tmp_path: Path) -> None:
-    """No file, a folder, no text: errors of the recording."""
+    """A missing file, a folder and a binary file are errors of the recording."""
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x01")
     for name in ("none.csv", ".", "binary.csv"):
-        with pytest.raises(RecordingError):
+        with pytest.raises(BadRecordingError):
             read_csv(tmp_path / name)
     with pytest.raises(OutputError, match="cannot be written"):
         write_counts_csv(tmp_path / "no" / "a.csv", np.zeros(1), np.zeros(1, int))
 
 
 def test_counts_per_turn_must_be_positive(tmp_path: Path) -> None:
-    """Zero counts a turn are refused."""
+    """Zero counts per turn are refused."""
     with pytest.raises(DoorParameterError, match="counts_per_turn"):
         read_csv(write(tmp_path, "time_s,count\n0,0\n"), 0)
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=20))
 def test_store_joins_batches_of_any_size(sizes: list[int]) -> None:
-    """However samples are cut into batches, the recording is the same."""
+    """The recording does not depend on the size of the batches."""
     store = SampleStore()
     counts = np.arange(sum(sizes))
     start = 0
     for size in sizes:
-        store.add(5_000_000_000 + start * 1_000_000, 1e-3, 14400, counts[start : start + size])
+        part = counts[start : start + size]
+        store.add(SampleBatch(5_000_000_000 + start * 1_000_000, 1e-3, start, 14400, part))
         start += size
     recording = store.recording()
     np.testing.assert_allclose(recording.t, counts * 1e-3, atol=1e-9)
@@ -93,28 +95,28 @@ def test_store_joins_batches_of_any_size(sizes: list[int]) -> None:
 
 
 def test_store_is_bounded() -> None:
-    """Old samples go, the newest stay."""
+    """Old samples are dropped, and the newest are kept."""
     store = SampleStore(memory=1.0)
     for second in range(50):
-        store.add(second * 200_000_000, 1e-3, 14400, [second] * 200)
+        store.add(SampleBatch(second * 200_000_000, 1e-3, 0, 14400, [second] * 200))
     recording = store.recording()
     assert 1.0 <= recording.t[-1] - recording.t[0] < 1.3
     assert recording.theta[-1] == pytest.approx(49 * 2 * math.pi / 14400)
 
 
 def test_store_starts_anew_when_time_goes_back() -> None:
-    """A simulation that was reset does not mix with what was before."""
+    """Samples after a reset of the simulation are not mixed with older ones."""
     store = SampleStore()
-    store.add(10**10, 1e-3, 14400, [1] * 20)
-    store.add(0, 1e-3, 14400, [2] * 20)
+    store.add(SampleBatch(10**10, 1e-3, 0, 14400, [1] * 20))
+    store.add(SampleBatch(0, 1e-3, 0, 14400, [2] * 20))
     assert len(store.recording().t) == 20
 
 
 def test_empty_store_gives_an_empty_recording() -> None:
-    """Nothing heard, nothing kept; nonsense is refused."""
+    """An empty store gives an empty recording, and bad batches are refused."""
     store = SampleStore()
-    store.add(0, 1e-3, 14400, [])
+    store.add(SampleBatch(0, 1e-3, 0, 14400, []))
     assert store.recording().t.shape == (0,)
     for period, turn in ((0.0, 14400), (math.nan, 14400), (1e300, 14400), (1e-3, 0)):
         with pytest.raises(DoorParameterError):
-            store.add(0, period, turn, [1])
+            store.add(SampleBatch(0, period, 0, turn, [1]))

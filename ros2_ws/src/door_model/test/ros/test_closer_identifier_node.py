@@ -1,4 +1,4 @@
-"""Node closer_identifier, talking over the middleware."""
+"""The node closer_identifier, tested over the middleware."""
 
 import os
 import time
@@ -22,7 +22,7 @@ SAMPLE = data_path("recordings") / "paper_five_swings.csv"
 
 
 class Rig:
-    """The node beside a node that plays the encoder and asks."""
+    """The node, with a second node that acts as encoder and as client."""
 
     def __init__(self) -> None:
         self.node = CloserIdentifierNode()
@@ -36,7 +36,7 @@ class Rig:
         self.executor.add_node(self.other)
 
     def until(self, done: Callable[[], bool]) -> None:
-        """Spin until something has happened; a limit keeps a failing test from hanging."""
+        """Spin until a condition holds, but not for ever."""
         limit = time.monotonic() + 30.0
         while not done():
             assert time.monotonic() < limit, "nothing happened"
@@ -51,7 +51,7 @@ class Rig:
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
-    """A rig on a domain of its own."""
+    """Yield a rig on a domain of its own."""
     rclpy.init(domain_id=100 + os.getpid() % 50)
     made = Rig()
     made.until(made.client.service_is_ready)
@@ -64,7 +64,7 @@ def rig() -> Iterator[Rig]:
 
 
 def test_identifies_what_it_hears_and_latches_it(rig: Rig) -> None:
-    """Samples over the topic give the paper's door; who comes later still gets it."""
+    """Received samples give the paper's door, which a late subscriber still gets."""
     recording = read_csv(SAMPLE)
     counts = np.rint(recording.theta / recording.resolution).astype(int)
     for first in range(0, len(counts), 100):
@@ -94,7 +94,7 @@ def test_identifies_what_it_hears_and_latches_it(rig: Rig) -> None:
 
 
 def test_failures_are_answers(rig: Rig) -> None:
-    """No samples, no file, no scale: a code and a sentence each; then a file works."""
+    """Without samples, file or scale the answer has a code and a sentence."""
     codes = IdentifyCloser.Response
     for fields, code in (
         ({}, codes.NO_SWING),
@@ -113,7 +113,7 @@ def test_failures_are_answers(rig: Rig) -> None:
 
 
 def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
-    """Inertia, a gauge's reading or an impulse in the request; extras arrive in the message."""
+    """Inertia or a gauge's reading fixes the scale, and extras are in the message."""
     truth = load_door("paper").door()
     pull = float(truth.restoring_torque(0.2))
     for fields in (
@@ -144,7 +144,7 @@ def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
 
 
 def test_a_trial_is_not_published(rig: Rig) -> None:
-    """publish: false answers alone; the planner goes on with what it had."""
+    """With publish: false there is an answer but no message."""
     heard: list[Any] = []
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     rig.other.create_subscription(CloserParameters, "/closer_parameters", heard.append, latched)
@@ -158,14 +158,14 @@ def test_a_trial_is_not_published(rig: Rig) -> None:
     ("parameter", "sentence"),
     [
         ("door:=garage", "no such door"),
-        ("window:=half", "must be one of"),
+        ("window:=half", "window is half, must be auto or opening or swing"),
         ("memory:=-1.0", "memory"),
     ],
 )
 def test_bad_parameters_end_with_a_sentence(
     parameter: str, sentence: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 1, no traceback."""
+    """A bad parameter gives exit code 1 and a sentence without a traceback."""
     assert main(["--ros-args", "-p", parameter]) == 1
     text = capfd.readouterr().err
     assert sentence in text
@@ -173,7 +173,7 @@ def test_bad_parameters_end_with_a_sentence(
 
 
 def test_parameters_are_described_each_by_its_own_name(rig: Rig) -> None:
-    """Those that are read once refuse to be set later."""
+    """Parameters that are read once cannot be set later."""
     described = {name: rig.node.describe_parameter(name)
                  for name in ("door", "window", "memory", "leaf_mass", "leaf_width")}
     assert [d.name for d in described.values()] == list(described)

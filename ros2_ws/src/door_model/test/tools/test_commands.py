@@ -1,4 +1,4 @@
-"""Command identify and the report of an identification."""
+"""The command identify, the report of an identification, and simulated recordings."""
 
 import json
 import math
@@ -21,7 +21,7 @@ LEAF = ["--mass", "47.62", "--width", "0.896"]
 def test_sample_recording_gives_the_paper_door(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """--json has the contract's keys and the truth within 5 %; --yaml loads."""
+    """--json has the agreed keys and the truth within 5 %; the file of --yaml loads."""
     out = tmp_path / "door.yaml"
     assert main(["--csv", SAMPLE, *LEAF, "--json", "--yaml", str(out)]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -37,7 +37,7 @@ def test_sample_recording_gives_the_paper_door(
 
 
 def test_table_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None:
-    """Values with standard deviations, rmse and torques."""
+    """The table has values with standard deviations, residuals and torques."""
     assert main(["--csv", SAMPLE, "--door", "paper"]) == 0
     text = capsys.readouterr().out
     for word in ("i_a", "c_c", "k_c", "tau_c0_prime", "+-", "rmse", "at 25 deg"):
@@ -47,10 +47,10 @@ def test_table_names_every_parameter(capsys: pytest.CaptureFixture[str]) -> None
 def test_what_is_taken_for_granted_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The paper's linkage for want of another; a mass that goes with I_A; the file's head."""
+    """Without --door: the paper's linkage, a mass that agrees with I_A, a note in the file."""
     out = tmp_path / "my_door.yaml"
     assert main(["--csv", SAMPLE, "--force", "10", "7.12", "0.8", "--yaml", str(out)]) == 0
-    assert "(the paper's, for want of --door)" in capsys.readouterr().out
+    assert "(the paper door's, since --door is missing)" in capsys.readouterr().out
     door = load_door(out)
     assert door.name == "my_door"
     assert door.leaf.mass * door.leaf.width**2 / 3.0 == pytest.approx(door.i_a)
@@ -58,7 +58,7 @@ def test_what_is_taken_for_granted_is_said(
     assert "scale by 1 reading of a force gauge" in text
     assert "# k_c +- " in text
     assert main(["--csv", SAMPLE, *LEAF, "--from-deg", "22"]) == 0
-    assert "4 swings of 5 end too low to begin at 22 deg" in capsys.readouterr().out
+    assert "4 of 5 swings end too low to begin at 22 deg" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_what_is_taken_for_granted_is_said(
 def test_errors_are_said_and_nothing_is_written(
     arguments: list[str], match: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 1, one line on stderr, no file."""
+    """An error gives exit code 1 and one line on stderr, and no file is written."""
     out = tmp_path / "door.yaml"
     assert main([*arguments, "--yaml", str(out)]) == 1
     captured = capsys.readouterr()
@@ -95,7 +95,7 @@ def test_errors_are_said_and_nothing_is_written(
 def test_names_of_files_that_are_none(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A folder, nothing, the recording itself: refused; a line break stays out of the comment."""
+    """A folder, an empty name and the recording itself are refused as output."""
     for name in ("/", ".", ""):
         assert main(["--csv", SAMPLE, *LEAF, "--yaml", name]) == 1
         assert "is not the name of a file" in capsys.readouterr().err
@@ -111,7 +111,7 @@ def test_names_of_files_that_are_none(
 def test_a_linkage_that_ends_below_the_tables_angles(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The table has those torques that there are."""
+    """The table has only torques at angles within the linkage."""
     closer = replace(load_door("paper").linkage, l2=0.06, l3=0.07)
     door = replace(load_door("paper"), linkage=closer, tau_c0_prime=4.0)
     assert math.degrees(closer.opening_limit()) < 20.0
@@ -128,13 +128,13 @@ def test_a_linkage_that_ends_below_the_tables_angles(
 
 
 def test_unwritable_output_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
-    """A folder that does not exist is said."""
+    """An output folder that does not exist is reported."""
     assert main(["--csv", SAMPLE, *LEAF, "--yaml", "/nowhere/at/all.yaml"]) == 1
     assert "cannot be written" in capsys.readouterr().err
 
 
 def test_sample_recording_is_what_the_simulator_makes(tmp_path: Path) -> None:
-    """The shipped file can be made again, up to a count where rounding decides."""
+    """The shipped recording can be reproduced, to a count where rounding decides."""
     out = tmp_path / "again.csv"
     assert make_recording(["--out", str(out)]) == 0
     ours, theirs = (
@@ -165,7 +165,7 @@ def test_recording_that_cannot_be_made_is_said(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Exit code 1, one sentence on stderr, no file."""
+    """An impossible recording gives exit code 1, one sentence on stderr and no file."""
     monkeypatch.chdir(tmp_path)
     friction = 50.0 if "1e-6" in arguments else 5.0
     Path("sticky.yaml").write_text(replace(load_door("paper"), friction=friction).to_yaml())
@@ -179,7 +179,7 @@ def test_recording_that_cannot_be_made_is_said(
 
 
 def test_recording_says_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """File, door and angles."""
+    """The command prints the file, the door and the angles."""
     out = str(tmp_path / "out.csv")
     assert make_recording(["--door", "size3", "--peaks-deg", "5", "7.5", "--out", out]) == 0
     text = capsys.readouterr().out
@@ -188,7 +188,7 @@ def test_recording_says_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_help_of_recordings_has_every_default(capsys: pytest.CaptureFixture[str]) -> None:
-    """The peaks too, and what a door's YAML may have."""
+    """The help has the default peaks and the keys of a door's YAML file."""
     with pytest.raises(SystemExit):
         make_recording(["--help"])
     text = " ".join(capsys.readouterr().out.split())
@@ -198,18 +198,18 @@ def test_help_of_recordings_has_every_default(capsys: pytest.CaptureFixture[str]
 
 
 def _counts(path: Path) -> NDArray[np.float64]:
-    """The counts of a recording."""
+    """Return the counts of a recording."""
     return np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]
 
 
 def _shut(counts: NDArray[np.float64]) -> int:
-    """The first sample after the peak at which the door is shut."""
+    """Return the first sample after the peak at which the door is shut."""
     peak = int(counts.argmax())
     return peak + int(np.flatnonzero(counts[peak:] <= 0)[0])
 
 
 def test_play_keeps_the_encoder_behind_the_leaf(tmp_path: Path) -> None:
-    """By the play while it opens; at the peak and shortly after it the encoder stands still."""
+    """The encoder lags by the play while the door opens, and stands still after the peak."""
     for name, play in (("none", "0"), ("some", "0.5")):
         arguments = ["--peaks-deg", "10", "--play-deg", play]
         assert make_recording([*arguments, "--out", str(tmp_path / name)]) == 0

@@ -14,6 +14,8 @@ from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
 from door_model.door.config import load_door
+from door_model.recording.batch import SampleBatcher
+from door_model.ros.messages import to_message
 from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config, needed
 from humanoid_motion.driver_interface import TickSample
@@ -32,6 +34,7 @@ from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.ros.pacer import Pacer
 from hrp2_sim_bridge.ros.parameters import BridgeParameters
 from hrp2_sim_bridge.sensors.imu import imu_variances
+from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 from hrp2_sim_bridge.world import World
 
@@ -66,7 +69,8 @@ class SimBridge(Node):
         )
         self._imu_variances = imu_variances(self.world.settings.sensors)
         self._pacer = Pacer(self._options.speed())
-        self._encoder = convert.EncoderBatcher(SAMPLE, ENCODER_BATCH)
+        self._encoder = SampleBatcher(
+            period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
         self._accepted, self._refused = 0, 0
         self._refusal = ""
         self._fall_reported = False
@@ -129,7 +133,7 @@ class SimBridge(Node):
         self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
         batch = self._encoder.add(sample.counts, now)
         if batch is not None:
-            self._counts.publish(batch)
+            self._counts.publish(to_message(batch))
         self._ticks += 1
         if self._ticks % DIAGNOSTICS_TICKS == 0:
             self._publish_diagnostics()
@@ -177,7 +181,7 @@ class SimBridge(Node):
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
-        self._encoder.restart()
+        self._encoder.skip()
         self._refusal, self._fall_reported = "", False
         response.success, response.message = True, "back in half-sitting at time 0"
         return response

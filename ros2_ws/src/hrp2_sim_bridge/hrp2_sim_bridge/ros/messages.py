@@ -7,17 +7,13 @@ from collections.abc import Mapping, Sequence
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
-from door_impact_common.stamps import NANOSECONDS, seconds, stamp_of
-from door_impact_msgs.msg import EncoderSamples
+from door_impact_common.stamps import seconds
 from geometry_msgs.msg import WrenchStamped
 from humanoid_motion.driver_interface import ImuSample, TickSample, TrajectoryArrays
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge.sensors.imu import ImuVariances
-from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN
-
-DOOR_JOINT = "door_hinge"
 
 
 def trajectory_arrays(message: JointTrajectory) -> TrajectoryArrays:
@@ -68,52 +64,6 @@ def imu(stamp: Time, frame: str, sample: ImuSample, variances: ImuVariances) -> 
     message.angular_velocity_covariance[::4] = variances.angular_velocity
     message.linear_acceleration_covariance[::4] = variances.specific_force
     return message
-
-
-class EncoderBatcher:
-    """Collects the counter's samples and returns them in batches.
-
-    Args:
-        period: Time between two samples [s].
-        size: Number of samples in a batch.
-    """
-
-    def __init__(self, period: float, size: int) -> None:
-        self._period = period
-        self._size = size
-        self._counts: list[int] = []
-        self._index = 0
-        self._gap = False
-
-    def restart(self) -> None:
-        """Discard the collected samples; the next batch reports the gap."""
-        self._index += len(self._counts)
-        self._counts.clear()
-        self._gap = True
-
-    def add(self, counts: Sequence[int], nanoseconds: int) -> EncoderSamples | None:
-        """Add samples and return a batch once it is full.
-
-        Args:
-            counts: Counts of the samples.
-            nanoseconds: Time of the last sample [ns].
-        """
-        self._counts.extend(counts)
-        if len(self._counts) < self._size:
-            return None
-        message = EncoderSamples()
-        back = round((len(self._counts) - 1) * self._period * NANOSECONDS)
-        message.header.stamp = stamp_of(nanoseconds - back)
-        message.header.frame_id = DOOR_JOINT
-        message.period = self._period
-        message.first_index = self._index
-        message.counts_per_turn = COUNTS_PER_TURN
-        message.counts = list(self._counts)
-        message.gap_before = self._gap
-        self._index += len(self._counts)
-        self._counts.clear()
-        self._gap = False
-        return message
 
 
 def diagnostics(

@@ -6,41 +6,12 @@ import pytest
 pytest.importorskip("door_impact_msgs.msg")
 pytest.importorskip("trajectory_msgs.msg")
 
-from door_impact_common.stamps import seconds, stamp_of
+from door_impact_common.stamps import stamp_of
 from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.sensors.imu import imu_variances
 from hrp2_sim_bridge.settings import SensorSettings
 from humanoid_motion.driver_interface import ImuSample
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-
-
-def test_encoder_batches_follow_each_other_without_a_gap() -> None:
-    """Indices, stamps and counts of batches are continuous; the stamp is the first sample's."""
-    batcher = convert.EncoderBatcher(0.001, 20)
-    batches = []
-    for tick in range(1, 13):
-        counts = range(5 * (tick - 1), 5 * tick)
-        batch = batcher.add(counts, tick * 5_000_000)
-        if batch is not None:
-            batches.append(batch)
-    assert [b.first_index for b in batches] == [0, 20, 40]
-    assert not any(b.gap_before for b in batches)
-    assert [c for b in batches for c in b.counts] == list(range(60))
-    stamps = [seconds(b.header.stamp) for b in batches]
-    np.testing.assert_allclose(stamps, [0.001, 0.021, 0.041], atol=1e-9)
-
-
-def test_restart_drops_what_was_collected_and_marks_the_gap() -> None:
-    """Only the first batch after a restart reports that samples are missing."""
-    batcher = convert.EncoderBatcher(0.001, 5)
-    batcher.add([1, 2, 3], 3_000_000)
-    batcher.restart()
-    first = batcher.add([7] * 5, 5_000_000)
-    second = batcher.add([8] * 5, 10_000_000)
-    assert first is not None
-    assert second is not None
-    assert (first.first_index, first.gap_before, list(first.counts)) == (3, True, [7] * 5)
-    assert (second.first_index, second.gap_before) == (8, False)
 
 
 def test_trajectory_message_keeps_its_content_and_emptiness() -> None:

@@ -1,9 +1,9 @@
-"""Counter values to counts."""
+"""Counter values that become unwrapped counts."""
 
 import numpy as np
 import pytest
-from door_encoder.decoding.counts import stationary_zero, unwrap, wrap
-from door_encoder.errors import EncoderSettingError
+from door_impact_common.errors import SettingError
+from door_model.recording.counts import stationary_zero, unwrap, wrap
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
     shares=st.lists(st.floats(-0.49, 0.49), max_size=60),
 )
 def test_unwrap_inverts_wrap(modulus: int, start: int, shares: list[float]) -> None:
-    """Steps under half the range come back, up to a constant, whatever the counter's width."""
+    """Steps below half the range are restored up to a constant, for any width of the counter."""
     steps = [int(share * min(modulus, 2**40)) for share in shares]
     counts = start + np.cumsum(np.array([0, *steps], dtype=np.int64))
     found = unwrap(wrap(counts, modulus), modulus)
@@ -27,7 +27,7 @@ def test_unwrap_inverts_wrap(modulus: int, start: int, shares: list[float]) -> N
     cut=st.integers(1, 59),
 )
 def test_unwrap_goes_on_across_batches(modulus: int, steps: list[int], cut: int) -> None:
-    """Cut in two, the counts are the same."""
+    """Values that are cut in two give the same counts."""
     values = wrap(np.cumsum(np.array(steps, dtype=np.int64)), modulus)
     whole = unwrap(values, modulus)
     head = unwrap(values[:cut], modulus)
@@ -36,13 +36,13 @@ def test_unwrap_goes_on_across_batches(modulus: int, steps: list[int], cut: int)
 
 
 def test_signed_counters_need_no_other_treatment() -> None:
-    """A 16-bit counter read as signed goes from 32767 to -32768."""
+    """A 16-bit counter read as signed goes from 32767 to -32768 without a jump."""
     values = np.array([32766, 32767, -32768, -32767])
     np.testing.assert_array_equal(np.diff(unwrap(values, 2**16)), [1, 1, 1])
 
 
 def test_no_modulus_no_unwrapping() -> None:
-    """A counter that never wraps is passed on."""
+    """The values of a counter that never wraps do not change."""
     values = np.array([0, 10**12, -(10**12)])
     np.testing.assert_array_equal(unwrap(values, 0), values)
     assert unwrap(np.array([], dtype=np.int64), 0).size == 0
@@ -50,14 +50,14 @@ def test_no_modulus_no_unwrapping() -> None:
 
 @pytest.mark.parametrize("modulus", [1, -5, 2**64])
 def test_moduli_that_no_counter_has(modulus: int) -> None:
-    """Refused with the value."""
-    with pytest.raises(EncoderSettingError) as caught:
+    """An impossible modulus is refused, and the error carries it."""
+    with pytest.raises(SettingError) as caught:
         unwrap(np.array([1]), modulus)
     assert caught.value.value == modulus
 
 
 def test_zero_needs_a_door_that_stands_still() -> None:
-    """A moving door gives no zero, a flickering one its mean."""
+    """A moving door gives no zero, and a flickering count its mean."""
     assert stationary_zero(np.arange(40), 20) is None
     assert stationary_zero(np.array([5] * 10), 20) is None
     assert stationary_zero(np.array([5, 6] * 10), 20) == 5.5
