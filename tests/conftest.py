@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import distribution
 from pathlib import Path
@@ -23,8 +24,24 @@ from std_srvs.srv import Trigger
 def domain() -> Iterator[int]:
     """The ROS_DOMAIN_ID of this session."""
     yield int(os.environ["ROS_DOMAIN_ID"])
-    if "ROS_DISTRO" in os.environ:  # its commands leave a daemon behind in this domain
+    stop_daemon()
+
+
+def stop_daemon() -> None:
+    """End the daemon that ROS 2's commands leave behind in a domain."""
+    if "ROS_DISTRO" in os.environ:
         run_command(find_ros2(), "daemon", "stop")
+
+
+@contextmanager
+def in_domain(domain: int) -> Iterator[None]:
+    """Contexts and processes that begin meanwhile are in another domain."""
+    before = os.environ["ROS_DOMAIN_ID"]
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    try:
+        yield
+    finally:
+        os.environ["ROS_DOMAIN_ID"] = before
 
 
 Start = Callable[..., Started]
@@ -128,20 +145,37 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
 # -- the graph ----------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="session")
-def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
-    """Every node, as `make up` starts them but as fast as it goes; one set for all tests."""
-    with launch(tmp_path_factory.mktemp("graph"), "paced:=false") as running:
-        yield running
+@dataclass(frozen=True)
+class Nodes:
+    """A running graph and its ROS_DOMAIN_ID."""
+
+    graph: Graph
+    domain: int
+
+
+@pytest.fixture(scope="package")
+def nodes(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Iterator[Nodes]:
+    """Every node, as `make up` starts them but as fast as it goes; one set for all of tests/graph.
+
+    It has a domain of its own, because other tests start nodes of the same names.
+    """
+    own = domain + 101  # conftest.free_domain keeps to 100
+    with ExitStack() as end:
+        with in_domain(own):
+            running = end.enter_context(launch(tmp_path_factory.mktemp("graph"), "paced:=false"))
+        yield Nodes(running, own)
+        with in_domain(own):
+            stop_daemon()
 
 
 @pytest.fixture(scope="module")
-def graph(nodes: Graph) -> Graph:
+def graph(nodes: Nodes) -> Iterator[Graph]:
     """The nodes after a reset, so that a module finds robot and door as at the start."""
-    answer = nodes.call(Trigger, "/sim/reset")
-    assert answer.success, answer.message
-    nodes.last(PointStamped, "/zmp")
-    return nodes
+    with in_domain(nodes.domain):
+        answer = nodes.graph.call(Trigger, "/sim/reset")
+        assert answer.success, answer.message
+        nodes.graph.last(PointStamped, "/zmp")
+        yield nodes.graph
 
 
 # -- the true door -------------------------------------------------------------------------------

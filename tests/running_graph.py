@@ -10,6 +10,7 @@ from typing import Any
 import rclpy
 from geometry_msgs.msg import PointStamped
 from processes import GUARD, Started, find_ros2
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -24,13 +25,14 @@ class Graph:
     """The running nodes, and a node of the tests among them.
 
     Args:
-        processes: What must not end meanwhile.
+        processes: Processes that must not end meanwhile.
+        context: Context of the node; by default that of the process.
     """
 
-    def __init__(self, *processes: Started) -> None:
+    def __init__(self, *processes: Started, context: Context | None = None) -> None:
         self.processes = processes
-        self.node = Node("tests_of_the_graph")
-        self._executor = SingleThreadedExecutor()
+        self.node = Node("tests_of_the_graph", context=context)
+        self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
 
     def spin_until(self, condition: Callable[[], Any], what: str) -> None:
@@ -99,9 +101,10 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
     others = [Started(command, folder / f"beside_{i}.txt") for i, command in enumerate(beside)]
     started = Started([find_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
                        *arguments], folder / "nodes.txt")
-    rclpy.init(args=[])
+    context = Context()  # of its own: other tests of the process begin and end the default one
+    rclpy.init(args=[], context=context)
     try:
-        running = Graph(started, *others)
+        running = Graph(started, *others, context=context)
         running.last(PointStamped, "/zmp")
         yield running
         for process in (started, *others):
@@ -113,4 +116,4 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
     finally:
         for process in (started, *others):
             process.clean_up()
-        rclpy.try_shutdown()
+        rclpy.try_shutdown(context=context)

@@ -1,0 +1,1 @@
+"""Tests of the whole graph: one set of nodes serves them all."""
