@@ -4,6 +4,7 @@ two marks with a reason, and which tests share a worker."""
 import os
 import random
 import socket
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -28,6 +29,7 @@ os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 os.environ["ROS_DOMAIN_ID"] = str(
     free_domain(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")))
 )
+os.environ["GRAPH_DOMAIN_ID"] = str(free_domain(8))  # of tests/graph; no worker has this number
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 # How long an example takes says nothing on a busy machine; `make test-all` chooses `whole`.
@@ -37,19 +39,26 @@ settings.register_profile("whole", max_examples=300, **UNTIMED)
 settings.load_profile("quick")
 
 MARKS = ("nightly", "wall_clock")
+SHARING = ("tests/graph/", "tests/demo/")  # folders whose tests share the processes they start
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest chooses by the marks and xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Demands a reason of each mark, and keeps the tests of a file on one worker.
-
-    Tests that use the session's graph or its demonstration share a worker, whatever their file.
-    """
+    """Demands a reason of each mark."""
     for item in items:
         for mark in MARKS:
             for found in item.iter_markers(mark):
                 if len(found.args) != 1 or not isinstance(found.args[0], str):
                     raise pytest.UsageError(f"{item.nodeid}: {mark} needs a reason, as a string")
-        shared = {"graph", "demo"}.intersection(getattr(item, "fixturenames", ()))
-        group = next(iter(sorted(shared)), item.nodeid.partition("::")[0])
-        item.add_marker(pytest.mark.xdist_group(group))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Keeps the tests of a file, or of a folder whose tests share processes, on one worker."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFileOrFolder(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return next((folder for folder in SHARING if file.startswith(folder)), file)
+
+    return ByFileOrFolder(config, log)

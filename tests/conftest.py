@@ -154,12 +154,12 @@ class Nodes:
 
 
 @pytest.fixture(scope="package")
-def nodes(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Iterator[Nodes]:
+def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Nodes]:
     """Every node, as `make up` starts them but as fast as it goes; one set for all of tests/graph.
 
     It has a domain of its own, because other tests start nodes of the same names.
     """
-    own = domain + 101  # conftest.free_domain keeps to 100
+    own = int(os.environ["GRAPH_DOMAIN_ID"])
     with ExitStack() as end:
         with in_domain(own):
             running = end.enter_context(launch(tmp_path_factory.mktemp("graph"), "paced:=false"))

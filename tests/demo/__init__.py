@@ -1,0 +1,1 @@
+"""Tests of the demonstration: one run serves them all."""
