@@ -25,8 +25,9 @@ REAL = replace(
 @pytest.mark.parametrize(
     ("config", "impulse"),
     [
-        (load_door("paper"), 9.0), (load_door("paper"), 5.0), (load_door("size3"), 11.0),
-        (REAL, 9.0),
+        (load_door("paper"), 9.0), (REAL, 9.0), *(
+            pytest.param(*case, marks=pytest.mark.nightly("another push of the same kind"))
+            for case in ((load_door("paper"), 5.0), (load_door("size3"), 11.0))),
     ],
 )
 def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
@@ -60,6 +61,7 @@ def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     )
 
 
+@pytest.mark.nightly("ten seconds of simulated time")
 def test_real_closer_shuts_as_the_model_says(robot) -> None:
     """A door with latch zone and friction closes from its peak as the model predicts."""
     world = World(robot, REAL, 0.9, -0.42)

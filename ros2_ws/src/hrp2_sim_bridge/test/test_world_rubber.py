@@ -163,6 +163,7 @@ def test_rubber_may_be_a_third_softer_or_stiffer_than_thought(
     assert not world.fell
 
 
+@pytest.mark.nightly("the same on rigid soles is in test_world_motion.py")
 def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
     """Runs after two resets are the same on rubber with the stabilizer."""
     world = make_world(door_distance=0.47, sole="rubber")

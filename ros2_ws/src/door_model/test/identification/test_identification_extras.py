@@ -51,7 +51,8 @@ def test_extras_are_found(name: str) -> None:
     assert result.warnings == []
 
 
-@pytest.mark.parametrize("name", ["friction", "latch"])
+@pytest.mark.parametrize(
+    "name", ["friction", pytest.param("latch", marks=pytest.mark.nightly("another extra"))])
 def test_what_is_missing_is_named(name: str) -> None:
     """If a door has an extra that was not wanted, a warning recommends to identify it."""
     result = found(TRUTH[name], [])
