@@ -3,6 +3,7 @@ two marks with a reason, and which tests share a worker."""
 
 import os
 import random
+import signal
 import socket
 from typing import Any
 
@@ -31,6 +32,10 @@ os.environ["ROS_DOMAIN_ID"] = str(
 )
 os.environ["GRAPH_DOMAIN_ID"] = str(free_domain(8))  # of tests/graph; no worker has this number
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+# A shell's background jobs ignore Ctrl-C, and so would every process that the tests start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # How long an example takes says nothing on a busy machine; `make test-all` chooses `whole`.
 UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}

@@ -1,10 +1,9 @@
-"""Fixtures of the tests that cross packages: the demo, the graph."""
+"""Fixtures of the tests that cross packages: commands, the demo, the true door."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import distribution
 from pathlib import Path
@@ -13,11 +12,8 @@ from typing import Any
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from geometry_msgs.msg import PointStamped
-from processes import GUARD, Started, find_ros2
+from processes import GUARD, Started, find_ros2, stop_daemon
 from reference_door import ReferenceDoor
-from running_graph import Graph, launch
-from std_srvs.srv import Trigger
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -25,23 +21,6 @@ def domain() -> Iterator[int]:
     """The ROS_DOMAIN_ID of this session."""
     yield int(os.environ["ROS_DOMAIN_ID"])
     stop_daemon()
-
-
-def stop_daemon() -> None:
-    """End the daemon that ROS 2's commands leave behind in a domain."""
-    if "ROS_DISTRO" in os.environ:
-        run_command(find_ros2(), "daemon", "stop")
-
-
-@contextmanager
-def in_domain(domain: int) -> Iterator[None]:
-    """Contexts and processes that begin meanwhile are in another domain."""
-    before = os.environ["ROS_DOMAIN_ID"]
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
-    try:
-        yield
-    finally:
-        os.environ["ROS_DOMAIN_ID"] = before
 
 
 Start = Callable[..., Started]
@@ -140,42 +119,6 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
         yield Demo(status, started.text(), out, started.family())
     finally:
         started.clean_up()
-
-
-# -- the graph ----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Nodes:
-    """A running graph and its ROS_DOMAIN_ID."""
-
-    graph: Graph
-    domain: int
-
-
-@pytest.fixture(scope="package")
-def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Nodes]:
-    """Every node, as `make up` starts them but as fast as it goes; one set for all of tests/graph.
-
-    It has a domain of its own, because other tests start nodes of the same names.
-    """
-    own = int(os.environ["GRAPH_DOMAIN_ID"])
-    with ExitStack() as end:
-        with in_domain(own):
-            running = end.enter_context(launch(tmp_path_factory.mktemp("graph"), "paced:=false"))
-        yield Nodes(running, own)
-        with in_domain(own):
-            stop_daemon()
-
-
-@pytest.fixture(scope="module")
-def graph(nodes: Nodes) -> Iterator[Graph]:
-    """The nodes after a reset, so that a module finds robot and door as at the start."""
-    with in_domain(nodes.domain):
-        answer = nodes.graph.call(Trigger, "/sim/reset")
-        assert answer.success, answer.message
-        nodes.graph.last(PointStamped, "/zmp")
-        yield nodes.graph
 
 
 # -- the true door -------------------------------------------------------------------------------

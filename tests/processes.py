@@ -31,6 +31,13 @@ def find_ros2() -> str:
     return found
 
 
+def stop_daemon() -> None:
+    """End the daemon that ROS 2's commands leave behind in a domain."""
+    if "ROS_DISTRO" in os.environ:
+        subprocess.run([find_ros2(), "daemon", "stop"], capture_output=True, timeout=GUARD,
+                       check=False)
+
+
 class Started:
     """A process with a session and a mark of its own; its output goes to a file.
 
