@@ -32,6 +32,18 @@ def fell(tilt: float, limit: float) -> str:
             f"{np.degrees(limit):.1f} deg are allowed")
 
 
+def contact_too_late(late: float, limit: float) -> str:
+    """Reason for a contact that was noticed later than its limit, both in [s]."""
+    return (f"the contact was noticed {late:.2f} s late, at most {limit:g} s are allowed: the "
+            "computer was busy, or messages were delayed")
+
+
+def peak_too_late(late: float, limit: float) -> str:
+    """Reason for a peak of the door that was noticed later than its limit, both in [s]."""
+    return (f"the door's largest angle was noticed {late:.2f} s later than the hold allows for, at "
+            f"most {limit:g} s are allowed: the computer was busy, or messages were delayed")
+
+
 def no_peak(longest: float) -> str:
     """Reason for a door that has not turned round within a time after the hit [s]."""
     return (f"the door did not turn round within {longest:.1f} s after the hit: its encoder stands "

@@ -70,7 +70,11 @@ class ExecutionSettings:
         tracking: Largest distance between a joint and its trajectory [rad].
         hold_within: Largest distance between the door's peak and the desired angle at which the
             arm catches the door [rad].
-        slower: Factor on the planned time after the hit within which the door must turn round.
+        late_event: Largest delay of an event at which the command that depends on it is still sent
+            [s]: of a contact, and of the door's peak beyond the delay that the hold is planned for.
+        goes_back: Time from the planned peak of the door, or from the end of a run-up without a
+            contact, to the retreat that the driver begins by itself if no command arrives [s].
+        back_from_miss: Duration of the retreat along the run-up after a missed contact [s].
         stale: Largest difference between the stamps of the door's angle and of the joints [s].
         held_within: Largest distance between the door and the desired angle at the end [rad].
     """
@@ -88,7 +92,9 @@ class ExecutionSettings:
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
     hold_within: float = float(np.radians(6.0))
-    slower: float = 3.0
+    late_event: float = 0.1
+    goes_back: float = 0.5
+    back_from_miss: float = 2.5
     stale: float = 2.0
     held_within: float = float(np.radians(2.0))
 
