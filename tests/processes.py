@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-GUARD = 180.0  # [s] of wall time after which something hangs; nothing is asserted on it
+GUARD = 600.0  # [s] of wall time after which something hangs; nothing is asserted on it
 MARK = "HRP2_TEST_PROCESS"  # in the environment of every process that the tests start
 
 

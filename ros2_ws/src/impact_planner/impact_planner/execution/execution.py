@@ -218,6 +218,19 @@ class Execution:
         return self._enter(
             self._state.on_silence(now, reasons.no_message(topic, seconds, limit)))
 
+    def on_failure(self, now: float, error: Exception) -> list[Command]:
+        """Handle an error of the program: stop the driver if the robot keeps its balance.
+
+        Args:
+            now: Time of the robot's clock [s].
+            error: The error.
+        """
+        try:
+            return self._enter(self._state.on_silence(now, reasons.failed(error)))
+        except Exception:  # what failed once may fail again
+            self.give_up(reasons.failed(error))
+            return []
+
     def _enter(self, reaction: Reaction) -> list[Command]:
         """Enter the state that follows an event, and return the commands."""
         before, self._state = self._state, reaction.state

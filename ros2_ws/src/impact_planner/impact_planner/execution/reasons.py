@@ -26,6 +26,11 @@ def no_message(topic: str, seconds: float, limit: float) -> str:
             "allowed")
 
 
+def failed(error: Exception) -> str:
+    """Reason for an error of the program."""
+    return f"the executor failed: {type(error).__name__}: {error}"
+
+
 def fell(tilt: float, limit: float) -> str:
     """Reason for a tilt of the trunk that exceeds its limit, both in [rad]."""
     return (f"the robot fell: its trunk is tilted by {np.degrees(tilt):.1f} deg, at most "

@@ -146,7 +146,7 @@ class RunUp(_TowardsDoor):
         """Slow down if a stop is requested, go back if the contact was missed, check the joints."""
         run = self.run
         if run.stop_requested and not self.past_no_return(run.present(now)):
-            return self._stop(run.present(now))
+            return self._stop(run.present(now), reasons.stopped(self.phase))
         run.on_joints(now, position, velocity, self.phase)
         if now > self.end + run.settings.late:
             return self.goes_back(now, Outcome.NO_CONTACT, reasons.MISSED)
@@ -193,10 +193,20 @@ class RunUp(_TowardsDoor):
         state = AfterHit.of(run, stamp, knots)
         return Reaction(state, (Command(*state.sent),))
 
-    def _stop(self, now: float) -> Reaction:
+    def on_silence(self, now: float, why: str) -> Reaction:
+        """Slow the run-up down while that is possible; later let the driver finish."""
+        if self.past_no_return(now):
+            return super().on_silence(now, why)
+        return self._stop(now, f"the motion was stopped in the phase {self.phase}: {why}")
+
+    def _stop(self, now: float, why: str) -> Reaction:
         """Slow the run-up down to rest by the plan's own stop.
 
         The driver's stop is so hard that the robot would lose its balance.
+
+        Args:
+            now: Present time on the robot's clock [s].
+            why: Sentence that says why.
         """
         run, settings = self.run, self.run.settings
         run.stop_requested = False
@@ -204,7 +214,7 @@ class RunUp(_TowardsDoor):
         knots = continue_from(
             run.plan.phases[RUN_UP], stamp - self.begin, 1.0, run.plan.stop_duration)
         state = Stopping(run=run, phase=self.phase, begin=self.begin, end=self.end,
-                         sent=Reference(stamp, knots),
+                         sent=Reference(stamp, knots), reason_at_end=why,
                          at_rest=stamp + duration(knots) + settings.settle)
         return Reaction(state, (Command(stamp, knots),))
 
@@ -215,15 +225,21 @@ class Stopping(Following):
 
     Attributes:
         at_rest: Time at which the robot is at rest, on the robot's clock [s].
+        reason_at_end: Sentence that says why the run-up was stopped.
     """
 
     at_rest: float
+    reason_at_end: str
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
         """Check the joints, and end when the robot is at rest."""
         if now < self.at_rest:
             return self.compared(now, position)
-        return self.ended(Outcome.STOPPED, reasons.stopped(self.phase))
+        return self.ended(Outcome.STOPPED, self.reason_at_end)
+
+    def on_silence(self, now: float, why: str) -> Reaction:
+        """End without a further command: the driver comes to rest by itself."""
+        return self.ended(Outcome.STOPPED, self.reason_at_end)
 
     def past_no_return(self, now: float) -> bool:
         """Whether a stop would lose balance, which it never does in this state."""

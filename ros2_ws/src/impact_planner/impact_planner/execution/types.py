@@ -18,6 +18,20 @@ SCALED = APPROACH[:-1]  # phases that speed_scale slows down; the run-up keeps i
 PLANNED = (*APPROACH, AFTER_HIT)
 
 
+_LONGEST = 5.0  # longest time of a plan's contact, stop or rest; the planner's are below 2 s
+_RANGES = {  # least and largest plausible number of a plan, in its own unit
+    "contact_time": (0.0, _LONGEST),
+    "steady_time": (0.0, _LONGEST),
+    "switch_delay": (0.0, 0.2),
+    "slow_down": (0.0, 0.5),
+    "rest_duration": (0.05, _LONGEST),
+    "post_ratio": (-1.0, 1.0),
+    "point_of_no_return": (0.0, _LONGEST),
+    "desired_angle": (0.0, np.pi),
+    "stop_duration": (0.05, _LONGEST),
+}
+
+
 class Outcome(enum.Enum):
     """How an execution ended."""
 
@@ -131,7 +145,7 @@ class ExecutablePlan:
         stop_duration: Time in which a stop slows the run-up down to rest [s].
 
     Raises:
-        InvalidRequest: A phase is missing.
+        InvalidRequest: A phase is missing, or a number is out of its range.
     """
 
     phases: dict[str, Knots]
@@ -170,13 +184,27 @@ class ExecutablePlan:
         )
 
     def __post_init__(self) -> None:
-        """Check the names of the phases."""
+        """Check the phases and every number: a plan's message may come from anywhere."""
         missing = [name for name in PLANNED if name not in self.phases]
         if not set(ENDINGS) & set(self.phases):
             missing.append(" or ".join(ENDINGS))
         if missing:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))
+        run_up = float(self.phases[RUN_UP].time[-1])
+        for name, (least, most) in _RANGES.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise InvalidRequest(
+                    f"{name} of the plan is {value:g}, must be from {least:g} to {most:g}",
+                    quantity=name, value=value, limit=(least, most))
+        for name, value in (("contact_time", self.contact_time),
+                            ("point_of_no_return", self.point_of_no_return),
+                            ("switch_delay", self.switch_time)):
+            if value > run_up:
+                raise InvalidRequest(
+                    f"{name} of the plan is {getattr(self, name):g} s, but its run-up ends after "
+                    f"{run_up:g} s", quantity=name, value=getattr(self, name), limit=run_up)
 
     @property
     def ending(self) -> str:

@@ -357,9 +357,17 @@ def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
 
 
 def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
+    """Before the run-up the driver stops; the run-up slows down by the plan's own stop."""
+    execution, cam = started()
+    joints(execution, cam - 0.5)
+    assert execution.on_silence(cam - 0.2, "/joint_states", 0.3, 0.25)[0].knots is None
+
     execution, cam = started()
     joints(execution, cam)
-    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3, 0.25)[0].knots is None
+    (command,) = execution.on_silence(cam + 0.3, "/joint_states", 0.3, 0.25)
+    assert not command.knots.velocity[-1].any()
+    assert execution.on_silence(cam + 0.35, "/joint_states", 0.35, 0.25) == []
+    assert execution.outcome is Outcome.STOPPED
     assert ("no message has arrived on /joint_states for 0.30 s, at most 0.25 s are allowed"
             in execution.reason)
 
