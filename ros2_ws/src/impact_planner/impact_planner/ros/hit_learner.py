@@ -12,7 +12,7 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport
 
 from impact_planner.errors import ImplausibleHit
-from impact_planner.hit.learning import learn
+from impact_planner.hit.memory import HitMemory, Lesson
 from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.task.experience import Experience, load, save
 from impact_planner.task.goal_reports import GoalReports
@@ -47,13 +47,13 @@ class HitLearner:
 
     def __init__(self, file: Path | None, logger: Any) -> None:
         self._file, self._logger = file, logger
-        self._experience = load(file) if file else {}
+        self._memory = HitMemory(load(file) if file else {})
         self._reports: GoalReports[HitReport] = GoalReports()
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
 
     def experience(self, door: str) -> Experience | None:
         """What hits have taught of the door with this name; None before the first hit."""
-        return self._experience.get(door)
+        return self._memory.known.get(door)
 
     def planned(self, plan: ImpactPlan, known: KnownDoor) -> None:
         """Keep the last plan, whose hits are learned from, and the door that it is for."""
@@ -83,19 +83,22 @@ class HitLearner:
         Returns:
             Whether the file could be written, and a sentence that names the doors.
         """
-        doors = ", ".join(sorted(self._experience)) or "no door"
-        self._experience = {}
+        doors = ", ".join(sorted(self._memory.known)) or "no door"
+        self._memory.forget()
         return self._store(), f"the hits on {doors} were forgotten"
 
     def _learn(self, report: HitReport, end: int) -> None:
         """Learn from the report of a goal that ended in a state of GoalStatus."""
         try:
-            plan, before, after = self._learned(report, end)
+            plan, (before, after, replaced) = self._learned(report, end)
         except DoorImpactError as error:
             self._refuse(report, error)
             return
-        self._experience[plan.door] = after
         self._store()
+        if replaced:
+            self._logger.warning(
+                f"two hits in a row contradicted what {before.hits} hits on the door "
+                f"{plan.door!r} had taught, and agree with each other: they replace it")
         self._logger.info(
             f"hit {after.hits} opened the door {plan.door!r} to "
             f"{math.degrees(report.peak_angle):.1f} deg, "
@@ -103,8 +106,8 @@ class HitLearner:
             f"changes from {before.restitution:.3f} to {after.restitution:.3f}, the effective mass "
             f"from {before.mass_factor:.3f} to {after.mass_factor:.3f} times the model's")
 
-    def _learned(self, report: HitReport, end: int) -> tuple[ImpactPlan, Experience, Experience]:
-        """The plan of a hit, and the experience before and after it.
+    def _learned(self, report: HitReport, end: int) -> tuple[ImpactPlan, Lesson]:
+        """The plan of a hit, and what the hit has changed.
 
         Raises:
             ImplausibleHit: The hit is not learned from.
@@ -119,11 +122,9 @@ class HitLearner:
                 "only an undisturbed motion is learned from, whether the door was held or not",
                 quantity="error_code", value=report.error_code)
         plan, known = self._last
-        limits = plan.settings.learning_limits
-        before = self._experience.get(known.name)
-        if before is None or before.outside(limits):
-            before = Experience.none(plan.settings.restitution)
-        return plan, before, learn(before, observed_hit(plan, known, report), limits)
+        return plan, self._memory.learn(
+            known.name, observed_hit(plan, known, report), plan.settings.learning_limits,
+            plan.settings.restitution)
 
     def _refuse(self, report: HitReport, error: DoorImpactError) -> None:
         """Say why nothing is learned from a report."""
@@ -136,7 +137,7 @@ class HitLearner:
         if self._file is None:
             return True
         try:
-            save(self._file, self._experience)
+            save(self._file, self._memory.known)
         except (OSError, ValueError) as error:
             self._logger.error(f"{self._file} cannot be written: {error}")
             return False
