@@ -157,7 +157,8 @@ def _require_expected(
     Raises:
         ImplausibleHit: It is larger than the quantile.
     """
-    squared = float(innovation @ np.linalg.solve(spread, innovation))
+    with np.errstate(over="ignore", invalid="ignore"):  # of a v'_rB beyond all numbers
+        squared = float(innovation @ np.linalg.solve(spread, innovation))
     limit = float(chdtri(len(innovation), _REFUSED_SHARE))
     if not squared <= limit:
         speed = "not measured" if len(innovation) == 1 else f"{observed.v_rb_post:.3f} m/s"

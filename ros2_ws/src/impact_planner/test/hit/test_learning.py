@@ -102,7 +102,7 @@ def test_a_hit_makes_surer_and_never_certain(world, omega):
     {"omega": math.nan}, {"omega": math.inf}, {"omega": 0.0}, {"omega": -0.635},
     {"omega": 1e-9}, {"omega": 0.635 / 30.0}, {"omega": 0.635 * 30.0}, {"omega": 1e300},
     {"v_rb": math.nan}, {"v_rb": 0.0}, {"braking": 1e3}, {"model_mass": math.nan},
-    {"i_a": math.inf}])
+    {"i_a": math.inf}, {"v_rb_post": 1e200}, {"v_rb_post": -1e308}])
 @pytest.mark.parametrize("before", [NEW, SOUND])
 def test_a_hit_that_makes_no_sense_changes_nothing(before, changes):
     """An implausible hit is refused with a sentence, whereas the hit itself is accepted."""
