@@ -18,6 +18,7 @@ from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
 from hrp2_sim_bridge.settings import SAMPLE
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.errors import ImplausibleHit
 from impact_planner.execution.execution import Command, ExecutablePlan, Execution, Outcome
 from impact_planner.execution.point_b import PointB
 from impact_planner.hit.learning import learn
@@ -59,12 +60,11 @@ class Rehearsal:
     def learned(self) -> Experience:
         """Returns what the executor's measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)
-        measured = self.execution.measured
         try:
-            hit = observed_hit(self.plan, self.known, measured.peak_angle, measured.v_rb_post)
-        except DoorModelError:  # for instance because no hit was detected
+            hit = observed_hit(self.plan, self.known, self.execution.measured)
+            return learn(before, hit, self.plan.settings.learning_limits)
+        except (DoorModelError, ImplausibleHit):  # for instance because no hit was detected
             return before
-        return learn(before, hit)
 
 
 def rehearse(

@@ -301,7 +301,9 @@ class AfterHit(_TowardsDoor):
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
         if measured.peak_angle - angle < run.settings.peak_drop:
             return Reaction(self)
-        run.turned_round = True
+        late = run.present(now) - measured.contact_time - measured.peak_time - LATE
+        on_time = late <= run.settings.late_event
+        run.turned_round = on_time  # otherwise the largest angle may have been missed
         limit = run.settings.hold_within
         if plan.ending == "hold" and abs(measured.peak_angle - plan.desired_angle) > limit:
             return self._go_back(
@@ -309,8 +311,7 @@ class AfterHit(_TowardsDoor):
         if run.stop_requested and "retreat" not in plan.phases:
             return replace(self, phase=plan.ending).stop_driver(
                 Outcome.STOPPED, reasons.STOPPED_AFTER_HIT)
-        late = run.present(now) - measured.contact_time - measured.peak_time - LATE
-        if plan.ending == "hold" and late > run.settings.late_event:
+        if plan.ending == "hold" and not on_time:
             return self._go_back(now, reasons.peak_too_late(late, run.settings.late_event))
         if plan.ending == "retreat":
             return self._retreat(now, Outcome.SUCCESS, reasons.OPENED)

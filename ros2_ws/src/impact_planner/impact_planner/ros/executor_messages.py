@@ -102,15 +102,20 @@ def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:
                   **asdict(measured))
 
 
-def hit_report(plan: ImpactPlan, measured: Measured, stamp: Any) -> HitReport:
+def hit_report(
+    plan: ImpactPlan, goal_id: Any, outcome: Outcome, measured: Measured, stamp: Any
+) -> HitReport:
     """Make the report of a hit, from which the planner learns.
 
     Args:
         plan: Plan that was executed.
+        goal_id: The goal's unique_identifier_msgs/UUID.
+        outcome: How the execution ended.
         measured: Measurements of the execution.
         stamp: End of the motion, a builtin_interfaces/Time.
     """
-    report = HitReport(plan_id=plan.plan_id, door=plan.door)
+    report = HitReport(plan_id=plan.plan_id, door=plan.door, goal_id=goal_id,
+                       error_code=_ENDINGS[outcome][0])
     report.header.stamp = stamp
     for name in _REPORTED:
         setattr(report, name, float(getattr(measured, name)))

@@ -193,7 +193,8 @@ class ImpactExecutor(Node):
         outcome = await self._finished
         if execution.turned_round:
             stamp = self.get_clock().now().to_msg()
-            self._reports.publish(hit_report(plan, execution.measured, stamp))
+            self._reports.publish(hit_report(
+                plan, goal_handle.goal_id, outcome, execution.measured, stamp))
         return self._result(goal_handle, execution, outcome)
 
     def _wanted(self, goal: Any) -> ImpactPlan:
