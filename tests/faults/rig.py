@@ -18,7 +18,6 @@ import numpy as np
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
 from door_model.door.config import load_door
-from faults.plan import COMMANDS, DRIVER, EXECUTOR, Fault
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.world import World
@@ -34,6 +33,9 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+
+from faults.plan import COMMANDS, DRIVER, EXECUTOR, Fault
+from faults.verdict import Verdict
 
 TARGET = np.radians(25.0)
 QUEUE = 50  # messages of a topic that wait for the executor
@@ -61,33 +63,6 @@ class Message:
     sent: float
     due: float
     values: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What the simulation's truth says of a run with a fault.
-
-    Attributes:
-        fault: The fault, in words.
-        fell: Why the robot counts as fallen; empty if it stands.
-        hand: Largest mean force of robot and leaf after the hit, over 20 ms [N].
-        peak: Largest angle of the door [rad].
-        outcome: How the execution ended.
-        reason: Its explanation.
-        dropped: Number of messages that were dropped by reason.
-        refused: Refusals of the driver.
-        touched: Whether the robot touched the door.
-    """
-
-    fault: str
-    fell: str
-    hand: float
-    peak: float
-    outcome: str
-    reason: str
-    dropped: dict[str, int]
-    refused: list[str]
-    touched: bool
 
 
 @dataclass
@@ -133,7 +108,7 @@ class Rig:
         if fault is None or fault.part != part or kind not in ("", fault.kind):
             return False
         since = self.world.time - self.contact - fault.begin
-        return 0.0 <= since and (since < fault.length or fault.kind == "killed")
+        return since >= 0.0 and (since < fault.length or fault.kind == "killed")
 
     def changed(self, message: Message) -> Iterator[Message]:
         """The messages that arrive in place of a message."""
@@ -279,6 +254,7 @@ class Rig:
             fault=str(self.fault), fell=log.fell, hand=hand,
             peak=float(log.motion.door_angle.max()), outcome=self.execution.outcome.name,
             reason=self.execution.reason, refused=self.refused, touched=bool(len(touches)),
+            warned=self.plan.missed_margin < 0.0,
             dropped={f"{topic}: {why}": number for (topic, why), number
                      in self.inputs.intake.dropped.items()})
 
