@@ -9,11 +9,11 @@ from typing import Any
 
 import rclpy
 from door_impact_common.errors import SettingError
-from door_impact_common.node import run_node
+from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -24,7 +24,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from door_impact_bringup.errors import DefinitionError
+from door_impact_bringup.errors import DefinitionError, McapWriteError
 from door_impact_bringup.mcap_file import McapFile
 from door_impact_bringup.message_definitions import MessageDefinitions
 
@@ -34,7 +34,7 @@ _INFINITE = QosTime(9223372036, 854775807)
 _PARAMETERS = {"file": ("", "MCAP file to write")}
 
 
-class Recorder(Node):
+class Recorder(GuardedNode):
     """Subscribes to every topic that has a publisher, and writes the messages as they arrive.
 
     Raises:
@@ -49,9 +49,10 @@ class Recorder(Node):
         self._path = Path(name)
         self._definitions = MessageDefinitions()
         self._known: set[str] = set()
+        self._failed = Future()  # its result is the error after which nothing can be recorded
 
     def run(self) -> None:
-        """Records until the node is stopped; then the file is complete.
+        """Records until the node is stopped, or the disk is full; then the file is complete.
 
         Raises:
             SettingError: The name of the file does not end in ``.mcap``.
@@ -62,9 +63,14 @@ class Recorder(Node):
         # The timer uses the steady clock: simulated time may stand still.
         self.create_timer(POLL, self._search, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
-            rclpy.spin(self)
+            rclpy.spin_until_future_complete(self, self._failed)
         finally:
-            self._file.close()
+            lost = self._file.close()
+            if lost:
+                print(f"{self.get_name()}: {self._path} is complete but for its last {lost} "
+                      "messages, for which there was no room", file=sys.stderr)
+        if self._failed.done():
+            raise self._failed.result()
 
     def _search(self) -> None:
         """Starts to record topics that are new in the graph."""
@@ -93,7 +99,12 @@ class Recorder(Node):
         self.create_subscription(message_class, topic, write, request_for(offers), raw=True)
 
     def _write(self, connection: Connection, data: bytes) -> None:
-        self._file.write(connection, self.get_clock().now().nanoseconds, data)
+        if self._failed.done():
+            return
+        try:
+            self._file.write(connection, self.get_clock().now().nanoseconds, data)
+        except McapWriteError as error:
+            self._failed.set_result(error)
 
 
 def request_for(offers: Sequence[QoSProfile]) -> QoSProfile:
