@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.errors import DoorImpactError, OutputError
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -20,7 +20,6 @@ from door_model.errors import DoorModelError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
@@ -49,7 +48,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
 }
 
 
-class ImpactPlanner(Node):
+class ImpactPlanner(GuardedNode):
     """Answers /plan_door_impact; the door comes from a topic or from a parameter."""
 
     def __init__(self) -> None:
@@ -57,11 +56,14 @@ class ImpactPlanner(Node):
         super().__init__(NAME)
         self._parameters = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
-        self._configured = _configured_door(self._parameters.text("door"))
-        self._robot = RobotModel(load_robot_config(self._parameters.text("robot_config") or None))
+        self._folders = allowed_folders(self)
+        self._configured = self._configured_door(self._parameters.text("door"))
+        self._robot = RobotModel(
+            load_robot_config(self._parameters.text("robot_config") or None, self._folders))
         name = self._parameters.text("experience_file")
         self._experience_file = Path(name).expanduser() if name else None
-        self._experience = load(self._experience_file) if self._experience_file else {}
+        self._experience = (
+            load(self._experience_file, self._folders) if self._experience_file else {})
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
         self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last reported hit
         self._identified: KnownDoor | None = None
@@ -82,7 +84,7 @@ class ImpactPlanner(Node):
         try:
             settings = make_settings({**self._values(), **changed})
             if "door" in changed:
-                self._configured = _configured_door(str(changed["door"]))
+                self._configured = self._configured_door(str(changed["door"]))
         except DoorImpactError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self._settings = settings
@@ -182,6 +184,8 @@ class ImpactPlanner(Node):
         self._experience = {}
         response.success = self._store()
         response.message = f"the hits on {doors} were forgotten"
+        if not response.success:
+            response.message += f", but {self._experience_file} still has them"
         return response
 
     def _store(self) -> bool:
@@ -190,14 +194,13 @@ class ImpactPlanner(Node):
             return True
         try:
             save(self._experience_file, self._experience)
-        except (OSError, ValueError) as error:
-            self.get_logger().error(f"{self._experience_file} cannot be written: {error}")
+        except OutputError as error:
+            self.get_logger().error(str(error))
             return False
         return True
 
-
-def _configured_door(name: str) -> KnownDoor | None:
-    return KnownDoor.configured(load_door(name)) if name else None
+    def _configured_door(self, name: str) -> KnownDoor | None:
+        return KnownDoor.configured(load_door(name, self._folders)) if name else None
 
 
 def main(args: list[str] | None = None) -> int:
