@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from door_impact_common.errors import SettingError
+from door_impact_common.errors import OutputError, SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
@@ -205,15 +205,19 @@ class SimBridge(GuardedNode):
         try:
             response.message = str(self.world.save_log(self._log_file))
             response.success = True
-        except (OSError, ValueError) as error:
+        except OutputError as error:
             response.success, response.message = False, str(error)
         return response
 
     def _finish(self) -> None:
         """Write the log if `log_file` is set, and release the simulator."""
-        if self._log_file:
-            self.world.save_log(self._log_file)
-        self.world.close()
+        try:
+            if self._log_file:
+                self.world.save_log(self._log_file)
+        except OutputError as error:
+            print(f"{NAME}: {error}", file=sys.stderr)
+        finally:
+            self.world.close()
 
 
 def main(args: list[str] | None = None) -> int:
