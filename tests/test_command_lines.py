@@ -168,7 +168,8 @@ def test_a_linkage_that_does_not_close_is_refused_by_name(
     if node[1] == "plan":
         arguments: tuple[str, ...] = ("--angle-deg", "25", "--door", broken_door)
     else:
-        arguments = ("--ros-args", "--params-file", parameters(), "-p", f"door:={broken_door}")
+        arguments = ("--ros-args", "--params-file", parameters(), "-p", f"door:={broken_door}",
+                     "-p", f"allowed_folders:=['{Path(broken_door).parent}']")
     done = called(*node, *arguments)
     assert done.status == 1
     assert "l2 + l3 = 0.0500 m does not bridge" in done.err

@@ -15,8 +15,8 @@ from door_impact_common.errors import SettingError
 
 FOLDERS = "allowed_folders"
 _FOLDERS_TEXT = (
-    "folders with the files that parameters and messages may name, subfolders included; empty "
-    "list: none; empty text: working folder, home folder, folders of the installed packages")
+    "folders with the files that parameters and messages may name, subfolders included, or single "
+    "files; empty list: none; empty text: working folder, home folder, folders of the packages")
 
 
 class Parameters:

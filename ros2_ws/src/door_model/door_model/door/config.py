@@ -92,6 +92,12 @@ def door_names() -> list[str]:
     return sorted(path.stem for path in data_path("doors").glob("*.yaml"))
 
 
+def names_file(name_or_path: str | Path) -> bool:
+    """Return whether `load_door` takes its argument as a file, not as the name of a door."""
+    text = str(name_or_path)
+    return isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml"))
+
+
 def load_door(
     name_or_path: str | Path, folders: Sequence[Path] | None = None
 ) -> DoorConfig:
@@ -218,7 +224,7 @@ def _read(
     source = shown(text)
     if not text:
         raise ConfigError("door", "no name and no file given", value=text, limit=door_names())
-    if isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml")):
+    if names_file(name_or_path):
         path = Path(name_or_path)
     else:
         known = door_names()

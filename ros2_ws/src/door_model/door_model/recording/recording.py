@@ -88,8 +88,8 @@ def read_csv(
             None allows every folder.
 
     Raises:
-        BadRecordingError: The file cannot be read; the error names the line, and contains nothing
-            of its content but numbers.
+        BadRecordingError: The file cannot be read; the error names the line. Only of a file with
+            a recording's header is a line in the message.
         DoorParameterError: counts_per_turn is not positive.
     """
     source = shown(path)
@@ -135,11 +135,13 @@ def _columns(
             time, value = float(row[0]), float(row[1])
         except ValueError:
             raise BadRecordingError(
-                source, line, "has a field that is not a number", value=row, limit="two numbers"
+                source, line, f"{shown(','.join(row))!r} is not a number", value=row,
+                limit="two numbers",
             ) from None
         if not (math.isfinite(time) and math.isfinite(value)):
             raise BadRecordingError(
-                source, line, "has a number that is not finite", value=row, limit="two numbers"
+                source, line, f"{shown(','.join(row))!r} is not finite", value=row,
+                limit="two numbers",
             )
         if counts and value != int(value):
             raise BadRecordingError(

@@ -120,12 +120,10 @@ def test_no_path_of_a_recording_ends_the_node(
     monkeypatch.chdir(tmp_path)
     secret = tmp_path / "diary.txt"
     secret.write_text("my secret\n1,my secret\n")
-    csv = tmp_path / "diary.csv"
-    csv.write_text("time_s,count\n1.0,my secret\n")
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "folder").mkdir()
     (tmp_path / "link.csv").symlink_to("/etc/hostname")
-    for path in ("x" * 5000, "x" * 300 + ".mcap", "a\0b", str(secret), str(csv), "pipe.csv",
+    for path in ("x" * 5000, "x" * 300 + ".mcap", "a\0b", str(secret), "pipe.csv",
                  "folder", "/dev/zero", "/etc/hostname", "link.csv"):
         answer = rig.ask(csv_path=path)
         assert (answer.success, answer.error_code) == (False, IdentifyCloser.Response.BAD_RECORDING)
