@@ -11,7 +11,7 @@ from pathlib import Path
 from door_impact_common.errors import DoorImpactError, InputError, OutputError
 
 LARGEST_FILE = 200_000_000  # size of a file that is read at most [bytes]
-READ_TIME = 30.0  # time in which a file must have been read [s]
+READ_TIME = 10.0  # time in which a file must have been read [s]
 _BLOCK = 1 << 20  # number of bytes that are read at a time
 _SHOWN = 200  # number of characters of a path that a message contains at most
 
@@ -82,7 +82,7 @@ def read_file(
         problem = f"cannot be read within {READ_TIME:g} s"
     elif isinstance(found, OSError):
         missing = isinstance(found, FileNotFoundError)
-        problem = "no such file" if missing else f"cannot be read: {found.strerror}"
+        problem = f"cannot be read: {'no such file' if missing else found.strerror}"
     elif isinstance(found, ValueError):  # a NUL, or half of a surrogate pair
         problem = "is not the name of a file"
     else:

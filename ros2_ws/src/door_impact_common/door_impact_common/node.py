@@ -28,8 +28,8 @@ class GuardedNode(Node):
     An unforeseen exception is a fault of the program. It must not end the graph with a robot in
     motion: the error is logged, with its traceback the first time that this callback fails so,
     and the node goes on. A service answers with the reason; if a callback for parameters fails,
-    they stay as they are. Callbacks are plain functions, not coroutines; rclpy itself guards those
-    of actions.
+    they stay as they are. Callbacks are plain functions, not coroutines. rclpy itself guards the
+    execution of an action; what accepts and cancels goals can be given to `guarded`.
 
     Attributes:
         failures: Number of exceptions by callback and type, such as "a timer failed, a fault of
@@ -44,15 +44,15 @@ class GuardedNode(Node):
         self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
         """Create a subscription; a message whose callback fails is lost."""
-        guarded = self._guarded(callback, f"the subscription of {topic}")
-        return super().create_subscription(msg_type, topic, guarded, *args, **options)
+        safe = self.guarded(callback, f"the subscription of {topic}")
+        return super().create_subscription(msg_type, topic, safe, *args, **options)
 
     def create_timer(
         self, timer_period_sec: float, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
         """Create a timer; it goes on after a failure."""
-        guarded = self._guarded(callback, "a timer")
-        return super().create_timer(timer_period_sec, guarded, *args, **options)
+        safe = self.guarded(callback, "a timer")
+        return super().create_timer(timer_period_sec, safe, *args, **options)
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Callable[..., Any], *args: Any, **options: Any
@@ -65,8 +65,8 @@ class GuardedNode(Node):
                 response.success, response.message = False, reason
             return response
 
-        guarded = self._guarded(callback, f"the service {srv_name}", failed)
-        return super().create_service(srv_type, srv_name, guarded, *args, **options)
+        safe = self.guarded(callback, f"the service {srv_name}", failed)
+        return super().create_service(srv_type, srv_name, safe, *args, **options)
 
     def add_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Add a callback for parameters; after a failure they are refused."""
@@ -75,18 +75,24 @@ class GuardedNode(Node):
             return SetParametersResult(successful=False, reason=reason)
 
         super().add_on_set_parameters_callback(
-            self._guarded(callback, "the check of parameters", failed))
+            self.guarded(callback, "the check of parameters", failed))
 
-    def _guarded(
+    def guarded(
         self,
         callback: Callable[..., Any],
         what: str,
         failed: Callable[[str], Any] = lambda reason: None,
     ) -> Callable[..., Any]:
-        """Return a callback that returns what `failed` returns where the given one raises."""
+        """Return a callback that never raises.
+
+        Args:
+            callback: Function to call.
+            what: What fails if it raises, for the log.
+            failed: Function that makes the result then, from a sentence for users.
+        """
 
         @wraps(callback)
-        def guarded(*args: Any) -> Any:
+        def safe(*args: Any) -> Any:
             try:
                 return callback(*args)
             except Exception as error:
@@ -102,7 +108,7 @@ class GuardedNode(Node):
                         throttle_duration_sec=_THROTTLE)
                 return failed(text)
 
-        return guarded
+        return safe
 
 
 class TwinError(DoorImpactError):

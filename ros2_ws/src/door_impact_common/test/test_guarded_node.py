@@ -134,7 +134,7 @@ def test_parameters_whose_check_fails_are_refused(rig):
 def test_an_exception_after_the_end_of_the_context_passes(rig):
     """A signal ends the context in the midst of a callback, in which publishing then fails."""
     node, seen = rig[0], []
-    guarded = node._guarded(lambda: seen.append(1) or 1 // 0, "work")
+    guarded = node.guarded(lambda: seen.append(1) or 1 // 0, "work")
     assert guarded() is None
     rclpy.shutdown()
     with pytest.raises(ZeroDivisionError):
