@@ -7,9 +7,11 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from door_impact_common.errors import DoorImpactError, InputError, OutputError
 
+T = TypeVar("T")
 LARGEST_FILE = 200_000_000  # size of a file that is read at most [bytes]
 READ_TIME = 10.0  # time in which a file must have been read [s]
 _BLOCK = 1 << 20  # number of bytes that are read at a time
@@ -61,43 +63,63 @@ def read_file(
         InputError: The file may not be read, cannot be read, is too large, or takes longer than
             `READ_TIME`.
     """
-    result: list[bytes | Exception] = []
+    return _in_time(path, lambda deadline: _read(_place(path, folders), path, largest, deadline))
+
+
+def is_folder(path: str | Path, folders: Sequence[Path] | None = None) -> bool:
+    """Return whether a path that a user, a parameter or a message names is that of a folder.
+
+    Args:
+        path: The path.
+        folders: As for `read_file`.
+
+    Raises:
+        InputError: The place may not be looked at, or the answer takes longer than `READ_TIME`.
+    """
+    return _in_time(path, lambda _: os.path.isdir(_place(path, folders)))
+
+
+def _in_time(path: str | Path, work: Callable[[float], T]) -> T:
+    """Return the result of a function of the time at which it must end [s]; see `read_file`."""
+    results: list[T] = []
+    errors: list[Exception] = []
     deadline = time.monotonic() + READ_TIME
 
-    def read() -> None:
+    def run() -> None:
         try:
-            result.append(_read(path, folders, largest, deadline))
+            results.append(work(deadline))
         except Exception as error:
-            result.append(error)
+            errors.append(error)
 
-    thread = threading.Thread(target=read, name="read_file", daemon=True)
+    thread = threading.Thread(target=run, name="files", daemon=True)
     thread.start()
     thread.join(READ_TIME)
-    found = result[0] if result else TimeoutError()
-    if isinstance(found, bytes):
-        return found
-    if isinstance(found, InputError):
-        raise found
-    if isinstance(found, TimeoutError):
+    if results:
+        return results[0]
+    error = errors[0] if errors else TimeoutError()
+    if isinstance(error, TimeoutError):
         problem = f"cannot be read within {READ_TIME:g} s"
-    elif isinstance(found, OSError):
-        missing = isinstance(found, FileNotFoundError)
-        problem = f"cannot be read: {'no such file' if missing else found.strerror}"
-    elif isinstance(found, ValueError):  # a NUL, or half of a surrogate pair
+    elif isinstance(error, OSError):
+        missing = isinstance(error, FileNotFoundError)
+        problem = f"cannot be read: {'no such file' if missing else error.strerror}"
+    elif isinstance(error, ValueError):  # a NUL, or half of a surrogate pair
         problem = "is not the name of a file"
     else:
-        raise found
-    raise InputError(shown(path), problem) from found
+        raise error
+    raise InputError(shown(path), problem) from error
 
 
-def _read(
-    path: str | Path, folders: Sequence[Path] | None, largest: int, deadline: float
-) -> bytes:
-    """Read a file as `read_file` does; other errors are OSError and ValueError."""
+def _place(path: str | Path, folders: Sequence[Path] | None) -> Path:
+    """Return where a path leads once symbolic links are followed, if this is allowed."""
     place = Path(os.path.realpath(path))
     if folders is not None and not any(place.is_relative_to(folder) for folder in folders):
         raise InputError(
             shown(path), "is in none of the folders that the parameter allowed_folders names")
+    return place
+
+
+def _read(place: Path, path: str | Path, largest: int, deadline: float) -> bytes:
+    """Read a file; other errors than InputError are OSError and ValueError."""
     # Without O_NONBLOCK the opening of a FIFO would wait for a writer.
     descriptor = os.open(place, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
     with os.fdopen(descriptor, "rb", buffering=0) as file:

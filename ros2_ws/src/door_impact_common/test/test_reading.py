@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from door_impact_common import files
 from door_impact_common.errors import InputError
-from door_impact_common.files import read_file, shown
+from door_impact_common.files import is_folder, read_file, shown
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -75,6 +75,18 @@ def test_only_files_below_the_allowed_folders_are_opened(place, monkeypatch, nam
     monkeypatch.setattr(files.os, "open", None)
     with pytest.raises(InputError, match="allowed_folders"):
         read_file(place / name, [place / "inside", place / "other"])
+
+
+def test_only_folders_below_the_allowed_ones_are_looked_at(place):
+    """Whether another folder exists is not said."""
+    (place / "link").symlink_to(place / "inside")
+    assert is_folder(place / "link", [place / "inside"])
+    assert is_folder(place)
+    for name in (place / "outside", "x" * 5000, "missing"):
+        assert not is_folder(name)
+    for name in (place, "/etc", "/nowhere"):
+        with pytest.raises(InputError, match="allowed_folders"):
+            is_folder(name, [place / "inside"])
 
 
 def test_a_link_may_lead_into_an_allowed_folder(place):

@@ -1,6 +1,5 @@
 """Reads recordings of the door's encoder from MCAP files, also those of `ros2 bag record`."""
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.errors import InputError
-from door_impact_common.files import LARGEST_FILE, read_file, shown
+from door_impact_common.files import LARGEST_FILE, is_folder, read_file, shown
 from door_impact_common.yaml_files import read_yaml
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -27,12 +26,6 @@ _TYPE = "door_impact_msgs/msg/EncoderSamples"
 _FOREVER = 1e9  # time for which samples are kept, longer than any recording [s]
 _MODULUS = 2**16  # counters of 16 bits or more agree modulo this number of counts
 _SHUT = 20  # number of samples at the start that give the zero of raw counts
-
-
-def is_mcap(path: str | Path) -> bool:
-    """Return whether a path names an MCAP file or a folder, which `read_mcap` reads."""
-    text = str(path)
-    return text.endswith(".mcap") or ("\0" not in text and os.path.isdir(text))
 
 
 def read_batches(
@@ -97,7 +90,7 @@ def _copied(path: str | Path, folders: Sequence[Path] | None) -> Iterator[Path]:
     """
     with TemporaryDirectory() as place:
         copy = Path(place, "bag")
-        if not os.path.isdir(path):
+        if not is_folder(path, folders):
             copy = Path(place, PurePath(path).name)
             copy.write_bytes(read_file(path, folders))
             yield copy

@@ -4,7 +4,8 @@ import sys
 from dataclasses import replace
 from typing import Any
 
-from door_impact_common.errors import DoorImpactError, SettingError
+from door_impact_common.errors import DoorImpactError, InputError, SettingError
+from door_impact_common.files import is_folder
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
@@ -30,7 +31,7 @@ from door_model.identification.scale import (
     scale_from_inertia,
     scale_from_leaf,
 )
-from door_model.recording.mcap import is_mcap, read_mcap
+from door_model.recording.mcap import read_mcap
 from door_model.recording.recording import Recording, read_csv
 from door_model.recording.sample_store import SampleStore
 from door_model.ros.messages import to_batch
@@ -123,9 +124,11 @@ class CloserIdentifierNode(GuardedNode):
         if not path:
             return self._store.recording()
         try:
-            if is_mcap(path):
+            if path.endswith(".mcap") or is_folder(path, self._folders):
                 return read_mcap(path, self._folders)
             return read_csv(path, folders=self._folders)
+        except InputError as error:
+            raise BadRecordingError(error.source, None, error.problem, value=path) from error
         except DoorParameterError as error:
             raise BadRecordingError(
                 path, None, str(error), value=error.value, limit=error.limit) from error
