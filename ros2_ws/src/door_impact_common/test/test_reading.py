@@ -53,14 +53,26 @@ def test_what_is_no_readable_regular_file_is_refused_in_one_short_line(
     assert str(caught.value).isprintable()
 
 
-def test_a_file_without_permission_is_refused(tmp_path, monkeypatch):
-    """The reason of the system is in the message. (The superuser may read everything.)"""
-    def refuse(*_):
-        raise PermissionError(13, "Permission denied")
+@pytest.fixture
+def closed(tmp_path):
+    """A file in a folder that nobody may open, the superuser included."""
+    (tmp_path / "closed").mkdir(mode=0o700)
+    (tmp_path / "closed" / "file").write_text("secret")
+    user = os.geteuid()
+    if user == 0:
+        os.seteuid(65534)
+    else:
+        (tmp_path / "closed").chmod(0)
+    yield tmp_path / "closed" / "file"
+    os.seteuid(user)
+    (tmp_path / "closed").chmod(0o700)
 
-    monkeypatch.setattr(files.os, "open", refuse)
+
+def test_a_file_without_permission_is_refused(closed):
+    """The reason of the system is in the message."""
     with pytest.raises(InputError, match="file: cannot be read: Permission denied"):
-        read_file(tmp_path / "file")
+        read_file(closed)
+    assert not is_folder(closed)
 
 
 @pytest.mark.parametrize("name", [
