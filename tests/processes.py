@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 
-GUARD = 180.0  # [s] of wall time after which something hangs; nothing is asserted on it
+GUARD = 600.0  # [s] of wall time after which something hangs; nothing is asserted on it
 MARK = "HRP2_TEST_PROCESS"  # in the environment of every process that the tests start
 
 

@@ -15,9 +15,22 @@ from door_impact_common.yaml_files import read_yaml
 
 from impact_planner.errors import InvalidRequest
 
-MASS_FACTORS = (0.3, 3.0)  # least and largest plausible factor on the model's effective mass
+MASS_FACTORS = (0.3, 3.0)  # least and largest factor on the model's effective mass in a file
 _MASS_STD = 0.1  # relative standard deviation of the effective mass before any hit
 _RESTITUTION_STD = 0.1  # standard deviation of the restitution before any hit
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What effective mass and restitution can be; whatever hits show, learning stays within them.
+
+    Attributes:
+        mass_factor: Least and largest factor on the model's effective mass.
+        restitution: Least and largest coefficient of restitution.
+    """
+
+    mass_factor: tuple[float, float] = (0.5, 1.3)
+    restitution: tuple[float, float] = (0.3, 0.7)
 
 
 @dataclass(frozen=True)
@@ -40,6 +53,16 @@ class Experience:
     def none(cls, restitution: float) -> Experience:
         """The state before the first hit, with the configured restitution."""
         return cls(0, 1.0, restitution, np.diag([_MASS_STD, _RESTITUTION_STD]) ** 2)
+
+    def outside(self, limits: Limits) -> str:
+        """Clause that names the figure outside the limits and its limits; empty if none is."""
+        for name, value, (low, high) in (
+                ("restitution", self.restitution, limits.restitution),
+                ("effective mass", self.mass_factor, limits.mass_factor)):
+            if not low <= value <= high:
+                times = " times the model's" if name == "effective mass" else ""
+                return f"the {name} of {value:.3f}{times} is not from {low:g} to {high:g}{times}"
+        return ""
 
 
 def load(path: Path, folders: Sequence[Path] | None = None) -> dict[str, Experience]:
