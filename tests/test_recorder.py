@@ -133,6 +133,27 @@ def test_a_full_disk_ends_the_recorder_with_a_readable_file(
     assert got == list(range(got[0], got[0] + len(got)))
 
 
+@pytest.mark.parametrize(("blocks", "words"), [
+    (4, "cannot be written: File too large; its parts are in"),
+    (200, "messages, for which there was no room")])
+def test_a_disk_that_is_full_at_the_end_is_not_hidden_by_ctrl_c(
+        start_process: Callable[..., Any], talker: Node, tmp_path: Path, blocks: int,
+        words: str) -> None:
+    """The recorder says that the file, or a message, is missing."""
+    path = tmp_path / "run.mcap"
+    started = start_process(
+        ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", find_ros2(), "run",
+         "door_impact_bringup", "recorder", "--ros-args", "-p", f"file:={path}"])
+    started.wait_for_text("recording to")
+    texts = publisher(talker, "/text", 10)
+    texts.publish(String(data=random.Random(1).randbytes(200_000).hex()))
+    time.sleep(0.5)  # for it to arrive
+    started.signal_group(signal.SIGINT)
+    assert started.wait() == 0
+    assert words in started.text()
+    assert path.exists() is (blocks == 200)
+
+
 def test_a_topic_of_two_types_is_left_out_with_a_warning(
         start: Callable[..., Any], talker: Node, tmp_path: Path) -> None:
     """The rest is recorded all the same. (Fast DDS takes no second type in the same process.)"""

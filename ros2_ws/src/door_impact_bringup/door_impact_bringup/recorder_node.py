@@ -12,8 +12,8 @@ from door_impact_common.errors import SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -25,7 +25,7 @@ from rosbags.interfaces import (
 )
 
 from door_impact_bringup.errors import DefinitionError, McapWriteError
-from door_impact_bringup.mcap_file import McapFile
+from door_impact_bringup.mcap_file import McapFile, partial_folder
 from door_impact_bringup.message_definitions import MessageDefinitions
 
 POLL = 0.1    # time between two searches for new topics [s]
@@ -49,7 +49,7 @@ class Recorder(GuardedNode):
         self._path = Path(name)
         self._definitions = MessageDefinitions()
         self._known: set[str] = set()
-        self._failed = Future()  # its result is the error after which nothing can be recorded
+        self._error: McapWriteError | None = None  # after it nothing can be recorded
 
     def run(self) -> None:
         """Records until the node is stopped, or the disk is full; then the file is complete.
@@ -63,14 +63,26 @@ class Recorder(GuardedNode):
         # The timer uses the steady clock: simulated time may stand still.
         self.create_timer(POLL, self._search, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
-            rclpy.spin_until_future_complete(self, self._failed)
+            executor = SingleThreadedExecutor()
+            executor.add_node(self)
+            while rclpy.ok() and self._error is None:
+                executor.spin_once()
         finally:
+            self._close()
+        if self._error is not None:
+            raise self._error
+
+    def _close(self) -> None:
+        """Completes the file; says what is missing, also after a signal."""
+        try:
             lost = self._file.close()
-            if lost:
-                print(f"{self.get_name()}: {self._path} is complete but for its last {lost} "
-                      "messages, for which there was no room", file=sys.stderr)
-        if self._failed.done():
-            raise self._failed.result()
+        except McapWriteError as error:
+            print(f"{self.get_name()}: {error}; its parts are in {partial_folder(self._path)}",
+                  file=sys.stderr)
+            return
+        if lost:
+            print(f"{self.get_name()}: {self._path} is complete but for its last {lost} messages, "
+                  "for which there was no room", file=sys.stderr)
 
     def _search(self) -> None:
         """Starts to record topics that are new in the graph."""
@@ -99,12 +111,10 @@ class Recorder(GuardedNode):
         self.create_subscription(message_class, topic, write, request_for(offers), raw=True)
 
     def _write(self, connection: Connection, data: bytes) -> None:
-        if self._failed.done():
-            return
         try:
             self._file.write(connection, self.get_clock().now().nanoseconds, data)
         except McapWriteError as error:
-            self._failed.set_result(error)
+            self._error = error
 
 
 def request_for(offers: Sequence[QoSProfile]) -> QoSProfile:
