@@ -19,6 +19,7 @@ PLANNED = (*APPROACH, AFTER_HIT)
 
 
 _LONGEST = 5.0  # longest time of a plan's contact, stop or rest; the planner's are below 2 s
+_FASTEST = 2.0  # largest speed of the CoM of a plan [m/s]; the planner's are below 0.5 m/s
 _RANGES = {  # least and largest plausible number of a plan, in its own unit
     "contact_time": (0.0, _LONGEST),
     "steady_time": (0.0, _LONGEST),
@@ -168,8 +169,12 @@ class ExecutablePlan:
             phases: Knots of the plan's phases and branches by name.
 
         Raises:
-            InvalidRequest: A phase is missing.
+            InvalidRequest: A phase is missing, or a number is out of its range.
         """
+        if not 0.0 < plan.v_com <= _FASTEST:
+            raise InvalidRequest(
+                f"v_com of the plan is {plan.v_com:g} m/s, must be above 0 and at most "
+                f"{_FASTEST:g} m/s", quantity="v_com [m/s]", value=plan.v_com, limit=_FASTEST)
         return cls(
             phases=phases,
             contact_time=plan.contact_time,

@@ -84,6 +84,10 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     Raises:
         GoalRefused: A phase is missing, or a number of the plan makes no sense.
     """
+    foot = plan.left_foot.position
+    if not (math.isfinite(foot.x) and math.isfinite(foot.y)):
+        raise GoalRefused("no_plan", f"the plan's left foot is at ({foot.x:g}, {foot.y:g}) m",
+                          quantity="left_foot [m]", value=(foot.x, foot.y))
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names)
                   for phase in (*plan.phases, *plan.branches)}
