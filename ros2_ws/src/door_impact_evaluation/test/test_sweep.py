@@ -335,3 +335,15 @@ def test_a_folder_that_cannot_be_made_is_reported_in_one_line(ran, tmp_path, cap
     assert capsys.readouterr().err.count("\n") == 1
     assert out.read_text() == "kept"
     assert ran == []
+
+
+def test_a_report_that_cannot_be_written_is_an_error_in_one_line(
+        ran, tmp_path, monkeypatch, capsys):
+    """The cases that were run until the disk was full are kept for the next sweep."""
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(sweep_report, "write", full)
+    assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 1
+    assert capsys.readouterr().err.endswith("sweep: [Errno 28] No space left on device\n")
+    assert len(ran) == len((tmp_path / sweep.RECORD).read_text().splitlines()) == 8

@@ -244,7 +244,11 @@ class World(Driver):
         }
 
     def save_log(self, path: str | Path) -> Path:
-        """Write `log` to a file with the suffix npz; return its path."""
+        """Write `log` to a file with the suffix npz; return its path.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
         return save_npz(path, self.log())
 
     def close(self) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
-from door_impact_common.errors import DoorImpactError
+from door_impact_common.errors import DoorImpactError, OutputError
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport
 
@@ -40,14 +41,18 @@ class HitLearner:
     Args:
         file: File that keeps the experience; None means that it is lost with the node.
         logger: The node's logger.
+        folders: Folders that may contain the file, as for `door_impact_common.files.read_file`;
+            None allows every folder.
 
     Raises:
         InvalidRequest: The file cannot be read.
     """
 
-    def __init__(self, file: Path | None, logger: Any) -> None:
+    def __init__(
+        self, file: Path | None, logger: Any, folders: Sequence[Path] | None = None
+    ) -> None:
         self._file, self._logger = file, logger
-        self._memory = HitMemory(load(file) if file else {})
+        self._memory = HitMemory(load(file, folders) if file else {})
         self._reports: GoalReports[HitReport] = GoalReports()
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
 
@@ -85,7 +90,9 @@ class HitLearner:
         """
         doors = ", ".join(sorted(self._memory.known)) or "no door"
         self._memory.forget()
-        return self._store(), f"the hits on {doors} were forgotten"
+        stored = self._store()
+        rest = "" if stored else f", but {self._file} still has them"
+        return stored, f"the hits on {doors} were forgotten{rest}"
 
     def _learn(self, report: HitReport, end: int) -> None:
         """Learn from the report of a goal that ended in a state of GoalStatus."""
@@ -138,7 +145,7 @@ class HitLearner:
             return True
         try:
             save(self._file, self._memory.known)
-        except (OSError, ValueError) as error:
-            self._logger.error(f"{self._file} cannot be written: {error}")
+        except OutputError as error:
+            self._logger.error(str(error))
             return False
         return True

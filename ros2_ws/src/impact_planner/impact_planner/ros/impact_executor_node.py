@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
@@ -19,7 +19,6 @@ from hrp2_description.support import polygon_margin
 from humanoid_motion.robot_model import RobotModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -50,7 +49,7 @@ THRESHOLDS = {
 }
 
 
-class ImpactExecutor(Node):
+class ImpactExecutor(GuardedNode):
     """Passes messages to an `Execution`, and publishes its commands as trajectories."""
 
     def __init__(self) -> None:
@@ -58,7 +57,7 @@ class ImpactExecutor(Node):
         super().__init__("impact_executor")
         robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
         thresholds = Parameters(self, THRESHOLDS)
-        self._robot = RobotModel(load_robot_config(robot or None))
+        self._robot = RobotModel(load_robot_config(robot or None, allowed_folders(self)))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
         self._driver = DriverTopics(self, self._robot, thresholds, self._after)

@@ -11,8 +11,8 @@ from typing import Any
 
 from action_msgs.msg import GoalStatusArray
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -20,7 +20,6 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
@@ -47,7 +46,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
 }
 
 
-class ImpactPlanner(Node):
+class ImpactPlanner(GuardedNode):
     """Answers /plan_door_impact; the door comes from a topic or from a parameter."""
 
     def __init__(self) -> None:
@@ -55,10 +54,13 @@ class ImpactPlanner(Node):
         super().__init__(NAME)
         self._parameters = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
-        self._configured = _configured_door(self._parameters.text("door"))
-        self._robot = RobotModel(load_robot_config(self._parameters.text("robot_config") or None))
+        self._folders = allowed_folders(self)
+        self._configured = self._configured_door(self._parameters.text("door"))
+        self._robot = RobotModel(
+            load_robot_config(self._parameters.text("robot_config") or None, self._folders))
         name = self._parameters.text("experience_file")
-        self._learner = HitLearner(Path(name).expanduser() if name else None, self.get_logger())
+        self._learner = HitLearner(
+            Path(name).expanduser() if name else None, self.get_logger(), self._folders)
         self._identified: KnownDoor | None = None
         self._refusal = ""  # why the last identified parameters describe no door
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -79,7 +81,7 @@ class ImpactPlanner(Node):
         try:
             settings = make_settings({**self._values(), **changed})
             if "door" in changed:
-                self._configured = _configured_door(str(changed["door"]))
+                self._configured = self._configured_door(str(changed["door"]))
         except DoorImpactError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self._settings = settings
@@ -146,9 +148,8 @@ class ImpactPlanner(Node):
         response.success, response.message = self._learner.forget()
         return response
 
-
-def _configured_door(name: str) -> KnownDoor | None:
-    return KnownDoor.configured(load_door(name)) if name else None
+    def _configured_door(self, name: str) -> KnownDoor | None:
+        return KnownDoor.configured(load_door(name, self._folders)) if name else None
 
 
 def main(args: list[str] | None = None) -> int:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
+from door_impact_common.errors import InputError
+from door_impact_common.yaml_files import read_yaml
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.experience import MASS_FACTORS, Limits
@@ -243,9 +244,8 @@ def configured_placement() -> dict[str, float]:
         return {}
     try:
         path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        common = document["/**"]["ros__parameters"]
-    except (PackageNotFoundError, OSError, KeyError, TypeError, yaml.YAMLError):
+        common = read_yaml(path)["/**"]["ros__parameters"]
+    except (PackageNotFoundError, InputError, KeyError, TypeError):
         return {}
     return {
         name: float(common[name])

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from door_impact_common.errors import OutputError
 from door_model.door.config import load_door
 from door_model.errors import DoorModelError
 from door_model.motion.dynamics import peak
@@ -329,14 +330,14 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
     save(path, {"paper": SOUND})
     before = path.read_bytes()
 
-    def half(self: Path, text: str, **_: object) -> int:
-        with self.open("w") as file:
-            file.write(text[: len(text) // 2])
+    def half(self: Path, content: bytes) -> int:
+        with self.open("wb") as file:
+            file.write(content[: len(content) // 2])
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_text", half)
-        with pytest.raises(OSError, match="No space"):
+        patch.setattr(Path, "write_bytes", half)
+        with pytest.raises(OutputError, match="No space"):
             save(path, {"paper": NEW, "size2": SOUND})
     assert path.read_bytes() == before
     save(path, {"size2": SOUND})

@@ -1,5 +1,6 @@
 """The node impact_planner, whose topics and services are used over the middleware."""
 
+import errno
 import math
 import os
 import time
@@ -14,6 +15,7 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters, HitReport, ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
 from impact_planner.ros.impact_planner_node import ImpactPlanner, main
+from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -202,6 +204,33 @@ def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
     assert after.v_rb < before.v_rb
 
 
+def test_no_door_s_file_ends_the_node(
+    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the parameter `door` names, the answer is a sentence and the door stays."""
+    monkeypatch.chdir(tmp_path)
+    assert rig.node.set_parameters([Parameter("door", value="paper")])[0].successful
+    (tmp_path / "deep.yaml").write_text("a: " + "[" * 5000 + "]" * 5000)
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for door in ("x" * 300 + ".yaml", "/" + "x" * 5000, "deep.yaml", "pipe.yaml", "/dev/zero",
+                 "/etc/hostname", "a\0b.yaml"):
+        result = set_remotely(rig, "door", door)
+        assert not result.successful
+        assert 0 < len(result.reason) < 1000
+    assert rig.ask(desired_opening_angle=0.4).plan.door == "paper"
+
+
+def set_remotely(rig: Rig, name: str, value: str) -> Any:
+    """Set a parameter by the node's service, as `ros2 param set` does."""
+    client = rig.other.create_client(SetParameters, "/impact_planner/set_parameters")
+    rig.until(client.service_is_ready)
+    parameter = Parameter(name, value=value).to_parameter_msg()
+    future = client.call_async(SetParameters.Request(parameters=[parameter]))
+    rig.until(future.done)
+    rig.other.destroy_client(client)
+    return future.result().results[0]
+
+
 def test_a_hit_changes_the_next_plan_and_is_forgotten_on_request(capfd: Any) -> None:
     """Only a plausible hit of the last plan counts; after a peak 10 % too high v_rB is lower."""
     with running("door:=paper") as rig:
@@ -292,7 +321,7 @@ def test_hits_are_kept_by_door(rig: Rig) -> None:
 def test_the_experience_of_hits_outlives_the_node(tmp_path: Path) -> None:
     """experience_file keeps it; forgetting empties the file, an implausible hit leaves it alone."""
     path = tmp_path / "deep" / "hits.yaml"
-    parameters = ("door:=paper", f"experience_file:={path}")
+    parameters = ("door:=paper", f"experience_file:={path}", f"allowed_folders:=['{tmp_path}']")
     with running(*parameters) as rig:
         first = rig.ask(desired_opening_angle=0.4).plan
         rig.hit(first, share=1e-3)
@@ -308,13 +337,47 @@ def test_the_experience_of_hits_outlives_the_node(tmp_path: Path) -> None:
         assert rig.ask(desired_opening_angle=0.4).plan.plan_id == first.plan_id
 
 
+def test_a_full_disk_loses_the_experience_file_but_not_the_node(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The node says so and still learns; the older file is left as it was."""
+    def full(*_: Any) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "hits.yaml"
+    path.write_text("")
+    with running("door:=paper", f"experience_file:={path}",
+                 f"allowed_folders:=['{tmp_path}']") as rig:
+        monkeypatch.setattr(Path, "write_bytes", full)
+        plan = rig.ask(desired_opening_angle=0.4).plan
+        rig.hit(plan, share=1.1)
+        rig.learned(1)
+        assert rig.ask(desired_opening_angle=0.4).plan.learned_hits == 1
+        answer = rig.forget()
+        assert not answer.success
+        assert str(path) in answer.message
+        assert not rig.node.failures
+    assert "hits.yaml cannot be written: No space left on device" in capfd.readouterr().err
+    assert [(found.name, found.read_text()) for found in tmp_path.iterdir()] == [("hits.yaml", "")]
+
+
+def test_a_file_of_hits_elsewhere_is_refused_before_it_exists(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Otherwise the first start would write a file that the second one refuses."""
+    parameters = (f"experience_file:={tmp_path / 'hits.yaml'}", "allowed_folders:=[/a]")
+    assert main(["--ros-args", "-p", parameters[0], "-p", parameters[1]]) == 1
+    assert "allowed_folders" in capfd.readouterr().err
+
+
 def test_ruined_experience_is_set_aside_and_kept_until_a_good_hit(tmp_path: Path) -> None:
     """The plan is the one without hits and says so; the file stays; then hits start anew."""
     path = tmp_path / "hits.yaml"
     path.write_text("paper: {hits: 3, mass_factor: 1.96, restitution: 0.07, "
                     "covariance: [[0.003, -0.002], [-0.002, 0.003]]}\n")
     before = path.read_bytes()
-    with running("door:=paper", f"experience_file:={path}") as rig:
+    allowed = f"allowed_folders:=['{tmp_path}']"
+    with running("door:=paper", f"experience_file:={path}", allowed) as rig:
         plan = rig.ask(desired_opening_angle=0.4).plan
         assert (plan.restitution, plan.learned_hits) == (0.5, 0)
         assert any("/forget_hits" in warning for warning in plan.warnings)
@@ -333,7 +396,8 @@ def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kep
     path = tmp_path / "hits.yaml"
     path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
     before = path.read_bytes()
-    assert main(["--ros-args", "-p", f"experience_file:={path}"]) == 1
+    allowed = f"allowed_folders:=['{tmp_path}']"
+    assert main(["--ros-args", "-p", f"experience_file:={path}", "-p", allowed]) == 1
     errors = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
     assert len(errors) == 1
     assert str(path) in errors[0]
