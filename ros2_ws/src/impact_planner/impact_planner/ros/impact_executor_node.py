@@ -79,7 +79,10 @@ class ImpactExecutor(GuardedNode):
         self.create_service(Trigger, "/stop", self._on_stop)
         self._server = ActionServer(
             self, ExecuteDoorImpact, "/execute_door_impact", self._execute,
-            goal_callback=self._on_goal, cancel_callback=self._on_cancel)
+            goal_callback=self.guarded(
+                self._on_goal, "the goal", lambda _: GoalResponse.REJECT),
+            cancel_callback=self.guarded(
+                self._on_cancel, "the cancel", lambda _: CancelResponse.REJECT))
 
     # -- topics -------------------------------------------------------------------------------
 
@@ -149,9 +152,9 @@ class ImpactExecutor(GuardedNode):
             self._trajectory.publish(JointTrajectory())
             response.message = "nothing is being executed; the driver was commanded to stop"
         else:
+            execution.stop()
             past = joints is not None and execution.past_no_return(
                 max(joints[0], self._driver.now()))
-            execution.stop()
             response.message = ("the point of no return has passed: the motion will be stopped "
                                 "after the door's peak" if past else "the motion is being stopped")
         return response
