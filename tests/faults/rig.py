@@ -126,10 +126,11 @@ class Rig:
         elif fault.kind == "NaN":
             yield replace(message, values=tuple(np.full_like(v, np.nan) for v in message.values))
         elif fault.kind == "forged":
+            # The neighbour is faster than the driver, so that the true message is the second one.
             rng = np.random.default_rng(fault.seed)
+            error = rng.choice((-1.0, 1.0)) * 10.0 ** rng.uniform(-2.0, 3.0)
+            yield replace(message, values=tuple(v + error for v in message.values))
             yield message
-            yield replace(message, stamp=message.stamp + 1e-3, values=tuple(
-                v + rng.choice((-1.0, 1.0)) * rng.uniform(1.0, 100.0) for v in message.values))
         elif fault.kind == "clock step":
             yield replace(message, stamp=message.stamp + fault.size)
 
