@@ -99,7 +99,12 @@ class ImpactPlanner(Node):
     def _door(self) -> KnownDoor:
         known = self._identified or self._configured
         if known is not None:
-            return replace(known, experience=self._experience.get(known.name))
+            older = () if not self._refusal else (
+                f"the plan is for the door {known.name!r}, because the newest parameters were "
+                f"refused: {self._refusal}",)
+            return replace(
+                known, experience=self._experience.get(known.name),
+                warnings=known.warnings + older)
         raise NoDoor(
             self._refusal
             or "nothing is known of the door: no message has arrived on /closer_parameters, and "
