@@ -199,9 +199,10 @@ class World(Driver):
             duration: Duration of the push, whose torque is half a sine [s].
 
         Raises:
-            SettingError: The push exceeds what a hand can do, or is not a number.
+            SettingError: The push, together with others that act, exceeds what a hand can do, or
+                it is not a number.
         """
-        self.door.push(impulse, duration, self.time)
+        self.door.push(impulse, duration, self.time, self._door_state)
         self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
 
     def step(self) -> TickSample:
