@@ -39,6 +39,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
 
 NAME = "impact_planner"
+WAITING = 100  # number of requests that wait while one is planned; ROS 2's default is 10
 PARAMETERS: dict[str, tuple[Any, str]] = {
     **{name: (default, text) for name, (default, _, _, text) in NUMBERS.items()},
     **{name: (default, text) for name, (default, _, text) in WORDS.items()},
@@ -71,7 +72,8 @@ class ImpactPlanner(Node):
         self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
         self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
         self.create_subscription(HitReport, "/hit_report", self._on_hit, 10)
-        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
+        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan,
+                            qos_profile=QoSProfile(depth=WAITING))
         self.create_service(Trigger, "/forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:

@@ -171,6 +171,21 @@ def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) 
     assert [plan.plan_id for plan in rig.plans] == [good.plan.plan_id, again.plan.plan_id]
 
 
+def test_fifty_requests_at_once_are_all_answered(rig: Rig, known: Any) -> None:
+    """Requests wait while one is planned; each gets its plan or the sentence that refuses it."""
+    rig.closer.publish(closer(known))
+    rig.until(lambda: rig.node._identified is not None)
+    angles = [0.4, *(-0.01 * number for number in range(1, 50))]
+    futures = [rig.client.call_async(PlanDoorImpact.Request(desired_opening_angle=angle))
+               for angle in angles]
+    rig.until(lambda: all(future.done() for future in futures))
+    plan, *refused = (future.result() for future in futures)
+    assert plan.success, plan.message
+    for angle, answer in zip(angles[1:], refused, strict=True):
+        assert answer.error_code == Answer.INVALID_REQUEST
+        assert f"{math.degrees(angle):.1f}" in answer.message or f"{angle:g}" in answer.message
+
+
 def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
     """A configured door makes plans possible, and a bad value changes nothing."""
     done = rig.node.set_parameters([Parameter("door", value="paper")])
