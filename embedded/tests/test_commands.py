@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rclpy.yaml_values import parameter_value
 from ros2_embedded.cli.topic_hz import Rate
 from ros2_embedded.launch.description import read_launch_file
 from ros2_embedded.launch.errors import LaunchError
@@ -35,6 +36,59 @@ def test_bad_usage_has_a_message_and_an_exit_code(ros2: Ros2, arguments: list[st
     assert done.returncode != 0
     assert done.stderr
     assert "Traceback" not in done.stderr
+
+
+MANY = "1" * 401
+
+
+@pytest.mark.parametrize("domain", ["300", "-1", "many", MANY, "1" * 5000])
+def test_a_domain_that_is_none_is_refused_in_one_line(
+    ros2: Ros2, monkeypatch: pytest.MonkeyPatch, domain: str
+) -> None:
+    """The line has the variable's name, the beginning of its value and the range."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    done = ros2("node", "list")
+    assert done.returncode == 1
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"ROS_DOMAIN_ID is '{domain[:10]}")
+    assert line.endswith("a number from 0 to 232 expected")
+    assert len(line) < 120
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["node", "list", "--spin-time", MANY],
+        ["param", "delete", "/x", "y", "--timeout", MANY],
+        ["topic", "echo", "/x", "std_msgs/msg/Empty", "--qos-depth", MANY],
+        ["topic", "echo", "/x", "std_msgs/msg/Empty", "--timeout", MANY],
+        ["topic", "hz", "/x", "--window", MANY],
+        ["topic", "pub", "/x", "std_msgs/msg/Empty", "-1", "-w", "0", "--keep-alive", MANY],
+        ["topic", "pub", "/x", "std_msgs/msg/Empty", "-1", "-w", MANY],
+        ["topic", "pub", "/x", "std_msgs/msg/Empty", "-1", "-w", "0", "-r", MANY],
+        ["topic", "pub", "/x", "std_msgs/msg/Empty", "-1", "-w", "0", "--qos-depth", MANY],
+        ["topic", "pub", "/x", "std_msgs/msg/Float64", f"data: {MANY}", "-1", "-w", "0"],
+        ["topic", "pub", "/x", "std_msgs/msg/Int64", f"data: {MANY}", "-1", "-w", "0"],
+        ["service", "call", "/x", "std_srvs/srv/Trigger", "{}", "-r", MANY],
+    ],
+)  # fmt: skip
+def test_a_number_of_401_digits_is_refused_in_one_sentence(
+    ros2: Ros2, arguments: list[str]
+) -> None:
+    """No clock and no queue can hold it; the last line is the reason."""
+    done = ros2(*arguments)
+    assert done.returncode not in (0, None)
+    assert "Traceback" not in done.stderr
+    last = done.stderr.splitlines()[-1]
+    assert "too large" in last or "must be an integer in" in last
+
+
+def test_a_parameter_of_401_digits_is_a_text() -> None:
+    """No float holds it, so that the node refuses it by the parameter's name."""
+    assert parameter_value(MANY) == MANY
+    assert parameter_value("1" * 5000) == "1" * 5000
+    assert parameter_value("1" + 100 * "0") == 1e100
 
 
 @pytest.mark.usefixtures("peer")

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -172,3 +173,27 @@ assert not process.is_alive()
 """
     word = "KeyboardInterrupt" if number == signal.SIGINT else "ExternalShutdownException"
     assert ended(start("-c", program)) == (0, f"{word}\n")
+
+
+def test_an_executable_that_is_interrupted_while_it_loads_ends_in_one_line(
+    start: Start, tmp_path: Path
+) -> None:
+    """A launch that ends early interrupts its nodes there; the signal ends them, as before."""
+    (tmp_path / "slow_to_load.py").write_text(
+        "import time\nprint('loading', flush=True)\ntry:\n    time.sleep(60)\n"
+        "except KeyboardInterrupt as error:\n    raise ImportError('half done') from error\n"
+    )
+    program = f"""
+import sys
+from importlib.metadata import EntryPoint
+from ros2_embedded.executable import run
+sys.path.insert(0, {str(tmp_path)!r})
+run("slow", EntryPoint("slow", "slow_to_load:main", "console_scripts"), [])
+"""
+    process = start("-c", program)
+    assert process.stdout is not None
+    assert "loading" in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGINT
+    assert out.splitlines() == ["slow: interrupted before it began"]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from door_impact_msgs.srv import PushDoor
 from hrp2_description.robot import load_robot_config
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -115,3 +116,23 @@ def test_a_fall_is_reported_and_ends_in_a_reset(graph: Any) -> None:
     assert told["message"].startswith("fell")
     assert graph.call(Trigger, "/sim/reset").success
     driver(graph, lambda s: s["message"] == "holding")
+
+
+def test_pushes_at_once_and_a_reset_leave_the_zero_of_the_door_where_it_is(graph: Any) -> None:
+    """Pushes that no hand can make together are refused; after a reset the shut door is at 0."""
+    client = graph.node.create_client(PushDoor, "/sim/push_door")
+    graph.spin_until(client.service_is_ready, "/sim/push_door")
+    push = PushDoor.Request(impulse=200.0, duration=0.2)
+    futures: list[Any] = []
+    graph.listen(
+        JointState, "/door_angle", lambda got: len(got) > 50,
+        meanwhile=lambda: futures.extend(client.call_async(push) for _ in range(8)))
+    answers = [graph.result(future) for future in futures]
+    graph.node.destroy_client(client)
+    assert graph.call(Trigger, "/sim/reset").success
+    heard = graph.listen(JointState, "/door_angle", lambda got: len(got) > 300)
+    assert abs(heard[-1].position[0]) < 0.01
+    assert answers[0].success, answers[0].message
+    refused = [answer.message for answer in answers if not answer.success]
+    assert all("rad/s" in text for text in refused)
+    assert refused

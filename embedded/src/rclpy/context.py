@@ -64,7 +64,7 @@ class Context:
             domain_id: Number of the domain; None means that of ROS_DOMAIN_ID.
 
         Raises:
-            RuntimeError: It has been initialised before, or the domain's number is negative.
+            RuntimeError: It has been initialised before, or the domain's number is out of range.
             ArgumentError: A ROS argument of the command line is invalid.
             UnknownROSArgsError: A ROS argument of the command line is unknown.
         """

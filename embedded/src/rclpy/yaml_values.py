@@ -38,8 +38,11 @@ def parameter_value(text: str) -> Any:
     if _INTEGER.fullmatch(text):
         digits = text.lstrip("+-")
         octal = len(digits) > 1 and digits.isdigit() and digits[0] == "0"
-        number = int(text, 8 if octal else 0)
-        return number if -(1 << 63) <= number < 1 << 63 else float(number)
+        try:
+            number = int(text, 8 if octal else 0)
+            return number if -(1 << 63) <= number < 1 << 63 else float(number)
+        except (OverflowError, ValueError):  # so many digits that no float holds it
+            return text
     try:
         special = re.fullmatch(r"[-+]?\.(inf|Inf|INF|nan|NaN|NAN)", text)
         return text if "_" in text else float(text.replace(".", "") if special else text)

@@ -29,11 +29,12 @@ def domain_id() -> int:
     """The domain that ROS_DOMAIN_ID names, 0 without it.
 
     Raises:
-        ValueError: ROS_DOMAIN_ID is no number from 0 to 232.
+        RuntimeError: ROS_DOMAIN_ID is no number from 0 to 232.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
-    if not text.isdecimal() or int(text) > 232:
-        raise ValueError(f"ROS_DOMAIN_ID is '{text}': a number from 0 to 232 expected")
+    if not text.isdecimal() or len(text.lstrip("0")) > 3 or int(text) > 232:
+        shown = text if len(text) <= 20 else f"{text[:10]}... ({len(text)} characters)"
+        raise RuntimeError(f"ROS_DOMAIN_ID is '{shown}': a number from 0 to 232 expected")
     return int(text)
 
 

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 from ros2_embedded.cli.bag_recorder import Choice, Recording
-from ros2_embedded.cli.common import Define, exclusive, flag, option
+from ros2_embedded.cli.common import Define, exclusive, flag, option, whole
 
 
 def _list(name: str, metavar: str, text: str) -> Define:
@@ -55,7 +55,7 @@ OPTIONS = (
     flag("--use-sim-time",
          text="Use simulation time for message timestamps by subscribing to the /clock topic. "
          "Until first /clock message is received, no messages will be written to bag."),
-    option("-p", "--polling-interval", type=int, default=100,
+    option("-p", "--polling-interval", type=whole, default=100,
            help="Time in ms to wait between querying available topics for recording. It has no "
            "effect if --no-discovery is enabled."),
     option("--node-name", default="rosbag2_recorder",

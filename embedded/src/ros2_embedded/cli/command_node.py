@@ -17,7 +17,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ros2_embedded.cli.common import CliError, flag, option
+from ros2_embedded.cli.common import CliError, finite, flag, option
 
 PREFIX = "_ros2cli"
 """The names of these nodes begin with it, so that they are hidden."""
@@ -33,7 +33,7 @@ def add_direct_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options of a verb whose node subscribes itself."""
     spin_time = ("Spin time in seconds to wait for discovery (only applies when not using an "
                  "already running daemon)")  # fmt: skip
-    option("--spin-time", type=float, default=_SPIN_TIME, help=spin_time)(parser)
+    option("--spin-time", type=finite, default=_SPIN_TIME, help=spin_time)(parser)
     flag("-s", "--use-sim-time", text="Enable ROS simulation time")(parser)
 
 

@@ -9,6 +9,9 @@ from typing import Any
 
 from ros2_embedded.naming import is_hidden
 
+_LARGEST = 1_000_000_000
+_TOO_LARGE = f"the number is too large: at most {_LARGEST} expected"
+
 Handler = Callable[[argparse.Namespace], "int | str | None"]
 """Runs a verb. If it returns a text, this is printed to stderr and the exit code is 1."""
 
@@ -129,9 +132,25 @@ def print_of_type(found: Named, kind: str, options: argparse.Namespace) -> None:
     print_named([pair for pair in found if kind in pair[1]], options)
 
 
+def whole(text: str) -> int:
+    """Argument of a command line: an integer that every clock and every queue can hold."""
+    number = int(text)
+    if abs(number) > _LARGEST:
+        raise argparse.ArgumentTypeError(_TOO_LARGE)
+    return number
+
+
+def finite(text: str) -> float:
+    """Argument of a command line: a number that every clock can hold."""
+    number = float(text)
+    if not abs(number) <= _LARGEST:
+        raise argparse.ArgumentTypeError(_TOO_LARGE)
+    return number
+
+
 def positive_int(text: str) -> int:
     """Argument of a command line: an integer above zero."""
-    number = int(text) if text.lstrip("+-").isdecimal() else -1
+    number = whole(text) if text.lstrip("+-").isdecimal() else -1
     if number <= 0:
         raise argparse.ArgumentTypeError("value must be a positive integer")
     return number
@@ -139,7 +158,7 @@ def positive_int(text: str) -> int:
 
 def unsigned_int(text: str) -> int:
     """Argument of a command line: an integer that is not negative."""
-    number = int(text) if text.lstrip("+-").isdecimal() else -1
+    number = whole(text) if text.lstrip("+-").isdecimal() else -1
     if number < 0:
         raise argparse.ArgumentTypeError("value must be non-negative integer")
     return number
@@ -148,12 +167,16 @@ def unsigned_int(text: str) -> int:
 def positive_float(text: str) -> float:
     """Argument of a command line: a number above zero."""
     try:
-        number = float(text)
+        number = finite(text)
     except ValueError:
         raise argparse.ArgumentTypeError("Expects a floating point number") from None
     if number <= 0.0:
         raise argparse.ArgumentTypeError("Value must be positive")
     return number
+
+
+# argparse names these functions in its errors.
+whole.__name__, finite.__name__ = "int", "float"
 
 
 def values_options(name: str, text: str) -> Define:

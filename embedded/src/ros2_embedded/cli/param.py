@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter, get_parameter_value, parameter_dict_from_
 
 from ros2_embedded.cli import param_calls
 from ros2_embedded.cli.command_node import add_options, command_node
-from ros2_embedded.cli.common import CliError, Verb, define_verbs, flag, option
+from ros2_embedded.cli.common import CliError, Verb, define_verbs, flag, option, whole
 from ros2_embedded.cli.node import node_names
 
 _POLL = 0.1
@@ -171,7 +171,7 @@ _NAME = option("parameter_name", help="Name of the parameter")
 _TIMEOUT = option(
     "--timeout",
     metavar="N",
-    type=int,
+    type=whole,
     default=1,
     help="Wait for N seconds until node becomes available (default %(default)s sec)",
 )

@@ -10,7 +10,7 @@ import yaml
 
 from ros2_embedded.cli import interfaces
 from ros2_embedded.cli.command_node import PREFIX, await_peer, bare_node, spin_until
-from ros2_embedded.cli.common import CliError, given_values, option, values_options
+from ros2_embedded.cli.common import CliError, finite, given_values, option, values_options
 from ros2_embedded.message_values import fill
 
 OPTIONS = (
@@ -19,7 +19,7 @@ OPTIONS = (
     values_options("values", "Values to fill the service request with in YAML format (e.g. '{a: "
                    "1, b: 2}'), otherwise the service request will be published with default "
                    "values"),
-    option("-r", "--rate", metavar="N", type=float,
+    option("-r", "--rate", metavar="N", type=finite,
            help="Repeat the call at a specific rate in Hz"),
 )  # fmt: skip
 

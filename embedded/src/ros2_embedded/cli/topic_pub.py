@@ -19,6 +19,7 @@ from ros2_embedded.cli.common import (
     option,
     positive_float,
     values_options,
+    whole,
 )
 from ros2_embedded.cli.topic_type import message_type
 from ros2_embedded.message_values import fill
@@ -29,7 +30,7 @@ _POLLS_PER_LINE = 10
 
 def nonnegative_int(text: str) -> int:
     """Argument of a command line: argparse names this function in its error."""
-    number = int(text)
+    number = whole(text)
     if number < 0:
         raise ValueError
     return number
@@ -42,7 +43,7 @@ OPTIONS = (
                    "World'), otherwise the message will be published with default values"),
     option("-r", "--rate", metavar="N", type=positive_float, default=1.0,
            help="Publishing rate in Hz (default: 1)"),
-    option("-p", "--print", metavar="N", type=int, default=1,
+    option("-p", "--print", metavar="N", type=whole, default=1,
            help="Only print every N-th published message (default: 1)"),
     exclusive(
         flag("-1", "--once", text="Publish one message and exit"),

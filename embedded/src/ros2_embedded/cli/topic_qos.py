@@ -17,7 +17,7 @@ from rclpy.qos import (
     ReliabilityPolicy,
 )
 
-from ros2_embedded.cli.common import Define, option
+from ros2_embedded.cli.common import Define, finite, option, whole
 
 _OVERRIDES = ("reliability", "durability", "depth", "history", "liveliness",
               "liveliness_lease_duration_seconds")  # fmt: skip
@@ -34,7 +34,7 @@ def options(way: str, default: str) -> list[Define]:
     return [
         option("--qos-profile", choices=QoSPresetProfiles.short_keys(), default=default,
                help=f"Quality of service preset profile to {way} with (default: {default})"),
-        option("--qos-depth", metavar="N", type=int,
+        option("--qos-depth", metavar="N", type=whole,
                help=f"Queue size setting to {way} with (overrides depth value of --qos-profile "
                "option)"),
         option("--qos-history", choices=HistoryPolicy.short_keys(),
@@ -47,7 +47,7 @@ def options(way: str, default: str) -> list[Define]:
         option("--qos-liveliness", choices=LivelinessPolicy.short_keys(),
                help=f"Quality of service liveliness setting to {way} with (overrides liveliness "
                "value of --qos-profile option"),
-        option("--qos-liveliness-lease-duration-seconds", type=float,
+        option("--qos-liveliness-lease-duration-seconds", type=finite,
                help=f"Quality of service liveliness lease duration setting to {way} with "
                "(overrides liveliness lease duration value of --qos-profile option"),
     ]  # fmt: skip

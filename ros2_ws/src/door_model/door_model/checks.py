@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from door_model.errors import DoorParameterError
 
+_ROUNDING = 1e-6  # deviation of a covariance that is taken for rounding, in standard deviations
+
 
 def require_finite(name: str, value: float) -> None:
     """Raise DoorParameterError unless the value is a finite number."""
@@ -49,3 +51,29 @@ def require_each(name: str, values: NDArray[Any], good: NDArray[np.bool_], limit
         first = int(wrong[0])
         raise DoorParameterError(
             name + place(values.shape, first), float(values.flat[first]), limit)
+
+
+def require_covariance(name: str, covariance: NDArray[np.float64]) -> None:
+    """Raise DoorParameterError unless a matrix can be the covariance of random numbers.
+
+    Such a matrix is finite, symmetric and positive semidefinite. Its variances may be 0, because
+    a parameter may be known exactly.
+
+    Args:
+        name: Name of the matrix for the error.
+        covariance: The matrix (P, P).
+    """
+    require_each(name, covariance, np.isfinite(covariance), "finite")
+    variance = np.diag(covariance)
+    require_each(f"the diagonal of {name}", variance, variance >= 0.0, "0 or above")
+    size = np.sqrt(np.where(variance > 0.0, variance, 1.0))
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        correlation = covariance / size / size[:, None]
+    possible = np.abs(correlation) <= 1.0 + _ROUNDING
+    require_each(name, covariance, possible, "at most the product of two standard deviations")
+    equal = np.abs(correlation - correlation.T) <= _ROUNDING
+    require_each(name, covariance, equal, "symmetric")
+    lowest = float(np.linalg.eigvalsh(correlation)[0])
+    if lowest < -_ROUNDING:
+        raise DoorParameterError(
+            f"the smallest eigenvalue of {name}, scaled to variances of 1,", lowest, "0 or above")

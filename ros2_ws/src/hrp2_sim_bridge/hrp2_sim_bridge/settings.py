@@ -95,7 +95,9 @@ class WorldSettings:
         iterations: Number of the solver's iterations in each step.
         seed: Seed of the encoder's arbitrary zero and of the sensors' noise.
         encoder_bits: Width of the door's counter, 16 or 32.
-        log_seconds: Duration of the motion that the log keeps [s].
+        log: Whether a log is kept, of states and orders. Without one the memory does not grow.
+        log_seconds: Duration of the motion that the log keeps [s]; a longer one loses the older
+            half. Each simulated second needs 1.1 MB.
         sensors: Noise and biases of the robot's sensors.
         sole: "rubber", as in `RobotConfig.sole_rubber`, or "rigid".
         stabilizer: Whether the stabilizer runs on rubber soles; rigid soles need none.
@@ -113,6 +115,7 @@ class WorldSettings:
     iterations: int = 50
     seed: int = 0
     encoder_bits: int = 16
+    log: bool = True
     log_seconds: float = 600.0
     sensors: SensorSettings = field(default_factory=SensorSettings)
     sole: str = "rubber"

@@ -100,8 +100,9 @@ class World(Driver):
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
         self.engine = make_engine() if engine is None else engine
-        self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values)
-        self._orders = CommandLog()
+        kept = self.settings.log
+        self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values) if kept else None
+        self._orders = CommandLog(kept=kept)
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
@@ -161,7 +162,8 @@ class World(Driver):
         self._sensors.power_on(self._posture, self.imu_state)
         for _ in range(settling):
             self.step()
-        self._log.clear()
+        if self._log is not None:
+            self._log.clear()
         self._orders.clear()
         self.hit.clear()
 
@@ -199,9 +201,10 @@ class World(Driver):
             duration: Duration of the push, whose torque is half a sine [s].
 
         Raises:
-            SettingError: The push exceeds what a hand can do, or is not a number.
+            SettingError: The push, together with others that act, exceeds what a hand can do, or
+                it is not a number.
         """
-        self.door.push(impulse, duration, self.time)
+        self.door.push(impulse, duration, self.time, self._door_state)
         self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
 
     def step(self) -> TickSample:
@@ -222,7 +225,12 @@ class World(Driver):
         Args:
             with_com: Whether to add position and velocity of the CoM, which costs about 10 us for
                 each row.
+
+        Raises:
+            SettingError: The world was made without a log.
         """
+        if self._log is None:
+            raise SettingError("log", False, "True where the log is read")
         log = self._log.arrays(self.engine, self.robot_config, with_com=with_com)
         return log | {
             "link_names": np.array(self.engine.link_names),
@@ -247,6 +255,7 @@ class World(Driver):
         """Write `log` to a file with the suffix npz; return its path.
 
         Raises:
+            SettingError: The world was made without a log.
             OutputError: The file cannot be written.
         """
         return save_npz(path, self.log())
@@ -286,7 +295,8 @@ class World(Driver):
             )
             self._read(readings, braced)
         self._ticks += 1
-        self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
+        if self._log is not None:
+            self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
         if self.fall.update(self.engine):
             self.driver.stop(self.time)
         ends = readings.ends(self.engine)

@@ -7,7 +7,8 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from door_model.door.door import Zone
 from door_model.motion.dynamics import follow_free, simulate
-from hrp2_sim_bridge.physics.door_load import CloserTorque
+from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque, DoorLoad
+from hrp2_sim_bridge.physics.states import DoorState
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
@@ -127,6 +128,33 @@ def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
     """An impossible push is refused."""
     with pytest.raises(SettingError):
         make_world().push_door(impulse, duration)
+
+
+def test_pushes_together_are_no_faster_than_a_hand(make_world) -> None:
+    """Pushes at once and one after the other are refused before the leaf is too fast for them."""
+    world = make_world()
+    refused = []
+    for tick in range(100):
+        try:
+            world.push_door(60.0, 0.3 if tick < 40 else 0.002)
+        except SettingError as error:
+            refused.append(str(error))
+        world.step()
+    speed = world.log(with_com=False)["door_velocity"]
+    assert 8.0 < speed.max() <= FASTEST_PUSHED
+    assert refused
+    assert all("rad/s" in text for text in refused)
+
+
+def test_a_light_leaf_is_pushed_with_less(paper_door) -> None:
+    """The limit is a speed, so that it depends on the leaf's inertia; the other way has one too."""
+    for sign in (1.0, -1.0):
+        load = DoorLoad(replace(paper_door, i_a=1.0))
+        load.push(sign * 0.9 * FASTEST_PUSHED, 0.2, 0.0, DoorState(0.0, 0.0))
+        with pytest.raises(SettingError, match="rad/s"):
+            load.push(sign * 0.2 * FASTEST_PUSHED, 0.2, 0.05, DoorState(0.0, 0.0))
+        load.push(-sign * 0.2 * FASTEST_PUSHED, 0.2, 0.05, DoorState(0.0, 0.0))
+        load.push(sign * 0.9 * FASTEST_PUSHED, 0.2, 0.3, DoorState(0.0, 0.0))  # they have ended
 
 
 @pytest.mark.parametrize(

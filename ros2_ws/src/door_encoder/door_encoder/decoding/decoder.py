@@ -158,10 +158,13 @@ class EncoderDecoder:
     def _restarted(self, batch: SampleBatch) -> bool:
         """Return whether the sender began anew.
 
-        It did if the running numbers go back and the time does not, or if both go back far.
+        It did if the running numbers go back and the time does not, or if both go back far. It did
+        as well if it says so: by number 0 behind a gap.
         """
         if batch.first_index >= self._next_index:
             return False
+        if batch.gap_before and not batch.first_index:
+            return True
         ahead = batch.stamp_ns - self._next_stamp_ns
         return ahead >= 0 or ahead < -_RESTART_NS
 

@@ -182,6 +182,23 @@ def test_a_sender_that_begins_anew_is_zeroed_anew(stamp_ns: int) -> None:
     assert (decoder.health.restarts, decoder.health.jumps) == (1, 0)
 
 
+def test_a_sender_that_says_so_begins_anew_at_any_time() -> None:
+    """Number 0 behind a gap is a new start, even where the clock went back by less than a second.
+
+    The counter had gained counts, which were subtracted; the new start does not inherit them.
+    """
+    decoder = started()
+    for first in range(20, 400, 20):
+        decode(decoder, batch(first, [1000 if first < 200 else 5000] * 20))
+    assert decoder.offset == 4000
+    decoded = decode(decoder, batch(0, [1000] * 20, gap_before=True))
+    assert decoded is not None
+    assert (decoded.counts == 0).all()
+    assert (decoder.health.restarts, decoder.offset, decoder.zero_in_doubt) == (1, 0, False)
+    decoded = decode(decoder, batch(20, [1040] * 20))
+    assert decoded is None or (decoded.counts == 40).all()
+
+
 INT64 = st.integers(-(2**63), 2**63 - 1)
 
 

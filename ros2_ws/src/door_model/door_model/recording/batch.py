@@ -120,3 +120,9 @@ class SampleBatcher:
         self._next_index += missing
         self._counts = []
         self._gap = True
+
+    def restart(self) -> None:
+        """Begin anew with number 0 behind a gap, which tells receivers that the counter is new."""
+        self.skip()
+        self._next_index = 0
+        self._index_counts = []

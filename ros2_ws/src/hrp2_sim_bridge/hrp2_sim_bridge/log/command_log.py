@@ -12,9 +12,14 @@ _MOST = 5_000_000  # largest number of values that are kept, about 200 MB
 
 
 class CommandLog:
-    """Orders in the sequence in which the world accepted them."""
+    """Orders in the sequence in which the world accepted them.
 
-    def __init__(self) -> None:
+    Args:
+        kept: Whether orders are kept.
+    """
+
+    def __init__(self, *, kept: bool = True) -> None:
+        self._kept = kept
         self.clear()
 
     def clear(self) -> None:
@@ -31,6 +36,8 @@ class CommandLog:
             numbers: Number of values in the content; beyond a limit all further orders are lost.
             content: Content of the order.
         """
+        if not self._kept:
+            return
         self._numbers += numbers
         if self._lost or self._numbers > _MOST:
             self._lost += 1

@@ -18,6 +18,9 @@ _LINKAGE_MARGIN = 0.05  # angle between the outer stop and the end of the linkag
 _STOP_STIFFNESS = 1.5e6  # stiffness of the stops [N m/rad]: 18 N m push the leaf in by 0.0007 deg
 _STOP_DAMPING_RATIO = 1.5
 _PUSH_IMPULSE = 200.0  # largest angular impulse of a push by hand, with a margin [N m s]
+# Greatest speed to which pushes bring the leaf, with a margin: no hand is as fast as the edge of a
+# leaf then is, 14 m/s. door_encoder takes a leaf faster than its `max_speed` for an error [rad/s].
+FASTEST_PUSHED = 16.0
 _PUSH_DURATION = (0.001, 10.0)  # shortest and longest push [s]
 
 
@@ -69,22 +72,31 @@ class DoorLoad:
         self._stop_damping = 2.0 * _STOP_DAMPING_RATIO * math.sqrt(_STOP_STIFFNESS * config.i_a)
         self._pushes: list[tuple[float, float, float]] = []
 
-    def push(self, impulse: float, duration: float, now: float) -> None:
+    def push(self, impulse: float, duration: float, now: float, state: DoorState) -> None:
         """Push the leaf by hand: the torque is half a sine.
 
         Args:
             impulse: Angular impulse about the hinge [N m s]; a positive one opens the door.
             duration: Duration of the push [s].
             now: Time at which the push begins [s].
+            state: State of the leaf.
 
         Raises:
-            SettingError: The push exceeds what a hand can do, or is not a number.
+            SettingError: The push, or all pushes that act together, exceed what a hand can do, or
+                the push is not a number.
         """
         shortest, longest = _PUSH_DURATION
         if not shortest <= duration <= longest:
             raise SettingError("duration", duration, f"from {shortest:g} to {longest:g} s")
         if not abs(impulse) <= _PUSH_IMPULSE:
             raise SettingError("impulse", impulse, f"at most {_PUSH_IMPULSE:g} N m s")
+        self._pushes = [push for push in self._pushes if now < push[0] + push[1]]
+        inertia = self._config.i_a
+        fastest = state.velocity + (impulse + sum(push[2] for push in self._pushes)) / inertia
+        if abs(fastest) > FASTEST_PUSHED and fastest * impulse > 0.0:
+            raise SettingError(
+                "speed of the leaf after all pushes that act", f"{fastest:.1f} rad/s",
+                f"at most {FASTEST_PUSHED:g} rad/s")
         self._pushes.append((now, duration, impulse))
 
     def torque(self, state: DoorState, now: float, duration: float) -> float:

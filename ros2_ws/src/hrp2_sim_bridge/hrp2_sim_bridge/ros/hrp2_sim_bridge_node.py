@@ -182,7 +182,7 @@ class SimBridge(GuardedNode):
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
-        self._encoder.skip()
+        self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
         response.success, response.message = True, "back in half-sitting at time 0"
         return response

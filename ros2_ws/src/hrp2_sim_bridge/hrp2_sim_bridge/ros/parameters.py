@@ -47,7 +47,9 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
         SensorSettings.force_sensor_calibrated, "false: the foot sensors keep their offsets",
     ),
     "log_seconds": (WorldSettings.log_seconds, "duration of the motion that the log keeps [s]"),
-    "log_file": ("", "npz file to which the 1 kHz log is written at the end and by ~/save_log"),
+    "log_file": (
+        "", "npz file to which the 1 kHz log is written at the end and by ~/save_log; empty: none",
+    ),
 }
 
 
@@ -81,6 +83,7 @@ class BridgeParameters(Parameters):
         return {
             **{name: self.number(name) for name in numbers},
             "gui": self.switch("gui"),
+            "log": bool(self.text("log_file")),
             "sole": self.text("sole"),
             "stabilizer": self.switch("stabilizer"),
             "brace": self.switch("brace"),

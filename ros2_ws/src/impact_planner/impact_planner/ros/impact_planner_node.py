@@ -36,6 +36,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
 
 NAME = "impact_planner"
+WAITING = 100  # number of requests that wait while one is planned; ROS 2's default is 10
 PARAMETERS: dict[str, tuple[Any, str]] = {
     **{name: (default, text) for name, (default, _, _, text) in NUMBERS.items()},
     **{name: (default, text) for name, (default, _, text) in WORDS.items()},
@@ -70,7 +71,8 @@ class ImpactPlanner(GuardedNode):
         self.create_subscription(HitReport, "/hit_report", self._learner.on_report, 10)
         states = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(GoalStatusArray, STATES, self._learner.on_goals, states)
-        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan)
+        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan,
+                            qos_profile=QoSProfile(depth=WAITING))
         self.create_service(Trigger, "/forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:
@@ -98,7 +100,12 @@ class ImpactPlanner(GuardedNode):
     def _door(self) -> KnownDoor:
         known = self._identified or self._configured
         if known is not None:
-            return replace(known, experience=self._learner.experience(known.name))
+            older = () if not self._refusal else (
+                f"the plan is for the door {known.name!r}, because the newest parameters were "
+                f"refused: {self._refusal}",)
+            return replace(
+                known, experience=self._learner.experience(known.name),
+                warnings=known.warnings + older)
         raise NoDoor(
             self._refusal
             or "nothing is known of the door: no message has arrived on /closer_parameters, and "

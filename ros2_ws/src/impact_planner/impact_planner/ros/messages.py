@@ -12,9 +12,10 @@ from door_impact_common.stamps import NANOSECONDS, duration_of, seconds
 from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
+from door_model.checks import require_covariance, require_finite, require_not_negative
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
-from door_model.errors import DoorModelError
+from door_model.errors import DoorModelError, DoorParameterError
 from door_model.identification.parameters import UNITS
 from geometry_msgs.msg import Point, Pose, Quaternion
 from humanoid_motion.knots import Knots
@@ -31,6 +32,13 @@ WORLD_FRAME = "odom"
 _SAME_NAME = tuple(
     name for name, kind in ImpactPlanMessage.get_fields_and_field_types().items()
     if kind in ("double", "uint32", "string"))
+# Fields of /closer_parameters that hold a number, and those of them that are 0 or above. Door and
+# linkage check the others.
+_NUMBERS = tuple(
+    name for name, kind in CloserParameters.get_fields_and_field_types().items()
+    if kind == "double")
+_SIZES = (*(name for name in _NUMBERS if name.endswith("_std")), "leaf_mass", "fit_rmse")
+_WIDEST_LEAF = 10.0  # the planner searches along the leaf, which takes time and memory [m]
 
 
 def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
@@ -139,15 +147,23 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
     """Convert the result of an identification to a door.
 
     The door has all that the message describes: assembly of the linkage, backcheck and latch zone,
-    and friction.
+    and friction. A covariance of zeros, or none, means that the parameters are exact.
 
     Args:
         message: The parameters.
 
     Raises:
-        NoDoor: The parameters describe no door.
+        NoDoor: The parameters describe no door: a number is not finite or out of its range, the
+            linkage does not close, or the covariance does not belong to any random numbers.
     """
     try:
+        for name in _NUMBERS:
+            require_finite(name, getattr(message, name))
+        for name in _SIZES:
+            require_not_negative(name, getattr(message, name))
+        if not 0.0 < message.leaf_width <= _WIDEST_LEAF:
+            raise DoorParameterError(
+                "leaf_width", message.leaf_width, f"above 0, up to {_WIDEST_LEAF:g} m")
         linkage = FourBarCloser(
             message.link_l, message.link_l1, message.link_l2, message.link_l3, message.theta_i0,
             message.assembly,
@@ -160,39 +176,20 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
             friction=_given(message.friction) or 0.0,
         )
         linkage.f(0.0)
+        parameters, covariance = _uncertainty(message)
     except DoorModelError as error:
         raise NoDoor(
             f"/closer_parameters describes no door: {error}",
-            quantity="closer parameters",
-            value=str(error.value),
-            limit=str(error.limit),
+            quantity=error.quantity,
+            value=error.value,
+            limit=error.limit,
         ) from error
-    if not message.leaf_width > 0.0:
-        raise NoDoor(
-            f"/closer_parameters describes no door: leaf_width is {message.leaf_width:g} m, must "
-            "be above 0 m",
-            quantity="leaf_width [m]",
-            value=float(message.leaf_width),
-            limit=0.0,
-        )
-    names = tuple(message.identified)
-    if len(message.covariance) not in (0, len(names) ** 2) or not set(names) <= set(UNITS):
-        raise NoDoor(
-            "/closer_parameters describes no door: its covariance has "
-            f"{len(message.covariance)} numbers, must have {len(names) ** 2} or none for "
-            f"{', '.join(names) or 'no parameter'}",
-            quantity="covariance",
-            value=len(message.covariance),
-            limit=len(names) ** 2,
-        )
-    covariance = np.array(message.covariance, dtype=float)
-    exact = not covariance.any()
     return KnownDoor(
         name=message.door,
         door=door,
         width=float(message.leaf_width),
-        parameters=() if exact else names,
-        covariance=None if exact else covariance.reshape(len(names), -1),
+        parameters=parameters,
+        covariance=covariance,
         warnings=tuple(message.warnings),
     )
 
@@ -205,6 +202,26 @@ def failure_response(
     response.error_code = getattr(PlanDoorImpact.Response, error.reason.upper())
     response.message = str(error)
     return response
+
+
+def _uncertainty(message: CloserParameters) -> tuple[tuple[str, ...], Array | None]:
+    """Return the names of the uncertain parameters and their covariance, None if all are exact."""
+    names = tuple(message.identified)
+    for place, name in enumerate(names):
+        given = name in UNITS and (name == "tau_c0_prime" or getattr(message, name) >= 0.0)
+        if not given or name in names[:place]:
+            raise DoorParameterError(
+                "each name in identified", repr(name), "a parameter of the message, named once")
+    if len(message.covariance) not in (0, len(names) ** 2):
+        raise DoorParameterError(
+            f"covariance of {len(names)} identified parameters",
+            f"{len(message.covariance)} numbers", f"{len(names) ** 2} numbers or none")
+    covariance = np.array(message.covariance, dtype=float)
+    if not covariance.any():
+        return (), None
+    covariance = covariance.reshape(len(names), -1)
+    require_covariance("covariance", covariance)
+    return names, covariance
 
 
 def _zone(angle: float, c_c: float) -> Zone | None:

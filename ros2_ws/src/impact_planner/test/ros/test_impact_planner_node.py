@@ -162,6 +162,33 @@ def test_without_a_door_there_is_no_plan_and_with_one_there_is(rig: Rig, known: 
     assert [phase.name for phase in rig.plans[0].phases][-3:] == ["cam", "post", "hold"]
 
 
+def test_a_plan_after_refused_parameters_warns_which_door_it_is_for(rig: Rig, known: Any) -> None:
+    """The door before stays in use, and the answer says so until usable parameters arrive."""
+    bad = closer(known)
+    bad.k_c = math.nan
+    rig.closer.publish(bad)
+    rig.until(lambda: bool(rig.node._refusal))
+    answer = rig.ask(desired_opening_angle=0.4)
+    assert answer.error_code == Answer.NO_DOOR
+    assert "k_c" in answer.message
+    rig.node.set_parameters([Parameter("door", value="size2")])
+    configured = rig.ask(desired_opening_angle=0.3, run_up="zmp_limited").plan
+    rig.closer.publish(closer(known))
+    rig.until(lambda: rig.node._identified is not None)
+    before = rig.ask(desired_opening_angle=0.4).plan
+    rig.closer.publish(bad)
+    rig.until(lambda: bool(rig.node._refusal))
+    after = rig.ask(desired_opening_angle=0.4).plan
+    assert after.plan_id == before.plan_id
+    rig.closer.publish(closer(known))
+    rig.until(lambda: not rig.node._refusal)
+    again = rig.ask(desired_opening_angle=0.4).plan
+    for plan, door in ((configured, "'size2'"), (before, ""), (after, "'identified'"), (again, "")):
+        found = [text for text in plan.warnings if "/closer_parameters" in text]
+        assert len(found) == bool(door)
+        assert all(door in text and "k_c" in text for text in found)
+
+
 def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) -> None:
     """Every kind of bad request is answered with its code, and no plan is published for it."""
     rig.closer.publish(closer(known))
@@ -186,6 +213,21 @@ def test_refusals_are_codes_and_leave_the_last_plan_alone(rig: Rig, known: Any) 
     again = rig.ask(desired_opening_angle=0.3)
     rig.until(lambda: len(rig.plans) == 2)
     assert [plan.plan_id for plan in rig.plans] == [good.plan.plan_id, again.plan.plan_id]
+
+
+def test_fifty_requests_at_once_are_all_answered(rig: Rig, known: Any) -> None:
+    """Requests wait while one is planned; each gets its plan or the sentence that refuses it."""
+    rig.closer.publish(closer(known))
+    rig.until(lambda: rig.node._identified is not None)
+    angles = [0.4, *(-0.01 * number for number in range(1, 50))]
+    futures = [rig.client.call_async(PlanDoorImpact.Request(desired_opening_angle=angle))
+               for angle in angles]
+    rig.until(lambda: all(future.done() for future in futures))
+    plan, *refused = (future.result() for future in futures)
+    assert plan.success, plan.message
+    for angle, answer in zip(angles[1:], refused, strict=True):
+        assert answer.error_code == Answer.INVALID_REQUEST
+        assert f"{math.degrees(angle):.1f}" in answer.message or f"{angle:g}" in answer.message
 
 
 def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:

@@ -162,6 +162,73 @@ def test_parameters_that_are_no_door_are_refused(known, changes):
         door_from_message(closer(known, **changes))
 
 
+NUMBERS = [name for name, kind in CloserParameters.get_fields_and_field_types().items()
+           if kind == "double"]
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_a_number_that_is_not_finite_is_refused_by_its_name(known, name):
+    """NaN and infinity are no values of any quantity; the error names the field."""
+    for value in (math.nan, math.inf, -math.inf):
+        with pytest.raises(errors.NoDoor, match=rf"/closer_parameters.*{name} must.*{value}"):
+            door_from_message(closer(known, **{name: value}))
+
+
+@pytest.mark.parametrize("name", ["i_a_std", "tau_c0_prime_std", "leaf_mass", "fit_rmse"])
+def test_a_negative_size_is_refused_by_its_name(known, name):
+    """A standard deviation, a mass and a residual are 0 or above."""
+    with pytest.raises(errors.NoDoor, match=rf"/closer_parameters.*{name}"):
+        door_from_message(closer(known, **{name: -0.1}))
+
+
+def test_a_leaf_wider_than_any_door_is_refused(known):
+    """The planner searches along the leaf, so that its width needs a bound."""
+    with pytest.raises(errors.NoDoor, match="leaf_width"):
+        door_from_message(closer(known, leaf_width=1e9))
+
+
+def changed(row, column, value, mirrored):
+    """A covariance of four parameters with other values at a place and at the mirrored place."""
+    covariance = np.diag([0.1, 1e-4, 1e-3, 1e-2])
+    covariance[column, row] = mirrored
+    covariance[row, column] = value
+    return covariance
+
+
+@pytest.mark.parametrize("covariance", [
+    changed(1, 1, math.nan, 0.0),
+    changed(2, 0, math.inf, math.inf),
+    changed(3, 3, -1e-2, 0.0),  # a negative variance
+    changed(0, 3, 0.01, 0.0),  # not symmetric
+    changed(0, 1, 0.01, 0.01),  # a correlation above 1
+    np.diag([1.0, 1.0, 1.0, 0.0]) + 0.1 * np.eye(4, k=3) + 0.1 * np.eye(4, k=-3),
+    np.eye(4) - 0.6 * (np.ones((4, 4)) - np.eye(4)),  # each pair is possible, all four are not
+])  # fmt: skip
+def test_a_covariance_that_no_random_numbers_have_is_refused(known, covariance):
+    """Covariances are finite, symmetric and not negative in any direction."""
+    with pytest.raises(errors.NoDoor, match=r"/closer_parameters.*covariance"):
+        door_from_message(closer(known, covariance=covariance.ravel().tolist()))
+
+
+def test_a_parameter_that_is_known_exactly_may_stand_beside_others(known):
+    """A variance of 0 in one direction, or a full correlation, is no defect of a covariance."""
+    slopes = np.array([[0.0], [1.1e-3], [0.7], [13.0]])
+    found = door_from_message(closer(known, covariance=(slopes @ slopes.T).ravel().tolist()))
+    assert found.parameters == ("i_a", "c_c", "k_c", "tau_c0_prime")
+    np.testing.assert_allclose(found.covariance, slopes @ slopes.T)
+
+
+@pytest.mark.parametrize(("identified", "reason"), [
+    (["i_a", "c_c", "k_c", "k_c"], "k_c"),
+    (["i_a", "c_c", "k_c", "colour"], "colour"),
+    (["i_a", "c_c", "k_c", "backcheck_angle"], "backcheck_angle"),
+])
+def test_names_of_what_was_identified_are_checked(known, identified, reason):
+    """A name is known, comes once, and belongs to a parameter that the message has."""
+    with pytest.raises(errors.NoDoor, match=rf"/closer_parameters.*identified.*{reason}"):
+        door_from_message(closer(known, identified=identified))
+
+
 def test_each_error_has_its_code():
     """Each error code of the service belongs to a class of errors."""
     codes = set()

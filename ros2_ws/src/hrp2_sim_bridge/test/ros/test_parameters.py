@@ -1,0 +1,29 @@
+"""The bridge's parameters, as its node reads them."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import rclpy
+from hrp2_sim_bridge.ros.parameters import BridgeParameters
+
+
+@contextmanager
+def parameters(*assignments: str) -> Iterator[BridgeParameters]:
+    """The parameters of a node that is given NAME:=VALUE."""
+    flags = [word for each in assignments for word in ("-p", each)]
+    rclpy.init(args=["--ros-args", *flags] if flags else None, domain_id=50 + os.getpid() % 50)
+    node = rclpy.create_node("parameters_of_the_bridge")
+    try:
+        yield BridgeParameters(node)
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def test_a_log_is_kept_only_where_its_file_is_named() -> None:
+    """Nothing else can write a log, and it needs 1.1 MB for each second."""
+    with parameters() as without:
+        assert not without.world_settings()["log"]
+    with parameters("log_file:=run.npz") as named:
+        assert named.world_settings()["log"]
