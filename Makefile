@@ -32,7 +32,7 @@ SEED ?= 1
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo up test test-all test-runtime lint bench sweep clean
+.PHONY: help setup demo up test test-all test-runtime lint bench sweep faults clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
@@ -43,6 +43,7 @@ help:
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed doors, how far they open (out/sweep/)   N=50 SEED=1"
+	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
 
 setup: $(READY)
 
@@ -108,6 +109,9 @@ bench: $(READY)
 
 sweep: $(READY)
 	@$(ROS2) run door_impact_evaluation sweep -n $(N) --seed $(SEED) --out out/sweep
+
+faults: $(READY)
+	@PYTHONPATH=tests $(PYTHON) -m faults -n $(N) --seed $(SEED)
 
 clean:
 	rm -rf $(VENV) out ros2_ws/build ros2_ws/install ros2_ws/log

@@ -11,7 +11,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-GUARD = 180.0  # [s] of wall time after which something hangs; nothing is asserted on it
+from ament_index_python.packages import get_package_share_directory
+
+GUARD = 600.0  # [s] of wall time after which something hangs; nothing is asserted on it
 MARK = "HRP2_TEST_PROCESS"  # in the environment of every process that the tests start
 
 
@@ -29,6 +31,11 @@ def find_ros2() -> str:
     found = str(beside) if beside.exists() else shutil.which("ros2")
     assert found, "no ros2 command: run `make setup`, or source ROS 2"
     return found
+
+
+def parameters() -> str:
+    """The parameter file of every node."""
+    return str(Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml")
 
 
 def stop_daemon() -> None:

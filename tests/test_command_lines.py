@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from processes import find_ros2
+from processes import find_ros2, parameters
 
 PLAN_KEYS = {"omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
              "b_r", "i_rob", "l_b", "planning_ms"}
@@ -32,11 +32,6 @@ def sample() -> str:
     """The recording that comes with door_model."""
     return str(Path(get_package_share_directory("door_model")) / "recordings"
                / "paper_five_swings.csv")
-
-
-def parameters() -> str:
-    """The parameter file of every node."""
-    return str(Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml")
 
 
 @pytest.fixture
@@ -173,7 +168,8 @@ def test_a_linkage_that_does_not_close_is_refused_by_name(
     if node[1] == "plan":
         arguments: tuple[str, ...] = ("--angle-deg", "25", "--door", broken_door)
     else:
-        arguments = ("--ros-args", "--params-file", parameters(), "-p", f"door:={broken_door}")
+        arguments = ("--ros-args", "--params-file", parameters(), "-p", f"door:={broken_door}",
+                     "-p", f"allowed_folders:=['{Path(broken_door).parent}']")
     done = called(*node, *arguments)
     assert done.status == 1
     assert "l2 + l3 = 0.0500 m does not bridge" in done.err

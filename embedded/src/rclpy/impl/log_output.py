@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,7 +82,7 @@ class Console:
         line = formatted(record, self._form)
         if self._colour == "1" or (not self._colour and stream.isatty()):
             line = f"{_COLOURS[record.severity]}{line}\033[0m"
-        with _lock:
+        with _lock, suppress(OSError):  # as rcutils, which ignores a full disk
             stream.write(line + "\n")
             stream.flush()
 

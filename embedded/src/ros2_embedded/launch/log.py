@@ -7,6 +7,7 @@ import os
 import socket
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 _ON_SCREEN = {
@@ -46,7 +47,7 @@ class LaunchLog:
 
     def say(self, level: str, name: str, text: str) -> None:
         """A line of the launcher's own."""
-        print(f"[{level}] [{name}]: {text}", flush=True)
+        _show(f"[{level}] [{name}]: {text}\n")
         self._write("launch.log", f"{time.time():.7f} [{level}] [{name}]: {text}\n")
 
     def forward(self, label: str, stream: str, text: str, output: str) -> None:
@@ -60,8 +61,7 @@ class LaunchLog:
         """
         lines = [f"[{label}] {line}\n" for line in text.split("\n")]
         if stream in _ON_SCREEN[output]:
-            sys.stdout.write("".join(lines))
-            sys.stdout.flush()
+            _show("".join(lines))
         if output in _IN_LAUNCH_LOG:
             self._write("launch.log", "".join(f"{time.time():.7f} {line}" for line in lines))
         if output in _IN_OWN_LOG:
@@ -69,5 +69,12 @@ class LaunchLog:
                 self._write(name, text + "\n")
 
     def _write(self, name: str, text: str) -> None:
-        with (self.folder / name).open("a", encoding="utf-8") as file:
+        # On a full disk the lines are lost, but the processes go on, as with ROS 2's launch.
+        with suppress(OSError), (self.folder / name).open("a", encoding="utf-8") as file:
             file.write(text)
+
+
+def _show(text: str) -> None:
+    with suppress(OSError):  # stdout may be a file on a full disk
+        sys.stdout.write(text)
+        sys.stdout.flush()

@@ -2,7 +2,7 @@
 
 The format is written by the library rosbags; this module adds what the recorder needs beyond it: a
 single file that stands under its name only when it is complete, the hash of each message type,
-and valid times in a recording without messages.
+valid times in a recording without messages, and a readable file where the disk becomes full.
 
 `ros2 bag record` cannot take its place: on ROS 2 and on the embedded runtime alike it writes a
 folder, and when it is killed an incomplete file stands under the final name. The embedded runtime's
@@ -12,15 +12,23 @@ runtime is a distribution of its own that imports nothing of this project.
 """
 
 import shutil
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from io import BytesIO
+from dataclasses import dataclass
+from io import BytesIO, FileIO
 from pathlib import Path
 from typing import Any, Final
 
 from door_impact_common.errors import SettingError
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
-from rosbags.rosbag2.storage_mcap import Channel, McapWriter, write_channel, write_string
+from rosbags.rosbag2.storage_mcap import (
+    Channel,
+    McapWriter,
+    PendingChunk,
+    write_channel,
+    write_string,
+)
 from rosbags.typesys.store import Typestore
 
 from door_impact_bringup.errors import McapWriteError
@@ -92,18 +100,43 @@ class McapFile:
         except OSError as error:
             raise self._error(error) from error
 
-    def close(self) -> None:
+    def close(self) -> int:
         """Completes the file and puts it under its name.
 
+        If the disk is full, the newest messages make room for the index at the end of the file.
+
+        Returns:
+            Number of messages that did not fit.
+
         Raises:
-            McapWriteError: The file cannot be written.
+            McapWriteError: Not even an empty file can be written.
         """
+        storage: Any = self._writer.storage
+        lost = 0
+        while not storage.complete:
+            try:
+                storage.finish_chunk()
+                self._adopt_counts(storage)
+                self._writer.close()
+            except OSError as error:
+                if storage.complete:
+                    break  # only rosbags' metadata.yaml is missing, which is not kept
+                dropped = storage.drop_chunk()
+                if dropped is None:
+                    raise self._error(error) from error
+                lost += dropped
         try:
-            self._writer.close()
-            (self._partial / self.path.stem / self.path.name).replace(self.path)
+            storage.path.replace(self.path)
             shutil.rmtree(self._partial)
         except OSError as error:
             raise self._error(error) from error
+        return lost
+
+    def _adopt_counts(self, storage: "_Storage") -> None:
+        """Gives rosbags' writer, whose metadata ends the file, the counts of what is written."""
+        self._writer.counts = dict(storage.channel_stats)
+        self._writer.min_timestamp = storage.message_start_time
+        self._writer.max_timestamp = storage.message_end_time
 
     def _error(self, error: Exception) -> McapWriteError:
         reason = error.strerror if isinstance(error, OSError) else str(error)
@@ -115,8 +148,84 @@ def partial_folder(path: Path) -> Path:
     return path.with_name(f"{path.name}.partial")
 
 
+class _Output(FileIO):
+    """A file without a buffer, so that nothing is left to be written after an error."""
+
+    def write(self, data: Any) -> int:
+        """Writes all of the data; the system writes less where the disk becomes full."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        while left:
+            left = left[super().write(left) or 0:]
+        return size
+
+
+@dataclass(frozen=True)
+class _Chunk:
+    """What the file's index says of a chunk in it.
+
+    Attributes:
+        start: Smallest stamp of its messages [ns].
+        end: Largest stamp of its messages [ns].
+        counts: Number of its messages by channel.
+        file_end: Place in the file at which it ends [bytes].
+    """
+
+    start: int
+    end: int
+    counts: Mapping[int, int]
+    file_end: int
+
+
 class _Storage(McapWriter):
-    """The MCAP writer of rosbags, with two things that rosbag2 writes and rosbags leaves out."""
+    """The MCAP writer of rosbags, which here can also end a file on a full disk.
+
+    It adds two things that rosbag2 writes and rosbags leaves out, the type's hash of each topic
+    and the times of what has no messages.
+
+    Attributes:
+        complete: Whether the file has its index and its end.
+    """
+
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        super().__init__(path, compression)
+        self.complete = False
+        self._data_start = self.bio.tell()
+        self._chunks: list[_Chunk] = []
+        self.bio.close()
+        self.bio: Any = _Output(self.path, "r+b")
+
+    def finish_chunk(self) -> None:
+        """Writes the pending chunk, if there is anything in it."""
+        if self.chunk.bio.tell():
+            self.close_chunk()
+
+    def drop_chunk(self) -> int | None:
+        """Removes the pending chunk, or else the last one of the file.
+
+        Returns:
+            Number of its messages; None if there is no chunk.
+        """
+        pending = bool(self.chunk.bio.tell())
+        if not pending and not self._chunks:
+            return None
+        if pending:
+            counts = {channel: len(found) for channel, found in self.chunk.msgs.items()}
+            self.chunk = PendingChunk(2**63 - 1, 0, BytesIO(), defaultdict(list))
+        else:
+            self.chunks.pop()
+            counts = dict(self._chunks.pop().counts)
+        for channel, number in counts.items():
+            self.channel_stats[channel] -= number
+        filled = [chunk for chunk in self._chunks if chunk.counts]
+        self.message_start_time = min((chunk.start for chunk in filled), default=2**63 - 1)
+        self.message_end_time = max((chunk.end for chunk in filled), default=0)
+        return sum(counts.values())
+
+    def _rewind(self) -> None:
+        """Goes to the end of the last whole chunk, and removes the rest of a failed attempt."""
+        self.bio.seek(self._chunks[-1].file_end if self._chunks else self._data_start)
+        self.bio.truncate()
 
     def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
         """Adds a channel with the hash of its type, which rosbag2 reads next to the offers."""
@@ -133,15 +242,22 @@ class _Storage(McapWriter):
 
     def close_chunk(self) -> None:
         """Writes a chunk; the times of a chunk without messages are 0, as MCAP requires."""
-        if not self.chunk.msgs:
-            self.chunk.message_start_time = 0
+        chunk = self.chunk
+        if not chunk.msgs:
+            chunk.message_start_time = 0
+        self._rewind()
         super().close_chunk()
+        counts = {channel: len(found) for channel, found in chunk.msgs.items()}
+        self._chunks.append(_Chunk(
+            chunk.message_start_time, chunk.message_end_time, counts, self.bio.tell()))
 
     def close(self, version: int, metadata: str) -> None:
         """Ends the file; the times of a recording without messages are 0, as MCAP requires."""
         if not any(self.channel_stats.values()):
             self.message_start_time = 0
+        self._rewind()
         super().close(version, metadata)
+        self.complete = True
 
 
 class _Writer(Writer):

@@ -9,10 +9,10 @@ from typing import Any
 
 import rclpy
 from door_impact_common.errors import SettingError
-from door_impact_common.node import run_node
+from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import (
     Connection,
@@ -24,8 +24,8 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from door_impact_bringup.errors import DefinitionError
-from door_impact_bringup.mcap_file import McapFile
+from door_impact_bringup.errors import DefinitionError, McapWriteError
+from door_impact_bringup.mcap_file import McapFile, partial_folder
 from door_impact_bringup.message_definitions import MessageDefinitions
 
 POLL = 0.1    # time between two searches for new topics [s]
@@ -34,7 +34,7 @@ _INFINITE = QosTime(9223372036, 854775807)
 _PARAMETERS = {"file": ("", "MCAP file to write")}
 
 
-class Recorder(Node):
+class Recorder(GuardedNode):
     """Subscribes to every topic that has a publisher, and writes the messages as they arrive.
 
     Raises:
@@ -49,9 +49,10 @@ class Recorder(Node):
         self._path = Path(name)
         self._definitions = MessageDefinitions()
         self._known: set[str] = set()
+        self._error: McapWriteError | None = None  # after it nothing can be recorded
 
     def run(self) -> None:
-        """Records until the node is stopped; then the file is complete.
+        """Records until the node is stopped, or the disk is full; then the file is complete.
 
         Raises:
             SettingError: The name of the file does not end in ``.mcap``.
@@ -62,9 +63,26 @@ class Recorder(Node):
         # The timer uses the steady clock: simulated time may stand still.
         self.create_timer(POLL, self._search, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
-            rclpy.spin(self)
+            executor = SingleThreadedExecutor()
+            executor.add_node(self)
+            while rclpy.ok() and self._error is None:
+                executor.spin_once()
         finally:
-            self._file.close()
+            self._close()
+        if self._error is not None:
+            raise self._error
+
+    def _close(self) -> None:
+        """Completes the file; says what is missing, also after a signal."""
+        try:
+            lost = self._file.close()
+        except McapWriteError as error:
+            print(f"{self.get_name()}: {error}; its parts are in {partial_folder(self._path)}",
+                  file=sys.stderr)
+            return
+        if lost:
+            print(f"{self.get_name()}: {self._path} is complete but for its last {lost} messages, "
+                  "for which there was no room", file=sys.stderr)
 
     def _search(self) -> None:
         """Starts to record topics that are new in the graph."""
@@ -93,7 +111,10 @@ class Recorder(Node):
         self.create_subscription(message_class, topic, write, request_for(offers), raw=True)
 
     def _write(self, connection: Connection, data: bytes) -> None:
-        self._file.write(connection, self.get_clock().now().nanoseconds, data)
+        try:
+            self._file.write(connection, self.get_clock().now().nanoseconds, data)
+        except McapWriteError as error:
+            self._error = error
 
 
 def request_for(offers: Sequence[QoSProfile]) -> QoSProfile:

@@ -3,10 +3,9 @@
 import math
 import sys
 
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_model.door.config import load_door
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -24,7 +23,7 @@ PARAMETERS = {
 }
 
 
-class ScenePublisher(Node):
+class ScenePublisher(GuardedNode):
     """Publishes the leaf's transform for each message on /door_angle.
 
     The door's description and the place of its frame do not change; they are published once, when
@@ -38,7 +37,7 @@ class ScenePublisher(Node):
     def __init__(self) -> None:
         super().__init__("scene_publisher")
         parameters = Parameters(self, PARAMETERS)
-        urdf = door_scene.door_urdf(load_door(parameters.text("door")))
+        urdf = door_scene.door_urdf(load_door(parameters.text("door"), allowed_folders(self)))
         frame = door_scene.frame_pose(
             parameters.number("door_distance"), parameters.number("hinge_x"))
         world = parameters.text("world_frame")

@@ -1,11 +1,20 @@
 """An MCAP file: its contents, when it appears under its name, and which paths are refused."""
 
+import errno
+import random
+from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import pytest
+from door_impact_bringup import mcap_file
 from door_impact_bringup.errors import McapWriteError
 from door_impact_bringup.mcap_file import McapFile, partial_folder
 from door_impact_common.errors import SettingError
+from hypothesis import given
+from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import (
     Qos,
@@ -118,3 +127,47 @@ def test_only_mcap_files_are_written(tmp_path: Path, name: str) -> None:
     with pytest.raises(SettingError, match=r"\.mcap") as caught:
         McapFile(tmp_path / name)
     assert caught.value.setting == "file"
+
+
+@given(st.integers(0, 700_000))
+def test_on_a_full_disk_the_file_keeps_what_fits(capacity: int) -> None:
+    """Readers find the first messages; the others are counted, and no half message is there."""
+    with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mcap_file._Output, "write", disk_of(capacity))
+        path, sent, failed = Path(folder, "run.mcap"), 0, False
+        file = McapFile(path)
+        topic = file.add_topic("/text", STRING, STORE, [LATCHED])
+        noise = random.Random(capacity)
+        while not failed and sent < 120:  # incompressible, two chunks
+            try:
+                file.write(topic, sent + 1, cdr(f"{sent} {noise.randbytes(10_000).hex()}"))
+            except McapWriteError:
+                failed = True
+            sent += 1
+        try:
+            lost = file.close()
+        except McapWriteError:
+            assert capacity < 10_000  # less than what describes a single topic
+            assert not path.exists()
+            return
+        assert failed or lost or capacity > 500_000
+        with AnyReader([path], default_typestore=STORE) as reader:
+            (connection,) = reader.connections
+            stamps = [stamp for _, stamp, _ in reader.messages()]
+            assert connection.msgcount == len(stamps)
+            assert not stamps or reader.start_time == 1
+        assert stamps == list(range(1, sent - lost + 1))
+
+
+def disk_of(capacity: int) -> Callable[[Any, Any], int]:
+    """The method `write` of a file on a disk with so much room [bytes]."""
+
+    def write(file: Any, data: Any) -> int:
+        left = memoryview(data).cast("B")
+        room = max(0, capacity - file.tell())
+        FileIO.write(file, left[:room])
+        if len(left) > room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return len(left)
+
+    return write

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 import rclpy
+import yaml
+from ament_index_python.packages import get_package_share_directory
 from door_impact_bringup import recorder_node, scene_publisher_node
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -123,3 +125,23 @@ def test_the_recorder_asks_for_what_every_publisher_offers(
     assert (request.reliability == ReliabilityPolicy.RELIABLE) is reliable
     assert (request.durability == DurabilityPolicy.TRANSIENT_LOCAL) is latched
     assert request.depth >= 1000
+
+
+def test_every_node_is_required_but_the_recorder() -> None:
+    """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
+    path = Path(get_package_share_directory("door_impact_bringup"), "launch", "bringup.launch.yaml")
+    nodes = [entity["node"] for entity in yaml.safe_load(path.read_text())["launch"]
+             if "node" in entity and entity["node"]["pkg"] != "rviz2"]
+    ends = {node["name"]: node.get("on_exit") for node in nodes}
+    assert len(ends) == 8
+    assert {name for name, action in ends.items() if action != "shutdown"} == {"recorder"}
+
+
+def test_each_node_that_reads_files_is_given_the_allowed_folders() -> None:
+    """The launch argument reaches all nodes with a parameter for a file to read."""
+    path = Path(get_package_share_directory("door_impact_bringup"), "launch", "bringup.launch.yaml")
+    nodes = [entity["node"] for entity in yaml.safe_load(path.read_text())["launch"]
+             if "node" in entity and entity["node"]["pkg"] != "rviz2"]
+    given = {node["name"] for node in nodes
+             if "allowed_folders" in {each.get("name") for each in node["param"]}}
+    assert given == {node["name"] for node in nodes} - {"door_encoder", "recorder"}

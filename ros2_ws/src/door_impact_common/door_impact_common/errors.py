@@ -47,6 +47,24 @@ class DoorImpactError(Exception):
             self.reason = reason
 
 
+class InputError(DoorImpactError):
+    """A file cannot be read, may not be read, or has unusable content.
+
+    The message contains nothing of the file's content.
+
+    Attributes:
+        source: Path of the file, shortened for messages.
+        problem: What is wrong, without the path.
+    """
+
+    reason = "file"
+
+    def __init__(self, source: str, problem: str) -> None:
+        super().__init__(f"{source}: {problem}", quantity="file", value=source)
+        self.source = source
+        self.problem = problem
+
+
 class OutputError(DoorImpactError):
     """A file or a folder cannot be written."""
 

@@ -1,12 +1,16 @@
-"""How every node of this project starts and ends."""
+"""How every node of this project starts and ends, and what an exception in it does."""
 
 import signal
 import sys
 import time
+import traceback
+from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import Any
 
 import rclpy
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -15,6 +19,96 @@ from door_impact_common.errors import DoorImpactError
 
 DISCOVERY_TIME = 1.0  # time after which a running node of the same name has been discovered [s]
 _POLL = 0.05  # interval between two looks at the graph [s]
+_THROTTLE = 5.0  # shortest time between two reports of callbacks that fail again [s]
+
+
+class GuardedNode(Node):
+    """A node that no exception in a callback ends.
+
+    An unforeseen exception is a fault of the program. It must not end the graph with a robot in
+    motion: the error is logged, with its traceback the first time that this callback fails so,
+    and the node goes on. A service answers with the reason; if a callback for parameters fails,
+    they stay as they are. Callbacks are plain functions, not coroutines. rclpy itself guards the
+    execution of an action; what accepts and cancels goals can be given to `guarded`.
+
+    Attributes:
+        failures: Number of exceptions by callback and type, such as "a timer failed, a fault of
+            the program: KeyError".
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        self.failures: Counter[str] = Counter()
+        super().__init__(*args, **options)
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
+    ) -> Any:
+        """Create a subscription; a message whose callback fails is lost."""
+        safe = self.guarded(callback, f"the subscription of {topic}")
+        return super().create_subscription(msg_type, topic, safe, *args, **options)
+
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[..., Any], *args: Any, **options: Any
+    ) -> Any:
+        """Create a timer; it goes on after a failure."""
+        safe = self.guarded(callback, "a timer")
+        return super().create_timer(timer_period_sec, safe, *args, **options)
+
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Callable[..., Any], *args: Any, **options: Any
+    ) -> Any:
+        """Create a service; after a failure it answers with `success` false and a message."""
+
+        def failed(reason: str) -> Any:
+            response = srv_type.Response()
+            if hasattr(response, "success") and hasattr(response, "message"):
+                response.success, response.message = False, reason
+            return response
+
+        safe = self.guarded(callback, f"the service {srv_name}", failed)
+        return super().create_service(srv_type, srv_name, safe, *args, **options)
+
+    def add_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
+        """Add a callback for parameters; after a failure they are refused."""
+
+        def failed(reason: str) -> Any:
+            return SetParametersResult(successful=False, reason=reason)
+
+        super().add_on_set_parameters_callback(
+            self.guarded(callback, "the check of parameters", failed))
+
+    def guarded(
+        self,
+        callback: Callable[..., Any],
+        what: str,
+        failed: Callable[[str], Any] = lambda reason: None,
+    ) -> Callable[..., Any]:
+        """Return a callback that never raises.
+
+        Args:
+            callback: Function to call.
+            what: What fails if it raises, for the log.
+            failed: Function that makes the result then, from a sentence for users.
+        """
+
+        @wraps(callback)
+        def safe(*args: Any) -> Any:
+            try:
+                return callback(*args)
+            except Exception as error:
+                if not self.context.ok():  # a signal has ended the context, as in `run_node`
+                    raise
+                text = f"{what} failed, a fault of the program: {type(error).__name__}"
+                self.failures[text] += 1
+                if self.failures[text] == 1:
+                    self.get_logger().error(f"{text}\n{traceback.format_exc()}")
+                else:
+                    self.get_logger().error(
+                        f"{text}; failures until now: {self.failures[text]}",
+                        throttle_duration_sec=_THROTTLE)
+                return failed(text)
+
+        return safe
 
 
 class TwinError(DoorImpactError):

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import AngleUnreachable
 from impact_planner.task.experience import Experience
+from impact_planner.task.settings import PlannerSettings
 
 PHASES = ("prepare", "cam", "post", "hold")
 STATISTICS = {"mean", "sd", "p95", "max"}
@@ -132,8 +133,9 @@ def test_a_refused_case_keeps_what_came_before(monkeypatch):
 def test_a_hit_that_was_not_detected_teaches_nothing_and_ends_no_sweep(peak):
     """The same holds for a hit to an angle that the linkage does not allow."""
     plan = SimpleNamespace(initial_angle=0.0, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
-                           braking=0.07, restitution=0.5)
-    execution = SimpleNamespace(measured=SimpleNamespace(peak_angle=peak, v_rb_post=math.nan))
+                           v_com=0.34, braking=0.07, restitution=0.5, settings=PlannerSettings())
+    execution = SimpleNamespace(measured=SimpleNamespace(
+        peak_angle=peak, v_rb_post=math.nan, contact_delay=0.0, switch_latency=0.012))
     before = Experience(2, 0.9, 0.4, np.diag([1e-3, 1e-3]))
     known = replace(cases(1, 1)[0].known(), experience=before)
     assert Rehearsal(plan, execution, None, None, known).learned() is before
@@ -333,3 +335,15 @@ def test_a_folder_that_cannot_be_made_is_reported_in_one_line(ran, tmp_path, cap
     assert capsys.readouterr().err.count("\n") == 1
     assert out.read_text() == "kept"
     assert ran == []
+
+
+def test_a_report_that_cannot_be_written_is_an_error_in_one_line(
+        ran, tmp_path, monkeypatch, capsys):
+    """The cases that were run until the disk was full are kept for the next sweep."""
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(sweep_report, "write", full)
+    assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 1
+    assert capsys.readouterr().err.endswith("sweep: [Errno 28] No space left on device\n")
+    assert len(ran) == len((tmp_path / sweep.RECORD).read_text().splitlines()) == 8

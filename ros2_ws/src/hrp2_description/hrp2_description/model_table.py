@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
+from door_impact_common.yaml_files import read_yaml
 from numpy.typing import NDArray
 
 from hrp2_description.data import data_path
@@ -165,8 +165,7 @@ def load_model_table(path: Path | None = None) -> ModelTable:
         ModelTableError: The masses do not add up, a joint's limits are in the wrong order, or no
             real body can have a link's inertia.
     """
-    text = (path or data_path("config/hrp2_links.yaml")).read_text(encoding="utf-8")
-    data = yaml.safe_load(text)
+    data = read_yaml(path or data_path("config/hrp2_links.yaml"))
     links = {name: _read_link(name, row) for name, row in data["links"].items()}
     joints = {name: _read_joint(name, row) for name, row in data["joints"].items()}
     _add_frames(data, links, joints)

@@ -10,8 +10,10 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
-import yaml
 from door_impact_common.arrays import Array
+from door_impact_common.errors import InputError
+from door_impact_common.files import read_file
+from door_impact_common.yaml_files import read_yaml
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
@@ -24,9 +26,12 @@ SIDES = ("left", "right")  # the order of the sides in every array
 LEG_JOINTS = 6  # number of joints of a leg
 # Types of joints without a limited range.
 _FIXED_TYPES = ("fixed", "floating", "planar")
+_IN_PACKAGE = "package://"
 
 
-def load_robot_config(path: str | Path | None = None) -> RobotConfig:
+def load_robot_config(
+    path: str | Path | None = None, folders: Sequence[Path] | None = None
+) -> RobotConfig:
     """Read the robot's configuration.
 
     The file must name all joints of the URDF in ``joint_names``. With ``other_joints: fixed`` the
@@ -37,30 +42,40 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
             is a path relative to the file's folder, to the parent of that folder, or to this
             package's data; or it begins with ``package://`` and the name of a package that ROS or
             pip has installed.
+        folders: Folders that may contain the file and its URDF, as for
+            `door_impact_common.files.read_file`; None allows every folder. Installed packages may
+            always contain the URDF.
 
     Raises:
         RobotConfigError: The file cannot be read, or a field is missing, is unusable, or
             contradicts the URDF.
     """
-    file = Path(path) if path is not None else data_path("config/robot.yaml")
+    if path is None:
+        path, folders = data_path("config/robot.yaml"), None
+    file = Path(path)
     try:
-        data = yaml.safe_load(file.read_text(encoding="utf-8"))
+        data = read_yaml(file, folders)
         if not isinstance(data, dict):
             raise RobotConfigError(f"{file} is not a mapping", value=data, limit="a mapping")
-        return _build(data, _find_urdf(str(data["urdf"]), file))
+        urdf = str(data["urdf"])
+        installed = urdf.startswith(_IN_PACKAGE)
+        return _build(data, _find_urdf(urdf, file), None if installed else folders)
     except RobotConfigError:
         raise
     except KeyError as error:
         raise RobotConfigError(f"{file}: missing field", value=None, limit=error.args[0]) from error
-    except (OSError, yaml.YAMLError, ET.ParseError, AttributeError, TypeError, ValueError) as error:
+    except (InputError, ET.ParseError, AttributeError, TypeError, ValueError, LookupError,
+            OverflowError) as error:
         raise RobotConfigError(
             f"{file} cannot be read", value=str(error), limit="fields as in config/robot.yaml"
         ) from error
 
 
-def _build(data: dict[str, Any], urdf_path: Path) -> RobotConfig:
+def _build(
+    data: dict[str, Any], urdf_path: Path, folders: Sequence[Path] | None
+) -> RobotConfig:
     names = tuple(data["joint_names"])
-    robot = ET.parse(urdf_path).getroot()
+    robot = ET.fromstring(read_file(urdf_path, folders))
     limits = _read_limits(robot, names, data.get("other_joints"))
     braced = {name: float(np.deg2rad(deg)) for name, deg in data["braced_posture_deg"].items()}
     x_min, x_max, y_min, y_max = (float(value) for value in data["sole"])
@@ -294,8 +309,8 @@ def _per_joint(
 
 
 def _find_urdf(name: str, config_file: Path) -> Path:
-    if name.startswith("package://"):
-        package, _, place = name.removeprefix("package://").partition("/")
+    if name.startswith(_IN_PACKAGE):
+        package, _, place = name.removeprefix(_IN_PACKAGE).partition("/")
         tried = [folder / place for folder in share_folders(package)]
     else:
         tried = [folder / name for folder in (config_file.parent, config_file.parent.parent)]

@@ -256,7 +256,7 @@ class World(Driver):
 
         Raises:
             SettingError: The world was made without a log.
-            OSError: The file cannot be written.
+            OutputError: The file cannot be written.
         """
         return save_npz(path, self.log())
 

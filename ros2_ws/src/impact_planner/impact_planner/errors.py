@@ -56,3 +56,9 @@ class GoalRefused(DoorImpactError):
         limit: object = None,
     ) -> None:
         super().__init__(message, quantity=quantity, value=value, limit=limit, reason=reason)
+
+
+class ImplausibleHit(DoorImpactError):
+    """Nothing is learned from a hit, because its report does not fit what can have happened."""
+
+    reason = "implausible_hit"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from door_impact_common.arrays import Array
 from door_model.motion.dynamics import initial_velocity
 
-from impact_planner.hit.learning import ObservedHit
+from impact_planner.hit.learning import ObservedHit, require_on_time
 from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.task.known_door import KnownDoor
@@ -304,21 +305,39 @@ class ImpactPlan:
         return self.branches.missed_margin
 
 
-def observed_hit(
-    plan: ImpactPlan, known: KnownDoor, peak_angle: float, v_rb_post: float
-) -> ObservedHit:
+class MeasuredHit(Protocol):
+    """What an execution or the report of one has measured of a hit.
+
+    Attributes:
+        contact_delay: Time from the planned contact to the detected one [s].
+        switch_latency: Time from the detected contact to the switch to the motion after it [s].
+        v_rb_post: Speed of B after the hit [m/s]; NaN means that it was not measured.
+        peak_angle: Largest opening angle of the door [rad].
+    """
+
+    contact_delay: float
+    switch_latency: float
+    v_rb_post: float
+    peak_angle: float
+
+
+def observed_hit(plan: ImpactPlan, known: KnownDoor, measured: MeasuredHit) -> ObservedHit:
     """Compute what a hit has shown, from its plan and the measured outcome.
 
     Args:
         plan: Plan that was executed.
         known: Door that was hit.
-        peak_angle: Largest opening angle of the door [rad].
-        v_rb_post: Speed of B after the hit [m/s]; NaN means that it was not measured.
+        measured: The measured outcome.
 
     Raises:
+        ImplausibleHit: The contact or the switch after it was not on time.
         DoorModelError: The door cannot have opened to that angle.
     """
-    omega = float(initial_velocity(known.door, peak_angle, plan.initial_angle))
+    require_on_time(
+        measured.contact_delay, measured.switch_latency,
+        steady_time=plan.settings.door_uncertainty / plan.v_com,
+        switch_delay=plan.settings.switch_delay)
+    omega = float(initial_velocity(known.door, measured.peak_angle, plan.initial_angle))
     return ObservedHit(
-        plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, v_rb_post, omega,
+        plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, measured.v_rb_post, omega,
         plan.braking)

@@ -12,7 +12,7 @@ from humanoid_motion.clearance import bodies_of
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.robot_model import RobotModel
 
-from impact_planner.errors import AngleUnreachable, SpeedUnreachable
+from impact_planner.errors import PLANNING_ERRORS, AngleUnreachable, SpeedUnreachable
 from impact_planner.hit.door_prediction import DoorPrediction, predict
 from impact_planner.hit.floor_load import require_no_slip
 from impact_planner.hit.placement import Placement, placement_for_step, stand
@@ -24,6 +24,7 @@ from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.phase_plan import Branches
 from impact_planner.motion.phases import plan_phases
 from impact_planner.motion.run_up import RunUpWish, plan_run_up
+from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, ResolvedRequest, resolve
 from impact_planner.task.settings import PlannerSettings
@@ -53,8 +54,8 @@ def plan_impact(
 ) -> ImpactPlan:
     """Plan the whole motion that opens a door to an angle.
 
-    Where the request leaves the door's place open, the nominal step is tried first and shorter
-    steps after it. If all steps fail, the error of the nominal step is raised.
+    Experience from earlier hits is set aside, and the plan's warnings say so, if it is outside the
+    limits of what hits can teach, or if it alone makes the plan impossible.
 
     Args:
         request: Opening angle and further wishes.
@@ -69,8 +70,44 @@ def plan_impact(
         PlannerError: The request cannot be met. The error carries quantity, value and limit.
         HumanoidMotionError: The robot's joints, legs or balance do not allow the motion.
     """
-    begin = clock.perf_counter()
     settings = settings or PlannerSettings()
+    if known.experience is None:
+        return _planned(request, known, robot, settings)
+    bare = replace(known, experience=None)
+    outside = known.experience.outside(settings.learning_limits)
+    if outside:
+        return _set_aside(_planned(request, bare, robot, settings), known.experience, outside)
+    try:
+        return _planned(request, known, robot, settings)
+    except PLANNING_ERRORS as error:
+        try:
+            plan = _planned(request, bare, robot, settings)
+        except PLANNING_ERRORS:
+            raise error from None
+        return _set_aside(plan, known.experience, str(error))
+
+
+def _set_aside(plan: ImpactPlan, experience: Experience, why: str) -> ImpactPlan:
+    """The plan, which was made without the experience, with a warning that says why."""
+    return replace(plan, warnings=(
+        f"what {experience.hits} hits on this door have taught (restitution "
+        f"{experience.restitution:.3f}, effective mass {experience.mass_factor:.3f} times the "
+        f"model's) was set aside: {why}; /forget_hits discards it", *plan.warnings))
+
+
+def _planned(
+    request: PlanRequest, known: KnownDoor, robot: RobotModel, settings: PlannerSettings
+) -> ImpactPlan:
+    """Plan with what is known of the door.
+
+    Where the request leaves the door's place open, the nominal step is tried first and shorter
+    steps after it. If all steps fail, the error of the nominal step is raised.
+
+    Raises:
+        PlannerError: The request cannot be met.
+        HumanoidMotionError: The robot's joints, legs or balance do not allow the motion.
+    """
+    begin = clock.perf_counter()
     wanted = resolve(request, settings, known)
     prediction = predict(known, wanted.angle, wanted.initial_angle)
     failure: DoorImpactError | None = None

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from impact_planner.errors import InvalidRequest
+from impact_planner.errors import InvalidRequest, SpeedUnreachable
 from impact_planner.hit import momentum
 from impact_planner.plan import plan_impact
 from impact_planner.task.experience import Experience
@@ -85,3 +85,39 @@ def test_a_request_is_filled_in_from_the_request_then_from_hits_then_from_the_se
     assert (found.restitution, found.effective_mass) == (0.0, 49.0)
     with pytest.raises(InvalidRequest, match="restitution"):
         resolve(PlanRequest(TARGET, restitution=1.5), settings, hit_before)
+
+
+def test_experience_that_alone_prevents_the_plan_is_set_aside(known, robot, plan):
+    """Without it the plan is possible, so that this plan is made, with a warning."""
+    weak = Experience(2, 0.6, 0.32, np.diag([1e-3, 1e-3]))
+    found = plan_impact(PlanRequest(TARGET), replace(known, experience=weak), robot)
+    assert (found.plan_id, found.v_rb, found.learned_hits) == (plan.plan_id, plan.v_rb, 0)
+    (warning,) = set(found.warnings) - set(plan.warnings)
+    assert "2 hits" in warning
+    assert "set aside" in warning
+    assert "m/s" in warning
+    assert "/forget_hits" in warning
+
+
+def test_a_plan_that_is_impossible_anyway_is_refused_as_with_experience(hit_before, robot):
+    """The reason is that of the plan with the experience."""
+    with pytest.raises(SpeedUnreachable) as caught:
+        plan_impact(PlanRequest(math.radians(60.0)), hit_before, robot)
+    with pytest.raises(SpeedUnreachable) as bare:
+        plan_impact(PlanRequest(math.radians(60.0)), replace(hit_before, experience=None), robot)
+    assert str(caught.value) != str(bare.value)
+
+
+@pytest.mark.parametrize(("factor", "restitution", "word"), [
+    (1.0, 0.07, "restitution"), (1.0, 0.75, "restitution"), (1.96, 0.5, "effective mass"),
+    (0.4, 0.5, "effective mass")])
+def test_experience_outside_the_limits_is_set_aside(known, robot, plan, factor, restitution, word):
+    """An older file may hold what cannot be; wider limits obey it."""
+    odd = replace(known, experience=Experience(5, factor, restitution, np.diag([1e-3, 1e-3])))
+    found = plan_impact(PlanRequest(TARGET), odd, robot)
+    assert found.plan_id == plan.plan_id
+    assert any(f"the {word} of" in warning and "set aside" in warning
+               for warning in found.warnings)
+    wide = PlannerSettings(least_restitution=0.0, largest_restitution=1.0,
+                           least_mass_factor=0.3, largest_mass_factor=3.0)
+    assert odd.experience.outside(wide.learning_limits) == ""

@@ -13,13 +13,12 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError, SettingError
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_common.stamps import nanoseconds
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.kinematics import RobotKinematics, pose_row
-from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
@@ -50,7 +49,7 @@ _QUEUE = 50  # messages of each subscription that may wait for the others
 _EARLY = 500_000  # a sample counts as due when it comes at most this much too early [ns]
 
 
-class ZmpPublisher(Node):
+class ZmpPublisher(GuardedNode):
     """Subscribes to joint states and foot wrenches, and publishes what follows from them."""
 
     def __init__(self) -> None:
@@ -63,7 +62,8 @@ class ZmpPublisher(Node):
         diagnostics_rate = parameters.positive("diagnostics_rate")
         reliability = _RELIABILITY[parameters.choice("reliability", _RELIABILITY)]
 
-        self._robot = load_robot_config(parameters.text("robot_config") or None)
+        self._robot = load_robot_config(
+            parameters.text("robot_config") or None, allowed_folders(self))
         self._kinematics = RobotKinematics(self._robot)
         weight = self._robot.mass * GRAVITY
         share = parameters.number("support_share")

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import rclpy
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import run_node
+from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import EncoderSamples
 from door_model.recording.batch import SampleBatch
 from door_model.ros.messages import to_message
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from door_encoder.board import make_board
@@ -27,7 +26,7 @@ _PARAMETERS = {
 }
 
 
-class CounterBoardNode(Node):
+class CounterBoardNode(GuardedNode):
     """Publishes the batches of a `PollBatcher`; it polls in a thread that nothing else delays."""
 
     def __init__(self) -> None:

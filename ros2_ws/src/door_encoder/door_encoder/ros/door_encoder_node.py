@@ -6,14 +6,13 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import run_node
+from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_model.recording.batch import SampleBatch
 from door_model.recording.counts import LARGEST_COUNT
 from door_model.ros.messages import DOOR_JOINT, to_batch, to_message
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
@@ -40,7 +39,7 @@ _PARAMETERS = {
 }
 
 
-class DoorEncoderNode(Node):
+class DoorEncoderNode(GuardedNode):
     """Connects `EncoderDecoder` and `AngleSampler` with the topics."""
 
     def __init__(self, **options: Any) -> None:

@@ -40,7 +40,7 @@ class Rig:
 
     def until(self, done: Callable[[], bool]) -> None:
         """Spin until a condition holds, but not for ever."""
-        limit = time.monotonic() + 20.0
+        limit = time.monotonic() + 120.0
         while not done():
             assert time.monotonic() < limit, "nothing happened"
             self.executor.spin_once(timeout_sec=0.05)

@@ -213,7 +213,7 @@ def main(args: list[str] | None = None) -> int:
         parser.error(f"there is no benchmark {unknown[0]}; there are {', '.join(BENCHMARKS)}")
     try:
         run(options.names or list(BENCHMARKS), options.out)
-    except EvaluationError as error:
+    except (EvaluationError, OSError) as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
     return 0

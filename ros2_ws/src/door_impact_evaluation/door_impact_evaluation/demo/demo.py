@@ -1,6 +1,7 @@
 """`make demo`: starts every node, runs the demonstration, stops every node."""
 
 import argparse
+import json
 import math
 import os
 import shutil
@@ -12,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError
-from door_model.door.config import load_door
+from door_model.door.config import load_door, names_file
 
 from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
 from door_impact_evaluation.demo.settings import ENDINGS, RUN_UPS, DemoSettings
@@ -124,7 +125,8 @@ def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:
         launcher = subprocess.Popen(
             [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
              f"door:={settings.door}", f"gui:={int(gui)}", "paced:=false",
-             f"log_file:={simulation_log}", f"record:={recording}"],
+             f"log_file:={simulation_log}", f"record:={recording}",
+             f"allowed_folders:={_allowed(settings.door)}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
         try:
             run(settings, nodes_alive=lambda: launcher.poll() is None)
@@ -135,6 +137,14 @@ def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:
             raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
         finally:
             _stop(launcher)
+
+
+def _allowed(door: str) -> str:
+    """The files that the nodes may read: as usual, and the door's file, which a person named."""
+    from door_impact_common.parameters import default_folders
+
+    named = [Path(door).resolve()] if names_file(door) else []
+    return json.dumps([str(folder) for folder in (*default_folders(), *named)])
 
 
 def _complaints(log: Path) -> str:

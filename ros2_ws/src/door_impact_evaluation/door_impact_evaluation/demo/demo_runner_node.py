@@ -10,8 +10,9 @@ import numpy as np
 import rclpy
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.files import make_folder
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import ImpactPlan
+from door_model.door.config import load_door
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -103,6 +104,8 @@ def run(settings: DemoSettings, nodes_alive: Callable[[], bool] = lambda: True) 
                 real_time_factor=real_time_factor, wall_s=wall_time(),
                 door_angle=np.array(node.door), zmp=np.array(node.zmp), samples=samples,
                 phases=node.phases, end=node.now()), settings.out)
+        except OSError as error:
+            raise DemoError(f"the results cannot be written: {error.strerror or error}") from error
         except DemoError as error:
             if outcome.success:
                 raise
@@ -143,8 +146,10 @@ def settings_of(node: Node) -> DemoSettings:
 
     Raises:
         SettingError: A parameter is out of its range; the error names it.
+        ConfigError: There is no such door, or its file may not be read.
     """
     parameters = Parameters(node, PARAMETERS)
+    load_door(parameters.text("door"), allowed_folders(node))
     return DemoSettings(
         door=parameters.text("door"),
         target_deg=parameters.number("target_deg"),

@@ -1,6 +1,6 @@
 """Runs a whole motion in the simulation without nodes: planner, execution, driver, physics."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
 from hrp2_sim_bridge.settings import SAMPLE
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.errors import ImplausibleHit
 from impact_planner.execution.execution import Command, ExecutablePlan, Execution, Outcome
 from impact_planner.execution.point_b import PointB
 from impact_planner.hit.learning import learn
@@ -59,12 +60,11 @@ class Rehearsal:
     def learned(self) -> Experience:
         """Returns what the executor's measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)
-        measured = self.execution.measured
         try:
-            hit = observed_hit(self.plan, self.known, measured.peak_angle, measured.v_rb_post)
-        except DoorModelError:  # for instance because no hit was detected
+            hit = observed_hit(self.plan, self.known, self.execution.measured)
+            return learn(before, hit, self.plan.settings.learning_limits)
+        except (DoorModelError, ImplausibleHit):  # for instance because no hit was detected
             return before
-        return learn(before, hit)
 
 
 def rehearse(
@@ -113,6 +113,21 @@ def rehearse(
     return Rehearsal(plan, execution, log, impact, known)
 
 
+def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
+    """Returns the trajectory of a command as the driver receives it.
+
+    Args:
+        command: The command.
+        names: Joint names in the order of the knots' columns.
+    """
+    knots = command.knots
+    if knots is None:
+        return TrajectoryArrays((), (), ())
+    return TrajectoryArrays(
+        names, knots.time.tolist(), knots.position.tolist(), knots.velocity.tolist(),
+        knots.acceleration.tolist())
+
+
 def _nobody(world: World, sample: TickSample) -> None:
     """Does nothing after a tick."""
 
@@ -121,18 +136,14 @@ def _run(
     world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch, stop_before: float | None,
 ) -> Execution:
     def send(command: Command) -> None:
-        knots = command.knots
-        message = TrajectoryArrays((), (), ()) if knots is None else TrajectoryArrays(
-            world.robot_config.joint_names, knots.time.tolist(), knots.position.tolist(),
-            knots.velocity.tolist(), knots.acceleration.tolist())
-        world.follow(message, command.stamp)
+        world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
 
     execution = Execution(
         ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
         speed_of_b)
     send(execution.start(world.step().time))
     end = LONGEST
-    ears = _Encoder(world.settings.encoder_bits)
+    encoder = DoorEncoder(world.settings.encoder_bits)
     while not world.fell and world.time < end:
         sample = world.step()
         watch(world, sample)
@@ -147,14 +158,14 @@ def _run(
         for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
                         *execution.on_foot_forces(sample.time, towards_door)):
             send(command)
-        for point in ears.take(sample):
+        for point in encoder.take(sample):
             for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
                 send(command)
     return execution
 
 
-class _Encoder:
-    """The door's encoder as the node door_encoder hears it, in batches of 20 ms."""
+class DoorEncoder:
+    """The door's encoder and its decoder, as in the node door_encoder, in batches of 20 ms."""
 
     def __init__(self, bits: int) -> None:
         settings = Settings(counts_per_turn=COUNTS_PER_TURN, modulus=1 << bits)

@@ -188,7 +188,7 @@ def main(args: list[str] | None = None) -> int:
         args: Command line without the program's name; None means the process's own.
 
     Returns:
-        0, the exit status.
+        0, or 1 if the folder cannot be written.
     """
     parser = argparse.ArgumentParser(
         prog="physics_study",
@@ -202,7 +202,11 @@ def main(args: list[str] | None = None) -> int:
     unknown = [name for name in options.sweeps if name not in SWEEPS]
     if unknown:
         parser.error(f"there is no sweep {unknown[0]}; there are {', '.join(SWEEPS)}")
-    study(options.out, options.sweeps or list(SWEEPS))
+    try:
+        study(options.out, options.sweeps or list(SWEEPS))
+    except OSError as error:
+        print(f"physics_study: {error}", file=sys.stderr)
+        return 1
     print(f"written to {options.out}")
     return 0
 

@@ -264,6 +264,9 @@ def main(args: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         records = run(cases(options.n, options.seed), options.out)
+        from door_impact_evaluation.sweep import report as sweep_report
+
+        sweep_report.write(summary(records, options.n, options.seed), options.out)
     except OSError as error:
         print(f"sweep: {error}", file=sys.stderr)
         return 1
@@ -271,10 +274,6 @@ def main(args: list[str] | None = None) -> int:
         print(f"sweep: interrupted; the cases that were done are kept in {options.out}",
               file=sys.stderr)
         return 130
-    from door_impact_evaluation.sweep import report as sweep_report
-
-    found = summary(records, options.n, options.seed)
-    sweep_report.write(found, options.out)
     return 0
 
 

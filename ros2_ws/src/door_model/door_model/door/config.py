@@ -1,12 +1,15 @@
 """Configurations of doors: YAML files are read, checked and written."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import yaml
+from door_impact_common.errors import InputError
+from door_impact_common.files import shown
+from door_impact_common.yaml_files import read_yaml
 
 from door_model.data import data_path
 from door_model.door.closer import FourBarCloser
@@ -89,7 +92,15 @@ def door_names() -> list[str]:
     return sorted(path.stem for path in data_path("doors").glob("*.yaml"))
 
 
-def load_door(name_or_path: str | Path) -> DoorConfig:
+def names_file(name_or_path: str | Path) -> bool:
+    """Return whether `load_door` takes its argument as a file, not as the name of a door."""
+    text = str(name_or_path)
+    return isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml"))
+
+
+def load_door(
+    name_or_path: str | Path, folders: Sequence[Path] | None = None
+) -> DoorConfig:
     """Read the configuration of a door.
 
     A file has the keys of `doors/paper.yaml`. Without ``i_a`` the moment of inertia is that of a
@@ -105,15 +116,15 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
 
     Args:
         name_or_path: Name of a door of this package, such as "paper", or a YAML file.
+        folders: Folders that may contain such a file, as for
+            `door_impact_common.files.read_file`; None allows every folder.
 
     Raises:
         ConfigError: There is no such door, keys are unknown or missing, numbers are out of range,
             or the closer cannot be assembled, does not pull the door shut, or has a dead centre
             within `WORKING_RANGE`.
     """
-    path = _find(name_or_path)
-    document = _read(path)
-    source = str(path)
+    source, document = _read(name_or_path, folders)
     _check_keys(source, "", document, _REQUIRED, _OPTIONAL)
     geometry = _geometry(source, document)
     closer = _closer(source, document["closer"])
@@ -184,55 +195,53 @@ def _closer(source: str, section: Any) -> dict[str, Any]:
     return closer
 
 
-def load_geometry(name_or_path: str | Path) -> DoorGeometry:
+def load_geometry(
+    name_or_path: str | Path, folders: Sequence[Path] | None = None
+) -> DoorGeometry:
     """Read leaf and linkage of a door, without the parameters of its closer.
 
     The file may lack `closer`, `i_a` and `restitution`, like that of a door not yet identified.
 
     Args:
         name_or_path: Name of a door of this package or a YAML file.
+        folders: As for `load_door`.
 
     Raises:
         ConfigError: There is no such door, keys are unknown or missing, numbers are out of range,
             or the closer cannot be assembled.
     """
-    path = _find(name_or_path)
-    document = _read(path)
+    source, document = _read(name_or_path, folders)
     optional = ("closer", "restitution", *_OPTIONAL)
-    _check_keys(str(path), "", document, ("name", "leaf", "linkage"), optional)
-    return _geometry(str(path), document)
+    _check_keys(source, "", document, ("name", "leaf", "linkage"), optional)
+    return _geometry(source, document)
 
 
-def _find(name_or_path: str | Path) -> Path:
-    """Return the file of a door."""
+def _read(
+    name_or_path: str | Path, folders: Sequence[Path] | None
+) -> tuple[str, Mapping[str, Any]]:
+    """Return the name of a door or of its file for messages, and its YAML document."""
     text = str(name_or_path)
+    source = shown(text)
     if not text:
         raise ConfigError("door", "no name and no file given", value=text, limit=door_names())
-    if isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml")):
+    if names_file(name_or_path):
         path = Path(name_or_path)
-        if not path.is_file():
-            raise ConfigError(text, "no such file", value=text, limit="an existing file")
-        return path
-    known = door_names()
-    if text not in known:
-        raise ConfigError(
-            text, f"no such door; there are {', '.join(known)}", value=text, limit=known
-        )
-    return data_path("doors") / f"{text}.yaml"
-
-
-def _read(path: Path) -> Mapping[str, Any]:
-    """Read a YAML document, which must be a mapping."""
+    else:
+        known = door_names()
+        if text not in known:
+            raise ConfigError(
+                source, f"no such door; there are {', '.join(known)}", value=text, limit=known
+            )
+        path, folders = data_path("doors") / f"{text}.yaml", None
+        source = str(path)
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        document = read_yaml(path, folders)
+    except InputError as error:
         raise ConfigError(
-            str(path), f"cannot be read: {error}", value=str(path), limit="a readable YAML file"
-        ) from error
+            source, error.problem, value=text, limit="a readable YAML file") from error
     if not isinstance(document, Mapping):
-        raise ConfigError(
-            str(path), "is not a mapping of keys", value=document, limit="a mapping")
-    return document
+        raise ConfigError(source, "is not a mapping of keys", value=document, limit="a mapping")
+    return source, document
 
 
 def _check_keys(
@@ -242,7 +251,10 @@ def _check_keys(
     required: tuple[str, ...],
     optional: tuple[str, ...] = (),
 ) -> None:
-    """Raise ConfigError for a missing or an unknown key."""
+    """Raise ConfigError for a missing or an unknown key.
+
+    Missing keys come first: only of a file with a door's keys is a word in the message.
+    """
     where = f"section {section!r}: " if section else ""
     missing = [key for key in required if key not in document]
     if missing:
@@ -254,7 +266,7 @@ def _check_keys(
     if unknown:
         raise ConfigError(
             source,
-            f"{where}unknown {', '.join(unknown)}; known are {', '.join(known)}",
+            f"{where}unknown {shown(', '.join(unknown))}; known are {', '.join(known)}",
             value=unknown,
             limit=known,
         )
@@ -290,7 +302,8 @@ def _number(source: str, key: str, value: Any) -> float:
 
 def _out_of_range(source: str, key: str, value: Any, limit: str) -> ConfigError:
     """Return the error for a value that is out of range."""
-    return ConfigError(source, f"{key} must be {limit}, not {value!r}", value=value, limit=limit)
+    found = value if isinstance(value, int | float | None) else f"a {type(value).__name__}"
+    return ConfigError(source, f"{key} must be {limit}, not {found}", value=value, limit=limit)
 
 
 def _geometry(source: str, document: Mapping[str, Any]) -> DoorGeometry:
@@ -298,7 +311,7 @@ def _geometry(source: str, document: Mapping[str, Any]) -> DoorGeometry:
     name = document["name"]
     if not isinstance(name, str) or not name:
         raise ConfigError(
-            source, f"name must be a text, not {name!r}", value=name, limit="a text")
+            source, "name must be a text that is not empty", value=name, limit="a text")
     leaf_keys = tuple(field.name for field in fields(Leaf))
     try:
         leaf = Leaf(**_numbers(source, document, "leaf", leaf_keys))

@@ -1,11 +1,16 @@
 """Reads recordings of the door's encoder from MCAP files, also those of `ros2 bag record`."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from door_impact_common.errors import InputError
+from door_impact_common.files import LARGEST_FILE, is_folder, read_file, shown
+from door_impact_common.yaml_files import read_yaml
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
@@ -23,12 +28,15 @@ _MODULUS = 2**16  # counters of 16 bits or more agree modulo this number of coun
 _SHUT = 20  # number of samples at the start that give the zero of raw counts
 
 
-def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[SampleBatch]]:
+def read_batches(
+    path: str | Path, topics: Sequence[str], folders: Sequence[Path] | None = None
+) -> tuple[str, list[SampleBatch]]:
     """Read the batches of the first of several topics that has any.
 
     Args:
         path: An MCAP file, or a folder that `ros2 bag record` has made.
         topics: Names of topics of type EncoderSamples, the preferred one first.
+        folders: As for `door_model.recording.recording.read_csv`.
 
     Returns:
         The topic and its batches, in the order in which they were received.
@@ -36,12 +44,10 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
     Raises:
         BadRecordingError: The file cannot be read, or has no message on these topics.
     """
-    source = Path(path)
+    source = shown(path)
     try:
-        if not source.exists():
-            raise BadRecordingError(str(path), None, "cannot be read: no such file",
-                                    value=str(path), limit="an existing file")
-        with AnyReader([source], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        with _copied(path, folders) as copy, AnyReader(
+                [copy], default_typestore=get_typestore(Stores.EMPTY)) as reader:
             there = {connection.topic for connection in reader.connections if connection.msgcount}
             topic = next((name for name in topics if name in there), None)
             if topic is not None:
@@ -49,7 +55,7 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
                 kinds = {connection.msgtype for connection in connections}
                 if kinds != {_TYPE}:
                     raise BadRecordingError(
-                        str(path), None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
+                        source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
                         value=kinds, limit=_TYPE)
                 return topic, [
                     _batch(reader.deserialize(data, connection.msgtype))
@@ -57,22 +63,51 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
                 ]
     except BadRecordingError:
         raise
+    except InputError as error:
+        raise BadRecordingError(
+            source, None, error.problem, value=source, limit="a readable file") from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise BadRecordingError(str(path), None, f"cannot be read: {reason}",
-                                value=str(path), limit="a readable file") from error
+        reason = error.strerror or type(error).__name__
+        raise BadRecordingError(source, None, f"cannot be read: {reason}",
+                                value=source, limit="a readable file") from error
     except Exception as error:  # rosbags raises many kinds where a file is cut off or damaged
         raise BadRecordingError(
-            str(path), None, f"is no complete MCAP file of ROS 2 ({error or type(error).__name__})",
-            value=str(path), limit="a complete MCAP file") from error
+            source, None, f"is no complete MCAP file of ROS 2 ({type(error).__name__})",
+            value=source, limit="a complete MCAP file") from error
     listed = ", ".join(sorted(there)) or "none"
     raise BadRecordingError(
-        str(path), None,
+        source, None,
         f"has no messages on {' or '.join(topics)}; topics with messages: {listed}",
         value=listed, limit=topics)
 
 
-def read_mcap(path: str | Path) -> Recording:
+@contextmanager
+def _copied(path: str | Path, folders: Sequence[Path] | None) -> Iterator[Path]:
+    """Give rosbags a copy of a recording, because it opens files by their names itself.
+
+    Raises:
+        InputError: A file cannot be read, or all files together are too large.
+    """
+    with TemporaryDirectory() as place:
+        copy = Path(place, "bag")
+        if not is_folder(path, folders):
+            copy = Path(place, PurePath(path).name)
+            copy.write_bytes(read_file(path, folders))
+            yield copy
+            return
+        copy.mkdir()
+        listed = read_yaml(Path(path, "metadata.yaml"), folders)
+        names = ["metadata.yaml", *listed["rosbag2_bagfile_information"]["relative_file_paths"]]
+        left = LARGEST_FILE
+        for name in names:
+            file = PurePath(name).name
+            content = read_file(Path(path, file), folders, largest=left)
+            left -= len(content)
+            Path(copy, file).write_bytes(content)
+        yield copy
+
+
+def read_mcap(path: str | Path, folders: Sequence[Path] | None = None) -> Recording:
     """Read a recording from `/door_encoder/samples`, or else from `/door_encoder/counts`.
 
     Samples are already checked, unwrapped and zeroed. Raw counts are unwrapped only, without a
@@ -83,6 +118,7 @@ def read_mcap(path: str | Path) -> Recording:
 
     Args:
         path: An MCAP file, or a folder that `ros2 bag record` has made.
+        folders: As for `door_model.recording.recording.read_csv`.
 
     Returns:
         The recording; its times begin at 0.
@@ -91,7 +127,7 @@ def read_mcap(path: str | Path) -> Recording:
         BadRecordingError: The file cannot be read, or has no such topic.
         DoorParameterError: A batch has no positive period or counts_per_turn.
     """
-    topic, batches = read_batches(path, (SAMPLES, COUNTS))
+    topic, batches = read_batches(path, (SAMPLES, COUNTS), folders)
     store = SampleStore(_FOREVER)
     for batch in batches if topic == SAMPLES else _unwrapped(batches):
         store.add(batch)

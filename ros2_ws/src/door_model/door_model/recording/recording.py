@@ -5,11 +5,15 @@ The header of a file is ``time_s,count`` or ``time_s,angle_deg``; swings need no
 
 import csv
 import math
+from array import array
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
-from door_impact_common.files import write_whole
+from door_impact_common.errors import InputError
+from door_impact_common.files import read_file, shown, write_whole
 from numpy.typing import NDArray
 
 from door_model.errors import BadRecordingError, DoorParameterError
@@ -69,47 +73,58 @@ def from_counts(
     return Recording(np.asarray(t, float), np.asarray(counts, float) * resolution, resolution)
 
 
-def read_csv(path: str | Path, counts_per_turn: int = COUNTS_PER_TURN) -> Recording:
+def read_csv(
+    path: str | Path,
+    counts_per_turn: int = COUNTS_PER_TURN,
+    folders: Sequence[Path] | None = None,
+) -> Recording:
     """Read a recording from a CSV file.
 
     Args:
         path: The file.
         counts_per_turn: Number of counts in a turn of the hinge; it is only used with the header
             time_s,count.
+        folders: Folders that may contain the file, as for `door_impact_common.files.read_file`;
+            None allows every folder.
 
     Raises:
-        BadRecordingError: The file cannot be read; the error names the line.
+        BadRecordingError: The file cannot be read; the error names the line. Only of a file with
+            a recording's header is a line in the message.
         DoorParameterError: counts_per_turn is not positive.
     """
-    source = str(path)
+    source = shown(path)
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.reader(stream))
-    except (OSError, ValueError, csv.Error) as error:  # a NUL in the path is a ValueError
-        reason = error.strerror if isinstance(error, OSError) else str(error)
+        text = read_file(path, folders).decode("utf-8-sig")
+    except InputError as error:
         raise BadRecordingError(
-            source, None, f"cannot be read: {reason}", value=source, limit="a readable file"
+            source, None, error.problem, value=source, limit="a readable file") from error
+    except UnicodeDecodeError as error:
+        raise BadRecordingError(
+            source, None, "is not a text in UTF-8", value=source, limit="a text in UTF-8"
         ) from error
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    if header not in (_COUNT_HEADER, _ANGLE_HEADER):
-        wanted = "time_s,count or time_s,angle_deg"
+    rows = csv.reader(StringIO(text, newline=""))
+    try:
+        header = [cell.strip() for cell in next(rows, [])]
+        if header not in (_COUNT_HEADER, _ANGLE_HEADER):
+            wanted = "time_s,count or time_s,angle_deg"
+            raise BadRecordingError(
+                source, 1, f"the header must be {wanted}", value=header, limit=wanted)
+        t, values = _columns(source, rows, counts=header == _COUNT_HEADER)
+    except csv.Error as error:
         raise BadRecordingError(
-            source, 1, f"the header must be {wanted}, not {','.join(header)!r}", value=header,
-            limit=wanted,
-        )  # fmt: skip
-    t, values = _columns(source, rows, counts=header == _COUNT_HEADER)
+            source, rows.line_num, f"is no CSV: {error}", value=source, limit="lines of CSV"
+        ) from error
     if header == _COUNT_HEADER:
         return from_counts(t, values.astype(np.int64), counts_per_turn)
     return Recording(t, np.radians(values))
 
 
 def _columns(
-    source: str, rows: list[list[str]], *, counts: bool
+    source: str, rows: Iterable[list[str]], *, counts: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return both columns of a file, checked line by line."""
-    t: list[float] = []
-    values: list[float] = []
-    for line, row in enumerate(rows[1:], start=2):
+    t, values = array("d"), array("d")
+    for line, row in enumerate(rows, start=2):
         if not row:
             continue
         if len(row) != 2:
@@ -120,15 +135,17 @@ def _columns(
             time, value = float(row[0]), float(row[1])
         except ValueError:
             raise BadRecordingError(
-                source, line, f"{','.join(row)!r} is not a number", value=row, limit="two numbers"
+                source, line, f"{shown(','.join(row))!r} is not a number", value=row,
+                limit="two numbers",
             ) from None
         if not (math.isfinite(time) and math.isfinite(value)):
             raise BadRecordingError(
-                source, line, f"{','.join(row)!r} is not finite", value=row, limit="two numbers"
+                source, line, f"{shown(','.join(row))!r} is not finite", value=row,
+                limit="two numbers",
             )
         if counts and value != int(value):
             raise BadRecordingError(
-                source, line, f"count {row[1]} is not a whole number", value=value,
+                source, line, f"count {value:g} is not a whole number", value=value,
                 limit="a whole number",
             )
         if t and time <= t[-1]:

@@ -2,15 +2,14 @@
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from door_impact_common.errors import DoorImpactError, SettingError
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.errors import DoorImpactError, InputError, SettingError
+from door_impact_common.files import is_folder
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from door_model.checks import require_not_negative
@@ -50,7 +49,7 @@ _MEASURED = {
 }
 
 
-class CloserIdentifierNode(Node):
+class CloserIdentifierNode(GuardedNode):
     """Offers `identify` as a service. It knows leaf and linkage of the door, not its closer."""
 
     def __init__(self, **options: Any) -> None:
@@ -64,7 +63,8 @@ class CloserIdentifierNode(Node):
     def _set_up(self) -> None:
         """Read the parameters, and create publisher, subscription and service."""
         parameters = Parameters(self, _READ_ONCE)
-        self._geometry = load_geometry(parameters.text("door"))
+        self._folders = allowed_folders(self)
+        self._geometry = load_geometry(parameters.text("door"), self._folders)
         self._window = Window(parameters.choice("window", [choice.value for choice in Window]))
         self._store = SampleStore(parameters.positive("memory"))
         self._measurements = Parameters(self, _MEASURED, read_only=False)
@@ -123,9 +123,12 @@ class CloserIdentifierNode(Node):
         """Return the recording of a file, or the samples received until now if there is no file."""
         if not path:
             return self._store.recording()
-        is_mcap = path.endswith(".mcap") or Path(path).is_dir()
         try:
-            return read_mcap(path) if is_mcap else read_csv(path)
+            if path.endswith(".mcap") or is_folder(path, self._folders):
+                return read_mcap(path, self._folders)
+            return read_csv(path, folders=self._folders)
+        except InputError as error:
+            raise BadRecordingError(error.source, None, error.problem, value=path) from error
         except DoorParameterError as error:
             raise BadRecordingError(
                 path, None, str(error), value=error.value, limit=error.limit) from error

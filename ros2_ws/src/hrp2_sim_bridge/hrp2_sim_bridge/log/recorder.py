@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.errors import SettingError
+from door_impact_common.errors import OutputError, SettingError
+from door_impact_common.files import make_folder
 from numpy.typing import ArrayLike, NDArray
 
 _FIRST_CAPACITY = 4096  # number of rows for which there is room at the start
@@ -99,13 +100,18 @@ def save_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> Path:
         Path of the written file.
 
     Raises:
-        OSError: The file cannot be written.
+        OutputError: The file cannot be written; an older file is left as it was.
     """
     target = Path(path).with_suffix(".npz")
-    target.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(target.parent)
     partial = target.with_name(target.name + ".part")
-    with partial.open("wb") as stream:
-        columns: dict[str, Any] = {name: np.asarray(data) for name, data in arrays.items()}
-        np.savez(stream, **columns)
-    partial.replace(target)
+    columns: dict[str, Any] = {name: np.asarray(data) for name, data in arrays.items()}
+    try:
+        with partial.open("wb") as stream:
+            np.savez(stream, **columns)
+        partial.replace(target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(
+            f"{target} cannot be written: {error.strerror}", value=str(target)) from error
     return target

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from door_impact_common.errors import SettingError
-from door_impact_common.node import run_node
+from door_impact_common.errors import OutputError, SettingError
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
@@ -20,7 +21,6 @@ from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config, needed
 from humanoid_motion.driver_interface import TickSample
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
@@ -45,7 +45,7 @@ DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per secon
 TICK_NS = round(TICK * 1e9)
 
 
-class SimBridge(Node):
+class SimBridge(GuardedNode):
     """Steps the world, publishes its samples and passes orders to it.
 
     Raises:
@@ -60,9 +60,10 @@ class SimBridge(Node):
         if self._log_file:
             check_writable(self._log_file)
         self._push_duration = self._options.positive("push_duration")
+        folders = allowed_folders(self)
         self.world = World(
-            load_robot_config(self._options.text("robot_config") or None),
-            load_door(self._options.text("door")),
+            load_robot_config(self._options.text("robot_config") or None, folders),
+            load_door(self._options.text("door"), folders),
             self._options.number("door_distance"),
             self._options.number("hinge_x"),
             **self._options.world_settings(),
@@ -204,15 +205,19 @@ class SimBridge(Node):
         try:
             response.message = str(self.world.save_log(self._log_file))
             response.success = True
-        except (OSError, ValueError) as error:
+        except OutputError as error:
             response.success, response.message = False, str(error)
         return response
 
     def _finish(self) -> None:
         """Write the log if `log_file` is set, and release the simulator."""
-        if self._log_file:
-            self.world.save_log(self._log_file)
-        self.world.close()
+        try:
+            if self._log_file:
+                self.world.save_log(self._log_file)
+        except OutputError as error:
+            print(f"{NAME}: {error}", file=sys.stderr)
+        finally:
+            self.world.close()
 
 
 def main(args: list[str] | None = None) -> int:

@@ -6,7 +6,7 @@ and sends the trajectories that are returned to the driver:
 - The phases up to the end of the run-up are sent as one trajectory.
 - The contact is detected by the feet, or else by the door's encoder. The motion after the hit
   begins a fixed time after the contact, wherever the door stands.
-- Without a contact the run-up comes to rest by itself.
+- Without a contact the run-up comes to rest by itself, and the robot goes back.
 - The hold or the retreat begins after the measured peak of the door's angle.
 
 The module `states` holds the states with their handlers. `Execution` passes each event to the
@@ -124,6 +124,13 @@ class Execution:
         """Share of the present phase that has passed at a time of the robot's clock [s], 0 to 1."""
         return self._state.progress(now)
 
+    def lags(self, seconds: float) -> None:
+        """Set the time by which the next events lag behind the present [s], at least 0.
+
+        Commands that depend on an event are sent only if this time is short.
+        """
+        self._run.lag = seconds
+
     # -- requests -------------------------------------------------------------------------------
 
     def start(self, now: float) -> Command:
@@ -210,6 +217,19 @@ class Execution:
         """
         return self._enter(
             self._state.on_silence(now, reasons.no_message(topic, seconds, limit)))
+
+    def on_failure(self, now: float, error: Exception) -> list[Command]:
+        """Handle an error of the program: stop the driver if the robot keeps its balance.
+
+        Args:
+            now: Time of the robot's clock [s].
+            error: The error.
+        """
+        try:
+            return self._enter(self._state.on_silence(now, reasons.failed(error)))
+        except Exception:  # what failed once may fail again
+            self.give_up(reasons.failed(error))
+            return []
 
     def _enter(self, reaction: Reaction) -> list[Command]:
         """Enter the state that follows an event, and return the commands."""

@@ -39,9 +39,10 @@ class Freshness:
         self._ticks = dict.fromkeys(self._topics, 0)
 
     def received(self, topic: str, stamp: float) -> None:
-        """Note that a message with this stamp [s] has arrived on a topic."""
-        self._stamps[topic] = stamp
-        self._ticks[topic] = 0
+        """Note that a message with this stamp [s] has arrived; other topics are not watched."""
+        if topic in self._ticks:
+            self._stamps[topic] = stamp
+            self._ticks[topic] = 0
 
     def forget(self) -> None:
         """Forget all messages, as after a clock that went back."""

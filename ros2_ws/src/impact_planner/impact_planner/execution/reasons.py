@@ -26,10 +26,27 @@ def no_message(topic: str, seconds: float, limit: float) -> str:
             "allowed")
 
 
+def failed(error: Exception) -> str:
+    """Reason for an error of the program."""
+    return f"the executor failed: {type(error).__name__}: {error}"
+
+
 def fell(tilt: float, limit: float) -> str:
     """Reason for a tilt of the trunk that exceeds its limit, both in [rad]."""
     return (f"the robot fell: its trunk is tilted by {np.degrees(tilt):.1f} deg, at most "
             f"{np.degrees(limit):.1f} deg are allowed")
+
+
+def contact_too_late(late: float, limit: float) -> str:
+    """Reason for a contact that was noticed later than its limit, both in [s]."""
+    return (f"the contact was noticed {late:.2f} s late, at most {limit:g} s are allowed: the "
+            "computer was busy, or messages were delayed")
+
+
+def peak_too_late(late: float, limit: float) -> str:
+    """Reason for a peak of the door that was noticed later than its limit, both in [s]."""
+    return (f"the door's largest angle was noticed {late:.2f} s later than the hold allows for, at "
+            f"most {limit:g} s are allowed: the computer was busy, or messages were delayed")
 
 
 def no_peak(longest: float) -> str:

@@ -70,6 +70,7 @@ class Run:
         starts: Times at which the phases began or will begin, by their names, on the robot's clock
             [s]; empty before the start.
         joints_stamp: Stamp of the last joint state [s].
+        lag: Time by which the present event lags behind the present [s].
         stop_requested: Whether a stop was requested on which no state has acted yet.
         turned_round: Whether the door's peak was detected.
     """
@@ -82,6 +83,7 @@ class Run:
     door: DoorAngles = field(default_factory=DoorAngles)
     starts: dict[str, float] = field(default_factory=dict)
     joints_stamp: float = -np.inf
+    lag: float = 0.0
     stop_requested: bool = False
     turned_round: bool = False
 
@@ -89,6 +91,10 @@ class Run:
     def planned_contact(self) -> float:
         """Time of the planned contact on the robot's clock [s]."""
         return self.starts[RUN_UP] + self.plan.contact_time
+
+    def present(self, now: float) -> float:
+        """Time on the robot's clock at which an event with the stamp `now` is handled [s]."""
+        return max(now, self.joints_stamp) + self.lag
 
     def phase_at(self, now: float, phase: str) -> str:
         """Name of the phase at a time before the contact.

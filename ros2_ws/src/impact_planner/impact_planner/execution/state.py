@@ -38,6 +38,11 @@ class Reference(NamedTuple):
     stamp: float
     knots: Knots
 
+    @property
+    def end(self) -> float:
+        """Time of the robot's clock at which the trajectory ends [s]."""
+        return self.stamp + float(self.knots.time[-1])
+
     def position(self, now: float) -> Array:
         """Joint positions at a time of the robot's clock, (J,) [rad]."""
         return self.knots.at(now - self.stamp)[0][0]

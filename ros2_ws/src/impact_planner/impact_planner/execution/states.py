@@ -4,7 +4,9 @@
 
     Waiting -> Approach -> RunUp -> AfterHit -> Hold or Retreat -> Ended
                              |
-                             +----> Stopping ----------------------> Ended
+                             +----> Retreat (no contact, or noticed too late) -> Ended
+                             |
+                             +----> Stopping -> Ended
 
     event                 handled in
     joint state           every state before Ended
@@ -13,6 +15,10 @@
     tilt of the trunk     every state before Ended
     topic without a       every state before Ended
       message
+
+Every trajectory that leads to the door ends in a retreat. The driver begins it by itself if no
+command arrives in time, so that a door that falls shut never meets the robot. An event that is
+handled too late (`Run.lag`) sends no command that depends on it.
 
 A stop, a fall, a topic without a message and joints that do not follow their trajectory lead to
 Ended. From the point of no return to the door's peak, however, a stop waits, the joints are not
@@ -34,7 +40,8 @@ from impact_planner.execution import reasons
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
 from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Command, Outcome
-from impact_planner.motion.post import continue_from, to_rest_within
+from impact_planner.motion.hold import LATE
+from impact_planner.motion.post import back_along, continue_from, to_rest_within
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +57,7 @@ class Waiting(State):
         return Reaction(self)
 
     def start(self, now: float, speed_scale: float) -> Reaction:
-        """Send the phases up to the end of the run-up as one trajectory.
+        """Send the phases up to the end of the run-up, and the retreat from it, as one trajectory.
 
         Args:
             now: Time of the robot's clock [s].
@@ -65,6 +72,9 @@ class Waiting(State):
             run.starts[name] = at
             at += duration(knots)
             parts.append(knots)
+        run_up = run.plan.phases[RUN_UP]
+        parts[-1] = run_up.held_until(float(run_up.time[-1]) + run.settings.goes_back)
+        parts.append(back_along(run_up, run.settings.back_from_miss))
         sent = Reference(stamp, concatenate(parts))
         return Reaction(Approach.of(run, self.phase, sent, at), (Command(*sent),))
 
@@ -111,19 +121,36 @@ class Approach(Following):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunUp(Following):
-    """The robot runs up; its trajectory continues past the planned contact and comes to rest."""
+class _TowardsDoor(Following):
+    """A state whose trajectory ends in a retreat."""
+
+    def goes_back(self, begin: float, outcome: Outcome, why: str) -> Reaction:
+        """Follow the trajectory to its end, without a command.
+
+        Args:
+            begin: Begin of the retreat on the robot's clock [s].
+            outcome: Outcome of the execution after the retreat.
+            why: Sentence that explains the outcome.
+        """
+        self.run.stop_requested = False  # a second request stops the retreat itself
+        end = self.sent.end + self.run.settings.judged_after
+        return Reaction(Retreat(run=self.run, phase="retreat", begin=begin, end=end, sent=self.sent,
+                                outcome_at_end=outcome, reason_at_end=_went_back(why)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunUp(_TowardsDoor):
+    """The robot runs up; its trajectory goes on past the planned contact, to rest, and back."""
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
-        """Slow down if a stop is requested, end if the contact was missed, check the joints."""
+        """Slow down if a stop is requested, go back if the contact was missed, check the joints."""
         run = self.run
-        past_no_return = self.past_no_return(now)
-        if run.stop_requested and not past_no_return:
-            return self._stop(now)
+        if run.stop_requested and not self.past_no_return(run.present(now)):
+            return self._stop(run.present(now), reasons.stopped(self.phase))
         run.on_joints(now, position, velocity, self.phase)
         if now > self.end + run.settings.late:
-            return self.ended(Outcome.NO_CONTACT, reasons.MISSED)
-        return Reaction(self) if past_no_return else self.compared(now, position)
+            return self.goes_back(now, Outcome.NO_CONTACT, reasons.MISSED)
+        return Reaction(self) if self.past_no_return(now) else self.compared(now, position)
 
     def on_foot_forces(self, now: float, force: float) -> Reaction:
         """Detect the contact by its force, while the planned speed is constant.
@@ -134,39 +161,52 @@ class RunUp(Following):
         begin = now - settings.force_delay
         steady = run.plan.steady_time + settings.splice
         if abs(begin - run.planned_contact) <= steady and force >= settings.felt_force:
-            return self._contact(begin)
+            return self._contact(begin, now)
         return Reaction(self)
 
     def on_door(self, now: float, angle: float, velocity: float) -> Reaction:
         """Detect a contact by the speed of the door if the feet did not show it."""
         if velocity > self.run.settings.door_moves:
-            return self._contact(now)
+            return self._contact(now, now)
         return Reaction(self)
 
-    def _contact(self, begin: float) -> Reaction:
-        """Switch to the motion after the hit.
+    def _contact(self, begin: float, now: float) -> Reaction:
+        """Switch to the motion after the hit, unless the contact was noticed too late.
 
         Args:
             begin: Begin of the contact on the robot's clock [s].
+            now: Stamp of the message that showed the contact [s].
         """
         run, plan, cam = self.run, self.run.plan, self.run.plan.phases[RUN_UP]
+        measured, present = run.measured, run.present(now)
+        measured.contact_time = begin
+        measured.contact_delay = begin - run.planned_contact
+        if present - now > run.settings.late_event:
+            return self.goes_back(now, Outcome.NOT_HELD, reasons.contact_too_late(
+                present - now, run.settings.late_event))
         # The switch cannot begin before its command arrives, so a late detection delays it.
-        stamp = max(begin + plan.switch_delay, run.joints_stamp + run.settings.splice)
+        stamp = max(begin + plan.switch_delay, present + run.settings.splice)
         path_time = float(np.clip(stamp - self.begin, 0.0, cam.time[-1]))
         knots = to_rest_within(
             cam, path_time, plan.post_ratio, plan.rest_duration, plan.slow_down)
-        measured = run.measured
-        measured.contact_time = begin
-        measured.contact_delay = begin - run.planned_contact
         measured.switch_latency = stamp - begin
-        state = AfterHit(run=run, phase=AFTER_HIT, begin=stamp, end=stamp + duration(knots),
-                         sent=Reference(stamp, knots))
-        return Reaction(state, (Command(stamp, knots),))
+        state = AfterHit.of(run, stamp, knots)
+        return Reaction(state, (Command(*state.sent),))
 
-    def _stop(self, now: float) -> Reaction:
+    def on_silence(self, now: float, why: str) -> Reaction:
+        """Slow the run-up down while that is possible; later let the driver finish."""
+        if self.past_no_return(now):
+            return super().on_silence(now, why)
+        return self._stop(now, f"the motion was stopped in the phase {self.phase}: {why}")
+
+    def _stop(self, now: float, why: str) -> Reaction:
         """Slow the run-up down to rest by the plan's own stop.
 
         The driver's stop is so hard that the robot would lose its balance.
+
+        Args:
+            now: Present time on the robot's clock [s].
+            why: Sentence that says why.
         """
         run, settings = self.run, self.run.settings
         run.stop_requested = False
@@ -174,7 +214,7 @@ class RunUp(Following):
         knots = continue_from(
             run.plan.phases[RUN_UP], stamp - self.begin, 1.0, run.plan.stop_duration)
         state = Stopping(run=run, phase=self.phase, begin=self.begin, end=self.end,
-                         sent=Reference(stamp, knots),
+                         sent=Reference(stamp, knots), reason_at_end=why,
                          at_rest=stamp + duration(knots) + settings.settle)
         return Reaction(state, (Command(stamp, knots),))
 
@@ -185,15 +225,21 @@ class Stopping(Following):
 
     Attributes:
         at_rest: Time at which the robot is at rest, on the robot's clock [s].
+        reason_at_end: Sentence that says why the run-up was stopped.
     """
 
     at_rest: float
+    reason_at_end: str
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
         """Check the joints, and end when the robot is at rest."""
         if now < self.at_rest:
             return self.compared(now, position)
-        return self.ended(Outcome.STOPPED, reasons.stopped(self.phase))
+        return self.ended(Outcome.STOPPED, self.reason_at_end)
+
+    def on_silence(self, now: float, why: str) -> Reaction:
+        """End without a further command: the driver comes to rest by itself."""
+        return self.ended(Outcome.STOPPED, self.reason_at_end)
 
     def past_no_return(self, now: float) -> bool:
         """Whether a stop would lose balance, which it never does in this state."""
@@ -201,8 +247,34 @@ class Stopping(Following):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AfterHit(Following):
-    """The robot comes to rest after the hit while the door opens to its peak."""
+class AfterHit(_TowardsDoor):
+    """The robot comes to rest after the hit while the door opens to its peak.
+
+    Attributes:
+        rest: Joint positions at rest, (J,) [rad].
+        goes_back_at: Time at which the driver begins the retreat by itself, on the robot's clock
+            [s].
+    """
+
+    rest: Array
+    goes_back_at: float
+
+    @classmethod
+    def of(cls, run: Run, stamp: float, knots: Knots) -> AfterHit:
+        """Make the state, with the retreat that follows if no command arrives.
+
+        Args:
+            run: What all states of the execution share.
+            stamp: Begin of the motion on the robot's clock [s].
+            knots: The motion from the contact to rest.
+        """
+        rest, end = knots.position[-1], stamp + duration(knots)
+        waits = duration(run.plan.phases[AFTER_HIT]) + run.settings.goes_back
+        if "retreat" in run.plan.phases:
+            retreat = _shifted(run, rest, "retreat", run.settings.back_to_plan)
+            knots = concatenate([knots.held_until(waits), retreat])
+        return cls(run=run, phase=AFTER_HIT, begin=stamp, end=end, sent=Reference(stamp, knots),
+                   rest=rest, goes_back_at=stamp + waits)
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
         """Stop if that is possible, go back if the peak does not come, check the joints.
@@ -210,12 +282,14 @@ class AfterHit(Following):
         A hit far before its planned time leaves the robot where it can still be stopped.
         """
         run = self.run
-        past_no_return = self.past_no_return(now)
+        past_no_return = self.past_no_return(run.present(now))
         if run.stop_requested and not past_no_return:
             return self.stop_driver(Outcome.STOPPED, reasons.stopped(self.phase))
-        longest = run.settings.slower * duration(run.plan.phases[AFTER_HIT])
-        if now > self.begin + longest:
-            return self._go_back(now, reasons.no_peak(longest))
+        if now >= self.goes_back_at:
+            why = reasons.no_peak(self.goes_back_at - self.begin)
+            if "retreat" not in run.plan.phases:
+                return self.stop_driver(Outcome.NOT_HELD, why)
+            return self.goes_back(self.goes_back_at, Outcome.NOT_HELD, why)
         run.on_joints(now, position, velocity, self.phase)
         return Reaction(self) if past_no_return else self.compared(now, position)
 
@@ -227,7 +301,9 @@ class AfterHit(Following):
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
         if measured.peak_angle - angle < run.settings.peak_drop:
             return Reaction(self)
-        run.turned_round = True
+        late = run.present(now) - measured.contact_time - measured.peak_time - LATE
+        on_time = late <= run.settings.late_event
+        run.turned_round = on_time  # otherwise the largest angle may have been missed
         limit = run.settings.hold_within
         if plan.ending == "hold" and abs(measured.peak_angle - plan.desired_angle) > limit:
             return self._go_back(
@@ -235,6 +311,8 @@ class AfterHit(Following):
         if run.stop_requested and "retreat" not in plan.phases:
             return replace(self, phase=plan.ending).stop_driver(
                 Outcome.STOPPED, reasons.STOPPED_AFTER_HIT)
+        if plan.ending == "hold" and not on_time:
+            return self._go_back(now, reasons.peak_too_late(late, run.settings.late_event))
         if plan.ending == "retreat":
             return self._retreat(now, Outcome.SUCCESS, reasons.OPENED)
         if run.stop_requested:
@@ -254,41 +332,26 @@ class AfterHit(Following):
 
     def _hold(self, now: float) -> Reaction:
         """Catch the door with the hand."""
-        knots = self._shifted("hold", np.inf)
+        # The arm must meet the leaf in time: the driver skips what a late command has missed, and
+        # refuses a command that is so late that the arm cannot catch up.
+        now = max(now, self.run.joints_stamp)
+        knots = _shifted(self.run, self.rest, "hold", np.inf)
         state = Hold(run=self.run, phase="hold", begin=now, end=self._judged_at(now, knots),
-                     sent=Reference(now, knots))
-        return Reaction(state, (Command(0.0, knots),))  # a late command begins late
+                     sent=Reference(now, without_first(knots)))
+        return Reaction(state, (Command(*state.sent),))
 
     def _retreat(self, now: float, outcome: Outcome, reason: str) -> Reaction:
         """Go back from the door, with the outcome and the reason of the whole execution."""
         self.run.stop_requested = False  # a second request stops the retreat itself
-        knots = self._shifted("retreat", self.run.settings.back_to_plan)
+        knots = without_first(
+            _shifted(self.run, self.rest, "retreat", self.run.settings.back_to_plan))
         state = Retreat(run=self.run, phase="retreat", begin=now, end=self._judged_at(now, knots),
                         sent=Reference(now, knots), outcome_at_end=outcome, reason_at_end=reason)
-        return Reaction(state, (Command(0.0, knots),))
+        return Reaction(state, (Command(0.0, knots),))  # a late retreat begins late
 
     def _judged_at(self, now: float, knots: Knots) -> float:
         """Time at which a motion that begins now is judged, on the robot's clock [s]."""
         return now + self.run.settings.judged_after + float(knots.time[-1])
-
-    def _shifted(self, phase: str, fades_in: float) -> Knots:
-        """Shift a phase by the distance of the joints from their planned position at rest.
-
-        A door that stands nearer or farther than planned is hit earlier or later, and the robot
-        comes to rest nearer or farther by the same distance. A hold that is shifted by it meets
-        the leaf as planned. A retreat leads away from the door, so that its shift can fade.
-
-        Args:
-            phase: Name of the phase.
-            fades_in: Time in which the shift fades to zero [s]; an infinite time keeps the shift.
-        """
-        plan = self.run.plan
-        off = self.sent.knots.position[-1] - plan.phases[AFTER_HIT].position[-1]
-        # The shift after a contact outside the steady part is limited to the shift at its edge:
-        # a larger one would move joints to the ends of their ranges.
-        off *= min(1.0, plan.steady_time / max(abs(self.run.measured.contact_delay), 1e-9))
-        # Without the first knot the driver begins at its present reference.
-        return shifted(without_first(plan.phases[phase]), off, fades_in)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -349,3 +412,23 @@ class Retreat(_Ending):
 def _went_back(reason: str) -> str:
     return f"{reason}; the robot went back from the door"
 
+
+def _shifted(run: Run, rest: Array, phase: str, fades_in: float) -> Knots:
+    """Shift a phase by the distance of the joints from their planned position at rest.
+
+    A door that stands nearer or farther than planned is hit earlier or later, and the robot comes
+    to rest nearer or farther by the same distance. A hold that is shifted by it meets the leaf as
+    planned. A retreat leads away from the door, so that its shift can fade.
+
+    Args:
+        run: What all states of the execution share.
+        rest: Joint positions at rest after the hit, (J,) [rad].
+        phase: Name of the phase.
+        fades_in: Time in which the shift fades to zero [s]; an infinite time keeps the shift.
+    """
+    plan = run.plan
+    off = rest - plan.phases[AFTER_HIT].position[-1]
+    # The shift after a contact outside the steady part is limited to the shift at its edge: a
+    # larger one would move joints to the ends of their ranges.
+    off *= min(1.0, plan.steady_time / max(abs(run.measured.contact_delay), 1e-9))
+    return shifted(plan.phases[phase], off, fades_in)

@@ -18,6 +18,21 @@ SCALED = APPROACH[:-1]  # phases that speed_scale slows down; the run-up keeps i
 PLANNED = (*APPROACH, AFTER_HIT)
 
 
+_LONGEST = 5.0  # longest time of a plan's contact, stop or rest; the planner's are below 2 s
+_FASTEST = 2.0  # largest speed of the CoM of a plan [m/s]; the planner's are below 0.5 m/s
+_RANGES = {  # least and largest plausible number of a plan, in its own unit
+    "contact_time": (0.0, _LONGEST),
+    "steady_time": (0.0, _LONGEST),
+    "switch_delay": (0.0, 0.2),
+    "slow_down": (0.0, 0.5),
+    "rest_duration": (0.05, _LONGEST),
+    "post_ratio": (-1.0, 1.0),
+    "point_of_no_return": (0.0, _LONGEST),
+    "desired_angle": (0.0, np.pi),
+    "stop_duration": (0.05, _LONGEST),
+}
+
+
 class Outcome(enum.Enum):
     """How an execution ended."""
 
@@ -70,7 +85,11 @@ class ExecutionSettings:
         tracking: Largest distance between a joint and its trajectory [rad].
         hold_within: Largest distance between the door's peak and the desired angle at which the
             arm catches the door [rad].
-        slower: Factor on the planned time after the hit within which the door must turn round.
+        late_event: Largest delay of an event at which the command that depends on it is still sent
+            [s]: of a contact, and of the door's peak beyond the delay that the hold is planned for.
+        goes_back: Time from the planned peak of the door, or from the end of a run-up without a
+            contact, to the retreat that the driver begins by itself if no command arrives [s].
+        back_from_miss: Duration of the retreat along the run-up after a missed contact [s].
         stale: Largest difference between the stamps of the door's angle and of the joints [s].
         held_within: Largest distance between the door and the desired angle at the end [rad].
     """
@@ -88,7 +107,9 @@ class ExecutionSettings:
     fall_tilt: float = float(np.radians(30.0))
     tracking: float = 0.1
     hold_within: float = float(np.radians(6.0))
-    slower: float = 3.0
+    late_event: float = 0.1
+    goes_back: float = 0.5
+    back_from_miss: float = 2.5
     stale: float = 2.0
     held_within: float = float(np.radians(2.0))
 
@@ -125,7 +146,7 @@ class ExecutablePlan:
         stop_duration: Time in which a stop slows the run-up down to rest [s].
 
     Raises:
-        InvalidRequest: A phase is missing.
+        InvalidRequest: A phase is missing, or a number is out of its range.
     """
 
     phases: dict[str, Knots]
@@ -148,8 +169,12 @@ class ExecutablePlan:
             phases: Knots of the plan's phases and branches by name.
 
         Raises:
-            InvalidRequest: A phase is missing.
+            InvalidRequest: A phase is missing, or a number is out of its range.
         """
+        if not 0.0 < plan.v_com <= _FASTEST:
+            raise InvalidRequest(
+                f"v_com of the plan is {plan.v_com:g} m/s, must be above 0 and at most "
+                f"{_FASTEST:g} m/s", quantity="v_com [m/s]", value=plan.v_com, limit=_FASTEST)
         return cls(
             phases=phases,
             contact_time=plan.contact_time,
@@ -164,13 +189,27 @@ class ExecutablePlan:
         )
 
     def __post_init__(self) -> None:
-        """Check the names of the phases."""
+        """Check the phases and every number: a plan's message may come from anywhere."""
         missing = [name for name in PLANNED if name not in self.phases]
         if not set(ENDINGS) & set(self.phases):
             missing.append(" or ".join(ENDINGS))
         if missing:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))
+        run_up = float(self.phases[RUN_UP].time[-1])
+        for name, (least, most) in _RANGES.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise InvalidRequest(
+                    f"{name} of the plan is {value:g}, must be from {least:g} to {most:g}",
+                    quantity=name, value=value, limit=(least, most))
+        for name, value in (("contact_time", self.contact_time),
+                            ("point_of_no_return", self.point_of_no_return),
+                            ("switch_delay", self.switch_time)):
+            if value > run_up:
+                raise InvalidRequest(
+                    f"{name} of the plan is {getattr(self, name):g} s, but its run-up ends after "
+                    f"{run_up:g} s", quantity=name, value=getattr(self, name), limit=run_up)
 
     @property
     def ending(self) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.knots import TOLERANCE, Knots, from_samples
+from humanoid_motion.motion import min_jerk_course
 from humanoid_motion.splice import concatenate
 
 _PERIOD = 0.005  # sampling period of the motion to rest [s]
@@ -138,3 +139,26 @@ def to_rest_within(
         except ValueError:
             continue
     return continue_from(path, start, 0.0, _STANDING * rest)
+
+
+def back_along(path: Knots, duration: float, tolerance: float = TOLERANCE) -> Knots:
+    """Make the trajectory from the end of a path at rest back to its start, with minimum jerk.
+
+    At each posture the accelerations are those of the path, times the square of the ratio of the
+    speeds, and those of the minimum-jerk course.
+
+    Args:
+        path: Knots of the phase `cam`, the run-up with its continuation to rest.
+        duration: Duration of the motion back [s].
+        tolerance: Largest error of the spline through the knots [rad].
+
+    Returns:
+        Knots from time 0.
+    """
+    time = np.linspace(0.0, duration, int(np.ceil(duration / _PERIOD)) + 1)
+    rise, speed, acceleration = (row[:, None] for row in min_jerk_course(time, duration))
+    length = path.time[-1] - path.time[0]
+    position, rate, slope = path.at(path.time[-1] - length * rise[:, 0])
+    return from_samples(
+        time, position, -rate * length * speed,
+        slope * (length * speed) ** 2 - rate * length * acceleration, tolerance)[0]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
@@ -83,6 +84,10 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     Raises:
         GoalRefused: A phase is missing, or a number of the plan makes no sense.
     """
+    foot = plan.left_foot.position
+    if not (math.isfinite(foot.x) and math.isfinite(foot.y)):
+        raise GoalRefused("no_plan", f"the plan's left foot is at ({foot.x:g}, {foot.y:g}) m",
+                          quantity="left_foot [m]", value=(foot.x, foot.y))
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names)
                   for phase in (*plan.phases, *plan.branches)}
@@ -101,16 +106,51 @@ def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:
                   **asdict(measured))
 
 
-def hit_report(plan: ImpactPlan, measured: Measured, stamp: Any) -> HitReport:
+def hit_report(
+    plan: ImpactPlan, goal_id: Any, outcome: Outcome, measured: Measured, stamp: Any
+) -> HitReport:
     """Make the report of a hit, from which the planner learns.
 
     Args:
         plan: Plan that was executed.
+        goal_id: The goal's unique_identifier_msgs/UUID.
+        outcome: How the execution ended.
         measured: Measurements of the execution.
         stamp: End of the motion, a builtin_interfaces/Time.
     """
-    report = HitReport(plan_id=plan.plan_id, door=plan.door)
+    report = HitReport(plan_id=plan.plan_id, door=plan.door, goal_id=goal_id,
+                       error_code=_ENDINGS[outcome][0])
     report.header.stamp = stamp
     for name in _REPORTED:
         setattr(report, name, float(getattr(measured, name)))
     return report
+
+
+def diagnostics(
+    dropped: Mapping[tuple[str, str], int], crowded: Mapping[str, Sequence[str]], stamp: Any
+) -> DiagnosticArray:
+    """Make the message for /diagnostics.
+
+    Args:
+        dropped: Number of messages that were dropped, by topic and reason.
+        crowded: Names of the publishers of each topic that has more than one.
+        stamp: Present time, a builtin_interfaces/Time.
+    """
+    status = DiagnosticStatus(name="impact_executor: inputs", hardware_id="impact_executor")
+    status.values = [
+        KeyValue(key=f"dropped on {topic}: {reason}", value=str(number))
+        for (topic, reason), number in sorted(dropped.items())]
+    status.values += [
+        KeyValue(key=f"publishers of {topic}", value=", ".join(names))
+        for topic, names in sorted(crowded.items())]
+    if crowded:
+        status.level = DiagnosticStatus.WARN
+        status.message = f"more than one node publishes on {', '.join(sorted(crowded))}"
+    elif dropped:
+        status.level = DiagnosticStatus.WARN
+        status.message = f"{sum(dropped.values())} messages that made no sense were dropped"
+    else:
+        status.level, status.message = DiagnosticStatus.OK, "every message made sense"
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = stamp
+    return array

@@ -9,32 +9,29 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from action_msgs.msg import GoalStatusArray
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.door.config import load_door
-from door_model.errors import DoorModelError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from impact_planner.errors import PLANNING_ERRORS, InvalidRequest, NoDoor
-from impact_planner.hit.learning import learn
-from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.plan import plan_impact
+from impact_planner.ros.hit_learner import STATES, HitLearner
 from impact_planner.ros.messages import (
     door_from_message,
     failure_response,
     plan_message,
     request_from_message,
 )
-from impact_planner.task.experience import Experience, load, save
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
 
@@ -50,7 +47,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
 }
 
 
-class ImpactPlanner(Node):
+class ImpactPlanner(GuardedNode):
     """Answers /plan_door_impact; the door comes from a topic or from a parameter."""
 
     def __init__(self) -> None:
@@ -58,20 +55,22 @@ class ImpactPlanner(Node):
         super().__init__(NAME)
         self._parameters = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
-        self._configured = _configured_door(self._parameters.text("door"))
-        self._robot = RobotModel(load_robot_config(self._parameters.text("robot_config") or None))
+        self._folders = allowed_folders(self)
+        self._configured = self._configured_door(self._parameters.text("door"))
+        self._robot = RobotModel(
+            load_robot_config(self._parameters.text("robot_config") or None, self._folders))
         name = self._parameters.text("experience_file")
-        self._experience_file = Path(name).expanduser() if name else None
-        self._experience = load(self._experience_file) if self._experience_file else {}
-        self._last: tuple[ImpactPlan, KnownDoor] | None = None
-        self._reported: tuple[Any, ...] = ()  # plan, stamp and peak of the last reported hit
+        self._learner = HitLearner(
+            Path(name).expanduser() if name else None, self.get_logger(), self._folders)
         self._identified: KnownDoor | None = None
         self._refusal = ""  # why the last identified parameters describe no door
         self.add_on_set_parameters_callback(self._on_parameters)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
         self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
-        self.create_subscription(HitReport, "/hit_report", self._on_hit, 10)
+        self.create_subscription(HitReport, "/hit_report", self._learner.on_report, 10)
+        states = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(GoalStatusArray, STATES, self._learner.on_goals, states)
         self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan,
                             qos_profile=QoSProfile(depth=WAITING))
         self.create_service(Trigger, "/forget_hits", self._on_forget)
@@ -84,7 +83,7 @@ class ImpactPlanner(Node):
         try:
             settings = make_settings({**self._values(), **changed})
             if "door" in changed:
-                self._configured = _configured_door(str(changed["door"]))
+                self._configured = self._configured_door(str(changed["door"]))
         except DoorImpactError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self._settings = settings
@@ -105,7 +104,7 @@ class ImpactPlanner(Node):
                 f"the plan is for the door {known.name!r}, because the newest parameters were "
                 f"refused: {self._refusal}",)
             return replace(
-                known, experience=self._experience.get(known.name),
+                known, experience=self._learner.experience(known.name),
                 warnings=known.warnings + older)
         raise NoDoor(
             self._refusal
@@ -130,7 +129,7 @@ class ImpactPlanner(Node):
             return failure_response(
                 response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
             )
-        self._last = (plan, known)
+        self._learner.planned(plan, known)
         names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
         whole = plan_message(plan, names, stamp, trajectories=True)
         self._plans.publish(whole)
@@ -151,60 +150,13 @@ class ImpactPlanner(Node):
             self.get_logger().warning(warning)
         return response
 
-    def _on_hit(self, message: HitReport) -> None:
-        """Learn from a hit that executed the last plan of this node."""
-        nothing = f"nothing was learned from the hit of plan {message.plan_id!r}"
-        if self._last is None or self._last[0].plan_id != message.plan_id:
-            self.get_logger().warning(f"{nothing}: it is not the last plan of this node")
-            return
-        stamp = message.header.stamp
-        report = (message.plan_id, stamp.sec, stamp.nanosec, message.peak_angle)
-        if report == self._reported:
-            return  # the same report has arrived twice
-        self._reported = report
-        plan, known = self._last
-        before = self._experience.get(known.name, Experience.none(self._settings.restitution))
-        try:
-            after = learn(before, observed_hit(plan, known, message.peak_angle, message.v_rb_post))
-        except DoorModelError as error:
-            self.get_logger().warning(f"{nothing}: {error}")
-            return
-        if after is before:
-            self.get_logger().warning(
-                f"{nothing}: no effective mass explains a peak of "
-                f"{math.degrees(message.peak_angle):.1f} deg")
-            return
-        self._experience[known.name] = after
-        self._store()
-        self.get_logger().info(
-            f"hit {after.hits} opened the door {known.name!r} to "
-            f"{math.degrees(message.peak_angle):.1f} deg, "
-            f"{math.degrees(plan.desired_opening_angle):.1f} deg were desired; the restitution "
-            f"changes from {before.restitution:.3f} to {after.restitution:.3f}, the effective mass "
-            f"from {before.mass_factor:.3f} to {after.mass_factor:.3f} times the model's")
-
     def _on_forget(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Forget what the hits on all doors have taught."""
-        doors = ", ".join(sorted(self._experience)) or "no door"
-        self._experience = {}
-        response.success = self._store()
-        response.message = f"the hits on {doors} were forgotten"
+        response.success, response.message = self._learner.forget()
         return response
 
-    def _store(self) -> bool:
-        """Write what hits have taught to its file, if there is one; return False on failure."""
-        if self._experience_file is None:
-            return True
-        try:
-            save(self._experience_file, self._experience)
-        except (OSError, ValueError) as error:
-            self.get_logger().error(f"{self._experience_file} cannot be written: {error}")
-            return False
-        return True
-
-
-def _configured_door(name: str) -> KnownDoor | None:
-    return KnownDoor.configured(load_door(name)) if name else None
+    def _configured_door(self, name: str) -> KnownDoor | None:
+        return KnownDoor.configured(load_door(name, self._folders)) if name else None
 
 
 def main(args: list[str] | None = None) -> int:

@@ -69,7 +69,8 @@ def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) ->
         names: Joint names in the order of the knots' columns; None keeps the message's order.
 
     Raises:
-        ValueError: A joint is missing, or a point lacks positions, velocities or accelerations.
+        ValueError: A joint is missing, a point lacks positions, velocities or accelerations, or a
+            number is not finite.
     """
     order = None
     if names is not None and list(names) != list(message.joint_names):
@@ -82,6 +83,8 @@ def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) ->
         if any(row.shape != (width,) for row in rows):
             raise ValueError(f"every point of a plan's trajectory needs {width} {field}")
         table = np.array(rows)
+        if not np.isfinite(table).all():
+            raise ValueError(f"the {field} of a plan's trajectory must be finite")
         columns.append(table if order is None else table[:, order])
     time = [seconds(point.time_from_start) for point in points]
     return Knots(np.array(time), *columns)

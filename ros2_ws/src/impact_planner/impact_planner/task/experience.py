@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
 from door_impact_common.arrays import Array
+from door_impact_common.errors import InputError
+from door_impact_common.files import make_folder, write_whole
+from door_impact_common.yaml_files import read_yaml
 
 from impact_planner.errors import InvalidRequest
 
-MASS_FACTORS = (0.3, 3.0)  # least and largest plausible factor on the model's effective mass
+MASS_FACTORS = (0.3, 3.0)  # least and largest factor on the model's effective mass in a file
 _MASS_STD = 0.1  # relative standard deviation of the effective mass before any hit
 _RESTITUTION_STD = 0.1  # standard deviation of the restitution before any hit
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What effective mass and restitution can be; whatever hits show, learning stays within them.
+
+    Attributes:
+        mass_factor: Least and largest factor on the model's effective mass.
+        restitution: Least and largest coefficient of restitution.
+    """
+
+    mass_factor: tuple[float, float] = (0.5, 1.3)
+    restitution: tuple[float, float] = (0.3, 0.7)
 
 
 @dataclass(frozen=True)
@@ -38,22 +54,39 @@ class Experience:
         """The state before the first hit, with the configured restitution."""
         return cls(0, 1.0, restitution, np.diag([_MASS_STD, _RESTITUTION_STD]) ** 2)
 
+    def outside(self, limits: Limits) -> str:
+        """Clause that names the figure outside the limits and its limits; empty if none is."""
+        for name, value, (low, high) in (
+                ("restitution", self.restitution, limits.restitution),
+                ("effective mass", self.mass_factor, limits.mass_factor)):
+            if not low <= value <= high:
+                times = " times the model's" if name == "effective mass" else ""
+                return f"the {name} of {value:.3f}{times} is not from {low:g} to {high:g}{times}"
+        return ""
 
-def load(path: Path) -> dict[str, Experience]:
+
+def load(path: Path, folders: Sequence[Path] | None = None) -> dict[str, Experience]:
     """Read the experience of each door; a missing or empty file holds none.
+
+    Args:
+        path: The file.
+        folders: Folders that may contain it, as for `door_impact_common.files.read_file`; None
+            allows every folder.
 
     Raises:
         InvalidRequest: The file cannot be read, or its content is not what `save` writes.
     """
     try:
-        if not path.exists():
-            return {}
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = read_yaml(path, folders)
         if document is None:
             return {}
         return {str(door): _checked(**entry) for door, entry in document.items()}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, ValueError, AttributeError,
-            RecursionError, OverflowError) as error:
+    except InputError as error:
+        if isinstance(error.__cause__, FileNotFoundError):
+            return {}
+        raise InvalidRequest(
+            f"experience_file {error}", quantity="experience_file", value=str(path)) from error
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
         raise InvalidRequest(
             f"experience_file {path} cannot be read as experience of hits: {error}; correct or "
             "remove the file", quantity="experience_file", value=str(path)) from error
@@ -82,14 +115,12 @@ def save(path: Path, known: Mapping[str, Experience]) -> None:
     """Write the experience of each door; an interrupted write leaves the old file as it was.
 
     Raises:
-        OSError: The file cannot be written.
+        OutputError: The file cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     document = {
         door: {"hits": one.hits, "mass_factor": one.mass_factor, "restitution": one.restitution,
                "covariance": one.covariance.tolist()}
         for door, one in sorted(known.items())
     }
-    part = path.with_suffix(path.suffix + ".part")
-    part.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
-    part.replace(path)
+    write_whole(path, yaml.safe_dump(document, sort_keys=False))

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
+from door_impact_common.errors import InputError
+from door_impact_common.yaml_files import read_yaml
 
 from impact_planner.errors import InvalidRequest
+from impact_planner.task.experience import MASS_FACTORS, Limits
 
 RUN_UPS = ("mcv50", "zmp_limited")
 ENDINGS = ("hold", "retreat")
@@ -66,6 +68,10 @@ class PlannerSettings:
         period: Sampling period of the motions [s].
         timing: Durations of the slow phases.
         hand_force_limit: Largest allowed force of the held door on the hand [N].
+        least_restitution: Least coefficient of restitution that hits can teach.
+        largest_restitution: Largest one.
+        least_mass_factor: Least factor on the model's effective mass that hits can teach.
+        largest_mass_factor: Largest one.
     """
 
     door_distance: float | None = None
@@ -91,6 +97,18 @@ class PlannerSettings:
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
     hand_force_limit: float = 60.0
+    least_restitution: float = Limits.restitution[0]
+    largest_restitution: float = Limits.restitution[1]
+    least_mass_factor: float = Limits.mass_factor[0]
+    largest_mass_factor: float = Limits.mass_factor[1]
+
+    @property
+    def learning_limits(self) -> Limits:
+        """Limits of what hits can teach; they always include the configured restitution."""
+        return Limits(
+            (self.least_mass_factor, self.largest_mass_factor),
+            (min(self.least_restitution, self.restitution),
+             max(self.largest_restitution, self.restitution)))
 
 
 _DEFAULTS = PlannerSettings()
@@ -132,6 +150,12 @@ _RANGES: dict[str, tuple[float, float, str]] = {
                      "speed [s]"),
     "slow_down": (0.0, 0.1, "time after the switch in which the legs take up v'_rB [s]"),
     "hand_force_limit": (0.0, 500.0, "largest allowed force of the held door on the hand [N]"),
+    "least_restitution": (0.0, 1.0, "least coefficient of restitution that hits can teach"),
+    "largest_restitution": (0.0, 1.0, "largest coefficient of restitution that hits can teach"),
+    "least_mass_factor": (MASS_FACTORS[0], 1.0, "least factor on the model's effective mass that "
+                          "hits can teach"),
+    "largest_mass_factor": (1.0, MASS_FACTORS[1], "largest factor on the model's effective mass "
+                            "that hits can teach"),
 }  # fmt: skip
 # Parameter's name: (default, least value, largest value, description).
 NUMBERS: dict[str, tuple[float, float, float, str]] = {
@@ -166,6 +190,14 @@ def make_settings(values: Mapping[str, Any]) -> PlannerSettings:
                 limit=" ".join(known),
             )
         chosen[word] = value
+    if chosen["least_restitution"] > chosen["largest_restitution"]:
+        raise InvalidRequest(
+            f"least_restitution must be at most largest_restitution, which is "
+            f"{chosen['largest_restitution']:g}, not {chosen['least_restitution']:g}",
+            quantity="least_restitution",
+            value=chosen["least_restitution"],
+            limit=chosen["largest_restitution"],
+        )
     return PlannerSettings(**chosen)
 
 
@@ -212,9 +244,8 @@ def configured_placement() -> dict[str, float]:
         return {}
     try:
         path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        common = document["/**"]["ros__parameters"]
-    except (PackageNotFoundError, OSError, KeyError, TypeError, yaml.YAMLError):
+        common = read_yaml(path)["/**"]["ros__parameters"]
+    except (PackageNotFoundError, InputError, KeyError, TypeError):
         return {}
     return {
         name: float(common[name])

@@ -18,6 +18,7 @@ STEADY = 0.05  # time before and after the planned contact with full speed [s]
 OVERRUN, STOP = 0.12, 0.12  # time with full speed after the planned contact, then to rest [s]
 RATIO = 0.15  # ratio of the speed after the hit to the speed before it
 DESIRED = 0.36  # desired angle of the door [rad]
+BACK = ExecutionSettings().goes_back + ExecutionSettings().back_from_miss
 CONTACT_FORCE = 100.0  # force of the floor in a contact [N]
 
 
@@ -96,7 +97,7 @@ def opened(execution: Execution, contact: float) -> float:
 def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajectory() -> None:
     command = Execution(plan(), speed_of).start(10.0)
     assert command.stamp == pytest.approx(10.0 + ExecutionSettings().lead)
-    assert duration(command.knots) == pytest.approx(4.0 + CONTACT + OVERRUN + STOP)
+    assert duration(command.knots) == pytest.approx(4.0 + CONTACT + OVERRUN + STOP + BACK)
     time = np.linspace(0.0, duration(command.knots), 3001)
     position = command.knots.at(time)[0]
     assert np.abs(np.diff(position[:, 0])).max() <= SPEED * (time[1] - time[0]) * 1.01
@@ -105,7 +106,7 @@ def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajector
 
 def test_speed_scale_slows_the_preparation_and_leaves_the_run_up_alone() -> None:
     command = Execution(plan(), speed_of, speed_scale=0.5).start(10.0)
-    assert duration(command.knots) == pytest.approx(8.0 + CONTACT + OVERRUN + STOP)
+    assert duration(command.knots) == pytest.approx(8.0 + CONTACT + OVERRUN + STOP + BACK)
     assert command.knots.at(8.3)[1][0, 0] == pytest.approx(SPEED)
 
 
@@ -218,7 +219,7 @@ def test_a_door_that_is_hit_past_the_overrun_ends_at_rest_within_the_legs_reach(
     assert velocity[-1, 0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_without_a_contact_the_robot_comes_to_rest_and_the_contact_counts_as_missed() -> None:
+def test_without_a_contact_the_run_up_comes_to_rest_and_the_robot_goes_back() -> None:
     execution, cam = started()
     end = cam + CONTACT + OVERRUN + STOP
     for now in np.arange(cam, end + ExecutionSettings().late, 0.01):
@@ -226,10 +227,11 @@ def test_without_a_contact_the_robot_comes_to_rest_and_the_contact_counts_as_mis
         assert execution.on_foot_forces(now, 20.0) == []
         assert execution.on_door(now, 0.0, 0.0) == []
         assert execution.outcome is Outcome.RUNNING  # the door's angle may come late
-    sent = execution.start(10.0).knots
-    np.testing.assert_allclose(sent.at(duration(sent))[1], 0.0, atol=1e-9)
     assert joints(execution, end + ExecutionSettings().late + 0.01, 0.0) == []
+    assert (execution.phase, execution.outcome) == ("retreat", Outcome.RUNNING)
+    execution.on_joint_state(end + BACK + 0.3, np.zeros(1), np.zeros(1))
     assert execution.outcome is Outcome.NO_CONTACT
+    assert execution.reason.endswith("the robot went back from the door")
 
 
 def test_the_arm_goes_out_on_the_doors_measured_peak_and_not_before() -> None:
@@ -355,9 +357,17 @@ def test_a_robot_that_does_not_follow_is_stopped_and_the_joint_named() -> None:
 
 
 def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_driver_alone() -> None:
+    """Before the run-up the driver stops; the run-up slows down by the plan's own stop."""
+    execution, cam = started()
+    joints(execution, cam - 0.5)
+    assert execution.on_silence(cam - 0.2, "/joint_states", 0.3, 0.25)[0].knots is None
+
     execution, cam = started()
     joints(execution, cam)
-    assert execution.on_silence(cam + 0.3, "/joint_states", 0.3, 0.25)[0].knots is None
+    (command,) = execution.on_silence(cam + 0.3, "/joint_states", 0.3, 0.25)
+    assert not command.knots.velocity[-1].any()
+    assert execution.on_silence(cam + 0.35, "/joint_states", 0.35, 0.25) == []
+    assert execution.outcome is Outcome.STOPPED
     assert ("no message has arrived on /joint_states for 0.30 s, at most 0.25 s are allowed"
             in execution.reason)
 

@@ -1,5 +1,6 @@
 """The node impact_planner, whose topics and services are used over the middleware."""
 
+import errno
 import math
 import os
 import time
@@ -10,20 +11,25 @@ from typing import Any
 
 import pytest
 import rclpy
+from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters, HitReport, ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
 from impact_planner.ros.impact_planner_node import ImpactPlanner, main
+from rcl_interfaces.srv import SetParameters
+from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from std_srvs.srv import Trigger
+from unique_identifier_msgs.msg import UUID
 
 Answer = PlanDoorImpact.Response
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Rig:
-    """The planner and a node that plays the identifier and the user."""
+    """The planner and a node that plays the identifier, the executor and the user."""
 
     def __init__(self) -> None:
         self.node = ImpactPlanner()
@@ -32,6 +38,10 @@ class Rig:
         self.client = self.other.create_client(PlanDoorImpact, "/plan_door_impact")
         self.reports = self.other.create_publisher(HitReport, "/hit_report", 10)
         self.forgetting = self.other.create_client(Trigger, "/forget_hits")
+        self.goals = ActionClient(self.other, ExecuteDoorImpact, "/execute_door_impact")
+        self.server = ActionServer(
+            self.other, ExecuteDoorImpact, "/execute_door_impact", self._execute)
+        self.may_end, self.end = Future(), ""
         self.plans: list[ImpactPlan] = []
         self.other.create_subscription(ImpactPlan, "/door_impact_plan", self.plans.append, LATCHED)
         self.executor = SingleThreadedExecutor()
@@ -40,7 +50,7 @@ class Rig:
 
     def until(self, done: Callable[[], bool]) -> None:
         """Spin until a condition holds; a limit ends a test that would wait for ever."""
-        limit = time.monotonic() + 30.0
+        limit = time.monotonic() + 120.0
         while not done():
             assert time.monotonic() < limit, "nothing happened"
             self.executor.spin_once(timeout_sec=0.05)
@@ -57,12 +67,44 @@ class Rig:
         self.until(future.done)
         return future.result()
 
+    async def _execute(self, goal: Any) -> Any:
+        """Execute a goal until it may end, and end it in the state that the test wants."""
+        await self.may_end
+        getattr(goal, self.end)()
+        return ExecuteDoorImpact.Result()
+
     def report(self, plan: Any, share: float = 1.0, **fields: Any) -> None:
-        """Report a hit that opened the door to a share of the desired angle."""
-        peak = share * plan.desired_opening_angle
+        """Publish a report of a hit that opened the door to a share of the desired angle."""
         self.reports.publish(HitReport(**{
-            "plan_id": plan.plan_id, "door": plan.door, "peak_angle": peak,
-            "v_rb_post": math.nan, **fields}))
+            "plan_id": plan.plan_id, "door": plan.door, "contact_delay": 0.004,
+            "peak_angle": share * plan.desired_opening_angle,
+            "switch_latency": plan.switch_time - plan.contact_time, "v_rb_post": math.nan,
+            **fields}))
+
+    def run(self, end: str = "succeed") -> UUID:
+        """Execute a goal without a report, and return its identifier after its end."""
+        self.may_end, self.end = Future(), end
+        sent = self.goals.send_goal_async(ExecuteDoorImpact.Goal())
+        self.until(sent.done)
+        goal, seen = sent.result(), self.node._learner._reports._goals
+        self.until(lambda: bytes(goal.goal_id.uuid) in seen)
+        if end == "canceled":
+            self.until(goal.cancel_goal_async().done)
+        self.may_end.set_result(None)
+        self.until(goal.get_result_async().done)
+        self.until(lambda: seen[bytes(goal.goal_id.uuid)].end is not None)
+        return goal.goal_id
+
+    def hit(self, plan: Any, share: float = 1.0, end: str = "succeed", **fields: Any) -> None:
+        """Execute a goal, and report its hit."""
+        self.report(plan, share, goal_id=self.run(end), **fields)
+
+    def learned(self, hits: int, door: str = "paper") -> None:
+        """Wait until the planner has learned from a number of hits on a door."""
+        def experience() -> Any:
+            return self.node._learner.experience(door)
+
+        self.until(lambda: experience() is not None and experience().hits == hits)
 
 
 @contextmanager
@@ -73,10 +115,12 @@ def running(*parameters: str) -> Iterator[Rig]:
     made = Rig()
     try:
         made.until(lambda: made.client.service_is_ready() and made.forgetting.service_is_ready()
-                   and made.reports.get_subscription_count() > 0)
+                   and made.goals.server_is_ready() and made.reports.get_subscription_count() > 0)
         yield made
     finally:
         made.executor.shutdown()
+        made.server.destroy()
+        made.goals.destroy()
         made.node.destroy_node()
         made.other.destroy_node()
         rclpy.shutdown()
@@ -202,29 +246,107 @@ def test_parameters_change_the_next_plan_or_are_refused(rig: Rig) -> None:
     assert after.v_rb < before.v_rb
 
 
+def test_no_door_s_file_ends_the_node(
+    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the parameter `door` names, the answer is a sentence and the door stays."""
+    monkeypatch.chdir(tmp_path)
+    assert rig.node.set_parameters([Parameter("door", value="paper")])[0].successful
+    (tmp_path / "deep.yaml").write_text("a: " + "[" * 5000 + "]" * 5000)
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for door in ("x" * 300 + ".yaml", "/" + "x" * 5000, "deep.yaml", "pipe.yaml", "/dev/zero",
+                 "/etc/hostname", "a\0b.yaml"):
+        result = set_remotely(rig, "door", door)
+        assert not result.successful
+        assert 0 < len(result.reason) < 1000
+    assert rig.ask(desired_opening_angle=0.4).plan.door == "paper"
+
+
+def set_remotely(rig: Rig, name: str, value: str) -> Any:
+    """Set a parameter by the node's service, as `ros2 param set` does."""
+    client = rig.other.create_client(SetParameters, "/impact_planner/set_parameters")
+    rig.until(client.service_is_ready)
+    parameter = Parameter(name, value=value).to_parameter_msg()
+    future = client.call_async(SetParameters.Request(parameters=[parameter]))
+    rig.until(future.done)
+    rig.other.destroy_client(client)
+    return future.result().results[0]
+
+
 def test_a_hit_changes_the_next_plan_and_is_forgotten_on_request(capfd: Any) -> None:
     """Only a plausible hit of the last plan counts; after a peak 10 % too high v_rB is lower."""
     with running("door:=paper") as rig:
         first = rig.ask(desired_opening_angle=0.4).plan
         assert first.learned_hits == 0
-        rig.report(first, plan_id="another", share=1.3)
-        rig.report(first, peak_angle=math.nan)
-        rig.report(first, share=1e-3)
-        rig.report(first, share=1.1)
-        rig.report(first, share=1.1)  # the same report again
-        rig.until(lambda: bool(rig.node._experience))
+        rig.hit(first, plan_id="another", share=1.1)
+        rig.hit(first, peak_angle=math.nan)
+        rig.hit(first, share=1e-3)
+        goal = rig.run()
+        rig.report(first, share=1.1, goal_id=goal)
+        rig.report(first, share=1.1, goal_id=goal)  # the same report again
+        rig.learned(1)
         second = rig.ask(desired_opening_angle=0.4).plan
         assert second.learned_hits == 1
         assert 0.9 * first.v_rb < second.v_rb < 0.97 * first.v_rb
         assert second.omega_door == first.omega_door
         captured = capfd.readouterr()
         log = captured.out + captured.err
-        assert log.count("nothing was learned from the hit of plan") == 3
+        assert log.count("nothing was learned from the hit of plan") == 4
         assert "'another'" in log
-        rig.report(first, share=1.1)  # it is no longer the last plan
+        assert "normalised innovation squared" in log
+        assert "only the first one counts" in log
+        rig.hit(first, share=1.1)  # it is no longer the last plan
         assert "paper" in rig.forget().message
         third = rig.ask(desired_opening_angle=0.4).plan
         assert (third.plan_id, third.learned_hits) == (first.plan_id, 0)
+
+
+def test_reports_without_a_run_of_their_own_change_nothing(capfd: Any) -> None:
+    """Reports without a goal, of an unknown goal, and of canceled or disturbed runs are refused."""
+    with running("door:=paper") as rig:
+        plan = rig.ask(desired_opening_angle=0.4).plan
+        for number in range(3):
+            rig.report(plan, share=1.1, peak_time=float(number))
+        rig.report(plan, share=1.1, goal_id=UUID(uuid=bytes(range(16))))
+        rig.hit(plan, share=1.1, end="canceled")
+        rig.hit(plan, share=1.1, end="canceled", error_code=ExecuteDoorImpact.Result.STOPPED)
+        rig.hit(plan, share=1.1, end="abort")
+        rig.hit(plan, share=1.1, end="abort", error_code=ExecuteDoorImpact.Result.FELL)
+        rig.hit(plan, share=1.1, contact_delay=-0.2)
+        rig.hit(plan, share=1.1, switch_latency=0.05)
+        log = ""
+
+        def refused() -> bool:
+            nonlocal log
+            captured = capfd.readouterr()
+            log += captured.out + captured.err
+            return log.count("nothing was learned") == 10
+
+        rig.until(refused)
+        assert log.count("was seen running") == 4
+        assert log.count("only an undisturbed motion is learned from") == 4
+        assert "contact_delay was -200.0 ms" in log
+        assert "switch_latency was 50.0 ms" in log
+        after = rig.ask(desired_opening_angle=0.4).plan
+        assert (after.plan_id, after.v_rb, after.learned_hits) == (plan.plan_id, plan.v_rb, 0)
+        rig.hit(plan, share=1.1, end="abort", error_code=ExecuteDoorImpact.Result.NOT_HELD)
+        rig.learned(1)
+
+
+def test_a_report_waits_for_the_end_of_its_goal(rig: Rig) -> None:
+    """As the executor does it, the report is published while its goal still runs."""
+    rig.node.set_parameters([Parameter("door", value="paper")])
+    plan = rig.ask(desired_opening_angle=0.4).plan
+    rig.may_end, rig.end = Future(), "succeed"
+    sent = rig.goals.send_goal_async(ExecuteDoorImpact.Goal())
+    seen = rig.node._learner._reports._goals
+    rig.until(lambda: len(seen) == 1)
+    (state,) = seen.values()
+    rig.report(plan, share=1.1, goal_id=sent.result().goal_id)
+    rig.until(lambda: state.report is not None)
+    assert rig.node._learner.experience("paper") is None
+    rig.may_end.set_result(None)
+    rig.learned(1)
 
 
 def test_hits_are_kept_by_door(rig: Rig) -> None:
@@ -234,18 +356,18 @@ def test_hits_are_kept_by_door(rig: Rig) -> None:
         plan = rig.ask(desired_opening_angle=0.4, run_up="zmp_limited").plan
         assert plan.learned_hits == hits, door
         if door == "paper" and not hits:
-            rig.report(plan, share=1.1)
-            rig.until(lambda: "paper" in rig.node._experience)
+            rig.hit(plan, share=1.1)
+            rig.learned(1)
 
 
 def test_the_experience_of_hits_outlives_the_node(tmp_path: Path) -> None:
     """experience_file keeps it; forgetting empties the file, an implausible hit leaves it alone."""
     path = tmp_path / "deep" / "hits.yaml"
-    parameters = ("door:=paper", f"experience_file:={path}")
+    parameters = ("door:=paper", f"experience_file:={path}", f"allowed_folders:=['{tmp_path}']")
     with running(*parameters) as rig:
         first = rig.ask(desired_opening_angle=0.4).plan
-        rig.report(first, share=1e-3)
-        rig.report(first, share=1.1)
+        rig.hit(first, share=1e-3)
+        rig.hit(first, share=1.1)
         rig.until(path.exists)
         taught = rig.ask(desired_opening_angle=0.4).plan
         assert taught.learned_hits == 1
@@ -257,6 +379,58 @@ def test_the_experience_of_hits_outlives_the_node(tmp_path: Path) -> None:
         assert rig.ask(desired_opening_angle=0.4).plan.plan_id == first.plan_id
 
 
+def test_a_full_disk_loses_the_experience_file_but_not_the_node(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The node says so and still learns; the older file is left as it was."""
+    def full(*_: Any) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "hits.yaml"
+    path.write_text("")
+    with running("door:=paper", f"experience_file:={path}",
+                 f"allowed_folders:=['{tmp_path}']") as rig:
+        monkeypatch.setattr(Path, "write_bytes", full)
+        plan = rig.ask(desired_opening_angle=0.4).plan
+        rig.hit(plan, share=1.1)
+        rig.learned(1)
+        assert rig.ask(desired_opening_angle=0.4).plan.learned_hits == 1
+        answer = rig.forget()
+        assert not answer.success
+        assert str(path) in answer.message
+        assert not rig.node.failures
+    assert "hits.yaml cannot be written: No space left on device" in capfd.readouterr().err
+    assert [(found.name, found.read_text()) for found in tmp_path.iterdir()] == [("hits.yaml", "")]
+
+
+def test_a_file_of_hits_elsewhere_is_refused_before_it_exists(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Otherwise the first start would write a file that the second one refuses."""
+    parameters = (f"experience_file:={tmp_path / 'hits.yaml'}", "allowed_folders:=[/a]")
+    assert main(["--ros-args", "-p", parameters[0], "-p", parameters[1]]) == 1
+    assert "allowed_folders" in capfd.readouterr().err
+
+
+def test_ruined_experience_is_set_aside_and_kept_until_a_good_hit(tmp_path: Path) -> None:
+    """The plan is the one without hits and says so; the file stays; then hits start anew."""
+    path = tmp_path / "hits.yaml"
+    path.write_text("paper: {hits: 3, mass_factor: 1.96, restitution: 0.07, "
+                    "covariance: [[0.003, -0.002], [-0.002, 0.003]]}\n")
+    before = path.read_bytes()
+    allowed = f"allowed_folders:=['{tmp_path}']"
+    with running("door:=paper", f"experience_file:={path}", allowed) as rig:
+        plan = rig.ask(desired_opening_angle=0.4).plan
+        assert (plan.restitution, plan.learned_hits) == (0.5, 0)
+        assert any("/forget_hits" in warning for warning in plan.warnings)
+        assert path.read_bytes() == before
+        rig.hit(plan)
+        rig.learned(1)
+        after = rig.ask(desired_opening_angle=0.4).plan
+        assert after.learned_hits == 1
+        assert after.v_rb == pytest.approx(plan.v_rb, rel=0.01)
+
+
 def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kept(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -264,7 +438,8 @@ def test_a_file_of_hits_that_cannot_be_read_ends_the_node_in_one_line_and_is_kep
     path = tmp_path / "hits.yaml"
     path.write_text("paper: {hits: 1, mass_factor: 1.0, restitution: 2.0, covariance: []}\n")
     before = path.read_bytes()
-    assert main(["--ros-args", "-p", f"experience_file:={path}"]) == 1
+    allowed = f"allowed_folders:=['{tmp_path}']"
+    assert main(["--ros-args", "-p", f"experience_file:={path}", "-p", allowed]) == 1
     errors = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
     assert len(errors) == 1
     assert str(path) in errors[0]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from door_model.door.config import load_door
 from impact_planner.errors import InvalidRequest
+from impact_planner.task.experience import Limits
 from impact_planner.task.settings import NUMBERS, PlannerSettings, make_settings
 from impact_planner.tools import plan_cli
 
@@ -49,6 +50,16 @@ def test_a_parameter_out_of_range_is_named(name, bad):
     """A value outside its range is refused by the parameter's name."""
     with pytest.raises(InvalidRequest, match=name):
         make_settings({name: bad})
+
+
+def test_limits_of_learning_are_parameters():
+    """Defaults are 0.3 to 0.7 and 0.5 to 1.3; the configured restitution is always inside."""
+    assert make_settings({}).learning_limits == Limits((0.5, 1.3), (0.3, 0.7))
+    found = make_settings(
+        {"restitution": 0.1, "largest_restitution": 0.6, "least_mass_factor": 0.4})
+    assert found.learning_limits == Limits((0.4, 1.3), (0.1, 0.6))
+    with pytest.raises(InvalidRequest, match="least_restitution must be at most"):
+        make_settings({"least_restitution": 0.6, "largest_restitution": 0.5})
 
 
 def test_json_has_the_contract_s_keys(capsys):

@@ -1,0 +1,151 @@
+"""A node goes on after an exception in a callback, and logs it."""
+
+import time
+
+import pytest
+import rclpy
+from door_impact_common.node import GuardedNode
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import GetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+
+class Fragile(GuardedNode):
+    """A node whose callbacks all fail when they are told to."""
+
+    def __init__(self):
+        super().__init__("fragile")
+        self.fails, self.received = True, []
+        self.declare_parameter("gain", 1.0)
+        self.create_subscription(String, "/text", self.on_text, 10)
+        self.create_service(Trigger, "/act", self.on_act)
+        self.create_timer(0.01, self.on_timer)
+        self.add_on_set_parameters_callback(self.on_parameters)
+        self.ticks = 0
+
+    def on_text(self, message):
+        self.received.append(message.data)
+        self.work()
+
+    def on_act(self, request, response):
+        response.success, response.message = True, "done"
+        self.work()
+        return response
+
+    def on_timer(self):
+        self.ticks += 1
+        self.work()
+
+    def on_parameters(self, parameters):
+        self.work()
+        return SetParametersResult(successful=True)
+
+    def work(self):
+        if self.fails:
+            raise RecursionError("secret")
+
+
+@pytest.fixture
+def rig():
+    """The node and another one, and a function that spins both until a condition holds."""
+    rclpy.init()
+    node, other = Fragile(), rclpy.create_node("other")
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.add_node(other)
+
+    def until(done):
+        limit = time.monotonic() + 30.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            executor.spin_once(timeout_sec=0.05)
+
+    yield node, other, until
+    executor.shutdown()
+    node.destroy_node()
+    other.destroy_node()
+    rclpy.shutdown()
+
+
+def call(rig, kind, name):
+    """Answer of a service."""
+    _, other, until = rig
+    client = other.create_client(kind, name)
+    until(client.service_is_ready)
+    future = client.call_async(kind.Request())
+    until(future.done)
+    return future.result()
+
+
+def test_a_service_that_fails_answers_so_and_works_later(rig):
+    """The answer names the kind of the exception; nothing of a half-made answer is in it."""
+    answer = call(rig, Trigger, "/act")
+    assert not answer.success
+    assert answer.message == "the service /act failed, a fault of the program: RecursionError"
+    rig[0].fails = False
+    assert call(rig, Trigger, "/act").message == "done"
+    assert dict(rig[0].failures)[answer.message] == 1
+
+
+def test_a_service_without_success_and_message_answers_all_the_same(rig):
+    """Whoever waits for the answer goes on."""
+    rig[0].create_service(GetParameters, "/odd", lambda request, response: 1 // 0)
+    assert call(rig, GetParameters, "/odd").values == []
+
+
+def test_subscriptions_and_timers_go_on(rig):
+    """Each message and each beat is tried; the traceback is logged once for each callback."""
+    node, other, until = rig
+    publisher = other.create_publisher(String, "/text", 10)
+    until(publisher.get_subscription_count)
+    for number in range(3):
+        publisher.publish(String(data=str(number)))
+    until(lambda: len(node.received) == 3 and node.ticks >= 3)
+    assert node.received == ["0", "1", "2"]
+    reason = "failed, a fault of the program: RecursionError"
+    assert node.failures[f"the subscription of /text {reason}"] == 3
+    assert node.failures[f"a timer {reason}"] == node.ticks
+
+
+def test_the_traceback_is_logged_once_at_error_level(rig, capfd):
+    """Tests and people see where the fault is; a callback at 200 Hz does not flood the log."""
+    node, _, until = rig
+    until(lambda: node.ticks >= 10)
+    text = "".join(capfd.readouterr())
+    assert text.count("Traceback") == 1
+    assert "[ERROR]" in text
+    assert 'RecursionError("secret")' in text
+
+
+def test_parameters_whose_check_fails_are_refused(rig):
+    """They stay as they are, and can be set later."""
+    node = rig[0]
+    result = node.set_parameters([Parameter("gain", value=2.0)])[0]
+    assert not result.successful
+    assert "RecursionError" in result.reason
+    assert node.get_parameter("gain").value == 1.0
+    node.fails = False
+    assert node.set_parameters([Parameter("gain", value=2.0)])[0].successful
+
+
+def test_an_exception_after_the_end_of_the_context_passes(rig):
+    """A signal ends the context in the midst of a callback, in which publishing then fails."""
+    node, seen = rig[0], []
+    guarded = node.guarded(lambda: seen.append(1) or 1 // 0, "work")
+    assert guarded() is None
+    rclpy.shutdown()
+    with pytest.raises(ZeroDivisionError):
+        guarded()
+    rclpy.init()
+
+
+def test_what_does_not_fail_passes_through(rig):
+    """Arguments, results and the callback's signature are as without the guard."""
+    node = rig[0]
+    node.fails = False
+    node.create_service(SetBool, "/switch", lambda request, response: response)
+    assert call(rig, SetBool, "/switch") == SetBool.Response()
+    assert not node.failures

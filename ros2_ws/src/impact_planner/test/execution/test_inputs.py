@@ -1,0 +1,175 @@
+"""A run's measurements: one bad message changes nothing, several in a row are a silent topic."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from humanoid_motion.splice import duration
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.freshness import Freshness
+from impact_planner.execution.inputs import DOOR, IMU, JOINTS, Inputs
+from impact_planner.execution.intake import Arrival, Intake, Plausible
+from impact_planner.execution.point_b import PointB
+from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
+
+TICK = 0.005  # period of the driver [s]
+STILL = np.zeros(3)
+
+
+@pytest.fixture(scope="module")
+def good(plan) -> ExecutablePlan:
+    """The nominal plan, ready for an execution."""
+    return ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases})
+
+
+class Rig:
+    """A run whose robot follows its trajectory, in the middle of the run-up."""
+
+    def __init__(self, robot, good) -> None:
+        self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, 0.05)
+        self.inputs = Inputs(robot.speed_limit, self.watch)
+        self.execution = Execution(good, PointB(robot).speed)
+        self.command = self.execution.start(0.0)
+        self.now = self.execution.planned_contact - good.point_of_no_return - 0.1
+        self.inputs.execution = self.execution
+        for _ in range(3):
+            self.tick()
+
+    def at(self, stamp: float, underway: float = 0.0) -> Arrival:
+        return Arrival(stamp, self.now, underway)
+
+    def pose(self) -> np.ndarray:
+        return self.command.knots.at(self.now - self.command.stamp)[0][0]
+
+    def tick(self) -> list:
+        """Good messages of one tick."""
+        self.now += TICK
+        at = self.at(self.now)
+        return [*self.inputs.on_imu(at, 0.0, STILL),
+                *self.inputs.on_joints(at, self.pose(), np.zeros(30)),
+                *self.inputs.on_door(at, 0.0, 0.0)]
+
+    @property
+    def dropped(self) -> int:
+        return sum(self.inputs.intake.dropped.values())
+
+
+@pytest.fixture
+def rig(robot, good) -> Rig:
+    return Rig(robot, good)
+
+
+BAD = {
+    "joints 5 s ahead": lambda rig: rig.inputs.on_joints(
+        rig.at(rig.now + 5.0), rig.pose(), np.zeros(30)),
+    "joints that are old": lambda rig: rig.inputs.on_joints(
+        rig.at(rig.now - 0.3), rig.pose(), np.zeros(30)),
+    "joints that jump": lambda rig: rig.inputs.on_joints(
+        rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
+    "joints that race": lambda rig: rig.inputs.on_joints(
+        rig.at(rig.now + TICK), rig.pose(), np.full(30, 1e3)),
+    "an IMU upside down": lambda rig: rig.inputs.on_imu(rig.at(rig.now + TICK), np.pi, STILL),
+    "a gyro without end": lambda rig: rig.inputs.on_imu(
+        rig.at(rig.now + TICK), 0.0, np.array([np.inf, 0.0, 0.0])),
+    "a door that jumps": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.4, 0.1),
+    "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
+    "a door without an angle": lambda rig: rig.inputs.on_door(
+        rig.at(rig.now + TICK), np.nan, 0.1),
+    "a foot without a force": lambda rig: rig.inputs.on_wrench(
+        "left", rig.at(rig.now + TICK), np.nan),
+}
+
+
+@pytest.mark.parametrize("bad", BAD.values(), ids=BAD)
+def test_one_bad_message_in_a_run_is_dropped_and_counted_and_the_run_goes_on(rig, bad) -> None:
+    assert bad(rig) == []
+    assert rig.dropped == 1
+    assert rig.execution.outcome is Outcome.RUNNING
+    for _ in range(5):
+        assert rig.tick() == []
+    assert rig.dropped == 1
+    assert rig.execution.phase == "cam"
+
+
+def test_bad_messages_in_a_row_leave_the_topic_silent(rig) -> None:
+    """A topic whose messages are all dropped is one without messages."""
+    silent = None
+    for _ in range(40):
+        for _ in range(10):
+            rig.now += TICK
+            rig.inputs.on_joints(rig.at(rig.now), rig.pose(), np.zeros(30))
+            rig.inputs.on_door(rig.at(rig.now), 0.0, 0.0)
+            rig.inputs.on_imu(rig.at(rig.now), np.pi, STILL)
+        silent = silent or rig.watch.tick()
+    assert silent[0] == IMU
+
+
+@given(stamp=st.floats(), tilt=st.floats(), rate=st.floats(), angle=st.floats(), speed=st.floats())
+def test_no_single_message_moves_the_robot_before_the_contact(
+        robot, good, stamp, tilt, rate, angle, speed) -> None:
+    """Whatever its numbers are; only a door that moves from where it stood counts as a contact."""
+    rig = Rig(robot, good)
+    at = Arrival(stamp, rig.now, 0.0)
+    assert rig.inputs.on_imu(at, tilt, np.full(3, rate)) == []
+    assert rig.inputs.on_joints(at, np.full(30, angle), np.full(30, speed)) == []
+    for side in ("left", "right"):
+        assert rig.inputs.on_wrench(side, at, speed) == []
+    assert rig.execution.outcome is Outcome.RUNNING
+
+
+def test_outside_a_run_every_message_is_kept(robot) -> None:
+    """What may begin is decided by the checks of the goal, which name age and value."""
+    inputs = Inputs(robot.speed_limit, Freshness((JOINTS, IMU, DOOR), 0.5, 0.05))
+    inputs.on_door(Arrival(7.0, 1.0, 0.0), 0.8, 0.0)
+    inputs.on_door(Arrival(1.0, 1.0, 0.0), 0.1, 0.0)
+    assert inputs.door_angle == 0.1
+    assert not inputs.intake.dropped
+
+
+def test_a_clock_that_goes_back_ends_the_run(rig) -> None:
+    rig.inputs.forget()
+    assert rig.execution.outcome is Outcome.STOPPED
+    assert "clock went back" in rig.execution.reason
+    assert not rig.watch.complete
+
+
+def test_messages_that_were_long_underway_show_how_late_the_executor_is(rig, good) -> None:
+    """An executor that was held up gets old messages; the simulation's clock is as old as they."""
+    contact = rig.execution.planned_contact
+    rig.now = contact
+    rig.inputs.on_joints(rig.at(contact), rig.pose(), np.zeros(30))
+    late = contact + ExecutionSettings().force_delay
+    rig.now = late
+    for side in ("left", "right"):
+        assert rig.inputs.on_wrench(side, rig.at(late, underway=3.0), 80.0) == []
+    assert rig.execution.phase == "retreat"
+
+
+def test_a_failure_of_the_program_ends_the_motion_by_the_run_ups_own_stop(rig, good) -> None:
+    (command,) = rig.inputs.on_failure(RuntimeError("a bug"))
+    assert duration(command.knots) == pytest.approx(good.stop_duration)
+    rig.now += 1.0
+    rig.inputs.on_joints(rig.at(rig.now), command.knots.position[-1], np.zeros(30))
+    assert rig.execution.outcome is Outcome.STOPPED
+    assert "RuntimeError: a bug" in rig.execution.reason
+
+
+def test_a_failure_past_the_point_of_no_return_leaves_the_driver_alone(rig, good) -> None:
+    rig.now = rig.execution.planned_contact - 0.5 * good.point_of_no_return
+    rig.inputs.on_joints(rig.at(rig.now), rig.pose(), np.zeros(30))
+    assert rig.inputs.on_failure(RuntimeError("a bug")) == []
+    assert rig.execution.outcome is Outcome.STOPPED
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(-1.0, 1.0)), max_size=40))
+def test_accepted_messages_are_in_order_and_never_jump(messages) -> None:
+    intake = Intake({"topic": Plausible(0.9, 2.0, 0.1)})
+    accepted = [(stamp, value) for stamp, value in messages
+                if intake.accept("topic", Arrival(stamp, 5.0, 0.0), value)]
+    assert len(accepted) + sum(intake.dropped.values()) == len(messages)
+    for (before, last), (stamp, value) in pairwise(accepted):
+        assert stamp > before
+        assert abs(value - last) <= 0.1 + 2.0 * (stamp - before)
+    assert all(stamp <= 5.1 and abs(value) <= 0.9 for stamp, value in accepted)

@@ -1,0 +1,102 @@
+"""A plan's message may come from anywhere: every number that the executor uses is checked."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("door_impact_msgs.msg")
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
+from hypothesis import given
+from hypothesis import strategies as st
+from impact_planner.errors import GoalRefused
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.point_b import PointB
+from impact_planner.execution.preflight import require_ready
+from impact_planner.ros.executor_messages import diagnostics, executable
+from impact_planner.ros.messages import plan_message
+
+USED = ("contact_time", "switch_time", "slow_down", "rest_duration", "v_com", "v_com_post",
+        "steady_way", "point_of_no_return", "stop_duration", "desired_opening_angle")
+
+
+@pytest.fixture(scope="module")
+def message(robot, plan):
+    """The message of the planner's plan, with its trajectories."""
+    return plan_message(plan, robot.joint_names, Time(), trajectories=True)
+
+
+def checked(robot, message) -> Execution:
+    """An execution after all checks, as the node makes it."""
+    plan = executable(message, robot.joint_names)
+    execution = Execution(plan, PointB(robot).speed)
+    command = execution.start(0.0)
+    require_ready(robot, plan, command.knots, plan.phases["prepare"].position[0],
+                  0.0 - message.initial_angle)
+    return execution
+
+
+def test_the_planners_own_plan_passes(robot, message):
+    assert checked(robot, message).planned_contact > 0.0
+
+
+@pytest.mark.parametrize("name", USED)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -1e3, 1e9])
+def test_a_number_that_makes_no_sense_is_refused_with_its_value(robot, message, name, value):
+    forged = copy.deepcopy(message)
+    setattr(forged, name, value)
+    with pytest.raises(GoalRefused) as refused:
+        checked(robot, forged)
+    assert refused.value.reason == "no_plan"
+
+
+@pytest.mark.parametrize("field", ["positions", "velocities", "accelerations"])
+@pytest.mark.parametrize("phase", range(8))
+def test_a_trajectory_with_a_number_that_is_none_is_refused(robot, message, field, phase):
+    forged = copy.deepcopy(message)
+    points = [*forged.phases, *forged.branches][phase].trajectory.points
+    getattr(points[len(points) // 2], field)[3] = math.nan
+    with pytest.raises(GoalRefused, match="must be finite"):
+        checked(robot, forged)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_foot_that_stands_nowhere_is_refused(robot, message, axis):
+    forged = copy.deepcopy(message)
+    setattr(forged.left_foot.position, axis, math.nan)
+    with pytest.raises(GoalRefused, match="left foot"):
+        checked(robot, forged)
+
+
+@given(st.dictionaries(st.sampled_from(USED), st.floats(), min_size=1))
+def test_whatever_the_numbers_are_the_plan_is_refused_or_its_motions_can_be_made(
+        robot, message, numbers):
+    """A stop and the motion after a contact at any time end at rest, without an error."""
+    forged = copy.deepcopy(message)
+    for name, value in numbers.items():
+        setattr(forged, name, value)
+    try:
+        execution = checked(robot, forged)
+    except GoalRefused:
+        return
+    now = execution.planned_contact
+    execution.on_joint_state(now, message_start(message), message_start(message) * 0.0)
+    for command in execution.on_door(now, 0.01, 0.5):
+        assert abs(command.knots.velocity[-1]).max() < 1e-6
+
+
+def message_start(message):
+    """Joint positions at the start of the plan."""
+    return np.array(message.phases[0].trajectory.points[0].positions)
+
+
+def test_diagnostics_name_what_was_dropped_and_who_else_publishes():
+    nothing = diagnostics({}, {}, Time()).status[0]
+    assert nothing.level == DiagnosticStatus.OK
+    dropped = diagnostics({("/imu", "a value jumps"): 3}, {"/imu": ["/a", "/b"]}, Time()).status[0]
+    assert dropped.level == DiagnosticStatus.WARN
+    assert {(v.key, v.value) for v in dropped.values} == {
+        ("dropped on /imu: a value jumps", "3"), ("publishers of /imu", "/a, /b")}

@@ -1,0 +1,1 @@
+"""Faults of messages, executor and driver in a hit, judged by the simulation's truth."""

@@ -1,0 +1,36 @@
+"""Draws faults and prints the verdict of each: `make faults N=200 SEED=22`."""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from tqdm import tqdm
+
+from faults.plan import draw
+from faults.rig import Rig
+from faults.verdict import wrong
+
+
+def main() -> int:
+    """Run the draws of a seed; return 1 if one of them is not safe."""
+    parser = argparse.ArgumentParser(prog="faults", description=__doc__)
+    parser.add_argument("-n", type=int, default=20, help="number of draws (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=22, help="seed (default: %(default)s)")
+    options = parser.parse_args()
+    unsafe, outcomes = 0, {}
+    with tempfile.TemporaryDirectory() as folder:
+        rig = Rig(Path(folder))
+        for fault in tqdm(draw(options.seed, options.n), unit="draw"):
+            verdict = rig.verdict(fault)
+            why = wrong(verdict)
+            unsafe += bool(why)
+            outcomes[verdict.outcome] = outcomes.get(verdict.outcome, 0) + 1
+            tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
+    print(f"{options.n - unsafe} of {options.n} draws are safe;",
+          ", ".join(f"{number} {name}" for name, number in sorted(outcomes.items())))
+    return int(unsafe > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""Draws of faults: what is disturbed, when, for how long and how."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES
+
+EXECUTOR, DRIVER, COMMANDS = "executor", "driver", "commands"
+TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
+
+# What can happen to each part. The driver is late, but it never ends: without it no robot stands.
+KINDS = {
+    EXECUTOR: ("stopped", "killed", "asked to stop"),
+    DRIVER: ("late",),
+    COMMANDS: ("delayed", "dropped", "duplicated"),
+    **dict.fromkeys(TOPICS, ("delayed", "dropped", "duplicated", "NaN", "forged", "clock step")),
+}
+SHORTEST, LONGEST = 0.05, 5.0  # duration of a fault [s]
+BEFORE, AFTER = 7.0, 3.0  # time before and after the planned contact at which a fault begins [s]
+NEAR = 0.5  # share of the faults that begin within a second of the contact
+ONCE = 0.5  # share of the faults of messages that affect a single message
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A disturbance.
+
+    Attributes:
+        part: Part or topic that is disturbed.
+        kind: What happens to it.
+        begin: Begin relative to the planned contact [s].
+        length: Duration; 0 means that a single message is affected [s].
+        size: Delay, or error of the stamp [s].
+        seed: Seed of forged values.
+    """
+
+    part: str
+    kind: str
+    begin: float
+    length: float
+    size: float
+    seed: int
+
+    def __str__(self) -> str:
+        """The disturbance in words."""
+        long = f"for {self.length:.2f} s" if self.length else "once"
+        by = f" by {self.size:.2f} s" if self.kind in ("delayed", "clock step") else ""
+        return f"{self.part} {self.kind}{by} {long}, {self.begin:+.2f} s from the contact"
+
+
+def draw(seed: int, count: int) -> list[Fault]:
+    """Faults of a seed, in the order in which they begin.
+
+    Args:
+        seed: Seed of the random numbers.
+        count: Number of faults.
+    """
+    rng = np.random.default_rng(seed)
+
+    def length() -> float:
+        return float(np.exp(rng.uniform(np.log(SHORTEST), np.log(LONGEST))))
+
+    faults = []
+    for number in range(count):
+        part = str(rng.choice((EXECUTOR, EXECUTOR, DRIVER, COMMANDS, *TOPICS)))
+        kind = str(rng.choice(KINDS[part]))
+        near = rng.random() < NEAR
+        begin = rng.uniform(-1.0, 1.0) if near else rng.uniform(-BEFORE, AFTER)
+        once = part in TOPICS and rng.random() < ONCE
+        faults.append(Fault(part, kind, float(begin), 0.0 if once else length(),
+                            length() * float(rng.choice((-1.0, 1.0)))
+                            if kind == "clock step" else length(), number))
+    return sorted(faults, key=lambda fault: fault.begin)

@@ -1,0 +1,281 @@
+"""A hit in the simulation whose messages and parts can be disturbed, without processes.
+
+World, sensors, encoder, checks of the inputs and execution are those of the nodes. What lies
+between them, messages that are underway, is here, so that every fault happens at its instant on any
+machine. The simulation is copied (fork) at the begin of each fault.
+"""
+
+import json
+import os
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
+from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.freshness import Freshness
+from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES, Inputs
+from impact_planner.execution.intake import Arrival
+from impact_planner.execution.point_b import PointB
+from impact_planner.execution.types import Command, ExecutablePlan, Outcome
+from impact_planner.plan import plan_impact
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import configured_placement, make_settings
+
+from faults.plan import COMMANDS, DRIVER, EXECUTOR, Fault
+from faults.verdict import Verdict
+
+TARGET = np.radians(25.0)
+QUEUE = 50  # messages of a topic that wait for the executor
+WATCH = 0.05  # period of the watch for silent topics [s]
+AFTERWARDS = 2.0  # time after the end of everything in which a fall would show [s]
+LONGEST = 14.0  # time after the planned contact at which a run ends in any case [s]
+MEAN = 0.02  # time over which the hand's force is averaged [s]
+HIT = 0.1  # time after the first contact that belongs to the hit itself [s]
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message that is underway.
+
+    Attributes:
+        topic: Its topic.
+        stamp: Its stamp [s].
+        sent: Time at which it was published [s].
+        due: Time at which it arrives [s].
+        values: Its numbers.
+    """
+
+    topic: str
+    stamp: float
+    sent: float
+    due: float
+    values: tuple[Any, ...]
+
+
+@dataclass
+class Rig:
+    """A hit that runs tick by tick.
+
+    Args:
+        folder: Folder for logs.
+    """
+
+    folder: Path
+    fault: Fault | None = None
+    waiting: deque[Message] = field(default_factory=deque)
+    commands: list[tuple[float, Command]] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+    happened: bool = False  # whether a fault of a single message has happened
+    moves_until: float = 0.0  # end of the driver's last trajectory [s]
+
+    def __post_init__(self) -> None:
+        """Plan the hit and start its execution."""
+        config, door, placement = load_robot_config(), load_door("paper"), configured_placement()
+        robot = RobotModel(config)
+        self.plan = plan_impact(PlanRequest(TARGET), KnownDoor.configured(door), robot,
+                                make_settings(placement))
+        self.world = World(config, door, placement["door_distance"], placement["hinge_x"])
+        phases = {phase.name: phase.knots for phase in self.plan.all_phases}
+        self.execution = Execution(
+            ExecutablePlan.of(self.plan, phases), PointB(robot).speed,
+            joint_names=config.joint_names)
+        self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, WATCH)
+        self.inputs = Inputs(robot.speed_limit, self.watch)
+        self.encoder = DoorEncoder(self.world.settings.encoder_bits)
+        self.commands.append((0.0, self.execution.start(self.world.step().time)))
+        self.inputs.execution = self.execution
+        self.contact = self.execution.planned_contact
+        self.watched = self.world.time
+
+    # -- faults ---------------------------------------------------------------------------------
+
+    def disturbs(self, part: str, kind: str = "") -> bool:
+        """Whether the fault disturbs a part now, in the manner of `kind` if it is given."""
+        fault = self.fault
+        if fault is None or fault.part != part or kind not in ("", fault.kind):
+            return False
+        since = self.world.time - self.contact - fault.begin
+        return since >= 0.0 and (since < fault.length or fault.kind == "killed")
+
+    def changed(self, message: Message) -> Iterator[Message]:
+        """The messages that arrive in place of a message."""
+        fault = self.fault
+        if fault is None or fault.part != message.topic:
+            yield message
+            return
+        since = self.world.time - self.contact - fault.begin
+        if not (0.0 <= since < fault.length or (fault.length == 0.0 and self.once(since))):
+            yield message
+        elif fault.kind == "delayed":
+            yield replace(message, due=message.due + fault.size)
+        elif fault.kind == "duplicated":
+            yield from (message, message)
+        elif fault.kind == "NaN":
+            yield replace(message, values=tuple(np.full_like(v, np.nan) for v in message.values))
+        elif fault.kind == "forged":
+            rng = np.random.default_rng(fault.seed)
+            yield message
+            yield replace(message, stamp=message.stamp + 1e-3, values=tuple(
+                v + rng.choice((-1.0, 1.0)) * rng.uniform(1.0, 100.0) for v in message.values))
+        elif fault.kind == "clock step":
+            yield replace(message, stamp=message.stamp + fault.size)
+
+    def once(self, since: float) -> bool:
+        """Whether this is the first message after the begin of a fault of a single message."""
+        first = since >= 0.0 and not self.happened
+        self.happened |= first
+        return first
+
+    # -- one tick -------------------------------------------------------------------------------
+
+    def tick(self) -> None:
+        """Step the world, and let the executor handle what has arrived."""
+        sample = self.world.step()
+        for message in self.messages(sample):
+            self.waiting.extend(self.changed(message))
+        if self.disturbs(EXECUTOR, "stopped"):
+            self.shorten()
+        elif not self.disturbs(EXECUTOR, "killed"):
+            self.handle(sample.time)
+        if not self.disturbs(DRIVER, "late"):
+            self.obey(sample.time)
+
+    def messages(self, sample: TickSample) -> Iterator[Message]:
+        """What robot and encoder publish after a tick."""
+        now = sample.time
+
+        def message(topic: str, stamp: float, *values: Any) -> Message:
+            return Message(topic, stamp, now, now, values)
+
+        yield message(IMU, now, 0.0, sample.imu.angular_velocity)
+        yield message(JOINTS, now, sample.position, sample.velocity)
+        yield message(WRENCHES["left"], now, -float(sample.left_wrench[1]))
+        yield message(WRENCHES["right"], now, -float(sample.right_wrench[1]))
+        for point in self.encoder.take(sample):
+            yield message(DOOR, 1e-9 * point.stamp_ns, point.theta, point.omega)
+
+    def shorten(self) -> None:
+        """Drop the oldest messages of a topic beyond the depth of its queue."""
+        for topic in {message.topic for message in self.waiting}:
+            of_topic = [message for message in self.waiting if message.topic == topic]
+            for message in of_topic[:-QUEUE]:
+                self.waiting.remove(message)
+
+    def handle(self, now: float) -> None:
+        """The executor's turn: every message that has arrived, then the watch, then stops."""
+        arrived = [message for message in self.waiting if message.due <= now]
+        for message in arrived:
+            self.waiting.remove(message)
+            arrival = Arrival(message.stamp, now, now - message.sent)
+            self.send(now, self.handler(message.topic)(arrival, *message.values))
+        if now >= self.watched + WATCH:
+            self.watched = now
+            silent = self.watch.tick()
+            if silent is not None:
+                self.send(now, self.inputs.on_silence(*silent, self.watch.limit))
+        if self.fault is not None and self.fault.kind == "asked to stop" and self.once(
+                now - self.contact - self.fault.begin):
+            self.execution.stop()
+
+    def handler(self, topic: str) -> Callable[..., list[Command]]:
+        """What handles the messages of a topic."""
+        if topic in WRENCHES.values():
+            side = next(side for side, name in WRENCHES.items() if name == topic)
+            return lambda *given: self.inputs.on_wrench(side, *given)
+        return {JOINTS: self.inputs.on_joints, IMU: self.inputs.on_imu,
+                DOOR: self.inputs.on_door}[topic]
+
+    def send(self, now: float, commands: list[Command]) -> None:
+        """Put commands on their way to the driver."""
+        for command in commands:
+            if self.disturbs(COMMANDS, "dropped"):
+                continue
+            late = self.fault.size if self.fault and self.disturbs(COMMANDS, "delayed") else 0.0
+            copies = 2 if self.disturbs(COMMANDS, "duplicated") else 1
+            self.commands.extend([(now + late, command)] * copies)
+
+    def obey(self, now: float) -> None:
+        """The driver's turn: the commands that have arrived."""
+        for due, command in [each for each in self.commands if each[0] <= now]:
+            self.commands.remove((due, command))
+            try:
+                self.world.follow(
+                    arrays_of(command, self.world.robot_config.joint_names), command.stamp)
+            except TrajectoryRefusedError as error:
+                self.refused.append(str(error))
+                continue
+            begin = command.stamp or now
+            self.moves_until = begin + (
+                0.0 if command.knots is None else float(command.knots.time[-1]))
+
+    # -- runs -----------------------------------------------------------------------------------
+
+    def run_until(self, end: float) -> None:
+        """Run to a time relative to the planned contact [s]."""
+        while self.world.time < self.contact + end and not self.world.fell:
+            self.tick()
+
+    def finish(self) -> Verdict:
+        """Run to the end, and judge."""
+        end = LONGEST
+        while self.world.time < self.contact + end and not self.world.fell:
+            self.tick()
+            over = self.execution.outcome is not Outcome.RUNNING
+            if over and self.world.time > self.moves_until:
+                end = min(end, self.world.time - self.contact + AFTERWARDS)
+        return self.judged()
+
+    def judged(self) -> Verdict:
+        """What the simulation's truth says."""
+        path = self.world.save_log(self.folder / f"{os.getpid()}.npz")
+        log = simulation_log.load(path, 0.0)
+        path.unlink()
+        force, time = log.motion.contact_force, log.motion.t
+        touches = np.flatnonzero(force > evaluation.CONTACT_FORCE)
+        hand = 0.0
+        if len(touches):
+            width = round(MEAN / float(time[1] - time[0]))
+            means = np.convolve(force, np.ones(width) / width, "same")
+            hand = float(np.max(means[time > time[touches[0]] + HIT], initial=0.0))
+        return Verdict(
+            fault=str(self.fault), fell=log.fell, hand=hand,
+            peak=float(log.motion.door_angle.max()), outcome=self.execution.outcome.name,
+            reason=self.execution.reason, refused=self.refused, touched=bool(len(touches)),
+            warned=self.plan.missed_margin < 0.0,
+            dropped={f"{topic}: {why}": number for (topic, why), number
+                     in self.inputs.intake.dropped.items()})
+
+    def verdict(self, fault: Fault) -> Verdict:
+        """The verdict of a run with a fault, in a copy of this process."""
+        self.run_until(fault.begin - 0.01)
+        reader, writer = os.pipe()
+        child = os.fork()
+        if child == 0:
+            status = 1
+            try:
+                self.fault = fault
+                os.write(writer, json.dumps(asdict(self.finish())).encode())
+                status = 0
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                os._exit(status)
+        os.close(writer)
+        with os.fdopen(reader, "rb") as pipe:
+            said = pipe.read()
+        _, status = os.waitpid(child, 0)
+        assert status == 0, f"the run with {fault} failed"
+        return Verdict(**json.loads(said))

@@ -1,0 +1,56 @@
+"""What a run with a fault came to, and what makes it unsafe."""
+
+from dataclasses import dataclass, field
+
+GENTLE = 200.0  # largest mean force of hand and leaf after the hit, over 20 ms [N]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the simulation's truth says of a run with a fault.
+
+    Attributes:
+        fault: The fault, in words.
+        fell: Why the robot counts as fallen; empty if it stands.
+        hand: Largest mean force of robot and leaf after the hit, over 20 ms [N].
+        peak: Largest angle of the door [rad].
+        outcome: How the execution ended.
+        reason: Its explanation.
+        touched: Whether the robot touched the door.
+        warned: Whether the plan warned that the robot falls if it misses the door.
+        dropped: Number of messages that were dropped, by topic and reason.
+        refused: Refusals of the driver.
+    """
+
+    fault: str
+    fell: str
+    hand: float
+    peak: float
+    outcome: str
+    reason: str
+    touched: bool
+    warned: bool
+    dropped: dict[str, int] = field(default_factory=dict)
+    refused: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        """The verdict in one line."""
+        parts = [self.fault, self.outcome, f"hand {self.hand:.0f} N",
+                 f"door {57.29578 * self.peak:.1f} deg", self.fell, self.reason]
+        parts += [f"{number} dropped on {what}" for what, number in self.dropped.items()]
+        return "; ".join(part for part in (*parts, *self.refused) if part)
+
+
+def wrong(verdict: Verdict) -> str:
+    """What is wrong with a run; empty if the robot stands, the hand is gentle and all is said.
+
+    Until the robot can step, it may fall where it missed the door and the plan had warned of that.
+    """
+    if verdict.fell and (verdict.touched or not verdict.warned):
+        return f"the robot fell: {verdict.fell}"
+    if verdict.hand > GENTLE:
+        return f"the hand meets the leaf with {verdict.hand:.0f} N"
+    ended = verdict.outcome == "SUCCESS" or "killed" in verdict.fault
+    if not (ended or verdict.reason):
+        return "the execution does not say what went wrong"
+    return ""

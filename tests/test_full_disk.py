@@ -1,0 +1,82 @@
+"""What a full disk does to the simulation's log, and to a graph that is being recorded.
+
+No file of a process may exceed a limit here, which looks like a full disk to the process.
+"""
+
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import rclpy
+from processes import GUARD, find_ros2, parameters
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+def limited(blocks: int, *arguments: str) -> list[str]:
+    """The command `ros2 ...` whose files have at most so many blocks of 512 bytes."""
+    return ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", find_ros2(), *arguments]
+
+
+@pytest.fixture
+def caller() -> Any:
+    """Calls a service without a request, and returns its answer."""
+    rclpy.init(args=[])
+    node = Node("caller")
+
+    def call(name: str) -> Any:
+        client = node.create_client(Trigger, name)
+        assert client.wait_for_service(60.0)
+        future = client.call_async(Trigger.Request())
+        rclpy.spin_until_future_complete(node, future, timeout_sec=60.0)
+        return future.result()
+
+    yield call
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_the_simulation_goes_on_without_its_log(
+        start_process: Callable[..., Any], caller: Callable[[str], Any], tmp_path: Path) -> None:
+    """~/save_log answers so, and at the end the node says so; the older log is left as it was."""
+    path = tmp_path / "out" / "simulation.npz"
+    path.parent.mkdir()
+    path.write_text("older")
+    started = start_process(limited(
+        500, "run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
+        parameters(), "-p", f"log_file:={path}"))
+    answer, end = caller("/hrp2_sim_bridge/save_log"), time.monotonic() + GUARD
+    while answer.success:  # the log is still small
+        path.write_text("older")
+        assert time.monotonic() < end
+        answer = caller("/hrp2_sim_bridge/save_log")
+    sentence = f"{path} cannot be written: File too large"
+    assert answer.message == sentence
+    assert [found.read_text() for found in path.parent.iterdir()] == ["older"]
+    started.signal_group(signal.SIGINT)
+    assert started.wait() == 0
+    assert started.text().count(f"hrp2_sim_bridge: {sentence}") == 1
+    assert "Traceback" not in started.text()
+    assert "Exception" not in started.text()
+    assert [found.read_text() for found in path.parent.iterdir()] == ["older"]
+
+
+@pytest.mark.nightly("starts every node; test_nodes.py reads in the launch file who is required")
+def test_a_graph_outlives_its_recorder(
+        start_process: Callable[..., Any], caller: Callable[[str], Any], tmp_path: Path) -> None:
+    """The recorder ends on the full disk; the others still answer, and end with Ctrl-C."""
+    started = start_process(limited(
+        400, "launch", "door_impact_bringup", "bringup.launch.yaml",
+        f"record:={tmp_path / 'run.mcap'}"))
+    started.wait_for_text("run.mcap: cannot be written: File too large")
+    started.wait_for_text("recorder-")
+    assert caller("/sim/reset").success
+    assert caller("/stop").success
+    assert caller("/forget_hits").success
+    assert started.process.poll() is None
+    started.process.send_signal(signal.SIGINT)
+    started.wait()
+    assert started.family() == []
