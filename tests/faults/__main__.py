@@ -23,7 +23,7 @@ def main() -> int:
         rig = Rig(Path(folder))
         for fault in tqdm(draw(options.seed, options.n), unit="draw"):
             verdict = rig.verdict(fault)
-            why = wrong(verdict)
+            why = wrong(fault, verdict)
             unsafe += bool(why)
             outcomes[verdict.outcome] = outcomes.get(verdict.outcome, 0) + 1
             tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES
+from impact_planner.execution.intake import CURRENT
 
 EXECUTOR, DRIVER, COMMANDS = "executor", "driver", "commands"
+DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]
 TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
 
 # What can happen to each part. The driver is late, but it never ends: without it no robot stands.
@@ -40,6 +42,17 @@ class Fault:
     length: float
     size: float
     seed: int
+
+    @property
+    def noticeable(self) -> bool:
+        """Whether the executor can notice it by its messages alone.
+
+        It cannot notice a loss of less than `CURRENT`, nor what happens to its commands.
+        """
+        if self.kind == "dropped":
+            return self.part in TOPICS and self.length > CURRENT + DOOR_PERIOD
+        return self.part in TOPICS or (
+            (self.part, self.kind) == (EXECUTOR, "stopped") and self.length > CURRENT + DOOR_PERIOD)
 
     def __str__(self) -> str:
         """The disturbance in words."""

@@ -256,8 +256,7 @@ class Rig:
             peak=float(log.motion.door_angle.max()), outcome=self.execution.outcome.name,
             reason=self.execution.reason, refused=self.refused, touched=bool(len(touches)),
             warned=self.plan.missed_margin < 0.0,
-            dropped={f"{topic}: {why}": number for (topic, why), number
-                     in self.inputs.intake.dropped.items()})
+            noticed=self.inputs.intake.noticed())
 
     def verdict(self, fault: Fault) -> Verdict:
         """The verdict of a run with a fault, in a copy of this process."""

@@ -24,7 +24,7 @@ NAMED = [
 def test_an_executor_that_was_held_up_and_a_late_command_do_not_throw_the_door(
         rig: Rig, fault: Fault) -> None:
     verdict = rig.verdict(fault)
-    assert not wrong(verdict), str(verdict)
+    assert not wrong(fault, verdict), str(verdict)
 
 
 @pytest.mark.nightly("twenty runs")
@@ -34,7 +34,7 @@ def test_the_robot_stands_and_the_hand_is_gentle_in_every_draw(
     rig = Rig(tmp_path_factory.mktemp("draws"))
     for fault in draw(SEED, DRAWS):
         verdict = rig.verdict(fault)
-        assert not wrong(verdict), str(verdict)
+        assert not wrong(fault, verdict), str(verdict)
 
 
 def test_draws_cover_every_part_and_kind_and_are_those_of_their_seed() -> None:

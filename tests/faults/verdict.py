@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from faults.plan import Fault
+
 GENTLE = 200.0  # largest mean force of hand and leaf after the hit, over 20 ms [N]
 
 
@@ -18,7 +20,7 @@ class Verdict:
         reason: Its explanation.
         touched: Whether the robot touched the door.
         warned: Whether the plan warned that the robot falls if it misses the door.
-        dropped: Number of messages that were dropped, by topic and reason.
+        noticed: What the checks of the messages have noticed.
         refused: Refusals of the driver.
     """
 
@@ -30,18 +32,18 @@ class Verdict:
     reason: str
     touched: bool
     warned: bool
-    dropped: dict[str, int] = field(default_factory=dict)
+    noticed: dict[str, str] = field(default_factory=dict)
     refused: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         """The verdict in one line."""
         parts = [self.fault, self.outcome, f"hand {self.hand:.0f} N",
                  f"door {57.29578 * self.peak:.1f} deg", self.fell, self.reason]
-        parts += [f"{number} dropped on {what}" for what, number in self.dropped.items()]
+        parts += [f"{what}: {value}" for what, value in self.noticed.items()]
         return "; ".join(part for part in (*parts, *self.refused) if part)
 
 
-def wrong(verdict: Verdict) -> str:
+def wrong(fault: Fault, verdict: Verdict) -> str:
     """What is wrong with a run; empty if the robot stands, the hand is gentle and all is said.
 
     Until the robot can step, it may fall where it missed the door and the plan had warned of that.
@@ -53,4 +55,6 @@ def wrong(verdict: Verdict) -> str:
     ended = verdict.outcome == "SUCCESS" or "killed" in verdict.fault
     if not (ended or verdict.reason):
         return "the execution does not say what went wrong"
+    if fault.noticeable and not (verdict.noticed or verdict.reason):
+        return "the fault is named nowhere"
     return ""

@@ -65,13 +65,22 @@ class Intake:
         plausible: What the values can be, by topic.
 
     Attributes:
-        dropped: Number of dropped messages by topic and reason.
+        dropped: Number of messages that were dropped in the run, by topic and reason.
+        late: Largest lag of an accepted message by topic [s].
+        gaps: Longest time between the stamps of two accepted messages by topic [s], if it is longer
+            than `CURRENT`.
     """
 
     def __init__(self, plausible: dict[str, Plausible]) -> None:
         self._plausible = plausible
         self._last: dict[str, tuple[float, Array]] = {}
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a run: forget what was noticed in the last one."""
         self.dropped: Counter[tuple[str, str]] = Counter()
+        self.late: dict[str, float] = {}
+        self.gaps: dict[str, float] = {}
 
     def keep(self, topic: str, arrival: Arrival, values: ArrayLike) -> None:
         """Keep a message without a check, for the next one to be compared with.
@@ -95,8 +104,22 @@ class Intake:
         if reason:
             self.dropped[topic, reason] += 1
             return False
+        if arrival.lag > 0.0:
+            self.late[topic] = max(arrival.lag, self.late.get(topic, 0.0))
+        gap = arrival.stamp - self._last[topic][0] if topic in self._last else 0.0
+        if gap > CURRENT:
+            self.gaps[topic] = max(gap, self.gaps.get(topic, 0.0))
         self.keep(topic, arrival, values)
         return True
+
+    def noticed(self) -> dict[str, str]:
+        """What was noticed in the run: a description and its number or time, as texts."""
+        counted = {f"dropped on {topic}: {reason}": str(number)
+                   for (topic, reason), number in sorted(self.dropped.items())}
+        for what, times in (("largest lag on", self.late), ("longest gap on", self.gaps)):
+            counted.update({f"{what} {topic} [s]": f"{seconds:.3f}"
+                            for topic, seconds in sorted(times.items())})
+        return counted
 
     def _doubt(self, topic: str, stamp: float, clock: float, values: Array) -> str:
         """Reason why a message makes no sense; empty if it does."""

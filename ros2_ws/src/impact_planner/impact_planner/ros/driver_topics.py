@@ -149,9 +149,9 @@ class DriverTopics:
         self._after(-math.inf, self.inputs.on_failure(error))
 
     def _report(self) -> None:
-        """Publish what was dropped, and who publishes beside the driver."""
+        """Publish what was dropped or late, and who publishes beside the driver."""
         self._diagnostics.publish(diagnostics(
-            self.inputs.intake.dropped, self.crowded(), self._node.get_clock().now().to_msg()))
+            self.inputs.intake, self.crowded(), self._node.get_clock().now().to_msg()))
 
     def crowded(self) -> dict[str, list[str]]:
         """Names of the nodes that publish on a topic, for topics with more than one publisher."""

@@ -14,6 +14,7 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 
 from impact_planner.errors import GoalRefused, InvalidRequest
+from impact_planner.execution.intake import Intake
 from impact_planner.execution.types import ExecutablePlan, Measured, Outcome
 from impact_planner.ros.messages import knots_from_message
 
@@ -127,30 +128,23 @@ def hit_report(
 
 
 def diagnostics(
-    dropped: Mapping[tuple[str, str], int], crowded: Mapping[str, Sequence[str]], stamp: Any
+    intake: Intake, crowded: Mapping[str, Sequence[str]], stamp: Any
 ) -> DiagnosticArray:
     """Make the message for /diagnostics.
 
     Args:
-        dropped: Number of messages that were dropped, by topic and reason.
+        intake: The checks of the messages, with what they have noticed.
         crowded: Names of the publishers of each topic that has more than one.
         stamp: Present time, a builtin_interfaces/Time.
     """
-    status = DiagnosticStatus(name="impact_executor: inputs", hardware_id="impact_executor")
-    status.values = [
-        KeyValue(key=f"dropped on {topic}: {reason}", value=str(number))
-        for (topic, reason), number in sorted(dropped.items())]
-    status.values += [
-        KeyValue(key=f"publishers of {topic}", value=", ".join(names))
-        for topic, names in sorted(crowded.items())]
-    if crowded:
-        status.level = DiagnosticStatus.WARN
-        status.message = f"more than one node publishes on {', '.join(sorted(crowded))}"
-    elif dropped:
-        status.level = DiagnosticStatus.WARN
-        status.message = f"{sum(dropped.values())} messages that made no sense were dropped"
-    else:
-        status.level, status.message = DiagnosticStatus.OK, "every message made sense"
+    noticed = intake.noticed()
+    noticed.update({f"publishers of {topic}": ", ".join(names)
+                    for topic, names in sorted(crowded.items())})
+    status = DiagnosticStatus(
+        name="impact_executor: inputs", hardware_id="impact_executor",
+        level=DiagnosticStatus.WARN if noticed else DiagnosticStatus.OK,
+        message="; ".join(noticed) or "every message was in time and made sense",
+        values=[KeyValue(key=key, value=value) for key, value in noticed.items()])
     array = DiagnosticArray(status=[status])
     array.header.stamp = stamp
     return array

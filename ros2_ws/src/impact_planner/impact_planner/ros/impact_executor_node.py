@@ -190,6 +190,7 @@ class ImpactExecutor(GuardedNode):
         self._standing_foot = (plan.left_foot.position.x, plan.left_foot.position.y)
         self._planned_margins = {each.phase: each.margin for each in plan.zmp_margins}
         self._last_feedback = -math.inf
+        self._inputs.intake.begin()
         self._inputs.execution = execution
         self._send(command)
         outcome = await self._finished
@@ -257,6 +258,8 @@ class ImpactExecutor(GuardedNode):
         else:
             goal_handle.abort()
         self.get_logger().info(result.message)
+        for what, value in self._inputs.intake.noticed().items():
+            self.get_logger().warning(f"noticed in the motion: {what}: {value}")
         return result
 
 

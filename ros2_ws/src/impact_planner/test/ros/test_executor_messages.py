@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
+from impact_planner.execution.intake import Arrival, Intake, Plausible
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_ready
 from impact_planner.ros.executor_messages import diagnostics, executable
@@ -93,10 +94,14 @@ def message_start(message):
     return np.array(message.phases[0].trajectory.points[0].positions)
 
 
-def test_diagnostics_name_what_was_dropped_and_who_else_publishes():
-    nothing = diagnostics({}, {}, Time()).status[0]
+def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
+    intake = Intake({"/imu": Plausible(1.0)})
+    nothing = diagnostics(intake, {}, Time()).status[0]
     assert nothing.level == DiagnosticStatus.OK
-    dropped = diagnostics({("/imu", "a value jumps"): 3}, {"/imu": ["/a", "/b"]}, Time()).status[0]
-    assert dropped.level == DiagnosticStatus.WARN
-    assert {(v.key, v.value) for v in dropped.values} == {
-        ("dropped on /imu: a value jumps", "3"), ("publishers of /imu", "/a, /b")}
+    for stamp, value in ((1.0, 0.0), (1.2, 0.0), (1.3, 2.0)):
+        intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value)
+    noticed = diagnostics(intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
+    assert noticed.level == DiagnosticStatus.WARN
+    assert {(v.key, v.value) for v in noticed.values} == {
+        ("dropped on /imu: a value is out of its range", "1"), ("largest lag on /imu [s]", "0.300"),
+        ("longest gap on /imu [s]", "0.200"), ("publishers of /imu", "/a, /b")}
