@@ -102,6 +102,21 @@ def test_a_demonstration_beside_another_one_touches_nothing(out, monkeypatch, ca
     assert capsys.readouterr().err == "demo: already running: recorder\n"
 
 
+def test_a_demonstration_beside_another_one_with_the_same_folder_is_refused(
+        demonstrate, out, capsys):
+    """Nodes in another domain do not meet, but their results would mix."""
+    running = ResultFolder(out)
+    running.begin()
+    (running.unfinished / LOG).write_text("running")
+    before = files(out)
+    assert demonstrate(RESULTS) == 1
+    assert "another run writes to the folder" in capsys.readouterr().err
+    assert files(out) == before
+    assert files(running.unfinished) == {LOG: "running"}
+    running.release()
+    assert demonstrate(RESULTS) == 0
+
+
 def test_a_folder_that_cannot_be_made_is_reported_in_one_line(tmp_path, monkeypatch, capsys):
     """The path leads through a file; the file stays."""
     (tmp_path / "file").write_text("kept")

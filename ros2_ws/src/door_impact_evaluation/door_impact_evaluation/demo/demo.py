@@ -114,6 +114,7 @@ def _demonstrate(settings: DemoSettings, gui: bool) -> None:
         else:
             print(f"demo: {folder.path} is left as it was; the files of this run are in "
                   f"{folder.unfinished}", file=sys.stderr)
+        folder.release()
 
 
 def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:

@@ -53,15 +53,18 @@ def table(found: dict[str, Any]) -> str:
         by_name.setdefault(record["name"], []).append(record)
     lines += [_nominal(records) for records in by_name.values()]
     lines += ["", f"{found['n']} perturbed doors, seed {found['seed']}, for 25 deg"
-              "     mean      sd     95 %     max"]
+              "     mean      sd    95 %*    max*", "  (* of the magnitudes of the errors)"]
     for label, key in (("perturbed, first hit", "error_deg"),
                        ("rough, first hit", "before_learning"),
                        ("rough, after a hit", "after_learning")):
         row = found[key]
         lines.append(f"  {label:40}" + "".join(
-            f"{row[name]:+8.2f}" if row[name] is not None else f"{'-':>8}"
-            for name in ("mean", "sd", "p95", "max")) + "  deg")
-    lines += [f"  stood {found['stood']} of {found['n']}, one contact before the peak "
+            f"{row[name]:{sign}8.2f}" if row[name] is not None else f"{'-':>8}"
+            for name, sign in (("mean", "+"), ("sd", ""), ("p95", ""), ("max", ""))) + "  deg")
+    every = [record["stood"] for record in found["runs"] if "stood" in record]
+    lines += [f"  the robot stood after {sum(every)} of all {len(every)} hits",
+              f"  perturbed, first hit: stood {found['stood']} of {found['n']}, "
+              "one contact before the peak "
               f"{found['contacts_one']} of {found['n']}, refused {found['refused']} of all plans",
               "  smallest ZMP margin, all runs [mm]: " + ", ".join(
                   f"{name} {row['min']:.0f} (5 % below {row['p5']:.0f})"

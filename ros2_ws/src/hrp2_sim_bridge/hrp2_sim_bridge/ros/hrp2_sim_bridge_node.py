@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import Any
 
@@ -43,6 +44,7 @@ QUEUE = 50
 ENCODER_BATCH = 20  # samples in a message, which makes 50 messages per second
 DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
+_SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
 
 
 class SimBridge(GuardedNode):
@@ -196,6 +198,11 @@ class SimBridge(GuardedNode):
         else:
             response.success = True
             response.message = f"{request.impulse:g} N m s over {duration:g} s"
+            angle = self.world.door_state.angle
+            if angle > _SHUT:
+                response.message += (
+                    f"; the door is open by {math.degrees(angle):.1f} deg, and a push for an "
+                    "identification should begin with a shut door")
         return response
 
     def _on_save_log(self, _: Any, response: Any) -> Any:

@@ -79,6 +79,11 @@ def resolve(
         InvalidRequest: A number is not finite or outside its range, or a word is unknown.
     """
     angle = _number("desired_opening_angle [rad]", request.desired_opening_angle, 0.0, math.inf)
+    if angle > math.pi:
+        raise InvalidRequest(
+            f"desired_opening_angle is {angle:g} rad, which is {math.degrees(angle):.0f} deg, must "
+            f"be at most {math.pi:.4g} rad; {angle:g} deg would be {math.radians(angle):.4g} rad",
+            quantity="desired_opening_angle [rad]", value=angle, limit=math.pi)
     initial = _number(
         "initial_angle [rad]",
         _first(request.initial_angle, settings.initial_angle),
