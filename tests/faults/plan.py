@@ -6,7 +6,7 @@ import numpy as np
 from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES
 from impact_planner.execution.intake import CURRENT
 
-EXECUTOR, DRIVER, COMMANDS = "executor", "driver", "commands"
+EXECUTOR, DRIVER, COMMANDS, ENCODER = "executor", "driver", "commands", "door_encoder"
 DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]
 TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
 
@@ -14,6 +14,7 @@ TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
 KINDS = {
     EXECUTOR: ("stopped", "killed", "asked to stop"),
     DRIVER: ("late",),
+    ENCODER: ("stopped", "killed"),
     COMMANDS: ("delayed", "dropped", "duplicated"),
     **dict.fromkeys(TOPICS, ("delayed", "dropped", "duplicated", "NaN", "forged", "clock step")),
 }
@@ -52,7 +53,8 @@ class Fault:
         if self.kind == "dropped":
             return self.part in TOPICS and self.length > CURRENT + DOOR_PERIOD
         return self.part in TOPICS or (
-            (self.part, self.kind) == (EXECUTOR, "stopped") and self.length > CURRENT + DOOR_PERIOD)
+            self.part in (EXECUTOR, ENCODER) and self.kind == "stopped"
+            and self.length > CURRENT + DOOR_PERIOD)
 
     def __str__(self) -> str:
         """The disturbance in words."""
@@ -75,7 +77,7 @@ def draw(seed: int, count: int) -> list[Fault]:
 
     faults = []
     for number in range(count):
-        part = str(rng.choice((EXECUTOR, EXECUTOR, DRIVER, COMMANDS, *TOPICS)))
+        part = str(rng.choice((EXECUTOR, EXECUTOR, DRIVER, COMMANDS, ENCODER, *TOPICS)))
         kind = str(rng.choice(KINDS[part]))
         near = rng.random() < NEAR
         begin = rng.uniform(-1.0, 1.0) if near else rng.uniform(-BEFORE, AFTER)

@@ -34,7 +34,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 
-from faults.plan import COMMANDS, DRIVER, EXECUTOR, Fault
+from faults.plan import COMMANDS, DRIVER, ENCODER, EXECUTOR, Fault
 from faults.verdict import Verdict
 
 TARGET = np.radians(25.0)
@@ -113,6 +113,10 @@ class Rig:
     def changed(self, message: Message) -> Iterator[Message]:
         """The messages that arrive in place of a message."""
         fault = self.fault
+        if fault is not None and message.topic == DOOR and self.disturbs(ENCODER):
+            if fault.kind == "stopped":
+                yield replace(message, due=self.contact + fault.begin + fault.length)
+            return
         if fault is None or fault.part != message.topic:
             yield message
             return

@@ -40,4 +40,4 @@ def test_the_robot_stands_and_the_hand_is_gentle_in_every_draw(
 def test_draws_cover_every_part_and_kind_and_are_those_of_their_seed() -> None:
     faults = draw(SEED, 600)
     assert faults == draw(SEED, 600)
-    assert len({(fault.part, fault.kind) for fault in faults}) == 37
+    assert len({(fault.part, fault.kind) for fault in faults}) == 39

@@ -37,6 +37,7 @@ from humanoid_motion.knots import Knots
 from humanoid_motion.splice import concatenate, duration, shifted, slowed, without_first
 
 from impact_planner.execution import reasons
+from impact_planner.execution.endings import Hold, Retreat, went_back
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
 from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Command, Outcome
@@ -124,7 +125,7 @@ class Approach(Following):
 class _TowardsDoor(Following):
     """A state whose trajectory ends in a retreat."""
 
-    def goes_back(self, begin: float, outcome: Outcome, why: str) -> Reaction:
+    def follow_back(self, begin: float, outcome: Outcome, why: str) -> Reaction:
         """Follow the trajectory to its end, without a command.
 
         Args:
@@ -135,7 +136,7 @@ class _TowardsDoor(Following):
         self.run.stop_requested = False  # a second request stops the retreat itself
         end = self.sent.end + self.run.settings.judged_after
         return Reaction(Retreat(run=self.run, phase="retreat", begin=begin, end=end, sent=self.sent,
-                                outcome_at_end=outcome, reason_at_end=_went_back(why)))
+                                outcome_at_end=outcome, reason_at_end=went_back(why)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,7 +150,7 @@ class RunUp(_TowardsDoor):
             return self._stop(run.present(now), reasons.stopped(self.phase))
         run.on_joints(now, position, velocity, self.phase)
         if now > self.end + run.settings.late:
-            return self.goes_back(now, Outcome.NO_CONTACT, reasons.MISSED)
+            return self.follow_back(now, Outcome.NO_CONTACT, reasons.MISSED)
         return Reaction(self) if self.past_no_return(now) else self.compared(now, position)
 
     def on_foot_forces(self, now: float, force: float) -> Reaction:
@@ -182,7 +183,7 @@ class RunUp(_TowardsDoor):
         measured.contact_time = begin
         measured.contact_delay = begin - run.planned_contact
         if present - now > run.settings.late_event:
-            return self.goes_back(now, Outcome.NOT_HELD, reasons.contact_too_late(
+            return self.follow_back(now, Outcome.NOT_HELD, reasons.contact_too_late(
                 present - now, run.settings.late_event))
         # The switch cannot begin before its command arrives, so a late detection delays it.
         stamp = max(begin + plan.switch_delay, present + run.settings.splice)
@@ -289,7 +290,7 @@ class AfterHit(_TowardsDoor):
             why = reasons.no_peak(self.goes_back_at - self.begin)
             if "retreat" not in run.plan.phases:
                 return self.stop_driver(Outcome.NOT_HELD, why)
-            return self.goes_back(self.goes_back_at, Outcome.NOT_HELD, why)
+            return self.follow_back(self.goes_back_at, Outcome.NOT_HELD, why)
         run.on_joints(now, position, velocity, self.phase)
         return Reaction(self) if past_no_return else self.compared(now, position)
 
@@ -299,7 +300,8 @@ class AfterHit(_TowardsDoor):
         measured.omega_door = float(np.fmax(measured.omega_door, velocity))
         if not measured.peak_angle >= angle:
             measured.peak_angle, measured.peak_time = angle, now - measured.contact_time
-        if measured.peak_angle - angle < run.settings.peak_drop:
+        fell_back = measured.peak_angle - angle >= run.settings.peak_drop
+        if not fell_back or run.present(now) >= self.goes_back_at:
             return Reaction(self)
         late = run.present(now) - measured.contact_time - measured.peak_time - LATE
         on_time = late <= run.settings.late_event
@@ -316,7 +318,7 @@ class AfterHit(_TowardsDoor):
         if plan.ending == "retreat":
             return self._retreat(now, Outcome.SUCCESS, reasons.OPENED)
         if run.stop_requested:
-            return self._retreat(now, Outcome.STOPPED, _went_back(reasons.STOPPED_AFTER_HIT))
+            return self._retreat(now, Outcome.STOPPED, went_back(reasons.STOPPED_AFTER_HIT))
         return self._hold(now)
 
     def _go_back(self, now: float, why: str) -> Reaction:
@@ -328,7 +330,7 @@ class AfterHit(_TowardsDoor):
         """
         if "retreat" not in self.run.plan.phases:
             return self.stop_driver(Outcome.NOT_HELD, why)
-        return self._retreat(now, Outcome.NOT_HELD, _went_back(why))
+        return self._retreat(now, Outcome.NOT_HELD, went_back(why))
 
     def _hold(self, now: float) -> Reaction:
         """Catch the door with the hand."""
@@ -352,65 +354,6 @@ class AfterHit(_TowardsDoor):
     def _judged_at(self, now: float, knots: Knots) -> float:
         """Time at which a motion that begins now is judged, on the robot's clock [s]."""
         return now + self.run.settings.judged_after + float(knots.time[-1])
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Ending(Following):
-    """A motion after the door's peak, which can be stopped at any time."""
-
-    def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
-        """End if a stop is requested, or judge the motion when its time is over."""
-        run = self.run
-        if run.stop_requested:
-            return self.stop_driver(Outcome.STOPPED, reasons.stopped(self.phase))
-        if now < self.end:
-            return Reaction(self)
-        why = reasons.off_track(position, self.sent.knots.position[-1], run.joint_names,
-                                run.settings.tracking, f"the {self.phase} ends")
-        if why:
-            return self.ended(Outcome.NOT_FOLLOWED, why)
-        return self._judged()
-
-    def past_no_return(self, now: float) -> bool:
-        """Whether a stop would lose balance, which it never does in this state."""
-        return False
-
-    def _judged(self) -> Reaction:
-        """End the motion, which the joints have followed."""
-        raise NotImplementedError
-
-
-@dataclass(frozen=True, kw_only=True)
-class Hold(_Ending):
-    """The hand catches the door and holds it."""
-
-    def _judged(self) -> Reaction:
-        """End with success if the door stands still near the desired angle."""
-        run, angles = self.run, self.run.door.recent
-        run.measured.held_angle = float(np.mean(angles))
-        return self.ended(*reasons.held_verdict(
-            angles, run.plan.desired_angle, run.settings.held_within))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Retreat(_Ending):
-    """The robot goes back from the door.
-
-    Attributes:
-        outcome_at_end: Outcome of the execution if the joints follow the retreat.
-        reason_at_end: Sentence that explains this outcome.
-    """
-
-    outcome_at_end: Outcome
-    reason_at_end: str
-
-    def _judged(self) -> Reaction:
-        """End with the outcome that the retreat began with."""
-        return self.ended(self.outcome_at_end, self.reason_at_end)
-
-
-def _went_back(reason: str) -> str:
-    return f"{reason}; the robot went back from the door"
 
 
 def _shifted(run: Run, rest: Array, phase: str, fades_in: float) -> Knots:

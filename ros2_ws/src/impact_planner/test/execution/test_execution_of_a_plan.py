@@ -235,6 +235,14 @@ def test_a_peak_whose_messages_were_lost_sends_the_robot_back(robot, good):
     assert execution.phase == "retreat"
 
 
+def test_after_the_retreat_has_begun_by_itself_the_arm_stays_in(robot, good):
+    """A door that turns round much later than planned is not caught from the retreat."""
+    execution, _, _, splice = hit(robot, good, 0.0)
+    after = duration(good.phases["post"]) + ExecutionSettings().goes_back
+    execution.on_door(splice.stamp + after - 0.05, good.desired_angle, 0.0)
+    assert execution.on_door(splice.stamp + after + 0.01, good.desired_angle - 0.002, -0.1) == []
+
+
 def test_a_hold_that_is_sent_late_still_meets_the_leaf_in_time(robot, good):
     """Its times count from its stamp, so that the driver skips what has passed."""
     execution, _, begin, _ = hit(robot, good, 0.0)
