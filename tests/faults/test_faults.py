@@ -16,7 +16,8 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Rig:
 
 NAMED = [
     Fault("executor", "stopped", -0.05, 3.0, 0.0, 0),
-    Fault(COMMANDS, "delayed", 0.9, 1.5, 0.9, 0),
+    pytest.param(Fault(COMMANDS, "delayed", 0.9, 1.5, 0.9, 0),
+                 marks=pytest.mark.nightly("another run")),
 ]
 
 
