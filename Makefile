@@ -15,7 +15,7 @@ PYTHON := .venv/bin/python
 ROS2 := .venv/bin/ros2
 RUNTIME := embedded/tests
 # One worker more than cores: tests that wait for processes leave their core to others.
-WORKERS := -n $(shell expr $$(nproc) + 1) --maxprocesses 8 --dist loadscope --no-loadscope-reorder
+WORKERS := -n $(shell expr $$(nproc) + 1) --maxprocesses 8 --dist loadscope --no-loadscope-reorder --max-worker-restart 0
 endif
 VENV := .venv
 BIN := $(VENV)/bin

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from faults.plan import draw
+from faults.plan import NAMED, draw
 from faults.rig import Rig
 from faults.verdict import wrong
 
@@ -17,17 +17,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="faults", description=__doc__)
     parser.add_argument("-n", type=int, default=20, help="number of draws (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=22, help="seed (default: %(default)s)")
+    parser.add_argument("--named", type=int, metavar="K",
+                        help="the fault with this number in faults.plan.NAMED alone")
     options = parser.parse_args()
+    faults = (draw(options.seed, options.n) if options.named is None
+              else [NAMED[options.named]])
     unsafe, outcomes = 0, {}
     with tempfile.TemporaryDirectory() as folder:
         rig = Rig(Path(folder))
-        for fault in tqdm(draw(options.seed, options.n), unit="draw"):
+        for fault in tqdm(faults, unit="draw"):
             verdict = rig.verdict(fault)
             why = wrong(fault, verdict)
             unsafe += bool(why)
             outcomes[verdict.outcome] = outcomes.get(verdict.outcome, 0) + 1
             tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
-    print(f"{options.n - unsafe} of {options.n} draws are safe;",
+    print(f"{len(faults) - unsafe} of {len(faults)} draws are safe;",
           ", ".join(f"{number} {name}" for name, number in sorted(outcomes.items())))
     return int(unsafe > 0)
 

@@ -63,6 +63,13 @@ class Fault:
         return f"{self.part} {self.kind}{by} {long}, {self.begin:+.2f} s from the contact"
 
 
+NAMED = (
+    Fault(EXECUTOR, "stopped", -0.05, 3.0, 0.0, 0),
+    Fault(COMMANDS, "delayed", 0.9, 1.5, 0.9, 0),
+)
+"""Faults that have thrown the door, or left the robot in its way."""
+
+
 def draw(seed: int, count: int) -> list[Fault]:
     """Faults of a seed, in the order in which they begin.
 
