@@ -76,7 +76,7 @@ def test_a_domain_that_is_none_is_refused_in_one_line(
 def test_a_number_of_401_digits_is_refused_in_one_sentence(
     ros2: Ros2, arguments: list[str]
 ) -> None:
-    """No clock and no queue can hold it; the last line is the reason."""
+    """No clock and no queue holds such a number; the last line of stderr gives the reason."""
     done = ros2(*arguments)
     assert done.returncode not in (0, None)
     assert "Traceback" not in done.stderr

@@ -8,7 +8,7 @@ machine. The simulation is copied (fork) at the begin of each fault.
 import json
 import os
 import traceback
-from collections import deque
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -75,7 +75,7 @@ class Rig:
 
     folder: Path
     fault: Fault | None = None
-    waiting: deque[Message] = field(default_factory=deque)
+    waiting: list[Message] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     happened: bool = False  # whether a fault of a single message has happened
@@ -174,16 +174,19 @@ class Rig:
 
     def shorten(self) -> None:
         """Drop the oldest messages of a topic beyond the depth of its queue."""
-        for topic in {message.topic for message in self.waiting}:
-            of_topic = [message for message in self.waiting if message.topic == topic]
-            for message in of_topic[:-QUEUE]:
-                self.waiting.remove(message)
+        newer: Counter[str] = Counter()
+        kept = []
+        for message in reversed(self.waiting):
+            newer[message.topic] += 1
+            if newer[message.topic] <= QUEUE:
+                kept.append(message)
+        self.waiting = kept[::-1]
 
     def handle(self, now: float) -> None:
         """The executor's turn: every message that has arrived, then the watch, then stops."""
         arrived = [message for message in self.waiting if message.due <= now]
+        self.waiting = [message for message in self.waiting if message.due > now]
         for message in arrived:
-            self.waiting.remove(message)
             arrival = Arrival(message.stamp, now, now - message.sent)
             self.send(now, self.handler(message.topic)(arrival, *message.values))
         if now >= self.watched + WATCH:
@@ -214,8 +217,9 @@ class Rig:
 
     def obey(self, now: float) -> None:
         """The driver's turn: the commands that have arrived."""
-        for due, command in [each for each in self.commands if each[0] <= now]:
-            self.commands.remove((due, command))
+        arrived = [command for due, command in self.commands if due <= now]
+        self.commands = [(due, command) for due, command in self.commands if due > now]
+        for command in arrived:
             try:
                 self.world.follow(
                     arrays_of(command, self.world.robot_config.joint_names), command.stamp)

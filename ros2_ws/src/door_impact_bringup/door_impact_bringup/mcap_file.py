@@ -149,7 +149,7 @@ def partial_folder(path: Path) -> Path:
 
 
 class _Output(FileIO):
-    """A file without a buffer, so that nothing is left to be written after an error."""
+    """A file that writes at once, without a buffer: an error leaves no data for later."""
 
     def write(self, data: Any) -> int:
         """Writes all of the data; the system writes less where the disk becomes full."""

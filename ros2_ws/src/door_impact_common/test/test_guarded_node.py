@@ -1,4 +1,4 @@
-"""A node goes on after an exception in a callback, and logs it."""
+"""After an exception in a callback a node logs it and goes on."""
 
 import time
 

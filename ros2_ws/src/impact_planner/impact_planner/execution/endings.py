@@ -30,7 +30,7 @@ class _Ending(Following):
         return self._judged()
 
     def past_no_return(self, now: float) -> bool:
-        """Whether a stop would lose balance, which it never does in this state."""
+        """Return False: in this state the robot keeps its balance in a stop."""
         return False
 
     def _judged(self) -> Reaction:
@@ -65,8 +65,3 @@ class Retreat(_Ending):
     def _judged(self) -> Reaction:
         """End with the outcome that the retreat began with."""
         return self.ended(self.outcome_at_end, self.reason_at_end)
-
-
-def went_back(reason: str) -> str:
-    """Add to a reason that the robot went back."""
-    return f"{reason}; the robot went back from the door"

@@ -1,4 +1,4 @@
-"""The measurements that an execution gets: checked in a run, and with the time they are late.
+"""Passes the messages about robot and door to the execution: checked, and with their delay.
 
 Outside a run only the latest measurements are kept, from which a run begins. In a run each message
 passes `Intake`; what it drops does not reach the execution. `Freshness` notices silent topics by
@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from numpy.typing import ArrayLike
 
 from impact_planner.execution.execution import Execution
@@ -20,7 +21,7 @@ from impact_planner.execution.intake import Arrival, Intake, Plausible
 from impact_planner.execution.types import Command
 
 JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
-WRENCHES = {"left": "/left_foot/wrench", "right": "/right_foot/wrench"}
+WRENCHES = {side: f"/{side}_foot/wrench" for side in SIDES}
 
 _JOINT_RATE = 2.0  # largest plausible speed of a joint as a multiple of its limit
 _JOINT_SLACK = 0.05  # change of a joint that is always plausible [rad]

@@ -15,8 +15,6 @@ from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike
 
 AHEAD = 0.1  # largest time by which a stamp may lie ahead of the clock [s]
-
-
 CURRENT = 0.05  # delay up to which a message counts as one of the present [s]
 
 

@@ -67,6 +67,11 @@ def too_far_off(peak: float, desired: float, limit: float) -> str:
             f"desired, and the arm catches it within {np.degrees(limit):.1f} deg of that")
 
 
+def went_back(reason: str) -> str:
+    """Add to a reason that the robot went back."""
+    return f"{reason}; the robot went back from the door"
+
+
 def held_verdict(
     angles: Sequence[float], desired: float, limit: float
 ) -> tuple[Outcome, str]:

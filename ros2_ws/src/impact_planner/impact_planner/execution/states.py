@@ -37,7 +37,7 @@ from humanoid_motion.knots import Knots
 from humanoid_motion.splice import concatenate, duration, shifted, slowed, without_first
 
 from impact_planner.execution import reasons
-from impact_planner.execution.endings import Hold, Retreat, went_back
+from impact_planner.execution.endings import Hold, Retreat
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
 from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Command, Outcome
@@ -126,7 +126,7 @@ class _TowardsDoor(Following):
     """A state whose trajectory ends in a retreat."""
 
     def follow_back(self, begin: float, outcome: Outcome, why: str) -> Reaction:
-        """Follow the trajectory to its end, without a command.
+        """Let the driver follow its trajectory to the end, which is the retreat; send nothing.
 
         Args:
             begin: Begin of the retreat on the robot's clock [s].
@@ -136,7 +136,7 @@ class _TowardsDoor(Following):
         self.run.stop_requested = False  # a second request stops the retreat itself
         end = self.sent.end + self.run.settings.judged_after
         return Reaction(Retreat(run=self.run, phase="retreat", begin=begin, end=end, sent=self.sent,
-                                outcome_at_end=outcome, reason_at_end=went_back(why)))
+                                outcome_at_end=outcome, reason_at_end=reasons.went_back(why)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,7 +243,7 @@ class Stopping(Following):
         return self.ended(Outcome.STOPPED, self.reason_at_end)
 
     def past_no_return(self, now: float) -> bool:
-        """Whether a stop would lose balance, which it never does in this state."""
+        """Return False: in this state the robot keeps its balance in a stop."""
         return False
 
 
@@ -318,7 +318,7 @@ class AfterHit(_TowardsDoor):
         if plan.ending == "retreat":
             return self._retreat(now, Outcome.SUCCESS, reasons.OPENED)
         if run.stop_requested:
-            return self._retreat(now, Outcome.STOPPED, went_back(reasons.STOPPED_AFTER_HIT))
+            return self._retreat(now, Outcome.STOPPED, reasons.went_back(reasons.STOPPED_AFTER_HIT))
         return self._hold(now)
 
     def _go_back(self, now: float, why: str) -> Reaction:
@@ -330,7 +330,7 @@ class AfterHit(_TowardsDoor):
         """
         if "retreat" not in self.run.plan.phases:
             return self.stop_driver(Outcome.NOT_HELD, why)
-        return self._retreat(now, Outcome.NOT_HELD, went_back(why))
+        return self._retreat(now, Outcome.NOT_HELD, reasons.went_back(why))
 
     def _hold(self, now: float) -> Reaction:
         """Catch the door with the hand."""

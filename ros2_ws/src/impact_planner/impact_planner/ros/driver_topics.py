@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
+from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import seconds
 from geometry_msgs.msg import WrenchStamped
@@ -18,7 +19,6 @@ from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from impact_planner.execution.freshness import Freshness
@@ -53,7 +53,7 @@ class DriverTopics:
     """
 
     def __init__(
-        self, node: Node, robot: RobotModel, parameters: Parameters,
+        self, node: GuardedNode, robot: RobotModel, parameters: Parameters,
         after: Callable[[float, list[Command]], None],
     ) -> None:
         self._node, self._after = node, after
@@ -87,11 +87,18 @@ class DriverTopics:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
             underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
-            try:
+            with self._ends_the_motion():
                 self._after(stamp, handle(message, Arrival(stamp, self.now(), underway)))
-            except Exception as error:  # a motion must not go on without its executor
-                self._failed(error)
         return callback
+
+    @contextmanager
+    def _ends_the_motion(self) -> Iterator[None]:
+        """End the motion where an error of the program is raised; the node's guard logs it."""
+        try:
+            yield
+        except Exception as error:  # a motion must not go on without its executor
+            self._after(-math.inf, self.inputs.on_failure(error))
+            raise
 
     def now(self) -> float:
         """Present time of the robot's clock [s]."""
@@ -138,15 +145,8 @@ class DriverTopics:
         missing = watch.tick()
         if missing is None or self.inputs.joints is None:
             return
-        try:
+        with self._ends_the_motion():
             self._after(self.inputs.joints[0], self.inputs.on_silence(*missing, watch.limit))
-        except Exception as error:  # a motion must not go on without its executor
-            self._failed(error)
-
-    def _failed(self, error: Exception) -> None:
-        """End a motion after an error of the program."""
-        self._node.get_logger().error(traceback.format_exc())
-        self._after(-math.inf, self.inputs.on_failure(error))
 
     def _report(self) -> None:
         """Publish what was dropped or late, and who publishes beside the driver."""
