@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from door_model.errors import DoorParameterError
 
 _ROUNDING = 1e-6  # deviation of a covariance that is taken for rounding, in standard deviations
+_SMALLEST = float(np.finfo(float).tiny / np.finfo(float).eps)  # variance with all of its digits
 
 
 def require_finite(name: str, value: float) -> None:
@@ -66,7 +67,8 @@ def require_covariance(name: str, covariance: NDArray[np.float64]) -> None:
     require_each(name, covariance, np.isfinite(covariance), "finite")
     variance = np.diag(covariance)
     require_each(f"the diagonal of {name}", variance, variance >= 0.0, "0 or above")
-    size = np.sqrt(np.where(variance > 0.0, variance, 1.0))
+    # A variance next to the smallest number has lost digits: no correlation can be told from it.
+    size = np.sqrt(np.where(variance > _SMALLEST, variance, 1.0))
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         correlation = covariance / size / size[:, None]
     possible = np.abs(correlation) <= 1.0 + _ROUNDING
