@@ -108,6 +108,8 @@ class WorldSettings:
     time_step_fine: float = 0.00025
     brace: bool = True
     rotor_scale: float = 1.0
+    gear_scale: float = 1.0
+    pad_scale: float = 1.0
     servo_time_constant: float | None = None
     restitution: float | None = None
     contact_duration: float = 0.015

@@ -13,17 +13,18 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.servos import JointServos
+from hrp2_sim_bridge.control.drives import JointDrives
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
 from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog, trajectory_content
 from hrp2_sim_bridge.log.recorder import save_npz
 from hrp2_sim_bridge.log.truth_log import TruthLog
+from hrp2_sim_bridge.physics.brace import BracePads
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.door_load import DoorLoad
 from hrp2_sim_bridge.physics.engine import Engine
@@ -145,7 +146,10 @@ class World(Driver):
         )
         self.time_step = settings.time_step_coarse
         self.engine.reset(scene)
-        self.servos = JointServos(robot, scene.servo_time_constant)
+        self.drives = JointDrives(
+            robot, needed(robot.drives, "drives").scaled(rotor=settings.rotor_scale, gear=settings.gear_scale),
+            self._posture)
+        self.pads = BracePads(robot, needed(robot.brace, "brace"), settings.pad_scale)
         self.door = DoorLoad(self.door_config)
         self.hit = HitMeter(self.engine, robot)
         self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
@@ -155,7 +159,8 @@ class World(Driver):
         if self._stabilizer is not None:
             self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
-        self._joints = self.engine.read_joints()
+        self._state = self.engine.joint_state()
+        self._joints = np.vstack([self._state, self.drives.motor])
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
         self._far_until = self._ticks
@@ -280,15 +285,11 @@ class World(Driver):
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
             self._stabilizer.update(self._sensed, self.driver.sample)
             reference += self._stabilizer.offsets(times)
-        braced = self.servos.limit_torques(
-            reference[0], brace=self.settings.brace and fine and not self.fell,
-            share=_FALLEN_TORQUE if self.fell else 1.0,
-        )
-        self.engine.limit_torques(self.servos.forces, braced=braced)
-        targets = self.servos.within_speed(reference, self._joints[0], step)
-        speeds = (targets[1:] - targets[:-1]) / step
+        braced = False
+        self.drives.set_time_step(step)
+        speeds = (reference[1:] - reference[:-1]) / step
         readings = TickReadings([self._frames])
-        orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
+        orders = list(zip(reference[1:], speeds, strict=True))
         for first in range(0, len(orders), per_sample):
             self._take_steps(
                 orders[first : first + per_sample], times[first], readings, near=fine
@@ -330,9 +331,12 @@ class World(Driver):
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
+        self.pads.linearize(self._state[0])
         reactions = []
         for position, speed in orders:
-            reactions.append(self.engine.step(position, speed, torque))
+            gears = self.drives.torque(position, speed, *self._state)
+            reactions.append(self.engine.step(gears + self.pads.torque(*self._state), torque))
+            self._state = self.engine.joint_state()
             for observer in self.observers:
                 observer(self.engine)
             if near:
@@ -341,7 +345,7 @@ class World(Driver):
 
     def _read(self, readings: TickReadings, braced: bool) -> None:
         """Add the readings at the end of a millisecond."""
-        self._joints = self.engine.read_joints()
+        self._joints = np.vstack([self._state, self.drives.motor])
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
         readings.joints.append(self._joints)
