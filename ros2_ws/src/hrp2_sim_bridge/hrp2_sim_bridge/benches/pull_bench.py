@@ -42,7 +42,6 @@ def pull_test(
     posture: Array,
     *,
     locked: tuple[str, ...],
-    rotor_scale: float,
     direction: ArrayLike = (0.0, -1.0, 0.0),
     impulse: float = 0.1,
     duration: float = 2e-4,
@@ -51,13 +50,12 @@ def pull_test(
     """Apply a short force at point B of the simulated robot and measure how fast it moves.
 
     There is no gravity and both soles are fixed to the world, as in the constraints of the
-    effective mass `1 / (J M^-1 J^T)`. Joints that are not locked have no motor.
+    effective mass `1 / (J M^-1 J^T)`. Joints that are not locked have no drive.
 
     Args:
         robot: Configuration of the robot.
         posture: Joint angles, (30,) [rad].
-        locked: Names of the joints that are held as by the brace.
-        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+        locked: Names of the joints that are locked.
         direction: Direction of the force in the world, (3,).
         impulse: Impulse of the force, small enough to move nothing far [N s].
         duration: Duration of the constant force [s].
@@ -75,7 +73,7 @@ def pull_test(
     try:
         prepare(client, step, _ITERATIONS, WorldSettings.friction)
         client.setGravity(0.0, 0.0, 0.0)
-        body = RobotBody(client, robot, posture, rotor_scale=rotor_scale)
+        body = RobotBody(client, robot, posture)
         for name in locked:
             joint = body.joint_index[name]
             client.setJointMotorControl2(

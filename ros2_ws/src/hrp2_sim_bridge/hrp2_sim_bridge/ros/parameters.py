@@ -21,12 +21,15 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "gui": (False, "open PyBullet's window"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "largest speed of a simulation that is not paced; 0: no limit"),
-    "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
-    "restitution": (-1.0, "coefficient of restitution of the leaf; negative: the door's own"),
-    "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia; 0: no rotors"),
-    "servo_time_constant": (
-        -1.0, "time constant of the joints' servos [s]; negative: the robot's own",
+    "brace": (
+        WorldSettings.brace,
+        "what the hitting arm leans on: contact (its pads), rigid (its joints are locked), none",
     ),
+    "restitution": (-1.0, "coefficient of restitution of the leaf; negative: the door's own"),
+    "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia"),
+    "gear_scale": (WorldSettings.gear_scale, "multiple of the gears' stiffness and damping"),
+    "servo_scale": (WorldSettings.servo_scale, "multiple of the servos' gains"),
+    "pad_scale": (WorldSettings.pad_scale, "multiple of the pads' stiffness and damping"),
     "contact_duration": (
         WorldSettings.contact_duration,
         "duration of the impact for which the leaf's surface is designed [s]",
@@ -77,17 +80,17 @@ class BridgeParameters(Parameters):
         Raises:
             SettingError: A parameter is out of its range.
         """
-        own = {name: self.number(name) for name in ("restitution", "servo_time_constant")}
-        numbers = ("rotor_scale", "contact_duration", "friction", "time_step_coarse",
-                   "time_step_fine", "log_seconds")
+        restitution = self.number("restitution")
+        numbers = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "contact_duration",
+                   "friction", "time_step_coarse", "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
             "gui": self.switch("gui"),
             "log": bool(self.text("log_file")),
             "sole": self.text("sole"),
             "stabilizer": self.switch("stabilizer"),
-            "brace": self.switch("brace"),
-            **{name: None if value < 0.0 else value for name, value in own.items()},
+            "brace": self.text("brace"),
+            "restitution": None if restitution < 0.0 else restitution,
             "iterations": self.whole("solver_iterations"),
             "encoder_bits": self.whole("encoder_bits"),
             "seed": self.whole("seed"),
