@@ -16,7 +16,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import Brace, RobotConfig
 from humanoid_motion.pinocchio_model import free_floating_model
 
-_NEAR = 0.01  # gap between the pads below which their contact is computed [m]
+_NEAR = 0.01  # distance of the pads' surfaces below which their contact is computed [m]
 _TANGENTIAL = 0.5  # tangential stiffness and damping of the pads as a share of the normal ones
 
 
@@ -74,17 +74,18 @@ class BracePads:
         """
         model, data = self._model, self._data
         self._q[self._q_index] = position
-        pin.computeJointJacobians(model, data, self._q)
+        pin.forwardKinematics(model, data, self._q)
         arm, trunk = (pin.updateFramePlacement(model, data, frame) for frame in self._frames)
         places = [pose.act(place)
                   for pose, place in zip((arm, trunk), self._places, strict=True)]
         axes = self._axes @ trunk.rotation.T
         offset = axes @ (places[0] - places[1])
         self.near = bool(
-            offset[0] - self._ball < _NEAR and math.hypot(*offset[1:]) < self._disc)
+            abs(offset[0] - self._ball) < _NEAR and math.hypot(*offset[1:]) < self._disc)
         if not self.near:
             self.force, self._touching = np.zeros(3), False
             return
+        pin.computeJointJacobians(model, data, self._q)
         # Both Jacobians are those of the point where the ball touches.
         point = places[0] - self._ball * axes[0]
         jacobians = []
