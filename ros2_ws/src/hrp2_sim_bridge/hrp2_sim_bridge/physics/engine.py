@@ -1,5 +1,6 @@
 """The interface that a physics engine offers to the world; `engines.py` names the engines."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from door_impact_common.arrays import Array
@@ -23,14 +24,14 @@ class Engine(Protocol):
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
 
-    def limit_torques(self, limits: list[float], *, braced: bool) -> None:
-        """Set the motors' torque limits (30) [N m]; `braced` tells whether the brace holds."""
+    def hold(self, joints: Sequence[int]) -> None:
+        """Lock these joints rigidly where they are, and release all others."""
 
-    def step(self, position: list[float], velocity: list[float], torque: float) -> Reactions:
-        """Step towards joint targets [rad, rad/s] with a torque on the leaf [N m]."""
+    def step(self, torque: Array, door_torque: float) -> Reactions:
+        """Take a step with torques (30) on the joints and one on the leaf [N m]."""
 
-    def read_joints(self) -> Array:
-        """Return joint positions [rad], velocities [rad/s], motor torques [N m], (3, 30)."""
+    def joint_state(self) -> Array:
+        """Return positions [rad] and velocities [rad/s] of the joints, (2, 30)."""
 
     def read_frames(self) -> list[float]:
         """Return a row of numbers, of which `link_states` and `base_states` make states."""

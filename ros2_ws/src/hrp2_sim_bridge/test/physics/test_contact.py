@@ -4,19 +4,24 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from hrp2_sim_bridge.benches.drop_bench import drop_test
 from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass, simulate_impact
+from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import given
 from hypothesis import strategies as st
 
 BALL, L_B, STEP = 47.0, 0.42, 0.00025
 
 
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("speed", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.7])
-def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(restitution, speed) -> None:
+def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(
+    engine, restitution, speed
+) -> None:
     """A free ball leaves the leaf with the wanted restitution, and momentum is conserved."""
+    pytest.importorskip(engine)
     door = load_door("paper")
     design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
-    shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP)
+    shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP, engine=engine)
     assert shown.restitution == pytest.approx(restitution, abs=0.015)
     assert shown.momentum_ratio == pytest.approx(1.0, abs=0.005)
     if restitution:
