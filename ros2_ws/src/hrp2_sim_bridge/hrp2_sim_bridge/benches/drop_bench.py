@@ -48,7 +48,7 @@ class DropTest:
 
 @dataclass(frozen=True)
 class _Drop:
-    """A drop: a ball's mass [kg], lever [m] and speed [m/s], and the physics step [s]."""
+    """A drop: a ball's mass [kg], lever [m] and speeds [m/s], and the physics step [s]."""
 
     door: DoorConfig
     design: ContactDesign
@@ -56,6 +56,7 @@ class _Drop:
     lever: float
     speed: float
     step: float
+    sliding: float
 
     @property
     def steps(self) -> int:
@@ -65,7 +66,7 @@ class _Drop:
 
 def drop_test(
     door: DoorConfig, design: ContactDesign, *, mass: float, lever: float, speed: float,
-    step: float, engine: str = WorldSettings.engine,
+    step: float, sliding: float = 0.0, engine: str = WorldSettings.engine,
 ) -> DropTest:
     """Let a ball hit a leaf without gravity and without closer.
 
@@ -76,13 +77,14 @@ def drop_test(
         lever: Distance of the hit from the hinge [m].
         speed: Speed of the ball towards the leaf [m/s].
         step: Physics step [s].
+        sliding: Speed of the ball along the leaf, upwards [m/s].
         engine: Name of the physics engine.
 
     Raises:
         SimulatorMissingError: The engine is not installed.
     """
     run = {"pybullet": _in_pybullet, "mujoco": _in_mujoco}[engine]
-    after, omega, touching = run(_Drop(door, design, mass, lever, speed, step))
+    after, omega, touching = run(_Drop(door, design, mass, lever, speed, step, sliding))
     momentum = mass * after * lever + door.i_a * omega
     return DropTest(
         (omega * lever - after) / speed, momentum / (mass * speed * lever), touching * step
@@ -99,7 +101,7 @@ def _in_pybullet(drop: _Drop) -> tuple[float, float, int]:
         sphere = client.createCollisionShape(client.GEOM_SPHERE, radius=_RADIUS)
         ball = client.createMultiBody(drop.mass, sphere, basePosition=_START)
         client.changeDynamics(ball, -1, linearDamping=0.0, angularDamping=0.0)
-        client.resetBaseVelocity(ball, [0.0, -drop.speed, 0.0])
+        client.resetBaseVelocity(ball, [0.0, -drop.speed, drop.sliding])
         touching = 0
         for _ in range(drop.steps):
             client.stepSimulation()
@@ -125,7 +127,7 @@ def _in_mujoco(drop: _Drop) -> tuple[float, float, int]:
     model = compile_model(spec, [(LEAF, _BALL, leaf_surface(drop.design))], drop.step).raw
     data = mujoco.MjData(model)
     ball, hinge = data.joint(_BALL), data.joint(HINGE)
-    ball.qvel[1] = -drop.speed
+    ball.qvel[:3] = 0.0, -drop.speed, drop.sliding
     touching = 0
     for _ in range(drop.steps):
         mujoco.mj_step(model, data)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.physics.mujoco.engine import MuJoCoEngine
 from hrp2_sim_bridge.physics.pybullet.engine import PyBulletEngine
 from hrp2_sim_bridge.settings import WorldSettings
+
+_ENGINES: Mapping[str, Callable[[], Engine]] = {
+    "pybullet": PyBulletEngine, "mujoco": MuJoCoEngine,
+}
 
 
 def make_engine(name: str = WorldSettings.engine) -> Engine:
@@ -17,4 +23,4 @@ def make_engine(name: str = WorldSettings.engine) -> Engine:
     Raises:
         SimulatorMissingError: The engine is not installed.
     """
-    return {"pybullet": PyBulletEngine, "mujoco": MuJoCoEngine}[name]()
+    return _ENGINES[name]()

@@ -22,10 +22,41 @@ def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(
     door = load_door("paper")
     design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
     shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP, engine=engine)
-    assert shown.restitution == pytest.approx(restitution, abs=0.015)
-    assert shown.momentum_ratio == pytest.approx(1.0, abs=0.005)
+    assert shown.restitution == pytest.approx(restitution, abs=0.01)
+    assert shown.momentum_ratio == pytest.approx(1.0, abs=0.001)
     if restitution:
         assert 0.010 < shown.duration < 0.020
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_mean_over_instants_of_contact_is_the_restitution_of_the_design(engine) -> None:
+    """The instant within a step at which the contact begins changes a hit, but not the mean."""
+    pytest.importorskip(engine)
+    door = load_door("paper")
+    design = design_contact(0.3, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
+    shown = [
+        drop_test(
+            door, design, mass=BALL, lever=L_B, speed=speed, step=STEP, engine=engine
+        ).restitution
+        for speed in np.linspace(0.4, 0.6, 16)
+    ]
+    assert np.mean(shown) == pytest.approx(design.restitution, abs=0.0015)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_ball_that_slides_along_the_leaf_leaves_it_as_fast(engine) -> None:
+    """Friction turns the ball, but does not change the speed at which it leaves the leaf."""
+    pytest.importorskip(engine)
+    door = load_door("paper")
+    design = design_contact(0.5, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
+    straight, *slid = (
+        drop_test(
+            door, design, mass=BALL, lever=L_B, speed=0.5, step=STEP, sliding=sliding,
+            engine=engine,
+        ).restitution
+        for sliding in (0.0, 0.1, 0.3)
+    )
+    np.testing.assert_allclose(slid, straight, atol=0.002)
 
 
 @given(st.floats(0.05, 0.85), st.floats(5.0, 80.0), st.floats(0.008, 0.03))

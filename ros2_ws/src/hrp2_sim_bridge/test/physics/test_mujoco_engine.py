@@ -9,6 +9,7 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.errors import RobotConfigError
+from hrp2_sim_bridge.benches.pull_bench import pull_test
 from hrp2_sim_bridge.errors import DivergedError, ModelError, SimulatorMissingError
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.frames import rotation
@@ -16,6 +17,7 @@ from hrp2_sim_bridge.physics.mujoco.engine import MuJoCoEngine
 from hrp2_sim_bridge.physics.scene import Scene
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 from hrp2_sim_bridge.settings import WorldSettings
+from humanoid_motion.robot_model import RobotModel
 
 pytest.importorskip("mujoco")
 STEP = WorldSettings.time_step_coarse
@@ -96,6 +98,7 @@ def test_frames_are_those_of_base_and_joints(make, robot) -> None:
     engine = make()
     lift(engine)
     random = np.random.default_rng(4)
+    engine.read_frames()
     for _ in range(200):
         engine.step(0.2 * random.normal(size=30), 0.0)
     model, data, q, v, _ = reference_model(robot, engine)
@@ -171,7 +174,7 @@ def test_held_joints_bear_any_torque_and_let_go(make, robot) -> None:
     torque[held[1]] = 500.0
     engine.hold(held)
     before = engine.joint_state()[0]
-    for _ in range(100):
+    for _ in range(800):
         engine.step(torque, 0.0)
         engine.hold(held)
     assert np.abs(engine.joint_state()[0] - before)[held].max() < 1e-5
@@ -179,6 +182,18 @@ def test_held_joints_bear_any_torque_and_let_go(make, robot) -> None:
     for _ in range(20):
         engine.step(torque, 0.0)
     assert np.abs(engine.joint_state()[0] - before)[held[1]] > 0.01
+
+
+@pytest.mark.parametrize("braced", [True, False])
+def test_held_robot_shows_the_effective_mass_of_its_mass_matrix(robot, braced) -> None:
+    """With held joints and fixed soles a short force moves point B as 1 / (J M^-1 J^T) says."""
+    posture = robot.posture(robot.braced_posture)
+    locked = robot.braced_joints if braced else ()
+    model = RobotModel(robot)
+    exact = model.effective_mass(
+        model.configuration(np.zeros(3), posture), locked=locked, rotors=1.0)
+    pulled = pull_test(robot, posture, locked=locked, rotor_scale=1.0, engine="mujoco")
+    assert pulled.effective_mass == pytest.approx(exact, rel=1e-3)
 
 
 def test_a_hit_gives_the_leaf_its_impulse_and_the_robot_the_opposite(

@@ -22,7 +22,7 @@ from hrp2_sim_bridge.physics.mujoco.surfaces import (
 )
 from hrp2_sim_bridge.physics.scene import Scene
 
-BASE, LEAF, HINGE = "base_link", "leaf", "hinge"
+WORLD, BASE, LEAF, HINGE = "world", "base_link", "leaf", "hinge"
 _FLOOR = "floor"
 _LEAF_FRICTION = 0.3  # coefficient of friction of the leaf's surface
 _CORNERS = 4  # contact points of a sole on the floor
