@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pinocchio as pin
@@ -310,3 +311,22 @@ def test_a_window_needs_a_display(make, monkeypatch) -> None:
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(SettingError, match="DISPLAY"):
         make(gui=True)
+
+
+def test_a_window_shows_the_run_sixty_times_a_second_until_it_is_closed(make, monkeypatch) -> None:
+    """The window is redrawn every 1/60 s of simulated time, and no longer after it was closed."""
+    viewer = pytest.importorskip("mujoco.viewer")
+    shown = MagicMock()
+    shown.is_running.return_value = True
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.setattr(viewer, "launch_passive", lambda *_, **__: shown)
+    engine = make(gui=True)
+    for _ in range(1000):
+        engine.step(NONE, 0.0)
+    assert shown.sync.call_count == pytest.approx(30, abs=1)
+    shown.is_running.return_value = False
+    for _ in range(100):
+        engine.step(NONE, 0.0)
+    assert shown.sync.call_count == pytest.approx(30, abs=1)
+    engine.close()
+    shown.close.assert_called_once_with()

@@ -59,7 +59,7 @@ class Window:
         )
         camera = self._viewer.cam
         camera.lookat[:] = 0.0, -0.2, 0.7
-        camera.distance, camera.azimuth, camera.elevation = 2.6, 30.0, -18.0
+        camera.distance, camera.azimuth, camera.elevation = 2.6, 210.0, -18.0
         self._next = 0.0
 
     def update(self) -> None:
