@@ -17,9 +17,19 @@ from door_impact_common.yaml_files import read_yaml
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
-from hrp2_description.robot_types import Arm, FootNames, RobotConfig, SoleRubber, Step, needed
+from hrp2_description.robot_types import (
+    Arm,
+    Brace,
+    Drives,
+    FootNames,
+    Pad,
+    RobotConfig,
+    SoleRubber,
+    Step,
+    needed,
+)
 
-__all__ = ["RobotConfig", "SoleRubber", "load_robot_config", "needed"]
+__all__ = ["Brace", "Drives", "RobotConfig", "SoleRubber", "load_robot_config", "needed"]
 
 T = TypeVar("T")
 SIDES = ("left", "right")  # the order of the sides in every array
@@ -27,6 +37,7 @@ LEG_JOINTS = 6  # number of joints of a leg
 # Types of joints without a limited range.
 _FIXED_TYPES = ("fixed", "floating", "planar")
 _IN_PACKAGE = "package://"
+_UNIT = 1e-6  # largest deviation of a unit vector's length
 
 
 def load_robot_config(
@@ -115,15 +126,13 @@ def _build(
 def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
     """Return those fields of the file that it may omit."""
     found: dict[str, Any] = {}
-    for name in ("hand_radius", "clearance", "servo_time_constant"):
+    for name in ("hand_radius", "clearance"):
         if name in data:
             found[name] = _positive(data, name)
-    if "actuators" in data:
-        for key, field in (("gear", "gear_ratio"), ("rotor_inertia", "rotor_inertia")):
-            table = {start: row[key] for start, row in data["actuators"].items()}
-            found[field] = _frozen(_per_joint(table, names, key))
-    if "rotor_link" in data:
-        found["rotor_link"] = MappingProxyType(_rotor_links(data["rotor_link"], names))
+    if "drives" in data:
+        found["drives"] = _drives(data, names)
+    if "brace" in data:
+        found["brace"] = _brace(data["brace"])
     if "motor_encoder_counts" in data:
         counts = found["motor_encoder_counts"] = data["motor_encoder_counts"]
         if type(counts) is not int or counts < 1:
@@ -149,6 +158,49 @@ def _arm(data: dict[str, Any]) -> Arm:
     )
 
 
+def _drives(data: dict[str, Any], names: tuple[str, ...]) -> Drives:
+    rows = {key: {start: row[key] for start, row in data["drives"].items()}
+            for key in ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")}
+    columns = {key: _per_joint(table, names, key) for key, table in rows.items()}
+    sizes, decay = data["gear_sizes"], _positive(data, "gear_damping_time")
+    gears = {key: np.array([float(sizes[int(size)][key]) for size in columns["size"]])
+             for key in ("stiffness", "peak_torque", "ratcheting_torque")}
+    drives = Drives(
+        gear_ratio=_frozen(columns["gear"]),
+        rotor_inertia=_frozen(columns["rotor_inertia"]),
+        damping=_frozen(decay * gears["stiffness"]),
+        position_gain=_frozen(columns["position_gain"]),
+        speed_gain=_frozen(columns["speed_gain"]),
+        **{key: _frozen(values) for key, values in gears.items()},
+    )
+    for name, values in asdict(drives).items():
+        wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
+        if wrong.size:
+            at = int(wrong[0])
+            raise RobotConfigError(
+                f"{name} of {names[at]}", value=float(values[at]), limit="positive")
+    return drives
+
+
+def _brace(data: dict[str, Any]) -> Brace:
+    arm, trunk = (
+        Pad(pad["link"], _vector(pad, "xyz"), _positive(pad, "radius"))
+        for pad in (data["arm"], data["trunk"]))
+    normal = np.array(_vector(data["trunk"], "normal"))
+    if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
+        raise RobotConfigError("normal of the trunk's pad", value=normal.tolist(), limit="length 1")
+    stiffness, damping, friction = (
+        _positive(data, name) for name in ("stiffness", "damping", "friction"))
+    return Brace(arm, trunk, _vector(data["trunk"], "normal"), stiffness, damping, friction)
+
+
+def _vector(data: dict[str, Any], name: str) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in data[name])
+    if not np.isfinite([x, y, z]).all():
+        raise RobotConfigError(name, value=(x, y, z), limit="three finite numbers")
+    return x, y, z
+
+
 def _sole_rubber(data: dict[str, Any]) -> SoleRubber:
     rubber = SoleRubber(float(data["stiffness"]), float(data["damping"]))
     for name, value in asdict(rubber).items():
@@ -162,6 +214,8 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     joints = {element.attrib["name"] for element in robot.findall("joint")}
     named_links = [config.contact_link, config.hand_link, config.arm.wrist_link, config.imu_frame]
     named_links += [link for pair in config.disabled_collisions for link in pair]
+    if config.brace is not None:
+        named_links += [config.brace.arm.link, config.brace.trunk.link]
     named_joints: list[str | None] = [*config.braced_joints, *config.braced_posture]
     for foot in config.feet.values():
         named_links += [foot.sole, foot.ankle]
@@ -224,14 +278,6 @@ def _range(data: dict[str, Any], name: str) -> tuple[float, float]:
     if not low < high:
         raise RobotConfigError(name, value=(low, high), limit="two numbers, the lower one first")
     return low, high
-
-
-def _rotor_links(table: dict[str, list[str]], names: tuple[str, ...]) -> dict[str, str]:
-    links = _by_joint(table, names, "rotor_link")
-    for joint, link in links.items():
-        if link not in ("child", "parent"):
-            raise RobotConfigError(f"rotor_link of {joint}", value=link, limit="child or parent")
-    return links
 
 
 def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -83,12 +83,96 @@ class SoleRubber:
 
 
 @dataclass(frozen=True, eq=False)
+class Drives:
+    """Motors, servos and gears of the joints, all of them seen from the joint's side of the gear.
+
+    Arrays are (J,) in the order of `RobotConfig.joint_names`.
+
+    Attributes:
+        gear_ratio: Motor turns per joint turn [-].
+        rotor_inertia: Inertia of the rotors at the motors [kg m^2].
+        stiffness: Torsional stiffness of the gears [N m/rad].
+        damping: Damping of the gears [N m s/rad].
+        peak_torque: Momentary peak torque of the gears, which they bear a limited number of times
+            [N m].
+        ratcheting_torque: Torque at which the gears' teeth skip [N m].
+        position_gain: Gain of the servos on the error of the motor's angle [N m/rad].
+        speed_gain: Gain of the servos on the error of the motor's speed [N m s/rad].
+    """
+
+    gear_ratio: Array
+    rotor_inertia: Array
+    stiffness: Array
+    damping: Array
+    peak_torque: Array
+    ratcheting_torque: Array
+    position_gain: Array
+    speed_gain: Array
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia of the rotors behind the gears, gear_ratio^2 rotor_inertia, (J,) [kg m^2]."""
+        reflected: Array = self.gear_ratio**2 * self.rotor_inertia
+        return reflected
+
+    def scaled(self, *, rotor: float = 1.0, gear: float = 1.0, servo: float = 1.0) -> Drives:
+        """Return drives whose rotors and gears differ by factors.
+
+        Args:
+            rotor: Factor of the rotors' inertia.
+            gear: Factor of the gears' stiffness and damping.
+            servo: Factor of the servos' gains.
+        """
+        return replace(
+            self, rotor_inertia=rotor * self.rotor_inertia, stiffness=gear * self.stiffness,
+            damping=gear * self.damping, position_gain=servo * self.position_gain,
+            speed_gain=servo * self.speed_gain)
+
+
+@dataclass(frozen=True)
+class Pad:
+    """Place of a pad on a link.
+
+    Attributes:
+        link: Name of the link.
+        place: Middle of the pad in the link's frame, (3,) [m].
+        size: Radius of the pad [m].
+    """
+
+    link: str
+    place: tuple[float, float, float]
+    size: float
+
+
+@dataclass(frozen=True)
+class Brace:
+    """The contact through which the hitting arm leans on the trunk in the hit.
+
+    The pad on the arm is a ball. The pad on the trunk is a disc whose outward normal is `normal`.
+
+    Attributes:
+        arm: Pad on the arm.
+        trunk: Pad on the trunk; its place is the middle of the disc's outer face.
+        normal: Unit normal of the disc in the frame of the trunk's link, (3,).
+        stiffness: Stiffness of the two pads together [N/m].
+        damping: Damping of the two pads together [N s/m].
+        friction: Coefficient of friction between the pads.
+    """
+
+    arm: Pad
+    trunk: Pad
+    normal: tuple[float, float, float]
+    stiffness: float
+    damping: float
+    friction: float
+
+
+@dataclass(frozen=True, eq=False)
 class RobotConfig:
     """A humanoid robot in front of a door.
 
     Arrays are (J,) in the order of `joint_names`, and read-only. The file may omit the fields whose
-    default is None. Except `hand_radius`, only the simulation needs these, and reads them through
-    `needed`.
+    default is None.
 
     Attributes:
         name: Name of the robot in its URDF.
@@ -115,12 +199,9 @@ class RobotConfig:
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
         disabled_collisions: Pairs of links that may touch, like an SRDF's ``disable_collisions``.
-        gear_ratio: Motor turns per joint turn [-].
-        rotor_inertia: Inertia of the rotors at the motors [kg m^2].
-        rotor_link: ``child`` or ``parent`` by the name of a joint: the link to which a simulation
-            without rotors adds the inertia of the joint's rotor.
+        drives: Motors, servos and gears of the joints.
         motor_encoder_counts: Counts of a motor's encoder per motor turn.
-        servo_time_constant: Time constant with which a servo's position error decays [s].
+        brace: Contact through which the hitting arm leans on the trunk.
         sole_rubber: Rubber between an ankle and the floor.
         imu_frame: Link that contains the IMU.
     """
@@ -148,34 +229,26 @@ class RobotConfig:
     hand_radius: float | None = None
     clearance: float = 0.01
     disabled_collisions: tuple[tuple[str, str], ...] = ()
-    gear_ratio: Array | None = None
-    rotor_inertia: Array | None = None
-    rotor_link: Mapping[str, str] | None = None
+    drives: Drives | None = None
     motor_encoder_counts: int | None = None
-    servo_time_constant: float | None = None
+    brace: Brace | None = None
     sole_rubber: SoleRubber | None = None
     imu_frame: str | None = None
 
     @property
     def armature(self) -> Array:
-        """Rotor inertia at the joints, gear_ratio^2 times rotor_inertia, (J,) [kg m^2].
-
-        It is 0 if the file has no actuators.
-        """
-        if self.gear_ratio is None or self.rotor_inertia is None:
-            return np.zeros(len(self.joint_names))
-        reflected: Array = self.gear_ratio**2 * self.rotor_inertia
-        return reflected
+        """Rotor inertia behind the gears, (J,) [kg m^2]; 0 if the file has no drives."""
+        return np.zeros(len(self.joint_names)) if self.drives is None else self.drives.inertia
 
     @property
     def joint_resolution(self) -> Array:
         """Joint angle of one count of the motor's encoder, (J,) [rad].
 
         Raises:
-            RobotConfigError: The file has no encoder or no actuators.
+            RobotConfigError: The file has no encoder or no drives.
         """
         counts = needed(self.motor_encoder_counts, "motor_encoder_counts")
-        resolution: Array = 2.0 * np.pi / (counts * needed(self.gear_ratio, "actuators"))
+        resolution: Array = 2.0 * np.pi / (counts * needed(self.drives, "drives").gear_ratio)
         return resolution
 
     def index(self, joint: str) -> int:

@@ -16,8 +16,8 @@ from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 
+from hrp2_sim_bridge.control.actuation import Actuation
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.servos import JointServos
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
 from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
@@ -39,9 +39,8 @@ from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettin
 _NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
 _FASTEST_APPROACH = 4.0  # upper bound of the speed at which robot and leaf approach [m/s]
 _SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
-_RUBBER_SETTLING_TICKS = 100  # the same for rubber soles, on which the robot swings for a while
+_RUBBER_SETTLING_TICKS = 140  # the same for rubber soles, on which the robot swings for a while
 _FARTHEST = 10.0  # largest coordinate of the door [m]
-_FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
 class World(Driver):
@@ -53,7 +52,7 @@ class World(Driver):
         door_distance: Distance of the leaf's face from the origin, towards -y [m].
         hinge_x: x of the hinge; it is negative behind the robot [m].
         posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
-        engine: Physics engine; the default is a new one of PyBullet.
+        engine: Physics engine; the default is a new one of the kind that the settings name.
         settings: Fields of `WorldSettings`.
 
     Attributes:
@@ -63,7 +62,7 @@ class World(Driver):
         contact: Surface of the leaf.
         engine: Physics engine.
         driver: Reference of the joints.
-        servos: Position servos of the joints.
+        joints: Motors and gears of the joints, and the brace of the arm.
         door: Closer, friction, stops and pushes of the door.
         hit: Meter of the contact between robot and leaf.
         fall: Watch for a fall of the robot.
@@ -73,8 +72,8 @@ class World(Driver):
 
     Raises:
         SettingError: A setting is out of its range.
-        SimulatorMissingError: PyBullet is not installed.
-        ModelError: PyBullet changed a mass or an inertia of the robot.
+        SimulatorMissingError: The physics engine is not installed.
+        ModelError: The physics engine refused the robot or changed a mass or an inertia of it.
         RobotConfigError: The robot's configuration lacks something that the simulation needs.
     """
 
@@ -99,7 +98,7 @@ class World(Driver):
         self.contact = design_leaf(door, hinge_x, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
-        self.engine = make_engine() if engine is None else engine
+        self.engine = make_engine(self.settings.engine) if engine is None else engine
         kept = self.settings.log
         self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values) if kept else None
         self._orders = CommandLog(kept=kept)
@@ -145,9 +144,9 @@ class World(Driver):
         )
         self.time_step = settings.time_step_coarse
         self.engine.reset(scene)
-        self.servos = JointServos(robot, scene.servo_time_constant)
+        self.joints = Actuation(self.engine, robot, settings, self._posture)
         self.door = DoorLoad(self.door_config)
-        self.hit = HitMeter(self.engine, robot)
+        self.hit = HitMeter(self.engine)
         self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
         settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
         self._ticks = -settling
@@ -155,7 +154,6 @@ class World(Driver):
         if self._stabilizer is not None:
             self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
-        self._joints = self.engine.read_joints()
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
         self._far_until = self._ticks
@@ -165,7 +163,6 @@ class World(Driver):
         if self._log is not None:
             self._log.clear()
         self._orders.clear()
-        self.hit.clear()
 
     def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
         """Accept a trajectory or refuse it as a whole; one without points means stop.
@@ -234,9 +231,6 @@ class World(Driver):
         log = self._log.arrays(self.engine, self.robot_config, with_com=with_com)
         return log | {
             "link_names": np.array(self.engine.link_names),
-            "brace_impulse": self.hit.brace_impulse,
-            "carried_impulse": self.hit.carried_impulse,
-            "motor_impulse": self.hit.motor_impulse,
             "door": self.door_config.name,
             "door_distance": self._door_distance,
             "hinge_x": self._hinge_x,
@@ -280,28 +274,24 @@ class World(Driver):
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
             self._stabilizer.update(self._sensed, self.driver.sample)
             reference += self._stabilizer.offsets(times)
-        braced = self.servos.limit_torques(
-            reference[0], brace=self.settings.brace and fine and not self.fell,
-            share=_FALLEN_TORQUE if self.fell else 1.0,
-        )
-        self.engine.limit_torques(self.servos.forces, braced=braced)
-        targets = self.servos.within_speed(reference, self._joints[0], step)
-        speeds = (targets[1:] - targets[:-1]) / step
+        locked = self.joints.begin_tick(reference[0], step, near=fine, fell=self.fell)
+        speeds = (reference[1:] - reference[:-1]) / step
         readings = TickReadings([self._frames])
-        orders = list(zip(targets.tolist(), speeds.tolist(), strict=False))
+        orders = list(zip(reference[1:], speeds, strict=True))
         for first in range(0, len(orders), per_sample):
             self._take_steps(
                 orders[first : first + per_sample], times[first], readings, near=fine
             )
-            self._read(readings, braced)
+            self._read(readings)
         self._ticks += 1
         if self._log is not None:
-            self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
+            self._log.add(
+                readings, self.joints, self.time, reference[-1], locked=locked, fine=fine)
         if self.fall.update(self.engine):
             self.driver.stop(self.time)
         ends = readings.ends(self.engine)
         self._sensed = self._sensors.read(
-            self.time, self._joints, readings.wrenches(self.engine, ends, TICK),
+            self.time, self.joints.motors, readings.wrenches(self.engine, ends, TICK),
             ends.at((1, IMU)), [self._encoder.count(state.angle) for state in readings.door],
         )
         return self._sensed
@@ -325,26 +315,25 @@ class World(Driver):
         return fine
 
     def _take_steps(
-        self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings,
-        *, near: bool,
+        self, orders: list[tuple[Array, Array]], now: float, readings: TickReadings, *, near: bool
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
+        self.joints.begin_sample()
         reactions = []
         for position, speed in orders:
-            reactions.append(self.engine.step(position, speed, torque))
+            reactions.append(self.joints.step(position, speed, torque))
             for observer in self.observers:
                 observer(self.engine)
             if near:
                 self.hit.add_step(1.0 / len(orders))
         readings.reactions.append(np.array(reactions).mean(axis=0))
 
-    def _read(self, readings: TickReadings, braced: bool) -> None:
+    def _read(self, readings: TickReadings) -> None:
         """Add the readings at the end of a millisecond."""
-        self._joints = self.engine.read_joints()
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
-        readings.joints.append(self._joints)
+        readings.joints.append(self.joints.joints)
         readings.frames.append(self._frames)
         readings.door.append(self._door_state)
-        readings.touches.append(self.hit.take(self._joints[2], braced=braced))
+        readings.touches.append(self.hit.take())

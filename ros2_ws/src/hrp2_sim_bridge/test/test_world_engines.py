@@ -82,7 +82,7 @@ def test_two_engines_show_the_same_sway(make_world, sway, moving) -> None:
 
     On rigid soles the robot rocks on edges, which multiplies every small difference.
     """
-    logs = [swayed(make_world, sway, moving, engine, rotor_scale=0.0) for engine in ENGINES]
+    logs = [swayed(make_world, sway, moving, engine) for engine in ENGINES]
     first, second = (log["com_position"] for log in logs)
     assert np.ptp(first[:, 1]) > 0.05
     assert np.abs(first - second).max() < 1e-3

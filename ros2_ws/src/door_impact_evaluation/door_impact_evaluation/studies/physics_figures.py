@@ -15,6 +15,15 @@ from door_impact_evaluation.report.figures import BLUE, GREEN, RED
 
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
 
+_UNKNOWNS = (
+    ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
+    ("gear_scale", 1.0, "stiffness of the gears, multiple of the model's"),
+    ("servo_scale", 1.0, "gains of the servos, multiple of the model's"),
+    ("pad_scale", 1.0, "stiffness of the pads, multiple of the model's"),
+    ("friction", 1.0, "friction of the soles"),
+    ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
+)
+
 
 def draw(summary: Mapping[str, Any], out: Path) -> None:
     """Draws a picture of each part of the study that was run.
@@ -24,14 +33,12 @@ def draw(summary: Mapping[str, Any], out: Path) -> None:
         out: Folder of the pictures.
     """
     sweeps = summary["sweeps"]
-    _effective_mass(summary["effective_mass"], out / "effective_mass.png")
     _drop_tests(summary["drop_test"], out / "drop_test.png")
     if {"fine_step", "both_steps"} <= sweeps.keys():
         _time_steps(summary, out / "time_step.png")
     if {"contact_duration", "restitution"} <= sweeps.keys():
         _contact(summary, out / "contact.png")
-    names = {"rotor_scale", "servo_time_constant", "friction", "door_offset"}
-    if names <= sweeps.keys():
+    if {name for name, _, _ in _UNKNOWNS} <= sweeps.keys():
         _unknowns(summary, out / "unknowns.png")
 
 
@@ -46,25 +53,6 @@ def _pair(path: Path, fill: Any) -> None:
 
 def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     return [row.get(key, float("nan")) for row in rows]
-
-
-def _effective_mass(masses: Mapping[str, Any], path: Path) -> None:
-    def fill(*axes: Axes) -> None:
-        for part, braced, title in zip(axes, (True, False), ("arm braced", "arm free"),
-                                       strict=True):
-            rows = [row for row in masses["rows"] if row["braced"] is braced]
-            scale = _column(rows, "rotor_scale")
-            part.plot(scale, _column(rows, "spatial"), color=BLUE, label="spatial, 1/(J M⁻¹ Jᵀ)")
-            part.plot(scale, _column(rows, "pull_test"), "o", color=RED,
-                      label="pull test in the simulation")
-            if braced:
-                part.axhline(masses["planar"], color=GREEN, ls="--", label="eq. (3)")
-            part.set(title=title, xlabel="rotor inertia, multiple of the model's",
-                     ylabel="effective mass at B [kg]")
-            part.set_ylim(bottom=35.0 if braced else 0.0)
-            part.legend(fontsize=8)
-
-    _pair(path, fill)
 
 
 def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
@@ -119,13 +107,8 @@ def _contact(summary: Mapping[str, Any], path: Path) -> None:
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained")
-    for axes, (name, scale, label) in zip(grid.flat, (
-        ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
-        ("servo_time_constant", 1e3, "time constant of the servos [ms]"),
-        ("friction", 1.0, "friction of the soles"),
-        ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
-    ), strict=True):
+    figure, grid = plt.subplots(2, 3, figsize=(10.8, 6.0), layout="constrained")
+    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=True):
         rows = summary["sweeps"][name]
         axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
                   "o-", color=BLUE)

@@ -29,19 +29,21 @@ BALL = 47.0   # mass of the ball in the drop tests [kg]
 LEVER = 0.42  # distance from the hinge at which the ball hits [m]
 RESTITUTIONS = (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # requested in the drop tests
 SPEEDS = (0.2, 0.5, 0.9)  # speeds of the ball in the drop tests [m/s]
-ROTOR_SCALES = (0.0, 0.5, 1.0, 1.5, 2.0)  # factors of the rotors' inertia
+SCALES = (0.5, 0.7, 1.0, 1.4, 2.0)  # factors of rotors, gears, servos and pads
 SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "fine_step": (("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),),
     "both_steps": (("time_step_coarse", (1e-3, 5e-4, 2.5e-4, 1.25e-4)),
                    ("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4))),
     "contact_duration": (("contact_duration", (0.005, 0.0075, 0.010, 0.015, 0.020, 0.030)),),
     "restitution": (("restitution", (0.4, 0.45, 0.5, 0.55, 0.6)),),
-    "rotor_scale": (("rotor_scale", ROTOR_SCALES),),
-    "servo_time_constant": (("servo_time_constant", (0.0125, 0.02, 0.025, 0.03, 0.05)),),
+    "rotor_scale": (("rotor_scale", SCALES),),
+    "gear_scale": (("gear_scale", SCALES),),
+    "servo_scale": (("servo_scale", SCALES),),
+    "pad_scale": (("pad_scale", SCALES),),
     "door_offset": (("door_offset", (-0.02, -0.01, -0.001, 0.0, 0.001, 0.01, 0.02)),),
     "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
     "iterations": (("iterations", (20, 50, 100, 200)),),
-    "brace": (("brace", (True, False)),),
+    "brace": (("brace", ("contact", "rigid", "none")),),
     "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
 }
 """Settings of the simulated world that each sweep changes, with their values run by run."""
@@ -66,12 +68,11 @@ def posture_at_hit(plan: ImpactPlan) -> Posture:
     return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
 
 
-def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any]:
+def effective_masses(plan: ImpactPlan) -> dict[str, Any]:
     """Computes the effective mass at point B by eq. (3), spatially and by the pull test [kg].
 
     Args:
         plan: Plan whose posture at the contact is taken.
-        scales: Factors of the rotors' inertia.
     """
     config = load_robot_config()
     robot, posture = RobotModel(config), posture_at_hit(plan)
@@ -79,14 +80,11 @@ def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any
     rows = []
     for braced in (True, False):
         locked = config.braced_joints if braced else ()
-        for scale in scales:
-            pulled = pull_test(config, posture.joints, locked=locked, rotor_scale=scale)
-            rows.append({
-                "braced": braced,
-                "rotor_scale": scale,
-                "spatial": robot.effective_mass(q, locked=locked, rotors=scale),
-                "pull_test": pulled.effective_mass,
-            })
+        rows.append({
+            "braced": braced,
+            "spatial": robot.effective_mass(q, locked=locked),
+            "pull_test": pull_test(config, posture.joints, locked=locked).effective_mass,
+        })
     return {"planar": plan.effective_mass_planar, "planned": plan.effective_mass, "rows": rows}
 
 
@@ -111,6 +109,7 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
     }
     if hit is None:
         return found
+    loads = run.log.hit_loads(hit)
     before = motion.t[hit.contact.start]
     near = (motion.t > before - 0.06) & (motion.t < before - 0.005)
     # From 60 to 5 ms before the hit the planned speed of B is constant.
@@ -126,10 +125,9 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
         "peak_force": hit.peak_force,
         "effective_mass": run.log.i_a * hit.omega_door / (plan.l_b * lost),
         "speed_error_before_hit": float(np.abs(drift).max()),
-        "braced_joints": {
-            name: {"carried": row.carried, "motor": row.motor, "brace": row.brace}
-            for name, row in run.log.braced_joints.items()
-        },
+        "gear_load": loads.shares,
+        "gear_torque": loads.gears,
+        "pad_force": loads.pad_force,
     }
 
 
@@ -165,7 +163,7 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
         "nominal": figures_of(nominal),
         "plan": {"v_rb": nominal.plan.v_rb, "omega_door": nominal.plan.omega_door,
                  "v_rb_post": nominal.plan.v_rb_post},
-        "effective_mass": effective_masses(nominal.plan, ROTOR_SCALES),
+        "effective_mass": effective_masses(nominal.plan),
         "drop_test": drop_tests(),
         "sweeps": {},
     }

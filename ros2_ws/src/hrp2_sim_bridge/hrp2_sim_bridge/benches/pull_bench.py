@@ -44,7 +44,6 @@ def pull_test(
     posture: Array,
     *,
     locked: tuple[str, ...],
-    rotor_scale: float,
     direction: ArrayLike = (0.0, -1.0, 0.0),
     impulse: float = 0.1,
     duration: float = 2e-4,
@@ -54,13 +53,12 @@ def pull_test(
     """Apply a short force at point B of the simulated robot and measure how fast it moves.
 
     There is no gravity and both soles are fixed to the world, as in the constraints of the
-    effective mass `1 / (J M^-1 J^T)`. Joints that are not locked have no motor.
+    effective mass `1 / (J M^-1 J^T)`. Joints that are not locked have no drive.
 
     Args:
         robot: Configuration of the robot.
         posture: Joint angles, (30,) [rad].
-        locked: Names of the joints that are held as by the brace.
-        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
+        locked: Names of the joints that are locked.
         direction: Direction of the force in the world, (3,).
         impulse: Impulse of the force, small enough to move nothing far [N s].
         duration: Duration of the constant force [s].
@@ -76,20 +74,20 @@ def pull_test(
     along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     run = {"pybullet": _in_pybullet, "mujoco": _in_mujoco}[engine]
     force = along * impulse / duration
-    speed = run(robot, posture, locked, rotor_scale, force, round(duration / step), step)
+    speed = run(robot, posture, locked, force, round(duration / step), step)
     return PullTest(impulse, float(speed @ along))
 
 
 def _in_pybullet(
-    robot: RobotConfig, posture: Array, locked: tuple[str, ...], rotor_scale: float, force: Array,
-    steps: int, step: float,
+    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int,
+    step: float,
 ) -> Array:
     """Return the velocity of point B after some steps under a force in the world, (3,) [m/s]."""
     client = connect(False)
     try:
         prepare(client, step, _ITERATIONS, WorldSettings.friction)
         client.setGravity(0.0, 0.0, 0.0)
-        body = RobotBody(client, robot, posture, rotor_scale=rotor_scale)
+        body = RobotBody(client, robot, posture)
         for name in locked:
             joint = body.joint_index[name]
             client.setJointMotorControl2(
@@ -114,8 +112,8 @@ def _in_pybullet(
 
 
 def _in_mujoco(
-    robot: RobotConfig, posture: Array, locked: tuple[str, ...], rotor_scale: float, force: Array,
-    steps: int, step: float,
+    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int,
+    step: float,
 ) -> Array:
     """Return the velocity of point B after some steps under a force in the world, (3,) [m/s]."""
     mujoco = load_mujoco()
@@ -129,9 +127,8 @@ def _in_mujoco(
         )
     model = compile_model(spec, [], step).raw
     data = mujoco.MjData(model)
-    for name, angle, armature in zip(robot.joint_names, posture, robot.armature, strict=True):
+    for name, angle in zip(robot.joint_names, posture, strict=True):
         data.joint(name).qpos[0] = angle
-        model.joint(name).armature[0] = rotor_scale * armature
         hold = model.equality(name)
         hold.data[0] = angle
         data.eq_active[hold.id] = name in locked

@@ -57,6 +57,7 @@ class StabilizerSettings:
         force_rate: Rate at which a missing force or moment is corrected [1/s].
         force_memory: Time constant with which these corrections decay [s].
         smoothing: Time constant of the feet's commands [s].
+        rate_smoothing: Time constant of the measured rate of the tilt [s].
         soft_start: Time after a reset in which the corrections reach their full size [s].
         inset: Distance of the ZMP from a sole's middle, towards the other sole, at which this sole
             begins to bear the whole weight [m].
@@ -71,6 +72,7 @@ class StabilizerSettings:
     force_rate: float = 24.0
     force_memory: float = 1.0
     smoothing: float = 0.01
+    rate_smoothing: float = 0.02
     soft_start: float = 0.2
     inset: float = 0.02
     edge: float = 0.002
@@ -158,6 +160,7 @@ class Stabilizer:
         self.settings = settings or StabilizerSettings()
         self._robot = robot
         self._model = ReferenceStanceModel(robot)
+        self._drives = needed(robot.drives, "drives")
         self._weight = robot.mass * GRAVITY
         rubber = needed(robot.sole_rubber, "sole_rubber")
         stiffness = rubber.stiffness
@@ -178,12 +181,16 @@ class Stabilizer:
         """Return to the state without corrections."""
         count = len(self._robot.joint_names)
         self._tilt_sum = np.zeros(2)
+        self._rate = np.zeros(2)
         self._made_up = np.zeros((2, 3))
         self._feet = np.zeros((2, 3))
         self._before = np.zeros(count)
         self._after = np.zeros(count)
         self._begin = 0.0
         self._eased = 0.0
+        self._torque = np.zeros(count)
+        self._servo = np.zeros(count)
+        self._give = np.zeros(count)
         self._coming: deque[tuple[ReferenceStance, FootLoads]] = deque(maxlen=self._lead)
 
     def offsets(self, times: Array) -> Array:
@@ -211,18 +218,21 @@ class Stabilizer:
             self._coming.extend([(stance, self._share(stance.zmp, stance))] * self._lead)
         here, due = self._coming[0]
         tilt, rate = measured_tilt(sample, here)
+        # Legs with gears that give tremble; an answer to each tremor would keep it alive.
+        self._rate += TICK / (TICK + self.settings.rate_smoothing) * (rate - self._rate)
         self._make_up(sample, here, due)
         stance = self._model.at(reference(now + self._lead * TICK))
-        wanted = self._wanted_loads(stance, tilt, rate)
+        wanted = self._wanted_loads(stance, tilt, self._rate)
         self._coming.append((stance, wanted))
         feet = self._foot_commands(stance, wanted, tilt) + self._made_up
+        self._carry(stance, wanted)
         # Without the soft start the legs would stretch at once, and the robot would hop.
         self._eased = min(self._eased + TICK / self.settings.soft_start, 1.0)
         target = self._eased * np.clip(feet, -self._bound, self._bound)
         self._feet += (target - self._feet) * (TICK / (TICK + self.settings.smoothing))
         self._before, self._begin = self._after, now
         robot, position = self._robot, reference(now + TICK).position
-        corrected = position + self._joint_offsets(stance)
+        corrected = position + self._joint_offsets(stance) + self._eased * self._give
         self._after = np.clip(corrected, robot.lower, robot.upper) - position
 
     def _wanted_loads(self, stance: ReferenceStance, tilt: Array, rate: Array) -> FootLoads:
@@ -281,6 +291,27 @@ class Stabilizer:
             step = 0.5 * float(excess[0] - excess[1]) / self._stiffness
             self._made_up[:, 0] += np.array([step, -step]) * (settings.force_rate * TICK)
         np.clip(self._made_up, -self._bound, self._bound, out=self._made_up)
+
+    def _carry(self, stance: ReferenceStance, wanted: FootLoads) -> None:
+        """Update the windup of gears and servos under the torques that carry the reference.
+
+        A gear of stiffness k winds up by torque / k. A servo with the gains P and D on position
+        and speed yields by an angle e with P e + D e' = torque.
+        """
+        if self._share(stance.zmp, stance).beyond > _FOREIGN:
+            return  # the floor does not cause this motion, so the joints bear other torques
+        torque = stance.effort.copy()
+        for foot, share in enumerate(wanted.force / stance.normal_force):
+            turn, middle = stance.turns[foot], np.append(self._model.middles[foot], 0.0)
+            force = turn.T @ (share * stance.force)
+            moment = turn.T @ np.append(wanted.moment[foot], 0.0) + cross(middle, force)
+            torque[self._model.leg_joints[foot]] -= stance.legs[foot].T @ np.append(force, moment)
+        smooth = TICK / (TICK + self.settings.smoothing)
+        self._torque += smooth * (torque - self._torque)
+        drives = self._drives
+        self._servo = (self._torque + drives.speed_gain / TICK * self._servo) / (
+            drives.position_gain + drives.speed_gain / TICK)
+        self._give = self._torque / drives.stiffness + self._servo
 
     def _joint_offsets(self, stance: ReferenceStance) -> Array:
         """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""

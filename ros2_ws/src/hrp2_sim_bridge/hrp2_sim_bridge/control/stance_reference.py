@@ -30,6 +30,8 @@ class ReferenceStance:
         com: Position of the CoM, (3,) [m].
         floor: Height of the floor [m].
         normal_force: Normal force of the floor on both soles together [N].
+        force: Force of the floor on both soles together, (3,) [N].
+        effort: Torques of the joints without the floor's forces, (30,) [N m].
         centers: x and y of the soles' middles, (2, 2) [m].
         turns: Rotation matrices of the soles, (2, 3, 3).
         standing: Whether each sole is on the floor, (2,).
@@ -43,6 +45,8 @@ class ReferenceStance:
     com: Array
     floor: float
     normal_force: float
+    force: Array
+    effort: Array
     centers: Array
     turns: Array
     standing: tuple[bool, bool]
@@ -104,7 +108,8 @@ class ReferenceStanceModel:
         v[:6] = -pin.getFrameVelocity(model, data, sole, world).vector
         a[:6] = -pin.getFrameAcceleration(model, data, sole, world).vector
         model.gravity.linear = -GRAVITY * level[2]
-        wrench = pin.rnea(model, data, q, v, a)[:6]
+        effort = pin.rnea(model, data, q, v, a)
+        wrench = effort[:6]
         imu = pin.updateFramePlacement(model, data, self._imu)
         imu_velocity = pin.getFrameVelocity(model, data, self._imu, pin.ReferenceFrame.LOCAL)
         pin.computeJointJacobians(model, data, q)
@@ -121,6 +126,8 @@ class ReferenceStanceModel:
             com=level @ pin.centerOfMass(model, data, q, False),
             floor=floor,
             normal_force=normal,
+            force=np.append(force[:2], normal),
+            effort=effort[self._v_index],
             centers=centers,
             turns=turns,
             standing=(

@@ -11,12 +11,11 @@ from hrp2_sim_bridge.physics.states import BodyState, DoorState, FloorContact, R
 
 class Engine(Protocol):
     """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
-
     link_names: tuple[str, ...]
     sole_mass: Array  # masses (2,) below the force sensors of the left and the right foot [kg]
     sole_inertia: Array  # principal moments of these bodies in the soles' axes, (2, 3) [kg m^2]
     frame_values: int  # length of a row of `read_frames`
-    stepping_time: float  # wall time that the engine itself has needed for its steps [s]
+    stepping_time: float  # wall time that the engine itself needed for its steps [s]
 
     def reset(self, scene: Scene) -> None:
         """Build a scene in its first state; nothing of an earlier run remains."""
@@ -25,13 +24,13 @@ class Engine(Protocol):
         """Set the length of the coming physics steps [s]."""
 
     def hold(self, joints: Sequence[int]) -> None:
-        """Lock these joints rigidly where they are, and release all others."""
+        """Lock these joints where they are, whatever their torques, and release all others."""
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
-        """Take a step with torques (30) on the joints and one on the leaf [N m]."""
+        """Step with torques on the joints (30,) and on the leaf [N m]."""
 
     def joint_state(self) -> Array:
-        """Return positions [rad] and velocities [rad/s] of the joints, (2, 30)."""
+        """Return joint positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
 
     def read_frames(self) -> list[float]:
         """Return a row of numbers, of which `link_states` and `base_states` make states."""

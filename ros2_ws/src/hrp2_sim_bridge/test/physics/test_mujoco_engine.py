@@ -192,8 +192,8 @@ def test_held_robot_shows_the_effective_mass_of_its_mass_matrix(robot, braced) -
     locked = robot.braced_joints if braced else ()
     model = RobotModel(robot)
     exact = model.effective_mass(
-        model.configuration(np.zeros(3), posture), locked=locked, rotors=1.0)
-    pulled = pull_test(robot, posture, locked=locked, rotor_scale=1.0, engine="mujoco")
+        model.configuration(np.zeros(3), posture), locked=locked, rotors=0.0)
+    pulled = pull_test(robot, posture, locked=locked, engine="mujoco")
     assert pulled.effective_mass == pytest.approx(exact, rel=1e-3)
 
 

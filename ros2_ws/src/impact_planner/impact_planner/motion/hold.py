@@ -42,12 +42,16 @@ _NEARER_TRIES = 4  # number of spots that are tried
 LATE = 0.12  # delay between the door's peak and its detection, while the leaf closes [s]
 _YIELD = 0.35  # time from the hand's arrival until the leaf is at rest [s]
 _SPEED_SHARE = 0.8  # speed of the hand at its arrival as a share of the leaf's
-_PUSH = 1.5  # time of the push to the desired angle [s]
+_PUSH = 1.5  # shortest time of the push to the desired angle [s]
+# Deceleration at the end of the push as a share of the closer's: a leaf that the hand slows down
+# less than the closer does stays on the hand, also while the robot sways.
+_PUSH_BRAKING = 0.4
 _REST = 0.3  # time at rest at the desired angle [s]
 _NEARLY_SHUT = math.radians(1.0)  # smallest angle that leaves room for the hand [rad]
 # Shares of the lean that keeps the ZMP in place; the second is tried where the legs do not reach.
 _LEANS = (1.0, 0.5)
 _PEAK_SPEED = 1.875  # largest speed of a minimum-jerk motion divided by its mean speed
+_PEAK_BRAKING = 5.774  # its largest deceleration, times duration squared over distance
 _FURTHER = 30.0  # range above a refused angle that is searched for one that can be held [deg]
 _PASSES = 2  # iterations of base and arm, which move each other a little
 
@@ -90,17 +94,19 @@ class Catch:
         angle: Opening angle of the leaf when the hand arrives [rad].
         speed: Angular speed of the hand about the hinge at its arrival, negative [rad/s].
         lowest: Opening angle at which leaf and hand come to rest [rad].
+        push: Time of the push to the desired angle [s].
     """
 
     reach: float
     angle: float
     speed: float
     lowest: float
+    push: float
 
     @property
     def duration(self) -> float:
         """Duration of the phase [s]."""
-        return self.reach + _YIELD + _PUSH + _REST
+        return self.reach + _YIELD + self.push + _REST
 
     def angle_at(self, time: Array, final: float) -> Array:
         """Leaf angle that the hand follows from its arrival, (N,) [rad].
@@ -111,7 +117,7 @@ class Catch:
         """
         x = np.clip((time - self.reach) / _YIELD, 0.0, 1.0)
         part = x - 2.5 * x**4 + 3.0 * x**5 - x**6
-        push = min_jerk(time - self.reach - _YIELD, _PUSH)
+        push = min_jerk(time - self.reach - _YIELD, self.push)
         return self.angle + self.speed * _YIELD * part + push * (final - self.lowest)
 
 
@@ -228,14 +234,31 @@ def _require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
     return force
 
 
-def _catch(fall: FreeMotion, reach: float) -> Catch | None:
+def _catch(task: HoldTask, fall: FreeMotion, reach: float) -> Catch | None:
     """Meeting with the closing leaf after a time to extend the arm [s]; None if it is shut then."""
     if fall.end_time[0] < reach + LATE:
         return None
     theta, omega = fall.at(np.array([reach + LATE]))
     angle, speed = float(theta[0, 0]), _SPEED_SHARE * float(omega[0, 0])
     lowest = angle + 0.5 * speed * _YIELD
-    return None if lowest < _NEARLY_SHUT else Catch(reach, angle, speed, lowest)
+    if lowest < _NEARLY_SHUT:
+        return None
+    return Catch(reach, angle, speed, lowest, _push_time(task, lowest))
+
+
+def _push_time(task: HoldTask, lowest: float) -> float:
+    """Time of a push to the desired angle in which the closer keeps the leaf on the hand [s].
+
+    Args:
+        task: The door to hold.
+        lowest: Opening angle at which the push begins [rad].
+    """
+    angles = np.linspace(lowest, task.angle, 20)
+    torque = float(np.min(task.door.restoring_torque(angles)))
+    if torque <= 0.0:
+        return _PUSH  # no closer decelerates the leaf, however slow the push is
+    braking = _PUSH_BRAKING * torque / task.door.i_a
+    return max(_PUSH, math.sqrt(_PEAK_BRAKING * max(task.angle - lowest, 0.0) / braking))
 
 
 def _choices(
@@ -253,7 +276,8 @@ def _choices(
         tries: Number of spots to try for each time to extend the arm.
     """
     fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
-    catches = [catch for duration in _REACH_TIMES if (catch := _catch(fall, duration)) is not None]
+    tried = [_catch(task, fall, duration) for duration in _REACH_TIMES]
+    catches = [catch for catch in tried if catch is not None]
     furthest = dict.fromkeys(range(len(catches)), reach.furthest(task.width))
     for _ in range(tries):
         for i, radius in list(furthest.items()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from operator import itemgetter
 from time import perf_counter
 from typing import Any
@@ -61,10 +62,8 @@ class PyBulletEngine(Engine):
         step = settings.time_step_coarse
         self.floor = prepare(self.client, step, settings.iterations, settings.friction)
         self.robot = RobotBody(
-            self.client, scene.robot, scene.posture, rotor_scale=settings.rotor_scale,
-            servo_time_constant=scene.servo_time_constant, rubber=settings.rubber,
+            self.client, scene.robot, scene.posture, rubber=settings.rubber
         )
-        self.robot.motors.set_time_step(step)
         self.leaf = LeafBody(
             self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact
         )
@@ -74,25 +73,23 @@ class PyBulletEngine(Engine):
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
         self.client.setTimeStep(step)
-        self.robot.motors.set_time_step(step)
 
-    def limit_torques(self, limits: list[float], *, braced: bool) -> None:
-        """Set the torque limits, and keep the rotors off the links while the brace holds."""
-        self.robot.motors.limits = limits
-        self.robot.hold_rotors(braced)
+    def hold(self, joints: Sequence[int]) -> None:
+        """Lock these joints where they are, and release the others."""
+        self.robot.hold(joints)
 
-    def step(self, position: list[float], velocity: list[float], torque: float) -> Reactions:
+    def step(self, torque: Array, door_torque: float) -> Reactions:
         """Take a physics step; return force and torque of both ankles on the soles."""
-        self.robot.motors.command(position, velocity)
-        self.leaf.apply_torque(torque)
+        self.robot.push(torque)
+        self.leaf.apply_torque(door_torque)
         begin = perf_counter()
         self.client.stepSimulation()
         self.stepping_time += perf_counter() - begin
         return self.robot.read_reactions()
 
-    def read_joints(self) -> Array:
-        """Return positions, velocities and motor torques of the joints, (3, 30)."""
-        return self.robot.read_joints()
+    def joint_state(self) -> Array:
+        """Return positions and velocities of the joints, (2, 30)."""
+        return self.robot.joint_state()
 
     def read_frames(self) -> list[float]:
         """Return PyBullet's own numbers for the links that matter and the base."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,14 +13,14 @@ from hrp2_description.robot import SIDES, RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
-from hrp2_sim_bridge.physics.pybullet.motors import JointMotors
-from hrp2_sim_bridge.physics.pybullet.rotors import load_robot, moments_by_link
 from hrp2_sim_bridge.physics.pybullet.rubber import lay_rubber
+from hrp2_sim_bridge.physics.pybullet.urdf import load_robot
 from hrp2_sim_bridge.physics.states import BodyState, Reactions
 
 # Numbers in a row of `read_frames`: links, numbers of a link, numbers of the base.
 _LINKS, _LINK_VALUES, _BASE_VALUES = 4, 16, 13
 FRAME_VALUES = _LINKS * _LINK_VALUES + _BASE_VALUES
+_LOCK = 1e5  # largest torque of a lock [N m]
 _FASTEST_JOINT = 1000.0  # limit of PyBullet's own clamp, faster than any joint [rad/s]
 
 
@@ -29,8 +31,6 @@ class RobotBody:
         client: Client of PyBullet.
         robot: Configuration of the robot.
         posture: Joint angles, (30,) [rad].
-        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
-        servo_time_constant: Time constant of the joints' servos [s]; the default is the robot's.
         rubber: Whether the soles are of rubber.
 
     Attributes:
@@ -41,7 +41,6 @@ class RobotBody:
         contact_link: PyBullet's index of the link that hits the door.
         sole_mass: Masses below the force sensors, left and right, (2,) [kg].
         sole_inertia: Principal moments of these bodies in the soles' axes, (2, 3) [kg m^2].
-        motors: Motors of the joints.
 
     Raises:
         ModelError: PyBullet changed a mass, an inertia or an inertial frame.
@@ -54,16 +53,10 @@ class RobotBody:
         robot: RobotConfig,
         posture: Array,
         *,
-        rotor_scale: float,
-        servo_time_constant: float | None = None,
         rubber: bool = False,
     ) -> None:
         self._client = client
-        self.body = load_robot(client, robot, rotor_scale)
-        self._moments = {
-            held: moments_by_link(client, self.body, robot, 0.0 if held else rotor_scale)
-            for held in (True, False)}
-        self._rotors_held = False
+        self.body = load_robot(client, robot)
         infos = [client.getJointInfo(self.body, i) for i in range(client.getNumJoints(self.body))]
         self.link_names = tuple(info[12].decode() for info in infos)
         self.joint_index = {info[1].decode(): index for index, info in enumerate(infos)}
@@ -86,12 +79,12 @@ class RobotBody:
         self._base_offset = client.getDynamicsInfo(self.body, -1)[3:5]
         self._offset_back = client.invertTransform(*self._base_offset)
         self.sole_mass, self.sole_inertia = self._sole_bodies()
-        time_constant = servo_time_constant or needed(
-            robot.servo_time_constant, "servo_time_constant")
-        self.motors = JointMotors(
-            client, self.body, self._joints, time_constant, robot.effort_limit.tolist()
-        )
+        self._push = partial(
+            client.setJointMotorControlArray, self.body, self._joints, client.TORQUE_CONTROL)
+        self._watched = [*self._joints, *self._sensors]
+        self._held: list[int] = []
         self._place(posture)
+        self._states = client.getJointStates(self.body, self._watched)
 
     def _override_defaults(self, joint_types: list[int]) -> None:
         """Remove damping and default motors, and set the friction that suits the floor's."""
@@ -145,26 +138,30 @@ class RobotBody:
         )
         self._client.resetBasePositionAndOrientation(self.body, *pose)
 
-    def hold_rotors(self, held: bool) -> None:
-        """Remove the rotors' inertia from the links while the joints hold, or add it again.
+    def hold(self, joints: Sequence[int]) -> None:
+        """Lock these joints where they are, and release the others."""
+        for index in self._held:
+            self._client.setJointMotorControl2(
+                self.body, self._joints[index], self._client.VELOCITY_CONTROL, force=0.0)
+        self._held = list(joints)
+        for index in self._held:
+            self._client.setJointMotorControl2(
+                self.body, self._joints[index], self._client.VELOCITY_CONTROL,
+                targetVelocity=0.0, force=_LOCK)
 
-        A rotor resists turns of its own joint only. Its inertia on a link also resists turns of
-        the whole robot: with joints that hold in a hit, point B would show 3.5 % too much mass.
-        """
-        if held != self._rotors_held:
-            for index, moments in enumerate(self._moments[held], start=-1):
-                self._client.changeDynamics(self.body, index, localInertiaDiagonal=moments)
-            self._rotors_held = held
+    def push(self, torque: Array) -> None:
+        """Apply torques (30,) [N m] to the joints during the coming step."""
+        self._push(forces=torque.tolist())
 
     def read_reactions(self) -> Reactions:
         """Return force and torque of each ankle on its sole, in the sole's frame, (2, 6)."""
-        left, right = self._client.getJointStates(self.body, self._sensors)
+        self._states = self._client.getJointStates(self.body, self._watched)
+        left, right = self._states[-2:]
         return left[2], right[2]
 
-    def read_joints(self) -> Array:
-        """Return positions [rad], velocities [rad/s] and motor torques [N m], (3, 30)."""
-        q, dq, _, torque = zip(*self._client.getJointStates(self.body, self._joints), strict=True)
-        return np.array([q, dq, torque])
+    def joint_state(self) -> Array:
+        """Return positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
+        return np.array([state[:2] for state in self._states[:-2]]).T
 
     def read_frames(self) -> list[float]:
         """Return the numbers that PyBullet has for left sole, right sole, contact link, IMU, base.

@@ -1,0 +1,135 @@
+"""The brace: the contact through which the hitting arm leans on the trunk.
+
+Both pads belong to the same robot, so their force on each other acts like torques of the joints
+between them. They are computed here and added to the gears' torques, in the same way for every
+physics engine: with the Jacobian J of the arm's pad relative to the trunk's, a force f on the arm
+is the torques J^T f.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+from door_impact_common.arrays import Array
+from hrp2_description.robot import Brace, RobotConfig
+from humanoid_motion.pinocchio_model import free_floating_model
+
+_NEAR = 0.01  # gap between the pads below which their contact is computed [m]
+_TANGENTIAL = 0.5  # tangential stiffness and damping of the pads as a share of the normal ones
+
+
+class BracePads:
+    """Spring-damper with friction between the pad of the arm and the pad of the trunk.
+
+    The normal force cannot pull. Friction is a spring that slides where its force would exceed
+    the coefficient of friction times the normal force.
+
+    Args:
+        robot: Configuration of the robot.
+        brace: Pads of the robot.
+        scale: Factor of the pads' stiffness and damping.
+
+    Attributes:
+        near: Whether the pads are so near to each other that their contact is computed.
+        jacobian: Jacobian of the arm's pad relative to the trunk's, along the normal and the two
+            tangents, by the joints, (3, 30); valid while the pads are near.
+        force: Force on the arm's pad: along the normal of the trunk's pad, which is positive, and
+            along its two tangents, (3,) [N].
+        peak: Largest normal force since `clear` [N].
+        impulse: Impulses of the torques on the joints since `clear`, (30,) [N m s].
+    """
+
+    def __init__(self, robot: RobotConfig, brace: Brace, scale: float = 1.0) -> None:
+        self._model = free_floating_model(robot)
+        self._data = self._model.createData()
+        joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
+        self._q_index = np.array([joint.idx_q for joint in joints])
+        self._v_index = np.array([joint.idx_v for joint in joints])
+        self._frames = [self._model.getFrameId(pad.link) for pad in (brace.arm, brace.trunk)]
+        self._places = [np.array(pad.place) for pad in (brace.arm, brace.trunk)]
+        self._ball, self._disc = brace.arm.size, brace.trunk.size
+        self._axes = _axes(np.array(brace.normal))
+        self._stiffness = scale * brace.stiffness * np.array([1.0, _TANGENTIAL, _TANGENTIAL])
+        self._damping = scale * brace.damping * np.array([1.0, _TANGENTIAL, _TANGENTIAL])
+        self._friction = brace.friction
+        self._q = pin.neutral(self._model)
+        self.force = np.zeros(3)
+        self._slid = np.zeros(2)
+        self._touching = False
+        self.near = False
+        self.jacobian = np.zeros((3, len(self._v_index)))
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin to measure the largest force and the impulse anew."""
+        self.peak = 0.0
+        self.impulse = np.zeros(len(self._v_index))
+
+    def linearize(self, position: Array) -> None:
+        """Compute place and Jacobian of the arm's pad at joint positions (30,) [rad].
+
+        `torque` extrapolates from there, so this is called again after a millisecond.
+        """
+        model, data = self._model, self._data
+        self._q[self._q_index] = position
+        pin.computeJointJacobians(model, data, self._q)
+        arm, trunk = (pin.updateFramePlacement(model, data, frame) for frame in self._frames)
+        places = [pose.act(place)
+                  for pose, place in zip((arm, trunk), self._places, strict=True)]
+        axes = self._axes @ trunk.rotation.T
+        offset = axes @ (places[0] - places[1])
+        self.near = bool(
+            offset[0] - self._ball < _NEAR and math.hypot(*offset[1:]) < self._disc)
+        if not self.near:
+            self.force, self._touching = np.zeros(3), False
+            return
+        # Both Jacobians are those of the point where the ball touches.
+        point = places[0] - self._ball * axes[0]
+        jacobians = []
+        for frame, pose in zip(self._frames, (arm, trunk), strict=True):
+            twist = pin.getFrameJacobian(
+                model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+            jacobians.append(twist[:3] - pin.skew(point - pose.translation) @ twist[3:])
+        jacobian = axes @ (jacobians[0] - jacobians[1])
+        self.jacobian = np.ascontiguousarray(jacobian[:, self._v_index])
+        self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian @ position
+
+    def torque(self, position: Array, speed: Array, step: float) -> Array | float:
+        """Return the torques on the joints, (30,) [N m]; 0 without contact.
+
+        Args:
+            position: Positions of the joints, (30,) [rad].
+            speed: Their speeds, (30,) [rad/s].
+            step: Duration for which the torques act [s].
+        """
+        if not self.near:
+            return 0.0
+        place = self._offset + self.jacobian @ position
+        if place[0] >= 0.0:
+            self.force, self._touching = np.zeros(3), False
+            return 0.0
+        if not self._touching:
+            self._slid, self._touching = place[1:].copy(), True
+        place[1:] -= self._slid
+        force = -self._stiffness * place - self._damping * (self.jacobian @ speed)
+        force[0] = max(force[0], 0.0)
+        most, along = self._friction * force[0], math.hypot(force[1], force[2])
+        if along > most:
+            # The pads slide: the spring keeps only what friction can hold.
+            force[1:] *= most / along
+            self._slid += place[1:] + force[1:] / self._stiffness[1:]
+        self.force = force
+        self.peak = max(self.peak, float(force[0]))
+        torque = force @ self.jacobian
+        self.impulse += step * torque
+        return np.asarray(torque)
+
+
+def _axes(normal: Array) -> Array:
+    """Return a normal and two tangents as the rows of a rotation, (3, 3)."""
+    aside = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(normal, aside)
+    first /= np.linalg.norm(first)
+    return np.stack([normal, first, np.cross(normal, first)])
