@@ -10,6 +10,7 @@ from door_impact_common.errors import SettingError
 TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
+ENGINES = ("pybullet", "mujoco")
 SOLES = ("rigid", "rubber")
 BRACES = ("contact", "rigid", "none")
 _SCALES = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale")
@@ -84,6 +85,7 @@ class WorldSettings:
     """Settings of the simulation.
 
     Attributes:
+        engine: Physics engine, "pybullet" or "mujoco".
         gui: Whether the simulator shows a window.
         time_step_coarse: Physics step far from the leaf [s]; a millisecond is a multiple of it.
         time_step_fine: Physics step near the leaf [s]; a millisecond is a multiple of it.
@@ -108,6 +110,7 @@ class WorldSettings:
         stabilizer: Whether the stabilizer runs on rubber soles; rigid soles need none.
     """
 
+    engine: str = "pybullet"
     gui: bool = False
     time_step_coarse: float = 0.0005
     time_step_fine: float = 0.00025
@@ -164,5 +167,7 @@ class WorldSettings:
             raise SettingError("restitution", self.restitution, "0 to 1")
         if not 1 <= self.iterations <= MOST_ITERATIONS:
             raise SettingError("iterations", self.iterations, f"1 to {MOST_ITERATIONS}")
+        if self.engine not in ENGINES:
+            raise SettingError("engine", self.engine, " or ".join(ENGINES))
         if self.sole not in SOLES:
             raise SettingError("sole", self.sole, " or ".join(SOLES))

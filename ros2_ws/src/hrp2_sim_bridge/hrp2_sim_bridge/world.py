@@ -52,8 +52,8 @@ class World(Driver):
         door_distance: Distance of the leaf's face from the origin, towards -y [m].
         hinge_x: x of the hinge; it is negative behind the robot [m].
         posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
-        engine: Physics engine; the default is a new one of PyBullet.
-        settings: Fields of `WorldSettings`.
+        engine: One of `settings.ENGINES`, of which a new engine is made, or an engine.
+        settings: Other fields of `WorldSettings`.
 
     Attributes:
         robot_config: Configuration of the robot.
@@ -72,8 +72,8 @@ class World(Driver):
 
     Raises:
         SettingError: A setting is out of its range.
-        SimulatorMissingError: PyBullet is not installed.
-        ModelError: PyBullet changed a mass or an inertia of the robot.
+        SimulatorMissingError: The physics engine is not installed.
+        ModelError: The physics engine refused the robot or changed a mass or an inertia of it.
         RobotConfigError: The robot's configuration lacks something that the simulation needs.
     """
 
@@ -85,12 +85,13 @@ class World(Driver):
         hinge_x: float,
         *,
         posture: Array | None = None,
-        engine: Engine | None = None,
+        engine: Engine | str = WorldSettings.engine,
         **settings: Any,
     ) -> None:
         self.robot_config = robot
         self.door_config = door
-        self.settings = WorldSettings(**settings)
+        named: dict[str, Any] = {"engine": engine} if isinstance(engine, str) else {}
+        self.settings = WorldSettings(**named, **settings)
         self._check_place(door_distance, hinge_x)
         self._door_distance = door_distance
         self._hinge_x = hinge_x
@@ -98,7 +99,7 @@ class World(Driver):
         self.contact = design_leaf(door, hinge_x, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
-        self.engine = make_engine() if engine is None else engine
+        self.engine = make_engine(engine) if isinstance(engine, str) else engine
         kept = self.settings.log
         self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values) if kept else None
         self._orders = CommandLog(kept=kept)

@@ -18,7 +18,8 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
         math.nan, "distance of the closed leaf's face from the origin of odom, towards -y [m]",
     ),
     "hinge_x": (math.nan, "x of the hinge in odom [m]"),
-    "gui": (False, "open PyBullet's window"),
+    "engine": (WorldSettings.engine, "physics engine: pybullet or mujoco"),
+    "gui": (False, "open the physics engine's window"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "largest speed of a simulation that is not paced; 0: no limit"),
     "brace": (
@@ -41,7 +42,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "sole": (WorldSettings.sole, "rigid, or rubber as in robot.yaml"),
     "stabilizer": (WorldSettings.stabilizer, "keep the robot upright on rubber soles"),
     "solver_iterations": (
-        WorldSettings.iterations, "number of iterations of PyBullet's solver in each step",
+        WorldSettings.iterations, "number of iterations of the engine's solver in each step",
     ),
     "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
     "seed": (WorldSettings.seed, "seed of the encoder's arbitrary zero and the sensors' noise"),
@@ -85,6 +86,7 @@ class BridgeParameters(Parameters):
                    "friction", "time_step_coarse", "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
+            "engine": self.text("engine"),
             "gui": self.switch("gui"),
             "log": bool(self.text("log_file")),
             "sole": self.text("sole"),
