@@ -81,7 +81,7 @@ def test_a_struck_joint_loses_energy_with_any_step(robot, step, joint, speed, sc
 
 
 def test_a_gear_moves_as_two_masses_on_a_spring(robot) -> None:
-    """Without servo and damping, rotor and link swing with sqrt(k (1/B + 1/I)), their mass centre rests."""
+    """Without servo and damping, rotor and link swing with sqrt(k (1/B + 1/I))."""
     free = dataclasses.replace(
         robot.drives, position_gain=np.full(30, 1e-9), speed_gain=np.full(30, 1e-9),
         damping=np.zeros(30))
