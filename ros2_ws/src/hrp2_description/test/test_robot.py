@@ -213,7 +213,7 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
         ({"sole_rubber": {"stiffness": 1e5, "damping": "soft"}}, "cannot be read"),
         ({"sole_rubber": {"stiffness": 1e5}}, "damping"),
         ({"braced_posture_deg": "akimbo"}, "cannot be read"),
-        ({"drives": {"RLEG": dict.fromkeys(DRIVE, [1])}}, "RLEG_JOINT0"),
+        ({"drives": {"RLEG": {key: [1] for key in DRIVE}}}, "RLEG_JOINT0"),
         ({"drives": {"RLEG": dict.fromkeys(DRIVE[1:], [1] * 6)}}, "gear"),
     ],
 )
