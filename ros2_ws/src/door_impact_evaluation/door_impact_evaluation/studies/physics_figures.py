@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 
 from door_impact_evaluation.report.figures import BLUE, GREEN, RED
 
+MARKS = ("o-", "x--")  # line styles of the engines
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
 
 _UNKNOWNS = (
@@ -20,6 +21,7 @@ _UNKNOWNS = (
     ("gear_scale", 1.0, "stiffness of the gears, multiple of the model's"),
     ("servo_scale", 1.0, "gains of the servos, multiple of the model's"),
     ("pad_scale", 1.0, "stiffness of the pads, multiple of the model's"),
+    ("leaf_friction", 1.0, "friction of the leaf"),
     ("friction", 1.0, "friction of the soles"),
     ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
 )
@@ -55,21 +57,22 @@ def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     return [row.get(key, float("nan")) for row in rows]
 
 
-def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
+def _drop_tests(tests: Mapping[str, Sequence[Mapping[str, float]]], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
-        for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
-                                strict=True):
-            same = [row for row in rows if row["speed"] == speed]
-            wanted, shown = _column(same, "wanted"), _column(same, "shown")
-            left.plot(wanted, shown, "o-", color=color, label=f"{speed:g} m/s")
-            off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
-            right.plot(wanted, off, "o-", color=color, label=f"{speed:g} m/s")
+        for (engine, rows), mark in zip(tests.items(), MARKS, strict=False):
+            for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
+                                    strict=True):
+                same = [row for row in rows if row["speed"] == speed]
+                wanted, shown = _column(same, "wanted"), _column(same, "shown")
+                left.plot(wanted, shown, mark, color=color, label=f"{speed:g} m/s, {engine}")
+                off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
+                right.plot(wanted, off, mark, color=color)
         left.set(title="free ball on the leaf", xlabel="requested restitution",
                  ylabel="measured restitution")
         right.axhspan(-15, 15, color=GREEN, alpha=0.1)
         right.set(title="difference (band: ±0.015)", xlabel="requested restitution",
                   ylabel="measured less requested, 10⁻³")
-        left.legend(fontsize=8)
+        left.legend(fontsize=7)
 
     _pair(path, fill)
 
@@ -78,44 +81,51 @@ def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
         for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
                                    ("both_steps", "everywhere", RED)):
-            rows = summary["sweeps"][name]
-            step = [1e3 * value for value in _column(rows, "time_step_fine")]
-            left.semilogx(step, _column(rows, "peak_deg"), "o-", color=color, label=label)
-            error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
-            right.semilogx(step, error, "o-", color=color, label=label)
+            for (engine, rows), mark in zip(summary["sweeps"][name].items(), MARKS, strict=False):
+                step = [1e3 * value for value in _column(rows, "time_step_fine")]
+                left.semilogx(step, _column(rows, "peak_deg"), mark, color=color,
+                              label=f"{label}, {engine}")
+                error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
+                right.semilogx(step, error, mark, color=color)
         left.set(title="largest opening angle", xlabel="step [ms]", ylabel="angle [deg]")
         right.set(title="speed of B before the hit", xlabel="step [ms]",
                   ylabel="largest error of the speed [%]")
-        left.legend(fontsize=8)
+        left.legend(fontsize=7)
 
     _pair(path, fill)
 
 
 def _contact(summary: Mapping[str, Any], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
-        rows = summary["sweeps"]["contact_duration"]
-        duration = [1e3 * value for value in _column(rows, "contact_duration")]
-        left.plot(duration, _column(rows, "peak_deg"), "o-", color=BLUE)
+        for axes, name, scale in ((left, "contact_duration", 1e3), (right, "restitution", 1.0)):
+            _peaks(axes, summary, name, scale)
         left.set(title="stiffness of the leaf's surface", ylabel="largest opening angle [deg]",
                  xlabel="duration of contact of the design [ms]")
-        rows = summary["sweeps"]["restitution"]
-        right.plot(_column(rows, "restitution"), _column(rows, "peak_deg"), "o-", color=BLUE)
         right.set(title="restitution (planned: 0.5)", xlabel="restitution of the leaf's surface",
                   ylabel="largest opening angle [deg]")
+        left.legend(fontsize=8)
 
     _pair(path, fill)
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    figure, grid = plt.subplots(2, 3, figsize=(10.8, 6.0), layout="constrained")
-    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=True):
-        rows = summary["sweeps"][name]
-        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
-                  "o-", color=BLUE)
+    figure, grid = plt.subplots(2, 4, figsize=(14.0, 6.0), layout="constrained")
+    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=False):
+        _peaks(axes, summary, name, scale)
         axes.axhline(summary["target_deg"], color=GREEN, ls="--")
         axes.set(xlabel=label)
         axes.grid(alpha=0.3)
+    for axes in grid.flat[len(_UNKNOWNS):]:
+        axes.set_visible(False)
     for axes in grid[:, 0]:
         axes.set(ylabel="largest opening angle [deg]")
+    grid[0, 0].legend(fontsize=8)
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def _peaks(axes: Axes, summary: Mapping[str, Any], name: str, scale: float) -> None:
+    """Draws the largest opening angle over a setting, a line for each engine."""
+    for (engine, rows), color in zip(summary["sweeps"][name].items(), (BLUE, RED), strict=False):
+        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
+                  "o-", color=color, label=engine)

@@ -14,7 +14,7 @@ from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.benches.drop_bench import drop_test
 from hrp2_sim_bridge.benches.pull_bench import pull_test
 from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.impact_plan import ImpactPlan
 from numpy.typing import NDArray
@@ -44,9 +44,12 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
     "iterations": (("iterations", (20, 50, 100, 200)),),
     "brace": (("brace", ("contact", "rigid", "none")),),
+    "leaf_friction": (("leaf_friction", (0.0, 0.15, 0.3, 0.45, 0.6)),),
     "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
 }
 """Settings of the simulated world that each sweep changes, with their values run by run."""
+
+_PYBULLET_ONLY = ("iterations",)  # sweeps of what only PyBullet has
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,8 @@ def effective_masses(plan: ImpactPlan) -> dict[str, Any]:
         rows.append({
             "braced": braced,
             "spatial": robot.effective_mass(q, locked=locked),
-            "pull_test": pull_test(config, posture.joints, locked=locked).effective_mass,
+            **{engine: pull_test(config, posture.joints, locked=locked, engine=engine)
+               .effective_mass for engine in ENGINES},
         })
     return {"planar": plan.effective_mass_planar, "planned": plan.effective_mass, "rows": rows}
 
@@ -131,15 +135,16 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
     }
 
 
-def drop_tests() -> list[dict[str, float]]:
-    """Measures the restitution of the leaf's surface for each requested one."""
+def drop_tests(engine: str) -> list[dict[str, float]]:
+    """Measures the restitution of the leaf's surface in an engine for each requested one."""
     door, step = load_door("paper"), WorldSettings.time_step_fine
     rows = []
     for wanted in RESTITUTIONS:
         design = design_contact(
             wanted, reduced_mass(BALL, door.i_a / LEVER**2), WorldSettings.contact_duration, step)
         for speed in SPEEDS:
-            shown = drop_test(door, design, mass=BALL, lever=LEVER, speed=speed, step=step)
+            shown = drop_test(
+                door, design, mass=BALL, lever=LEVER, speed=speed, step=step, engine=engine)
             rows.append({"wanted": wanted, "speed": speed, "shown": shown.restitution,
                          "momentum_ratio": shown.momentum_ratio})
     return rows
@@ -157,23 +162,25 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
     """
     out.mkdir(parents=True, exist_ok=True)
     log = out / "run.npz"
-    nominal = rehearse(TARGET_DEG, log)
+    runs = {engine: rehearse(TARGET_DEG, log, engine=engine) for engine in ENGINES}
+    nominal = runs[WorldSettings.engine]
     summary: dict[str, Any] = {
         "target_deg": TARGET_DEG,
-        "nominal": figures_of(nominal),
+        "nominal": {engine: figures_of(run) for engine, run in runs.items()},
         "plan": {"v_rb": nominal.plan.v_rb, "omega_door": nominal.plan.omega_door,
                  "v_rb_post": nominal.plan.v_rb_post},
         "effective_mass": effective_masses(nominal.plan),
-        "drop_test": drop_tests(),
+        "drop_test": {engine: drop_tests(engine) for engine in ENGINES},
         "sweeps": {},
     }
     for name in tqdm(list(names), desc="sweeps"):
         keys, columns = zip(*SWEEPS[name], strict=True)
         rows = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
-        summary["sweeps"][name] = [
-            row | figures_of(rehearse(TARGET_DEG, log, **row))
-            for row in tqdm(rows, desc=name, leave=False)
-        ]
+        summary["sweeps"][name] = {
+            engine: [row | figures_of(rehearse(TARGET_DEG, log, engine=engine, **row))
+                     for row in tqdm(rows, desc=f"{name}, {engine}", leave=False)]
+            for engine in ENGINES if engine != "mujoco" or name not in _PYBULLET_ONLY
+        }
         (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     draw(summary, out)
     return summary
@@ -190,8 +197,8 @@ def main(args: list[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="physics_study",
-        description="Measures what the simulated hit depends on (docs/physics.md); all sweeps take "
-                    "about fifteen minutes.")
+        description="Measures what the simulated hit depends on, in both physics engines "
+                    "(docs/physics.md); all sweeps take about fifteen minutes.")
     parser.add_argument("sweeps", nargs="*", metavar="SWEEP",
                         help=f"sweeps: {', '.join(SWEEPS)} (default: all)")
     parser.add_argument("--out", type=Path, default=Path("out/physics"),
