@@ -80,7 +80,7 @@ def test_an_arm_whose_shoulder_axes_become_parallel_stays_calm(
 ) -> None:
     """The links between two parallel axes are very light, and gears on them very stiff."""
     world = make_world(gear_scale=gear_scale)
-    aside = robot.posture({"RARM_JOINT1": -np.pi / 2.0, "RARM_JOINT0": -0.9})
+    aside = robot.posture({"RARM_JOINT1": -1.2, "RARM_JOINT0": -0.9})
     back = robot.posture({"RARM_JOINT1": -np.pi / 2.0, "RARM_JOINT2": 0.8})
     path = np.array([robot.half_sitting, aside, back])
     world.follow(moving(np.array([0.05, 0.9, 1.6]), path), 0.0)
