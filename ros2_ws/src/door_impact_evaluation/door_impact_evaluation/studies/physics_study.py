@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 from door_model.door.config import load_door
+from door_model.door.surface import reduced_mass
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.benches.drop_bench import drop_test
 from hrp2_sim_bridge.benches.pull_bench import pull_test
-from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass
+from hrp2_sim_bridge.physics.contact import design_contact
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.impact_plan import ImpactPlan

@@ -3,8 +3,8 @@ r"""Stiffness and damping of the leaf's surface for a wanted coefficient of rest
 PyBullet's `restitution` has no effect between these bodies, but its contact stiffness and damping
 have one. Its solver treats them as an implicit spring-damper that cannot pull. This scheme loses
 some speed by itself, so the damping is found by simulating the same scheme for two free masses
-before the world is built. For a reduced mass :math:`\mu`, a penetration :math:`x` and a step
-:math:`h`,
+before the world is built (`door_model.door.surface` is the limit of short steps). For a reduced
+mass :math:`\mu`, a penetration :math:`x` and a step :math:`h`,
 
 .. math:: \mu (v_{n+1} - v_n) / h = -\max(0, k (x_n + h v_{n+1}) + c v_{n+1}).
 """
@@ -16,14 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
+from door_model.door.surface import mass_of_hit
 from scipy.optimize import brentq
 
 from hrp2_sim_bridge.settings import WorldSettings
 
 _PHASES = 16  # instants within a step at which the first contact may fall; results are their means
 _SOFTEST, _STIFFEST = 0.0, 8.0  # range of the damping ratio
-_ROBOT_MASS = 58.0  # mass that point B shows in a hit and that the leaf is designed for [kg]
-_LEAST_LEVER = 0.1  # shortest distance of a hit from the hinge [m]
 _ROUNDS = 4  # iterations that match the duration
 _SETTLED = 200.0  # longest contact that is simulated, in units of 1 / natural frequency
 
@@ -45,11 +44,6 @@ class ContactDesign:
     restitution: float
     duration: float
     reduced_mass: float
-
-
-def reduced_mass(first: float, second: float) -> float:
-    """Return the reduced mass of two masses: it moves as their distance does [kg]."""
-    return first * second / (first + second)
 
 
 def simulate_impact(frequency: float, ratio: float, step: float) -> tuple[float, float]:
@@ -127,10 +121,9 @@ def design_leaf(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> Co
         SettingError: A step of this length cannot show the restitution.
     """
     wanted = settings.restitution
-    lever = max(abs(hinge_x), _LEAST_LEVER)
     return design_contact(
         door.restitution if wanted is None else wanted,
-        reduced_mass(_ROBOT_MASS, door.i_a / lever**2),
+        mass_of_hit(door.i_a, hinge_x),
         settings.contact_duration,
         settings.time_step_fine,
     )

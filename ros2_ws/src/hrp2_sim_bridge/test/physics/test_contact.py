@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
+from door_model.door.surface import reduced_mass
 from hrp2_sim_bridge.benches.drop_bench import drop_test
-from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass, simulate_impact
+from hrp2_sim_bridge.physics.contact import design_contact, simulate_impact
 from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import given
 from hypothesis import strategies as st
