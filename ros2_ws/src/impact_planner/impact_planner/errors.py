@@ -39,6 +39,12 @@ class SpeedUnreachable(PlannerError):
     reason = "speed_unreachable"
 
 
+class GearOverload(PlannerError):
+    """The hit would make the teeth of a gear skip."""
+
+    reason = "joint_limit"
+
+
 PLANNING_ERRORS = (PlannerError, HumanoidMotionError)
 """What `plan_impact` raises: the request cannot be met, or the robot's body cannot do it."""
 

@@ -8,6 +8,7 @@ from typing import Protocol
 from door_impact_common.arrays import Array
 from door_model.motion.dynamics import initial_velocity
 
+from impact_planner.hit.joint_load import JointLoad
 from impact_planner.hit.learning import ObservedHit, require_on_time
 from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.phase_plan import Branches, PhasePlan
@@ -93,8 +94,13 @@ class ImpactPlan:
 
     @property
     def restitution(self) -> float:
-        """Coefficient of restitution e that the plan uses."""
+        """Coefficient of restitution of the leaf's surface that the plan uses."""
         return self.request.restitution
+
+    @property
+    def apparent_restitution(self) -> float:
+        """Coefficient of restitution e of eqs. (2) to (4), with the give of the robot."""
+        return self.hit.transfer.restitution
 
     @property
     def learned_hits(self) -> int:
@@ -176,14 +182,44 @@ class ImpactPlan:
 
     @property
     def brace_joint(self) -> str:
-        """Joint at which the brace carries the largest impulse; empty without a brace."""
+        """Braced joint to which the hit gives the largest impulse; empty without a brace."""
         brace = self.hit.transfer.brace
         return max(brace, key=lambda joint: abs(brace[joint]), default="")
 
     @property
     def brace_impulse(self) -> float:
-        """Impulse of the brace's torque at `brace_joint` [N m s]."""
+        """Impulse that the hit adds to the torque of `brace_joint` [N m s]."""
         return self.hit.transfer.brace.get(self.brace_joint, 0.0)
+
+    @property
+    def peak_force(self) -> float:
+        """Largest force of the elbow on the leaf, as a mean over a millisecond [N]."""
+        return self.hit.transfer.response.peak_force
+
+    @property
+    def contact_duration(self) -> float:
+        """Duration of the contact with the leaf [s]."""
+        return self.hit.transfer.response.duration
+
+    @property
+    def pad_preload(self) -> float:
+        """Force that presses the brace's pads before the hit [N]; 0 without pads."""
+        return self.hit.transfer.response.pad_preload
+
+    @property
+    def pad_force(self) -> float:
+        """Largest normal force of the brace's pads in the hit [N]; 0 without pads."""
+        return self.hit.transfer.response.pad_force
+
+    @property
+    def pad_friction(self) -> float:
+        """Share of the pads' friction that the hit uses, 0 to 1."""
+        return self.hit.transfer.response.pad_friction
+
+    @property
+    def joint_loads(self) -> tuple[JointLoad, ...]:
+        """Load of each joint, the largest share of the gear's peak torque first."""
+        return self.hit.transfer.loads
 
     # Posture at the hit, sections II.C.1 and II.C.4.
 
@@ -340,4 +376,5 @@ def observed_hit(plan: ImpactPlan, known: KnownDoor, measured: MeasuredHit) -> O
     omega = float(initial_velocity(known.door, measured.peak_angle, plan.initial_angle))
     return ObservedHit(
         plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, measured.v_rb_post, omega,
-        plan.braking)
+        plan.braking, plan.restitution, plan.hit.transfer.model_restitution,
+        plan.hit.transfer.restitution_slope)

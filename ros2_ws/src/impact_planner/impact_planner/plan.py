@@ -15,9 +15,10 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import PLANNING_ERRORS, AngleUnreachable, SpeedUnreachable
 from impact_planner.hit.door_prediction import DoorPrediction, predict
 from impact_planner.hit.floor_load import require_no_slip
+from impact_planner.hit.joint_load import overload_warnings, require_bearable
 from impact_planner.hit.placement import Placement, placement_for_step, stand
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com
-from impact_planner.hit.stance import SPARE_DISTANCE, STEP_SHARES, HitStance, LeafContact
+from impact_planner.hit.stance import SPARE_DISTANCE, STEP_SHARES, LeafContact
 from impact_planner.hit.transfer import plan_transfer
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.hit_design import HitDesign
@@ -128,7 +129,7 @@ def _planned(
             phases=phases,
             retreat=retreat,
             branches=branches,
-            warnings=known.warnings + _warnings(robot, hit.stance, branches),
+            warnings=known.warnings + _warnings(robot, hit, branches),
             planning_time=clock.perf_counter() - begin,
         )
     assert failure is not None
@@ -159,6 +160,7 @@ def _design_hit(
         transfer = plan_transfer(
             robot, known, wanted, settings, stance, contact, prediction.omega)
     require_no_slip(transfer.floor, settings.sole_friction)
+    require_bearable(transfer.loads)
     run_up = plan_run_up(robot, stance, RunUpWish(
         kind=wanted.run_up,
         v_rb=_along_y(transfer.speeds.v_rb, contact),
@@ -180,10 +182,10 @@ def _along_y(speed: float, contact: LeafContact) -> float:
     return speed / -float(contact.normal[1])
 
 
-def _warnings(robot: RobotModel, stance: HitStance, branches: Branches) -> tuple[str, ...]:
+def _warnings(robot: RobotModel, hit: HitDesign, branches: Branches) -> tuple[str, ...]:
     """Sentences about what the plan does not achieve or check."""
-    posture = stance.posture
-    found = []
+    stance, posture = hit.stance, hit.stance.posture
+    found = [*overload_warnings(hit.transfer.loads)]
     if stance.percussion_error:
         found.append(
             f"eq. (5) is not met within the legs' range: the CoM is "

@@ -11,6 +11,7 @@ from door_model.motion.dynamics import peak
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.robot_model import RobotModel
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import (
@@ -32,21 +33,23 @@ TARGET = math.radians(25.0)
 
 
 def test_the_papers_door(plan):
-    """25 deg need w' = 0.635 rad/s, and rubber and friction make m_re exceed eq. (3)."""
+    """25 deg need w' = 0.635 rad/s; rubber and friction make m_re exceed eq. (3)."""
     assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
-    assert plan.effective_mass == pytest.approx(58.4, abs=0.1)
-    assert plan.v_rb == pytest.approx(0.398, abs=0.002)
-    assert plan.v_rb_post == pytest.approx(0.068, abs=0.002)
+    assert plan.effective_mass == pytest.approx(58.4, abs=1.0)
+    assert plan.v_rb == pytest.approx(0.417, abs=0.006)
+    assert plan.v_rb_post == pytest.approx(0.085, abs=0.01)
+    assert plan.apparent_restitution == pytest.approx(0.44, abs=0.02)
+    assert plan.contact_duration == pytest.approx(0.018, abs=1e-3)
     assert 45.0 < plan.effective_mass_planar < 48.0
     assert plan.l_b == pytest.approx(0.42, abs=1e-6)
     assert plan.hit.stance.step == pytest.approx(0.20, abs=1e-4)
 
 
 def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
-    """On hard soles and a smooth leaf, v_rB is about 0.45 and v'_rB about 0.04 m/s."""
+    """With rigid joints, on soles that give, on a smooth leaf: v_rB about 0.45 m/s."""
+    hard = RobotModel(dataclasses.replace(robot.config, drives=None, brace=None, sole_rubber=None))
     smooth = plan_impact(
-        PlanRequest(TARGET), known, robot,
-        PlannerSettings(leaf_friction=0.0, contact_duration=1e-3))
+        PlanRequest(TARGET), known, hard, PlannerSettings(leaf_friction=0.0))
     assert smooth.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
     assert smooth.v_rb == pytest.approx(0.45, abs=0.03)
     assert smooth.v_rb_post == pytest.approx(0.04, abs=0.02)
@@ -55,9 +58,11 @@ def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):
 def test_the_speeds_follow_from_the_mass_by_eq_2_and_restitution(known, plan):
     """v_rB = (w' (I_A + m l^2) + braking) / ((1 + e) m l) holds for the planned mass."""
     m, l_b, i_a = plan.effective_mass, plan.l_b, known.door.i_a
-    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.braking) / (1.5 * m * l_b)
+    v_rb = (plan.omega_door * (i_a + m * l_b**2) + plan.braking) / (
+        (1.0 + plan.apparent_restitution) * m * l_b)
     assert plan.v_rb == pytest.approx(v_rb, rel=1e-9)
-    assert plan.v_rb_post == pytest.approx(plan.omega_door * l_b - 0.5 * v_rb, rel=1e-9)
+    assert plan.v_rb_post == pytest.approx(
+        plan.omega_door * l_b - plan.apparent_restitution * v_rb, rel=1e-9)
 
 
 def test_equations_hold_between_the_stated_numbers(robot, known, plan):
@@ -65,7 +70,8 @@ def test_equations_hold_between_the_stated_numbers(robot, known, plan):
     gained = known.door.i_a * plan.omega_door + plan.braking
     assert plan.v_rb == pytest.approx(
         gained / (plan.effective_mass * plan.l_b) + plan.v_rb_post)
-    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
+    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(
+        plan.apparent_restitution * plan.v_rb)
     assert plan.required_impulse == pytest.approx(
         plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     )
@@ -186,8 +192,8 @@ def test_a_door_that_is_ajar_is_hit_on_its_open_leaf(robot, known):
 def test_b_is_where_it_was_asked_for_however_far_the_door_is_ajar(robot, known, initial_deg):
     """For any initial angle, B is on the leaf and at the requested l_B to 2 micrometres."""
     initial = math.radians(initial_deg)
-    plan = plan_impact(
-        PlanRequest(initial + 0.2, initial_angle=initial, l_b=0.42, ending="retreat"), known, robot)
+    request = PlanRequest(initial + 0.15, initial_angle=initial, l_b=0.42, ending="retreat")
+    plan = plan_impact(request, known, robot)
     assert plan.l_b == pytest.approx(0.42, abs=2e-6)
     leaf = LeafFrame(plan.hit.placement.hinge, initial)
     assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)

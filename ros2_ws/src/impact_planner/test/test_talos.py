@@ -85,7 +85,9 @@ def test_the_papers_door_is_planned_for(talos, talos_plan):
     assert plan.required_impulse == pytest.approx(
         plan.effective_mass * (plan.v_rb - plan.v_rb_post)
     )
-    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(0.5 * plan.v_rb)
+    assert plan.omega_door * plan.l_b - plan.v_rb_post == pytest.approx(
+        plan.apparent_restitution * plan.v_rb)
+    assert plan.joint_loads == ()
     assert plan.b_r == pytest.approx(plan.b_r_percussion, abs=1e-5)
     assert plan.hit.stance.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
 

@@ -41,7 +41,6 @@ def floor_load(
     posture: HitPosture,
     response: HitResponse,
     impulse: float,
-    contact: float,
     available: float,
 ) -> FloorLoad:
     """Compute the load of a hit on the floor.
@@ -52,18 +51,19 @@ def floor_load(
     Args:
         mass: Mass of the robot [kg].
         posture: Posture at the hit.
-        response: Response of the robot to 1 N s at B.
-        impulse: Impulse given to the door [N s].
-        contact: Duration of the contact [s].
+        response: The hit as the model has it.
+        impulse: Impulse given to the door, which differs from the model's where hits have taught
+            another effective mass [N s].
         available: Coefficient of friction of the soles.
     """
     planar = momentum.foot_impulse_planar(mass, posture.i_rob, posture.a_r, posture.b_r)
-    horizontal = impulse * float(np.hypot(*response.floor[:2]))
-    upright = mass * GRAVITY * contact + impulse * float(response.floor[2])
+    scale, contact = impulse / response.impulse, response.duration
+    horizontal = scale * float(np.hypot(*response.floor[:2]))
+    upright = mass * GRAVITY * contact + scale * float(response.floor[2])
     friction = horizontal / upright if upright > 0.0 else math.inf
     missing = max(0.0, 1.0 - available / friction) if friction > 0.0 else 0.0
-    slip = 0.5 * contact * missing * impulse * response.slide
-    return FloorLoad(horizontal, impulse * planar, impulse * response.floor_yaw, friction, slip)
+    slip = 0.5 * contact * missing * horizontal * response.slide
+    return FloorLoad(horizontal, impulse * planar, scale * response.floor_yaw, friction, slip)
 
 
 def require_no_slip(load: FloorLoad, available: float) -> None:

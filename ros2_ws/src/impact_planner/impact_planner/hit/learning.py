@@ -1,8 +1,15 @@
 """Learning of effective mass and restitution from hits on a door.
 
 Both are the least certain figures of eqs. (2) to (4), because they depend on the stiffness of
-drives, brace and contact. A hit reveals them: its peak angle gives w' by eq. (1), and joints and
-gyro give v'_rB. A Kalman filter corrects the two figures in proportion to their uncertainty.
+gears, pads and contact, and on the leaf's friction. A hit reveals them: its peak angle gives w' by
+eq. (1), and joints and gyro give v'_rB. A Kalman filter corrects two figures in proportion to
+their uncertainty: a factor on the model's effective mass, and the restitution of the leaf's
+surface. "Restitution" and "duration of contact" of the surface describe elbow and leaf alone, as
+two free masses would show them. The arm's give comes on top: from the simulated hit the plan has
+the apparent restitution of eqs. (2) to (4) for the surface that it assumes, and its change with
+the surface's restitution. The filter continues it along that straight line. The next plan
+simulates the hit with the learned surface and multiplies the model's mass by the learned factor.
+So what gears and pads really are, compared with the model, is learned as part of both figures.
 
 One odd hit must not ruin what was learned. A hit is therefore refused if its contact or the switch
 after it was not on time, and if the filter did not expect what was measured: the normalised
@@ -47,6 +54,9 @@ class ObservedHit:
         v_rb_post: Measured speed of B after the hit [m/s]; NaN means that it was not measured.
         omega: Angular velocity w' that opens the door to its measured peak [rad/s].
         braking: Angular impulse that the closer took from the hit [N m s].
+        restitution: Restitution of the leaf's surface with which the hit was planned.
+        apparent: Apparent restitution that the model has for this surface.
+        slope: Change of the apparent restitution per change of the surface's, by the model.
     """
 
     model_mass: float
@@ -56,6 +66,16 @@ class ObservedHit:
     v_rb_post: float
     omega: float
     braking: float
+    restitution: float
+    apparent: float
+    slope: float
+
+    def apparent_for(self, restitution: float) -> float:
+        """Apparent restitution for another restitution of the leaf's surface.
+
+        It is the model's at the planned one, continued along a straight line.
+        """
+        return self.apparent + self.slope * (restitution - self.restitution)
 
 
 def require_on_time(
@@ -196,7 +216,7 @@ def _linearised(observed: ObservedHit, state: Array) -> tuple[Array, Array]:
 
 def _predicted(observed: ObservedHit, state: Array) -> Array:
     """Logarithm of w' and v'_rB [m/s] that a state of the filter predicts for a hit, (2,)."""
-    restitution = float(state[1])
+    restitution = observed.apparent_for(float(state[1]))
     mass = observed.model_mass * math.exp(state[0])
     # The factor 1 + e is applied here, because the filter may try an e outside 0 to 1, which
     # `omega_for` refuses.

@@ -122,7 +122,8 @@ def speeds_for(
         l_b: Distance of B from the hinge [m].
         effective_mass: m_re of the robot at B [kg].
         restitution: Coefficient of restitution e, 0 (plastic) to 1.
-        braking: Angular impulse of `closer_braking`, which the hit must supply too [N m s].
+        braking: Angular impulse of closer and hinge friction during the contact, which the hit
+            must supply too [N m s].
 
     Returns:
         The speeds before and after the hit and the impulse.
@@ -136,19 +137,6 @@ def speeds_for(
     # Eq. (4) with v'_rB = w' l_B - e v_rB.
     v_rb = (impulse / effective_mass + omega * l_b) / (1.0 + restitution)
     return ImpactSpeeds(v_rb=v_rb, v_rb_post=omega * l_b - restitution * v_rb, impulse=impulse)
-
-
-def closer_braking(torque: float, duration: float) -> float:
-    """Angular impulse that the closer takes from a hit of finite duration [N m s].
-
-    Eq. (2) holds for an instantaneous hit. A force that is symmetric in time acts like one in the
-    middle of the contact; the closer's torque during the first half has to be supplied besides.
-
-    Args:
-        torque: Torque of closer and hinge friction at the angle of the hit [N m].
-        duration: Duration of the contact [s].
-    """
-    return 0.5 * torque * duration
 
 
 def omega_for(

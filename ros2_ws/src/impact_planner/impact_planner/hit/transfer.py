@@ -1,44 +1,64 @@
 """Momentum transfer of a planned hit, section II.C.3: effective mass, speeds of B, loads.
 
-The equations (2) to (4) themselves are in `momentum`.
+The equations (2) to (4) themselves are in `momentum`. Effective mass and apparent restitution are
+those of the simulated hit (`hit_response`). The restitution of request, settings and experience is
+that of the leaf's surface; the give of arm, gears and soles makes the apparent one smaller.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from door_model.door.surface import mass_of_hit, surface
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.hit import momentum
 from impact_planner.hit.floor_load import FloorLoad, floor_load
-from impact_planner.hit.hit_response import hit_response
+from impact_planner.hit.hit_response import HitResponse, HitSimulation, LeafToHit, Switch
+from impact_planner.hit.hit_structure import hit_structure
+from impact_planner.hit.joint_load import JointLoad, joint_loads
 from impact_planner.hit.stance import HitStance, LeafContact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import ResolvedRequest
 from impact_planner.task.settings import PlannerSettings
 
+_ROUNDS = 2  # simulated hits that find v_rB; mass and restitution hardly depend on the speed
+_OTHER = 0.05  # difference of the surface's restitution from which the slope is taken
+_MIDDLE = 0.5  # restitution towards which it lies
+_FIRST_RATIO = 0.2  # first guess of the speed after the hit over that before it
+
 
 @dataclass(frozen=True)
 class MomentumTransfer:
-    """What the hit demands of the robot, and what brace and floor must carry.
+    """What the hit demands of the robot, and what joints, pads and floor must carry.
 
     Attributes:
         mass: Effective mass m_re at B that the plan uses [kg].
         model_mass: Effective mass at B by the model alone, before requests and learning [kg].
         planar_mass: Effective mass at B of a free body in the frontal plane, eq. (3) [kg].
+        restitution: Apparent coefficient of restitution that eqs. (2) to (4) use.
+        model_restitution: The same by the model alone.
+        restitution_slope: Change of the apparent restitution per change of the surface's.
         speeds: Speeds of B along the leaf's normal before and after the hit, and the impulse.
         braking: Angular impulse that closer and hinge friction take from the hit [N m s].
         floor: Load of the hit on the feet.
-        brace: Impulse of the torque that the brace carries, by joint [N m s].
+        response: The simulated hit.
+        loads: Loads of the joints, the largest first; empty for a robot without drives.
+        brace: Impulse of the torque that the hit adds at each braced joint [N m s].
     """
 
     mass: float
     model_mass: float
     planar_mass: float
+    restitution: float
+    model_restitution: float
+    restitution_slope: float
     speeds: momentum.ImpactSpeeds
     braking: float
     floor: FloorLoad
+    response: HitResponse
+    loads: tuple[JointLoad, ...]
     brace: dict[str, float]
 
 
@@ -66,26 +86,81 @@ def plan_transfer(
         InvalidRequest: The requested effective mass exceeds the robot's mass.
     """
     posture = stance.posture
-    response = hit_response(
-        robot, robot.configuration(posture.base, posture.joints), normal=contact.normal,
-        leaf_friction=settings.leaf_friction, duration=settings.contact_duration)
-    mass = _mass_to_plan_with(robot, wanted, response.mass)
-    held_back = float(known.door.restoring_torque(wanted.initial_angle)) + known.door.friction
-    braking = momentum.closer_braking(held_back, settings.contact_duration)
+    structure = hit_structure(robot, posture.base, posture.joints, stance.feet, contact.normal)
+    leaf, other = (
+        leaf_to_hit(known, settings, contact, wanted.initial_angle, restitution)
+        for restitution in (wanted.restitution, _next_to(wanted.restitution)))
+    simulation = HitSimulation(structure, leaf)
+    planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
+    law = {"i_a": leaf.i_a, "l_b": leaf.l_b}
     speeds = momentum.speeds_for(
-        omega, i_a=known.door.i_a, l_b=contact.l_b, effective_mass=mass,
-        restitution=wanted.restitution, braking=braking)
+        omega, effective_mass=planar, restitution=wanted.restitution, **law)
+    switch = Switch(
+        settings.detection_delay + settings.switch_delay, settings.slow_down, _FIRST_RATIO)
+    for _ in range(_ROUNDS):
+        response = simulation.hit(speeds.v_rb, switch)
+        mass = _mass_to_plan_with(robot, wanted, response.mass)
+        given = wanted.apparent_restitution
+        restitution = _within(response.restitution) if given is None else given
+        braking = leaf.l_b * response.impulse - leaf.i_a * response.omega
+        speeds = momentum.speeds_for(
+            omega, effective_mass=mass, restitution=restitution, braking=braking, **law)
+        switch = replace(switch, ratio=speeds.ratio)
+    elsewhere = HitSimulation(structure, other).hit(response.v_rb, switch)
+    slope = (elsewhere.restitution - response.restitution) / (
+        _next_to(wanted.restitution) - wanted.restitution)
+    scale = speeds.impulse / response.impulse
+    braced = robot.config.braced_joints
+    rows = scale * response.joint_impulse[robot.indices(braced)]
     return MomentumTransfer(
         mass=mass,
         model_mass=response.mass,
-        planar_mass=momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r),
+        planar_mass=planar,
+        restitution=restitution,
+        model_restitution=response.restitution,
+        restitution_slope=slope,
         speeds=speeds,
         braking=braking,
         floor=floor_load(
-            robot.mass, posture, response, speeds.impulse, settings.contact_duration,
-            settings.sole_friction),
-        brace={joint: speeds.impulse * each for joint, each in response.brace.items()},
+            robot.mass, posture, response, speeds.impulse, settings.sole_friction),
+        response=response,
+        loads=joint_loads(robot, response),
+        brace=dict(zip(braced, rows.tolist(), strict=True)),
     )
+
+
+def leaf_to_hit(
+    known: KnownDoor, settings: PlannerSettings, contact: LeafContact, angle: float,
+    restitution: float,
+) -> LeafToHit:
+    """The leaf in the hit.
+
+    Args:
+        known: The door.
+        settings: Configuration.
+        contact: Where the elbow meets the leaf.
+        angle: Opening angle at the hit [rad].
+        restitution: Coefficient of restitution of the leaf's surface.
+    """
+    door = known.door
+    return LeafToHit(
+        i_a=door.i_a,
+        l_b=contact.l_b,
+        torque=float(door.restoring_torque(angle)) + door.friction,
+        surface=surface(
+            restitution, settings.contact_duration, mass_of_hit(door.i_a, contact.l_b)),
+        friction=settings.leaf_friction,
+    )
+
+
+def _within(restitution: float) -> float:
+    """The apparent restitution in the range for which eqs. (2) to (4) are meant."""
+    return min(max(restitution, 0.0), 1.0)
+
+
+def _next_to(restitution: float) -> float:
+    """Another restitution of a surface, for the slope."""
+    return restitution + (_OTHER if restitution < _MIDDLE else -_OTHER)
 
 
 def _mass_to_plan_with(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.stamps import NANOSECONDS, duration_of, seconds
-from door_impact_msgs.msg import CloserParameters, PhaseMargin, PlanPhase
+from door_impact_msgs.msg import CloserParameters, JointLoad, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.checks import require_covariance, require_finite, require_not_negative
@@ -121,6 +122,7 @@ def plan_message(
         )
         for phase in plan.phases
     ]
+    message.joint_loads = [JointLoad(**asdict(load)) for load in plan.joint_loads]
     message.warnings = list(plan.warnings)
     if trajectories:
         message.phases = [_phase(phase, names) for phase in plan.phases]

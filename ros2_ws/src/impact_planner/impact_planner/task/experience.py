@@ -29,7 +29,7 @@ class Limits:
         restitution: Least and largest coefficient of restitution.
     """
 
-    mass_factor: tuple[float, float] = (0.5, 1.3)
+    mass_factor: tuple[float, float] = (0.7, 1.25)
     restitution: tuple[float, float] = (0.3, 0.7)
 
 

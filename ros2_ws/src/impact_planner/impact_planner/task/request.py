@@ -18,7 +18,9 @@ class PlanRequest:
     Attributes:
         desired_opening_angle: Largest opening angle that the door is to reach [rad].
         initial_angle: Opening angle of the door at the hit [rad].
-        restitution: Coefficient of restitution, 0 (plastic) to 1.
+        restitution: Coefficient of restitution of the leaf's surface, 0 (plastic) to 1. Together
+            with `effective_mass` it is that of the hit as a whole: eqs. (2) to (4) then use both
+            numbers in place of the model's.
         effective_mass: Effective mass of the robot at B, in place of the model's [kg].
         door_distance: Distance from the origin of odom to the closed leaf's face [m].
         l_b: Distance from the hinge to B along the leaf [m]; None means that the configured place
@@ -44,7 +46,9 @@ class ResolvedRequest:
     Attributes:
         angle: Largest opening angle that the door is to reach [rad].
         initial_angle: Opening angle of the door at the hit [rad].
-        restitution: Coefficient of restitution.
+        restitution: Coefficient of restitution of the leaf's surface.
+        apparent_restitution: Coefficient of restitution of the hit as a whole; None means that the
+            model decides.
         effective_mass: Effective mass at B [kg]; None means that the model decides.
         mass_factor: Learned factor on the model's effective mass.
         door_distance: Distance from the origin of odom to the closed leaf's face [m]; None means
@@ -57,6 +61,7 @@ class ResolvedRequest:
     angle: float
     initial_angle: float
     restitution: float
+    apparent_restitution: float | None
     effective_mass: float | None
     mass_factor: float
     door_distance: float | None
@@ -92,17 +97,15 @@ def resolve(
         low_included=True,
     )
     learned = known.experience or Experience.none(settings.restitution)
+    restitution = _number(
+        "restitution", _first(request.restitution, learned.restitution), 0.0, 1.0,
+        low_included=True, high_included=True)
+    both = request.restitution is not None and request.effective_mass is not None
     return ResolvedRequest(
         angle=angle,
         initial_angle=initial,
-        restitution=_number(
-            "restitution",
-            _first(request.restitution, learned.restitution),
-            0.0,
-            1.0,
-            low_included=True,
-            high_included=True,
-        ),
+        restitution=restitution,
+        apparent_restitution=restitution if both else None,
         effective_mass=_optional(
             "effective_mass [kg]", request.effective_mass, settings.effective_mass
         ),

@@ -45,7 +45,9 @@ class PlannerSettings:
         hinge_x: x of the hinge in odom [m]. None places the hinge `nominal_l_b` behind B.
         nominal_l_b: Distance of B from the hinge where nothing else decides it, the paper's [m].
         initial_angle: Opening angle of the door at the hit [rad].
-        restitution: Coefficient of restitution before the first hit on a door.
+        restitution: Coefficient of restitution of the leaf's surface before the first hit on a
+            door. It describes elbow and leaf alone, as two free masses would show it; the give
+            of arm, gears and soles comes on top.
         effective_mass: Effective mass at B [kg]; None means that the model decides.
         run_up: Time law of the run-up where the request names none.
         ending: Last phase of the motion where the request names none.
@@ -59,11 +61,13 @@ class PlannerSettings:
         limit_share: Share of the joints' speed and torque limits that a plan may use.
         post_duration: Time from the end of `slow_down` to rest [s].
         sole_friction: Assumed coefficient of friction between soles and floor.
-        contact_duration: Expected duration of the contact [s].
+        contact_duration: Duration that the contact of two free masses on that surface would
+            have [s].
         leaf_friction: Coefficient of friction between elbow and leaf.
-        switch_delay: Time after the start of the contact in which the legs keep their speed [s].
-            The contact is detected a few ms late, and a switch while the leaf still pushes would
-            take angular velocity from the door.
+        switch_delay: Time after the detection of the contact in which the legs keep their speed
+            [s]. A switch while the leaf still pushes would take angular velocity from the door.
+        detection_delay: Expected time from the start of the contact to the stamp at which it is
+            detected [s]. The legs keep their speed during this time, too.
         slow_down: Time after the switch in which the legs take up v'_rB [s].
         period: Sampling period of the motions [s].
         timing: Durations of the slow phases.
@@ -93,6 +97,7 @@ class PlannerSettings:
     contact_duration: float = 0.015
     leaf_friction: float = 0.3
     switch_delay: float = 0.012
+    detection_delay: float = 0.006
     slow_down: float = 0.01
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
@@ -146,8 +151,10 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "sole_friction": (0.05, 2.0, "assumed coefficient of friction between soles and floor"),
     "contact_duration": (0.001, 0.1, "expected duration of the contact [s]"),
     "leaf_friction": (0.0, 2.0, "coefficient of friction between elbow and leaf"),
-    "switch_delay": (0.0, 0.05, "time after the start of the contact in which the legs keep their "
-                     "speed [s]"),
+    "switch_delay": (0.0, 0.05, "time after the detection of the contact in which the legs keep "
+                     "their speed [s]"),
+    "detection_delay": (0.0, 0.05, "expected time from the start of the contact to its detection "
+                        "[s]"),
     "slow_down": (0.0, 0.1, "time after the switch in which the legs take up v'_rB [s]"),
     "hand_force_limit": (0.0, 500.0, "largest allowed force of the held door on the hand [N]"),
     "least_restitution": (0.0, 1.0, "least coefficient of restitution that hits can teach"),

@@ -13,6 +13,7 @@ _SUMMARY_KEYS = (
     "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
     "i_rob", "l_b",
 )  # fmt: skip
+_SHOWN_LOADS = 4  # number of the most loaded gears in the text
 _TEXT_KEYS = ("plan_id", "door", "run_up", "ending")
 # Further properties of the plan, before and after the figures of its placement.
 _MORE_KEYS = (
@@ -40,7 +41,16 @@ def plan_object(plan: ImpactPlan) -> dict[str, Any]:
         "door_distance": plan.hit.placement.door_distance,
         "hinge_x": plan.hit.placement.hinge_x,
         **figures(_LAST_KEYS),
+        "apparent_restitution": plan.apparent_restitution,
+        "contact_ms": 1e3 * plan.contact_duration,
+        "peak_force": plan.peak_force,
         "brace_impulse_nms": plan.hit.transfer.brace,
+        "pads": {"preload": plan.pad_preload, "force": plan.pad_force,
+                 "friction_share": plan.pad_friction},
+        "joint_loads": {
+            load.joint: {"gear_torque": load.gear_torque, "peak_torque": load.peak_torque,
+                         "share": load.share, "motor_impulse": load.motor_impulse}
+            for load in plan.joint_loads},
         "early_margin_mm": 1e3 * plan.early_margin,
         "late_margin_mm": 1e3 * plan.late_margin,
         "missed_margin_mm": 1e3 * plan.missed_margin,
@@ -103,19 +113,35 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
         ("m_re planned with", "ours",
-         f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the model, rigid on "
-         "its soles"),
+         f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the simulated hit"),
         ("learned from hits", "", f"{plan.learned_hits}" if plan.learned_hits else "none yet"),
         ("impulse at B", "(2)", f"{plan.required_impulse:.1f} N s"),
         ("v_rB", "(4) corrected", f"{plan.v_rb:.3f} m/s"),
-        ("v'_rB", "restitution", f"{plan.v_rb_post:.3f} m/s, e = {plan.restitution:.2f}"),
+        ("v'_rB", "restitution",
+         f"{plan.v_rb_post:.3f} m/s, e = {plan.apparent_restitution:.2f} on a leaf with "
+         f"{plan.restitution:.2f}"),
+        ("contact", "ours",
+         f"{1e3 * plan.contact_duration:.0f} ms, up to {plan.peak_force:.0f} N"),
         ("b_r, b_r that (5) asks for", "(5)",
          f"{plan.b_r:.3f}, {plan.b_r_percussion:.3f} m, waist at {plan.waist_height:.3f} m"),
         ("feet in the hit", "(5)",
          f"{floor.impulse:.1f} N s across ({abs(floor.impulse_planar):.1f} by (5) alone), "
          f"{floor.yaw_impulse:.2f} N m s about the vertical, friction {floor.friction:.2f}"),
-        ("brace", "II.C.1", f"{plan.brace_joint} carries {abs(plan.brace_impulse):.1f} N m s"),
+        *_load_rows(plan),
     ]  # fmt: skip
+
+
+def _load_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    """Rows about what brace and gears carry in the hit."""
+    given = f"{plan.brace_joint} gets {abs(plan.brace_impulse):.1f} N m s"
+    if plan.pad_force > 0.0:
+        given = (f"pads {plan.pad_preload:.0f} N, in the hit up to {plan.pad_force:.0f} N, "
+                 f"{100.0 * plan.pad_friction:.0f} % of their friction; {given}")
+    rows = [("brace", "II.C.1", given)]
+    most = ", ".join(
+        f"{load.joint} {abs(load.gear_torque):.0f} of {load.peak_torque:.0f} N m"
+        for load in plan.joint_loads[:_SHOWN_LOADS])
+    return [*rows, ("gears", "ours", most)] if most else rows
 
 
 def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:

@@ -76,7 +76,7 @@ def test_without_a_further_command_the_robot_goes_back_to_where_its_run_up_began
     assert np.all((position >= robot.lower - TOLERANCE) & (position <= robot.upper + TOLERANCE))
     assert np.all(np.abs(velocity) <= robot.speed_limit)
     np.testing.assert_allclose(velocity[[0, -1]], 0.0, atol=1e-9)
-    np.testing.assert_allclose(position[-1], good.phases["cam"].position[0], atol=1e-3)
+    np.testing.assert_allclose(position[-1], good.phases["cam"].position[0], atol=8e-4)
     placed = soles_apart(robot, good.phases["post"].position[0])
     for joints in position:
         np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=8e-4)
@@ -107,13 +107,13 @@ def test_a_contact_as_planned_is_the_planned_motion_after_the_hit(robot, good):
 
 @pytest.mark.parametrize("share", LATE)
 def test_the_hold_keeps_soles_and_ranges_wherever_the_door_stood(robot, good, share):
-    """The soles move by at most 0.6 mm, which makes 30 N on rubber of 1e5 N/m."""
+    """The soles move by at most 0.7 mm, which makes 35 N on rubber of 1e5 N/m."""
     execution, _, begin, _ = hit(robot, good, share)
     execution.on_door(begin + 1.0, 0.4, 0.1)
     (command,) = execution.on_door(begin + 1.1, 0.39, -0.1)
     placed = soles_apart(robot, good.phases["hold"].position[0])
     for joints in command.knots.position:
-        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=6e-4)
+        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=7e-4)
     assert np.all(command.knots.position >= robot.lower - TOLERANCE)
     assert np.all(command.knots.position <= robot.upper + TOLERANCE)
 

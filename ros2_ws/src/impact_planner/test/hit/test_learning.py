@@ -29,26 +29,35 @@ SOUND = Experience(2, 1.1, 0.45, np.array([[2e-3, -5e-4], [-5e-4, 1e-5 + 3e-3]])
 # What the first hit of the simulated robot on the paper's door teaches.
 ONE_HIT = Experience(1, 1.028, 0.474, np.array([[3.62e-3, -2.81e-3], [-2.81e-3, 2.39e-3]]))
 PAPER = {"i_a": 12.75, "l_b": 0.42, "model_mass": 58.0, "braking": 0.07, "factor": 1.0,
-         "restitution": 0.5, "measured": True}
+         "restitution": 0.5, "measured": True, "apparent": 0.43, "slope": 0.67}
 ENTRY = {"hits": 1, "mass_factor": 1.0, "restitution": 0.5, "covariance": "[[0.1, 0], [0, 0.1]]"}
 
 worlds = st.builds(
     dict, i_a=st.floats(8.0, 20.0), l_b=st.floats(0.35, 0.6), model_mass=st.floats(40.0, 65.0),
-    braking=st.floats(0.0, 0.2), factor=st.floats(0.75, 1.3), restitution=st.floats(0.35, 0.65),
-    measured=st.booleans())
+    braking=st.floats(0.0, 0.2), factor=st.floats(0.8, 1.25), restitution=st.floats(0.35, 0.65),
+    measured=st.booleans(), apparent=st.floats(0.35, 0.5), slope=st.floats(0.45, 0.85))
 speeds = st.floats(0.3, 1.2)
+
+
+def apparent(restitution: float, world: dict) -> float:
+    """Apparent restitution of a hit on a surface."""
+    return world["apparent"] + world["slope"] * (restitution - 0.5)
 
 
 def struck(known: Experience, omega: float, world: dict) -> ObservedHit:
     """A hit on the true door that was planned for w' with the present experience."""
     law = {name: world[name] for name in ("i_a", "l_b", "braking")}
     mass = world["model_mass"]
+    planned, true = (
+        apparent(each, world) for each in (known.restitution, world["restitution"]))
     v_rb = momentum.speeds_for(
-        omega, effective_mass=known.mass_factor * mass, restitution=known.restitution, **law).v_rb
+        omega, effective_mass=known.mass_factor * mass, restitution=planned, **law).v_rb
     real = momentum.omega_for(
-        v_rb, effective_mass=world["factor"] * mass, restitution=world["restitution"], **law)
-    v_post = real * law["l_b"] - world["restitution"] * v_rb if world["measured"] else math.nan
-    return ObservedHit(mass, law["i_a"], law["l_b"], v_rb, v_post, real, law["braking"])
+        v_rb, effective_mass=world["factor"] * mass, restitution=true, **law)
+    v_post = real * law["l_b"] - true * v_rb if world["measured"] else math.nan
+    return ObservedHit(
+        mass, law["i_a"], law["l_b"], v_rb, v_post, real, law["braking"], known.restitution,
+        planned, world["slope"])
 
 
 def a_hit(**changes: float) -> ObservedHit:
@@ -215,14 +224,17 @@ def test_v_post_that_is_no_number_is_left_out(v_post):
     assert after.mass_factor > 1.0 < after.restitution / 0.5
     speeds = momentum.speeds_for(
         0.7, i_a=12.75, l_b=0.42, effective_mass=58.0 * after.mass_factor,
-        restitution=after.restitution, braking=0.07)
+        restitution=apparent(after.restitution, PAPER), braking=0.07)
     assert speeds.v_rb == pytest.approx(a_hit().v_rb, rel=2e-3)
 
 
 def _told(door, initial, angle, **changes):
     """The observed hit of a door that opened from an initial angle to another angle [rad]."""
-    plan = SimpleNamespace(initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
-                           v_com=0.34, braking=0.07, settings=PlannerSettings())
+    plan = SimpleNamespace(
+        initial_angle=initial, effective_mass_model=58.0, l_b=0.42, v_rb=0.4, v_com=0.34,
+        braking=0.07, settings=PlannerSettings(), restitution=0.5,
+        hit=SimpleNamespace(transfer=SimpleNamespace(
+            model_restitution=0.43, restitution_slope=0.67)))
     measured = {"contact_delay": 0.005, "switch_latency": 0.012, "v_rb_post": 0.05,
                 "peak_angle": angle}
     return observed_hit(plan, KnownDoor.configured(door), SimpleNamespace(**measured | changes))

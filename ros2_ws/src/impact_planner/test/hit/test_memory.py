@@ -21,7 +21,8 @@ def strike(memory: HitMemory, restitution: float, odd: float = 1.0) -> ObservedH
     v_rb = momentum.speeds_for(OMEGA, effective_mass=known.mass_factor * MASS,
                                restitution=known.restitution, **DOOR).v_rb
     omega = momentum.omega_for(v_rb, effective_mass=MASS, restitution=restitution, **DOOR)
-    return ObservedHit(MASS, DOOR["i_a"], DOOR["l_b"], v_rb, math.nan, odd * omega, 0.07)
+    return ObservedHit(MASS, DOOR["i_a"], DOOR["l_b"], v_rb, math.nan, odd * omega, 0.07,
+                       known.restitution, known.restitution, 1.0)
 
 
 def taught(memory: HitMemory, restitution: float, odd: float = 1.0) -> bool:

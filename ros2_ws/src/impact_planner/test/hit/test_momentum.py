@@ -1,16 +1,11 @@
 """Eqs. (2) to (5) with restitution."""
 
 import math
-from dataclasses import replace
 
-import numpy as np
 import pytest
-from door_model.door.config import load_door
-from door_model.motion.dynamics import initial_velocity, peak
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit import momentum
-from scipy.integrate import solve_ivp
 
 positive = st.floats(0.05, 50.0)
 shares = st.floats(0.0, 1.0)
@@ -112,36 +107,3 @@ def test_omega_for_inverts_speeds_for_with_a_closer_that_brakes(omega, i_a, l_b,
     assert lost == pytest.approx(found.impulse, rel=1e-9, abs=1e-9)
     assert lost * l_b == pytest.approx(i_a * omega + braking, rel=1e-9, abs=1e-9)
     assert omega * l_b - found.v_rb_post == pytest.approx(e * found.v_rb, rel=1e-9, abs=1e-9)
-
-
-def pushed(door, start, total, duration):
-    """Angle and speed after a half sine of torque on a door that rests against its frame."""
-    top = 0.5 * math.pi * total / duration
-    held = float(door.restoring_torque(start)) + door.friction
-    begin = duration / math.pi * math.asin(held / top)  # the frame holds until then
-
-    def law(t, state):
-        push = top * math.sin(math.pi * t / duration)
-        return [state[1], float(
-            push - door.restoring_torque(state[0]) - door.damping_torque(*state) - door.friction
-        ) / door.i_a]
-
-    return solve_ivp(law, (begin, duration), [start, 0.0], rtol=1e-8, atol=1e-11).y[:, -1]
-
-
-@pytest.mark.parametrize("start_deg", [0.0, 5.0])
-@pytest.mark.parametrize("friction", [0.0, 1.5])
-@pytest.mark.parametrize(
-    "name", ["paper", "size2", "size3", "size4", "size2_leaf", "size3_leaf", "size4_leaf"])
-def test_a_push_that_makes_up_for_the_closer_opens_as_far_as_one_in_an_instant(
-        name, friction, start_deg):
-    """With `closer_braking`, a push of 15 ms opens the door to 0.02 %; without it, 1 % less."""
-    door, start = replace(load_door(name).door(), friction=friction), math.radians(start_deg)
-    holds = float(door.restoring_torque(start)) + friction
-    braking = momentum.closer_braking(holds, 0.015)
-    for angle in np.radians([10.0, 20.0, 30.0]):
-        omega = initial_velocity(door, angle, start)
-        after = pushed(door, start, door.i_a * omega + braking, 0.015)
-        assert peak(door, *after).angle == pytest.approx(angle, rel=2e-4)
-        short = peak(door, *pushed(door, start, door.i_a * omega, 0.015)).angle
-        assert short < 0.992 * angle

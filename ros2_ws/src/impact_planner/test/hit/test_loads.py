@@ -1,0 +1,112 @@
+"""Loads of the hit on floor and gears: what is warned about, and what is refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.robot_model import TOWARDS_DOOR, RobotModel
+from impact_planner.errors import GearOverload
+from impact_planner.hit.floor_load import LARGEST_SLIP, floor_load, require_no_slip
+from impact_planner.hit.hit_response import HitSimulation, Switch
+from impact_planner.hit.hit_structure import hit_structure
+from impact_planner.hit.joint_load import joint_loads, overload_warnings, require_bearable
+from impact_planner.hit.stance import contact_with_leaf
+from impact_planner.hit.transfer import leaf_to_hit
+from impact_planner.plan import plan_impact
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import PlannerSettings
+
+
+@pytest.fixture(scope="module")
+def response(robot, stance, known):
+    """A hit with 0.42 m/s on the paper's door."""
+    posture, settings = stance.posture, PlannerSettings()
+    hinge = np.array([-0.42, posture.elbow[1] - robot.config.contact_radius])
+    contact = contact_with_leaf(posture.elbow, robot.config.contact_radius, hinge, 0.0)
+    structure = hit_structure(
+        robot, posture.base, posture.joints, stance.feet, np.array(TOWARDS_DOOR))
+    return HitSimulation(structure, leaf_to_hit(known, settings, contact, 0.0, 0.5)).hit(
+        0.42, Switch(0.018, 0.01, 0.2))
+
+
+def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_is(
+        robot, stance, response):
+    """The slip is 0 with enough friction, and increases to that of ice with less friction."""
+
+    def load(available):
+        return floor_load(robot.mass, stance.posture, response, response.impulse, available)
+
+    needed = load(1.0).friction
+    assert load(1.001 * needed).slip == 0.0
+    slips = [load(share * needed).slip for share in (0.9, 0.5, 0.1, 1e-9)]
+    assert slips == sorted(slips)
+    assert slips[0] > 0.0
+    assert slips[-1] == pytest.approx(
+        0.5 * response.duration * np.hypot(*response.floor[:2]) * response.slide)
+    assert 1.0 / robot.mass < response.slide < 6.0 / robot.mass
+    require_no_slip(load(0.5), 0.5)
+
+
+def test_soles_that_slip_far_are_refused_with_distance_and_limit(robot, stance, response):
+    """A slip above its limit is refused with value and limit."""
+    load = floor_load(robot.mass, stance.posture, response, 3.0 * response.impulse, 0.01)
+    with pytest.raises(PostureUnreachable, match="slip by") as caught:
+        require_no_slip(load, 0.01)
+    assert caught.value.limit == LARGEST_SLIP < caught.value.value
+
+
+def test_the_load_of_every_joint_is_stated_the_largest_share_first(robot, response):
+    """Each joint occurs once, with the gear's limits of the robot's configuration."""
+    loads = joint_loads(robot, response)
+    assert sorted(load.joint for load in loads) == sorted(robot.joint_names)
+    assert [load.share for load in loads] == sorted((load.share for load in loads), reverse=True)
+    drives = robot.config.drives
+    for load in loads:
+        column = robot.config.index(load.joint)
+        assert load.share * drives.peak_torque[column] == pytest.approx(abs(load.gear_torque))
+    assert overload_warnings(loads) == ()
+    require_bearable(loads)
+
+
+def weaker(robot, joint, peak, ratcheting):
+    """A robot one of whose gears bears less [N m]."""
+    drives, column = robot.config.drives, robot.config.index(joint)
+    limits = [np.array(values) for values in (drives.peak_torque, drives.ratcheting_torque)]
+    limits[0][column], limits[1][column] = peak, ratcheting
+    return RobotModel(replace(robot.config, drives=replace(
+        drives, peak_torque=limits[0], ratcheting_torque=limits[1])))
+
+
+def test_a_gear_beyond_its_peak_torque_is_warned_about(robot, known, plan):
+    """The plan is made, and a warning names joint, value and limit."""
+    (load,) = (each for each in plan.joint_loads if each.joint == "RARM_JOINT3")
+    limit = 0.5 * abs(load.gear_torque)
+    weak = weaker(robot, "RARM_JOINT3", limit, 10.0 * limit)
+    found = plan_impact(PlanRequest(math.radians(25.0)), known, weak)
+    (warning,) = set(found.warnings) - set(plan.warnings)
+    assert f"RARM_JOINT3 with {abs(load.gear_torque):.0f} N m" in warning
+    assert f"{limit:.0f} N m" in warning
+
+
+def test_a_gear_whose_teeth_would_skip_is_refused(robot, known, plan):
+    """Beyond the ratcheting torque there is no plan; the error has quantity, value and limit."""
+    (load,) = (each for each in plan.joint_loads if each.joint == "RARM_JOINT3")
+    limit = 0.9 * abs(load.gear_torque)
+    weak = weaker(robot, "RARM_JOINT3", 0.5 * limit, limit)
+    with pytest.raises(GearOverload, match="RARM_JOINT3") as caught:
+        plan_impact(PlanRequest(math.radians(25.0)), known, weak)
+    assert caught.value.limit == limit < caught.value.value
+    assert caught.value.value == pytest.approx(abs(load.gear_torque), rel=0.01)
+    assert "RARM_JOINT3" in caught.value.quantity
+    assert caught.value.reason == "joint_limit"
+
+
+def test_a_robot_without_drives_has_no_loads_of_gears(robot, known):
+    """Its joints are rigid: the plan is made without loads, and the brace's impulse remains."""
+    stiff = RobotModel(replace(robot.config, drives=None, brace=None))
+    found = plan_impact(PlanRequest(math.radians(25.0)), known, stiff)
+    assert found.joint_loads == ()
+    assert found.pad_force == 0.0
+    assert abs(found.brace_impulse) > 0.5
