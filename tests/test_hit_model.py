@@ -1,0 +1,58 @@
+"""The planner's simulated hit against the simulation, which is other code and the whole robot."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hrp2_description.robot import load_robot_config
+from simulated_hit import Pair, hit_pair
+
+NAMES = load_robot_config().joint_names
+LOADED = 20.0  # torque of a gear above which its load is compared [N m]
+FAST = {"door": "size3", "run_up": "zmp_limited"}
+CASES: list[dict[str, Any]] = [
+    *({"degrees": degrees} for degrees in (15.0, 20.0, 30.0, 36.0)),
+    *({"degrees": degrees, "gear_scale": scale} for degrees in (15.0, 25.0, 35.0)
+      for scale in (0.5, 2.0)),
+    *({"degrees": 25.0, "pad_scale": scale} for scale in (0.5, 2.0)),
+    {"degrees": 15.0, "gear_scale": 2.0, "pad_scale": 0.5},
+    {"degrees": 30.0, "gear_scale": 0.5, "pad_scale": 2.0},
+    *({"degrees": 30.0, "gear_scale": scale, "pad_scale": scale} for scale in (0.5, 2.0)),
+    {"degrees": 15.0, "door": "size2"},
+    {"degrees": 24.0, "door": "size2"},
+    *({"degrees": 20.0, "door": "size2", **scales} for scales in (
+        {"gear_scale": 0.5}, {"pad_scale": 0.5}, {"gear_scale": 2.0, "pad_scale": 2.0})),
+    *({"degrees": 15.0, **FAST, **scales} for scales in (
+        {}, {"gear_scale": 0.5}, {"gear_scale": 2.0}, {"pad_scale": 0.5}, {"pad_scale": 2.0})),
+]
+
+
+def require_alike(pair: Pair) -> None:
+    """Checks that simulation and prediction agree."""
+    real, model = pair.simulated, pair.predicted
+    assert model.omega == pytest.approx(real.omega, rel=0.03)
+    assert model.mass == pytest.approx(real.mass, rel=0.05)
+    assert model.v_post == pytest.approx(real.v_post, abs=0.015)
+    assert model.restitution == pytest.approx(real.restitution, rel=0.06)
+    assert model.peak == pytest.approx(real.peak, rel=0.05)
+    assert model.pads == pytest.approx(real.pads, rel=0.05)
+    assert model.duration == pytest.approx(real.duration, abs=2e-3)
+    for column in np.flatnonzero(np.abs(real.gear) > LOADED):
+        # The stabilizer moves the legs in the simulation; the model has none.
+        most, least = (0.25, 13.0) if "LEG" in NAMES[column] else (0.15, 2.0)
+        assert abs(model.gear[column]) == pytest.approx(
+            abs(real.gear[column]), rel=most, abs=least), NAMES[column]
+
+
+def test_the_model_predicts_a_hit_of_the_simulation(tmp_path: Path) -> None:
+    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arm to 15 %."""
+    require_alike(hit_pair(tmp_path, 25.0))
+
+
+@pytest.mark.nightly("the same for many hits")
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_the_model_predicts_hits_with_other_gears_pads_and_doors(
+        tmp_path: Path, case: dict[str, Any]) -> None:
+    """15 to 36 deg (the left knee allows no more), gears and pads half to twice as stiff."""
+    require_alike(hit_pair(tmp_path, **case))
