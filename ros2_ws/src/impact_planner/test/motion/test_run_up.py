@@ -212,7 +212,7 @@ def test_overrun_ends_where_limits_begin(robot, stance):
     speed = 0.45 / table.waist_per_com(table.y_hit)
     most = usable_overrun(robot, table, speed, wish(0.45, overrun=0.08))
     assert most == pytest.approx(table.y_hit - table.low - 0.02)
-    for share in (0.77, 0.75):
+    for share in (0.70, 0.68):
         granted = usable_overrun(robot, table, speed, wish(0.45, overrun=0.08, joint_share=share))
         assert 0.02 <= granted < most
         fastest = np.abs(table.joint_slopes(table.y_hit - np.array([granted, granted + 0.0055])))
