@@ -92,6 +92,7 @@ class WorldSettings:
             door's own.
         contact_duration: Duration of the impact for which the leaf's surface is designed [s].
         friction: Coefficient of friction between soles and floor.
+        leaf_friction: Coefficient of friction between robot and leaf; 0 is a smooth leaf.
         iterations: Number of the solver's iterations in each step.
         seed: Seed of the encoder's arbitrary zero and of the sensors' noise.
         encoder_bits: Width of the door's counter, 16 or 32.
@@ -114,6 +115,7 @@ class WorldSettings:
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
+    leaf_friction: float = 0.3
     iterations: int = 50
     seed: int = 0
     encoder_bits: int = 16
@@ -153,8 +155,10 @@ class WorldSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
-        if not (math.isfinite(self.rotor_scale) and self.rotor_scale >= 0.0):
-            raise SettingError("rotor_scale", self.rotor_scale, "0 or more")
+        for name in ("rotor_scale", "leaf_friction"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise SettingError(name, value, "0 or more")
         if self.servo_time_constant is not None and not (
             math.isfinite(self.servo_time_constant) and self.servo_time_constant > 0.0
         ):
