@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from door_impact_common.arrays import Array
 
+from impact_planner.execution.contact import ContactDetector
 from impact_planner.execution.speed_of_b import SpeedOfB
 from impact_planner.execution.types import (
     AFTER_HIT,
@@ -63,6 +64,7 @@ class Run:
         settings: Thresholds.
         joint_names: Joint names in the order of the knots' columns; may be empty.
         speed: Calculates the speed of point B from joints and gyro.
+        detector: Detects the contact.
 
     Attributes:
         measured: Measurements until now.
@@ -79,6 +81,7 @@ class Run:
     settings: ExecutionSettings
     joint_names: Sequence[str]
     speed: SpeedOfB
+    detector: ContactDetector
     measured: Measured = field(default_factory=Measured)
     door: DoorAngles = field(default_factory=DoorAngles)
     starts: dict[str, float] = field(default_factory=dict)

@@ -58,22 +58,28 @@ def plan(**changes: Knots) -> ExecutablePlan:
         desired_angle=DESIRED, stop_duration=0.2)
 
 
-def speed_of(_: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
-    return float(velocity[0] + rate[0])  # the only joint's speed and the gyro's rate
+class OneJoint:
+    """The kinematics of the only joint, along which B moves towards the door."""
+
+    def speed(self, _: np.ndarray, velocity: np.ndarray, rate: np.ndarray) -> float:
+        return float(velocity[0] + rate[0])  # the only joint's speed and the gyro's rate
+
+    def away_from_door(self, _: np.ndarray) -> np.ndarray:
+        return np.array([0.0, 1.0, 0.0])
 
 
 def started(phases: ExecutablePlan | None = None, **options: float) -> tuple[Execution, float]:
     """An execution that was started, and the time at which its run-up starts."""
-    execution = Execution(phases or plan(), speed_of, **options)
+    execution = Execution(phases or plan(), OneJoint(), **options)
     command = execution.start(10.0)
     return execution, command.stamp + 4.0
 
 
 def joints(execution: Execution, now: float, speed: float = SPEED, turn: float = 0.0) -> list:
     """A gyro and a joint state of the same tick, of a robot that follows its trajectory."""
-    sent = Execution(plan(), speed_of).start(10.0)
+    sent = Execution(plan(), OneJoint()).start(10.0)
     position = sent.knots.at(now - sent.stamp)[0][0]
-    execution.on_imu(now, 0.0, np.array([turn, 0.0, 0.0]))
+    execution.on_imu(now, 0.0, np.array([turn, 0.0, 0.0]), None)
     return execution.on_joint_state(now, position, np.array([speed]))
 
 
@@ -95,7 +101,7 @@ def opened(execution: Execution, contact: float) -> float:
 
 
 def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajectory() -> None:
-    command = Execution(plan(), speed_of).start(10.0)
+    command = Execution(plan(), OneJoint()).start(10.0)
     assert command.stamp == pytest.approx(10.0 + ExecutionSettings().lead)
     assert duration(command.knots) == pytest.approx(4.0 + CONTACT + OVERRUN + STOP + BACK)
     time = np.linspace(0.0, duration(command.knots), 3001)
@@ -105,7 +111,7 @@ def test_everything_up_to_the_end_of_the_run_up_goes_out_as_one_smooth_trajector
 
 
 def test_speed_scale_slows_the_preparation_and_leaves_the_run_up_alone() -> None:
-    command = Execution(plan(), speed_of, speed_scale=0.5).start(10.0)
+    command = Execution(plan(), OneJoint(), speed_scale=0.5).start(10.0)
     assert duration(command.knots) == pytest.approx(8.0 + CONTACT + OVERRUN + STOP + BACK)
     assert command.knots.at(8.3)[1][0, 0] == pytest.approx(SPEED)
 
@@ -113,7 +119,7 @@ def test_speed_scale_slows_the_preparation_and_leaves_the_run_up_alone() -> None
 @pytest.mark.parametrize("scale", [0.0, -1.0, 1.5, float("nan")])
 def test_a_speed_scale_out_of_range_is_refused(scale: float) -> None:
     with pytest.raises(InvalidRequest, match="speed_scale"):
-        Execution(plan(), speed_of, speed_scale=scale)
+        Execution(plan(), OneJoint(), speed_scale=scale)
 
 
 @pytest.mark.parametrize("name", ["hold", "post", "cam"])
@@ -379,11 +385,11 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 
 def test_a_falling_robot_is_stopped_once() -> None:
     execution, _ = started()
-    assert execution.on_imu(11.0, 0.1, np.zeros(3)) == []
-    assert execution.on_imu(11.1, 0.6, np.zeros(3))[0].knots is None  # the driver's stop
+    assert execution.on_imu(11.0, 0.1, np.zeros(3), None) == []
+    assert execution.on_imu(11.1, 0.6, np.zeros(3), None)[0].knots is None  # the driver's stop
     assert execution.outcome is Outcome.FELL
     assert "tilted by 34.4 deg, at most 30.0 deg are allowed" in execution.reason
-    assert execution.on_imu(11.2, 0.7, np.zeros(3)) == []
+    assert execution.on_imu(11.2, 0.7, np.zeros(3), None) == []
 
 
 def test_after_its_end_an_execution_answers_no_event() -> None:
@@ -392,7 +398,7 @@ def test_after_its_end_an_execution_answers_no_event() -> None:
     assert joints(execution, cam + 0.1) == []
     assert execution.on_foot_forces(cam + CONTACT, CONTACT_FORCE) == []
     assert execution.on_door(cam + 0.1, 0.1, 1.0) == []
-    assert execution.on_imu(cam + 0.1, 1.0, np.zeros(3)) == []
+    assert execution.on_imu(cam + 0.1, 1.0, np.zeros(3), None) == []
     assert execution.on_silence(cam + 1.0, "/imu", 0.9, 0.5) == []
     execution.give_up("it was given up again")
     assert (execution.outcome, execution.reason) == (Outcome.STOPPED, "it was given up")
@@ -412,7 +418,7 @@ def test_joints_and_gyro_of_different_ticks_give_no_speed() -> None:
     joints(execution, cam + 0.3)
     execution.on_joint_state(cam + 0.305, np.array([SPEED * 0.205]), np.array([0.3]))
     assert execution.measured.v_rb == pytest.approx(SPEED)  # the speed of the only pair
-    execution.on_imu(cam + 0.305, 0.0, np.zeros(3))  # the gyro may come after the joints
+    execution.on_imu(cam + 0.305, 0.0, np.zeros(3), None)  # the gyro may come after the joints
     assert execution.measured.v_rb != pytest.approx(SPEED)
 
 

@@ -23,7 +23,7 @@ def good(plan) -> ExecutablePlan:
 
 def hit(robot, good, share):
     """An execution after a contact, the times of run-up and contact, and the new trajectory."""
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot))
     command = execution.start(0.0)
     cam = command.stamp + sum(
         duration(good.phases[name]) for name in ("prepare", "shift", "step", "back"))
@@ -40,6 +40,16 @@ def soles_apart(robot, joints):
     (right, right_turn), (left, left_turn) = (
         robot.frame_pose(q, robot.feet[side].frame) for side in ("right", "left"))
     return np.append(left_turn.T @ (right - left), (left_turn.T @ right_turn).ravel())
+
+
+def test_the_direction_away_from_the_door_hardly_turns_in_the_imus_frame(robot, good):
+    """Across the steady part of the run-up, for which one direction is used."""
+    point_b, cam = PointB(robot), good.phases["cam"]
+    shares = good.contact_time + good.steady_time * np.linspace(-1.0, 1.0, 5)
+    directions = [point_b.away_from_door(joints) for joints in cam.at(shares)[0]]
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0)
+    assert np.min(directions @ directions[2]) > np.cos(np.radians(1.0))
+    assert directions[2][1] > 0.99  # the IMU's y axis points to the left, and so away from it
 
 
 @pytest.mark.parametrize("share", LATE)
@@ -84,7 +94,7 @@ def test_without_a_further_command_the_robot_goes_back_to_where_its_run_up_began
 
 def test_after_a_missed_contact_the_driver_takes_the_robot_back_by_itself(robot, good):
     """The end of the first trajectory is the run-up backwards, at less than its speed."""
-    command = Execution(good, PointB(robot).speed).start(0.0)
+    command = Execution(good, PointB(robot)).start(0.0)
     end = duration(command.knots)
     position, velocity, _ = command.knots.at(
         np.linspace(end - ExecutionSettings().back_from_miss, end, 200))
@@ -255,7 +265,7 @@ def test_a_hold_that_is_sent_late_still_meets_the_leaf_in_time(robot, good):
 @pytest.mark.parametrize("by", ["feet", "door"])
 def test_a_contact_that_is_noticed_too_late_sends_nothing(robot, good, lag, by):
     """The driver brings the run-up to rest and the robot back by itself."""
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot))
     command = execution.start(0.0)
     begin = execution.planned_contact
     position, velocity, _ = command.knots.at(begin - command.stamp)
@@ -273,7 +283,7 @@ def test_a_contact_that_is_noticed_too_late_sends_nothing(robot, good, lag, by):
 def test_a_stop_is_judged_by_the_present_and_not_by_the_stamp_of_an_old_message(robot, good):
     """A joint state from before the point of no return is handled after it: nothing is sent."""
     for lag, stops in ((0.0, True), (0.2, False)):
-        execution = Execution(good, PointB(robot).speed)
+        execution = Execution(good, PointB(robot))
         command = execution.start(0.0)
         now = execution.planned_contact - good.point_of_no_return - 0.05
         execution.stop()
@@ -286,7 +296,7 @@ def test_a_stop_is_judged_by_the_present_and_not_by_the_stamp_of_an_old_message(
 def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
     """The door shows it; the hold is shifted no further than at the edge of the steady time."""
     execution, cam, _, _ = hit(robot, good, 1.0)
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot))
     command = execution.start(0.0)
     begin = cam + good.contact_time + late
     position, velocity, _ = command.knots.at(begin - command.stamp)
