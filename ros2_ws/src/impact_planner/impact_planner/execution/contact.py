@@ -18,6 +18,7 @@ from impact_planner.execution.types import ExecutionSettings
 
 _BEFORE = 8  # number of readings whose median is expected of the next ones
 _IN_CONTACT = 2  # number of the newest readings, which may be in the contact
+_RISE = 0.2  # share of the threshold that the first reading in the contact must reach
 _TOGETHER = 0.02  # longest time between two readings of which none or few were lost [s]
 
 
@@ -46,8 +47,9 @@ class Contact(NamedTuple):
 class ContactDetector:
     """Decides from each message of a sensor whether it shows a contact.
 
-    The accelerometer shows one when two readings in a row exceed the median of those before them by
-    `contact_deceleration`, in the direction away from the door. The median contains gravity, bias
+    The accelerometer shows one when two readings in a row exceed the median of those before them,
+    in the direction away from the door: the newest by `contact_deceleration`, the one before by a
+    fifth of that, since the contact may have begun near its end. The median contains gravity, bias
     and the acceleration of the run-up, which change little in 50 ms. A single reading never
     suffices, and it does not change the median, whatever it says.
 
@@ -75,11 +77,15 @@ class ContactDetector:
         readings.append((now, float(self._away @ force)))
         if len(readings) < _BEFORE + _IN_CONTACT:
             return None
-        expected = median(value for _, value in [*readings][:_BEFORE])
-        first, last = readings[-2], readings[-1]
-        if min(first[1], last[1]) - expected < self._settings.contact_deceleration:
+        *quiet, (first, rise), (_, newest) = readings
+        expected = median(value for _, value in quiet)
+        rise, newest = rise - expected, newest - expected
+        threshold = self._settings.contact_deceleration
+        if not (rise >= _RISE * threshold and newest >= threshold):
             return None
-        return Contact(first[0] - self._settings.imu_delay, now, Sensor.IMU)
+        # A reading is a mean over its period: it shows which share of it the contact has lasted.
+        share, (start, _) = min(1.0, rise / newest), quiet[-1]
+        return Contact(first - share * (first - start), now, Sensor.IMU)
 
     def on_feet(self, now: float, force: float) -> Contact | None:
         """Handle the floor's force on both feet towards the door [N], with its stamp [s]."""

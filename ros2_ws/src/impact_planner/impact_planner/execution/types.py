@@ -92,10 +92,9 @@ class ExecutionSettings:
         felt_force: Force of the floor on the feet towards the door above which a contact is
             detected [N].
         contact_deceleration: Specific force of the trunk away from the door, above what the run-up
-            needs, from which on two readings in a row show a contact [m/s^2]. In the simulation the
-            readings of the run-up differ by at most 0.2, those of a hit by 10 to 39.
-        imu_delay: Time from the begin of the contact to the stamp of the first of these readings
-            [s]. A mean over a tick of the driver exceeds the threshold 1 to 6 ms after the begin.
+            needs, from which on a reading shows a contact if the one before it has risen already
+            [m/s^2]. In the simulation the readings of the run-up differ by at most 0.2, the second
+            one of a hit by 18 to 39.
         force_delay: Time from the begin of the contact to the stamp of the wrenches that show it
             [s]. A mean over a tick of the driver exceeds `felt_force` 2 to 7 ms after the begin.
         door_moves: Angular velocity of the door above which a contact is detected that the feet
@@ -124,8 +123,7 @@ class ExecutionSettings:
     splice: float = 0.005
     judged_after: float = 0.2
     felt_force: float = 80.0
-    contact_deceleration: float = 3.0
-    imu_delay: float = 0.003
+    contact_deceleration: float = 5.0
     force_delay: float = 0.0045
     door_moves: float = 0.15
     late: float = 0.1

@@ -1,7 +1,5 @@
 """The contact's detection from the trunk's accelerometer, the feet's force and the door."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -37,7 +35,7 @@ def detector(readings: int = 40) -> tuple[ContactDetector, float]:
 
 
 @pytest.mark.parametrize(("case", "readings"), HITS.items(), ids=str)
-def test_a_recorded_hit_is_detected_within_12_ms_and_its_begin_within_6(case, readings) -> None:
+def test_a_recorded_hit_is_detected_within_12_ms_and_its_begin_within_3(case, readings) -> None:
     made, now = detector()
     begin = now + TICK - 1e-3 * case[-1]
     for number, away in enumerate(readings, 1):
@@ -47,7 +45,7 @@ def test_a_recorded_hit_is_detected_within_12_ms_and_its_begin_within_6(case, re
     assert found is not None
     assert found.sensor is Sensor.IMU
     assert found.shown - begin <= 0.012
-    assert found.begin == pytest.approx(begin, abs=0.006)
+    assert found.begin == pytest.approx(begin, abs=0.003)
 
 
 @given(away=st.floats(-1e3, 1e3), across=st.floats(-1e3, 1e3), up=st.floats(-1e3, 1e3))
@@ -59,7 +57,7 @@ def test_a_single_reading_is_no_contact_whatever_it_says(away, across, up) -> No
         assert made.on_imu(now + number * TICK, QUIET) is None
 
 
-@given(st.lists(st.floats(-0.45 * LEAST, 0.45 * LEAST), min_size=20, max_size=60))
+@given(st.lists(st.floats(-0.49 * LEAST, 0.49 * LEAST), min_size=20, max_size=60))
 def test_readings_that_vary_by_less_than_the_threshold_are_no_contact(values) -> None:
     made, now = detector()
     for number, away in enumerate(values, 1):
@@ -102,7 +100,7 @@ def test_a_reading_that_is_lost_in_the_hit_only_delays_the_decision() -> None:
     assert made.on_imu(now + TICK, QUIET + 20.0 * AWAY) is None
     found = made.on_imu(now + 3 * TICK, QUIET + 20.0 * AWAY)
     assert found is not None
-    assert found.begin == pytest.approx(now + 0.5 * TICK, abs=0.001)
+    assert found.begin == pytest.approx(now, abs=TICK)
 
 
 def test_the_feet_and_the_door_show_a_contact_alone() -> None:
@@ -122,5 +120,3 @@ def test_noise_of_ten_times_the_simulated_one_is_no_contact() -> None:
     readings = QUIET + 0.5 * random.standard_normal((4000, 3))
     assert not any(made.on_imu(number * TICK, reading)
                    for number, reading in enumerate(readings))
-    largest = max(np.minimum(*pair) for pair in pairwise(readings[:, 1]))
-    assert largest < 0.7 * LEAST  # the margin that is left
