@@ -101,8 +101,9 @@ class ExecutionSettings:
             did not show [rad/s].
         late: Time after the end of the run-up at which a contact counts as missed [s]. The angle
             of a door that moves may arrive late.
-        settle: Time after the begin of the contact at which v'_rB is measured, and time after a
-            stop at which the robot is at rest [s].
+        after_hit: Times after the begin of the contact between which v'_rB is measured [s]. Before
+            them B trembles on gears that give, after them the legs have slowed it down.
+        settle: Time after a stop at which the robot is at rest [s].
         peak_drop: Angle by which the door must fall back for its peak to be detected [rad].
         back_to_plan: Time within which a retreat from a door that stood nearer or farther returns
             to the plan [s].
@@ -127,6 +128,7 @@ class ExecutionSettings:
     force_delay: float = 0.0045
     door_moves: float = 0.15
     late: float = 0.1
+    after_hit: tuple[float, float] = (0.04, 0.09)
     settle: float = 0.02
     peak_drop: float = 0.0009
     back_to_plan: float = 0.6

@@ -422,13 +422,15 @@ def test_joints_and_gyro_of_different_ticks_give_no_speed() -> None:
     assert execution.measured.v_rb != pytest.approx(SPEED)
 
 
-def test_the_speed_after_the_contact_is_measured_once_the_legs_have_slowed_down() -> None:
+def test_the_speed_after_the_contact_is_the_mean_while_b_neither_trembles_nor_slows_down() -> None:
     execution, cam = started()
     hit(execution, cam + CONTACT)
-    read = cam + CONTACT + ExecutionSettings().settle
-    joints(execution, read - 0.001, 0.3)
-    assert np.isnan(execution.measured.v_rb_post)
-    joints(execution, read + 0.001, 0.06)
-    joints(execution, read + 0.006, 0.05)
-    assert execution.measured.v_rb_post == pytest.approx(0.06)
+    begin, end = ExecutionSettings().after_hit
+    for number, since in enumerate(np.arange(0.002, end + 0.1, 0.005)):
+        trembling = 0.3 * np.cos(300.0 * since) * (since < begin)
+        uneven = 0.04 * (-1) ** number
+        braking = -0.2 * (since > end)
+        joints(execution, cam + CONTACT + since, 0.06 + trembling + uneven + braking)
+        assert np.isnan(execution.measured.v_rb_post) == (since < begin)
+    assert execution.measured.v_rb_post == pytest.approx(0.06, abs=0.005)
     assert execution.measured.v_rb == pytest.approx(SPEED)
