@@ -96,7 +96,8 @@ class ExecutionSettings:
             [m/s^2]. In the simulation the readings of the run-up differ by at most 0.2, the second
             one of a hit by 18 to 39.
         force_delay: Time from the begin of the contact to the stamp of the wrenches that show it
-            [s]. A mean over a tick of the driver exceeds `felt_force` 2 to 7 ms after the begin.
+            [s]. On gears that give, a mean over a tick of the driver exceeds `felt_force` 9 to
+            16 ms after the begin.
         door_moves: Angular velocity of the door above which a contact is detected that the feet
             did not show [rad/s].
         late: Time after the end of the run-up at which a contact counts as missed [s]. The angle
@@ -125,10 +126,10 @@ class ExecutionSettings:
     judged_after: float = 0.2
     felt_force: float = 80.0
     contact_deceleration: float = 5.0
-    force_delay: float = 0.0045
+    force_delay: float = 0.012
     door_moves: float = 0.15
     late: float = 0.1
-    after_hit: tuple[float, float] = (0.04, 0.09)
+    after_hit: tuple[float, float] = (0.04, 0.075)
     settle: float = 0.02
     peak_drop: float = 0.0009
     back_to_plan: float = 0.6
