@@ -264,6 +264,8 @@ class ImpactExecutor(GuardedNode):
         else:
             goal_handle.abort()
         self.get_logger().info(result.message)
+        if result.contact_sensor:
+            self.get_logger().info(f"the contact was shown by: {result.contact_sensor}")
         for what, value in self._inputs.intake.noticed().items():
             self.get_logger().warning(f"noticed in the motion: {what}: {value}")
         return result
