@@ -71,7 +71,7 @@ $(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES) $
 	@touch $@
 
 ros2_ws/install/.ready: $(COLCON_FILES)
-	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, pybullet, rosbags, tqdm' || \
+	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, pybullet, mujoco, rosbags, tqdm' || \
 	  { echo "ROS 2 $(ROS_DISTRO) is sourced, but something is missing, see above. This brings it:"; \
 	    echo "  PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths ros2_ws/src --ignore-src"; \
 	    exit 1; }

@@ -13,7 +13,8 @@ SOURCE = Path(__file__).resolve().parents[1] / "ros2_ws" / "src"
 PACKAGES = sorted(path.parent for path in SOURCE.glob("*/package.xml"))
 KEYS = {  # rosdep's key of a module that is called otherwise
     "PIL": "python3-pil", "hypothesis": "python3-hypothesis", "matplotlib": "python3-matplotlib",
-    "numpy": "python3-numpy", "pybullet": "python3-pybullet-pip", "pytest": "python3-pytest",
+    "mujoco": "python3-mujoco-pip", "numpy": "python3-numpy",
+    "pybullet": "python3-pybullet-pip", "pytest": "python3-pytest",
     "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
     "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
 SHIPPED = {"pybullet_utils"}  # comes with pybullet
@@ -79,9 +80,11 @@ def test_nothing_is_declared_that_no_module_imports(package: Path) -> None:
     assert declared(package, "exec_depend") <= used
 
 
-def test_the_container_pins_the_pybullet_of_the_requirements() -> None:
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_the_container_pins_the_engines_of_the_requirements(engine: str) -> None:
     """One physics on both ways of installing."""
     top = SOURCE.parents[1]
     requirements = (top / "requirements.txt").read_text(encoding="utf-8").splitlines()
-    pinned = next(line.split()[0] for line in requirements if line.startswith("pybullet=="))
-    assert f"pip install {pinned} " in (top / "docker" / "Dockerfile").read_text(encoding="utf-8")
+    pinned = next(line.split()[0] for line in requirements if line.startswith(f"{engine}=="))
+    dockerfile = (top / "docker" / "Dockerfile").read_text(encoding="utf-8")
+    assert re.search(rf"pip install [^&]*{re.escape(pinned)} ", dockerfile)

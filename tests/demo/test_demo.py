@@ -21,10 +21,10 @@ KEYS = {
              "b_r", "i_rob", "l_b", "planning_ms"},
     "impact": {"v_rb_measured", "v_rb_post_measured", "omega_door_measured", "peak_force_n",
                "contacts_before_peak", "duration_ms", "restitution", "brace_impulse_nms",
-               "switch_latency_ms",
-               "braced_joints"},
+               "switch_latency_ms", "pad_force_n"},
     "zmp": {"planned_min_margin_mm", "measured_min_margin_mm", "raw_min_margin_mm"},
-    "robot": {"fell", "max_tilt_deg", "max_tracking_error_deg", "max_torque_ratio", "foot_slip_mm"},
+    "robot": {"fell", "max_tilt_deg", "max_tracking_error_deg", "max_torque_ratio", "foot_slip_mm",
+              "gear_load"},
     "run": {"real_time_factor", "wall_s", "runtime", "rmw", "versions"},
 }
 PICTURES = ("door_angle.png", "zmp.png", "identification.png", "restoring_torque.png",

@@ -56,6 +56,9 @@ def test_every_draw_is_within_its_range(seed):
         low, high = (0.7, 1.4) if rough else (0.9, 1.1)
         assert low <= case.rotor_scale <= high
         assert 0.5 <= case.friction <= 1.0
+        low, high = (0.5, 2.0) if rough else (0.7, 1.3)
+        assert low <= case.gear_scale <= high
+        assert low <= case.pad_scale <= high
         assert len(case.pushes_deg) == 5
         assert all(10.0 <= each <= 32.0 for each in case.pushes_deg)
         assert 0.0 <= case.phase < 1.0
@@ -64,7 +67,8 @@ def test_every_draw_is_within_its_range(seed):
 def test_the_draws_fill_their_ranges():
     """A hundred draws come near both ends of each range."""
     for name, low, high in (("door_offset", -0.02, 0.02), ("restitution", 0.4, 0.6),
-                            ("rotor_scale", 0.7, 1.4), ("friction", 0.5, 1.0)):
+                            ("rotor_scale", 0.7, 1.4), ("friction", 0.5, 1.0),
+                            ("gear_scale", 0.5, 2.0), ("pad_scale", 0.5, 2.0)):
         found = [getattr(case, name) for case in drawn(100, 3) if case.group == "rough"]
         edge = 0.1 * (high - low)
         assert min(found) < low + edge, name
@@ -99,11 +103,13 @@ def test_a_perturbed_door_is_known_by_its_own_swings(number):
 
 def test_each_hit_of_a_case_has_other_noise_and_the_same_door():
     """From hit to hit only the sensors' seed changes."""
-    case = Case("rough", 0, seed=7, restitution=0.55, rotor_scale=0.8, friction=0.6)
+    case = Case("rough", 0, seed=7, restitution=0.55, rotor_scale=0.8, friction=0.6,
+                gear_scale=1.5, pad_scale=0.7)
     first, second = case.world(0), case.world(1)
     assert first["seed"] != second["seed"]
     assert {**first, "seed": 0} == {**second, "seed": 0}
-    assert first == {"seed": 7, "restitution": 0.55, "rotor_scale": 0.8, "friction": 0.6}
+    assert first == {"seed": 7, "restitution": 0.55, "rotor_scale": 0.8, "friction": 0.6,
+                     "gear_scale": 1.5, "pad_scale": 0.7}
 
 
 def test_names_within_a_sweep_are_unique():

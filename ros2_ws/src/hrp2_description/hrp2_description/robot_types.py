@@ -115,16 +115,18 @@ class Drives:
         reflected: Array = self.gear_ratio**2 * self.rotor_inertia
         return reflected
 
-    def scaled(self, *, rotor: float = 1.0, gear: float = 1.0) -> Drives:
+    def scaled(self, *, rotor: float = 1.0, gear: float = 1.0, servo: float = 1.0) -> Drives:
         """Return drives whose rotors and gears differ by factors.
 
         Args:
             rotor: Factor of the rotors' inertia.
             gear: Factor of the gears' stiffness and damping.
+            servo: Factor of the servos' gains.
         """
         return replace(
             self, rotor_inertia=rotor * self.rotor_inertia, stiffness=gear * self.stiffness,
-            damping=gear * self.damping)
+            damping=gear * self.damping, position_gain=servo * self.position_gain,
+            speed_gain=servo * self.speed_gain)
 
 
 @dataclass(frozen=True)

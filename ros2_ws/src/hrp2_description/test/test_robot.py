@@ -13,6 +13,12 @@ ARM = {
     "joints": list(ROBOT.arm.joints), "elbow": "RARM_JOINT3", "straightest_elbow_deg": -18,
     "wrist_link": "RARM_LINK4", "heights": [0.75, 1.25],
 }  # fmt: skip
+BRACE = {
+    "arm": {"link": "RARM_LINK4", "xyz": [0.0, 0.0, 0.0], "radius": 0.04},
+    "trunk": {"link": "base_link", "xyz": [0.0, -0.2, 0.2], "normal": [0, -1, 0], "radius": 0.04},
+    "stiffness": 1e6, "damping": 1e2, "friction": 0.5,
+}  # fmt: skip
+DRIVE = ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")
 STEP = {"shortest": 0.12, "nominal": 0.20, "longest": 0.30, "lift": 0.035}
 
 
@@ -32,8 +38,8 @@ def test_arrays_have_an_entry_for_each_joint():
     """All arrays are (30,), finite and read-only."""
     for array in (
         ROBOT.half_sitting,
-        ROBOT.gear_ratio,
-        ROBOT.rotor_inertia,
+        ROBOT.drives.gear_ratio,
+        ROBOT.drives.rotor_inertia,
         ROBOT.lower,
         ROBOT.upper,
         ROBOT.velocity_limit,
@@ -77,6 +83,14 @@ def test_reflected_rotor_inertia():
     """Gear^2 times J is 0.40 at hip roll, 0.35 at shoulder roll, 1.0 kg m^2 at chest pitch."""
     for name, value in (("RLEG_JOINT1", 0.40), ("LARM_JOINT1", 0.35), ("CHEST_JOINT1", 1.01)):
         assert ROBOT.armature[ROBOT.index(name)] == pytest.approx(value, abs=0.01)
+
+
+def test_each_gear_is_the_smallest_whose_momentary_peak_torque_exceeds_its_motors():
+    """A smaller size of the table would bear less than the motor's largest torque."""
+    peaks = sorted(set(ROBOT.drives.peak_torque))
+    for peak, effort in zip(ROBOT.drives.peak_torque, ROBOT.effort_limit, strict=True):
+        assert peak > effort
+        assert not [smaller for smaller in peaks if effort < smaller < peak]
 
 
 def test_motor_encoders_resolve_the_joints_behind_the_gears():
@@ -134,9 +148,8 @@ def test_missing_field_is_named(tmp_path, field):
 
 
 @pytest.mark.parametrize(
-    "field", ["sole_rubber", "motor_encoder_counts", "rotor_link", "servo_time_constant",
-              "imu_frame"],
-)  # fmt: skip
+    "field", ["sole_rubber", "motor_encoder_counts", "drives", "brace", "imu_frame"]
+)
 def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_path, field):
     """The file loads, and reading the field raises an error with its name."""
     robot = _load_edited(tmp_path, **{field: None})
@@ -144,11 +157,11 @@ def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_p
         needed(getattr(robot, field), field)
 
 
-def test_without_actuators_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp_path):
-    """Without actuators there is no rotor inertia, and joint_resolution is an error."""
-    robot = _load_edited(tmp_path, actuators=None)
+def test_without_drives_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp_path):
+    """Without drives there is no rotor inertia, and joint_resolution is an error."""
+    robot = _load_edited(tmp_path, drives=None)
     assert not robot.armature.any()
-    with pytest.raises(RobotConfigError, match="actuators"):
+    with pytest.raises(RobotConfigError, match="drives"):
         robot.joint_resolution
 
 
@@ -157,12 +170,12 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
     short = list(ROBOT.joint_names[:-1])
     tables = {
         key: yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))[key]
-        for key in ("half_sitting_deg", "actuators", "rotor_link")
+        for key in ("half_sitting_deg", "drives")
     }
     tables["half_sitting_deg"]["LARM"].pop()
     with pytest.raises(RobotConfigError, match="differ"):
         _load_edited(tmp_path, joint_names=short, **tables)
-    tables["actuators"] = None
+    tables["drives"] = None
     robot = _load_edited(tmp_path, joint_names=short, other_joints="fixed", **tables)
     assert robot.joint_names == tuple(short)
     assert robot.lower.shape == (29,)
@@ -189,16 +202,19 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
         ({"step": {**STEP, "shortest": 0.25}}, "shortest < nominal"),
         ({"step": {**STEP, "stride": 0.4}}, "stride"),
         ({"urdf": "package://no_such_package/robot.urdf"}, "robot.urdf"),
-        ({"rotor_link": {"RLEG": ["sibling"] * 6}}, "rotor_link of RLEG_JOINT0"),
-        ({"rotor_link": {"RLEG": ["child"]}}, "rotor_link of RLEG_JOINT0"),
-        ({"rotor_link": {"RFOOT": ["child"]}}, "RFOOT"),
-        ({"servo_time_constant": 0.0}, "servo_time_constant"),
-        ({"servo_time_constant": float("inf")}, "servo_time_constant"),
+        ({"gear_damping_time": 0.0}, "gear_damping_time"),
+        ({"gear_sizes": {11: {"stiffness": 1e3, "peak_torque": 1, "ratcheting_torque": 2}}},
+         "17"),
+        ({"brace": {**BRACE, "stiffness": float("inf")}}, "stiffness"),
+        ({"brace": {**BRACE, "arm": {**BRACE["arm"], "link": "RARM_PAD"}}}, "RARM_PAD"),
+        ({"brace": {**BRACE, "arm": {**BRACE["arm"], "xyz": [0.0, 1.0]}}}, "cannot be read"),
+        ({"brace": {**BRACE, "trunk": {**BRACE["trunk"], "normal": [0, -2, 0]}}}, "length 1"),
         ({"sole_rubber": {"stiffness": -1.0, "damping": 600.0}}, "stiffness of sole_rubber"),
         ({"sole_rubber": {"stiffness": 1e5, "damping": "soft"}}, "cannot be read"),
         ({"sole_rubber": {"stiffness": 1e5}}, "damping"),
         ({"braced_posture_deg": "akimbo"}, "cannot be read"),
-        ({"actuators": {"RLEG": {"gear": [1], "rotor_inertia": [1]}}}, "LLEG|RLEG_JOINT1|RARM"),
+        ({"drives": {"RLEG": {key: [1] for key in DRIVE}}}, "RLEG_JOINT0"),
+        ({"drives": {"RLEG": dict.fromkeys(DRIVE[1:], [1] * 6)}}, "gear"),
     ],
 )
 def test_contradictions_are_refused(tmp_path, changes, message):

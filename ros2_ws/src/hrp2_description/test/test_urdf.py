@@ -94,14 +94,15 @@ def test_rep_120_frames_exist():
     assert {"base_link", "torso", "gaze", "imu_link"} | sides <= links
 
 
-def test_braced_hand_rests_beside_the_waist():
-    """The hand's sphere is outside the waist's box, by less than 2 cm."""
+def test_braced_wrist_presses_its_pad_into_the_trunks():
+    """The wrist's ball is 0.5 to 3 mm inside the trunk's disc, within the disc's radius."""
     data, _ = _placed(ROBOT.posture(ROBOT.braced_posture))
-    base = _frame(data, "base_link")
-    hand = base.actInv(_frame(data, ROBOT.hand_link)).translation
-    middle, half = np.array([-0.0245, 0.0, 0.1945]), np.array([0.297, 0.328, 0.265]) / 2
-    gap = np.linalg.norm(np.maximum(np.abs(hand - middle) - half, 0.0)) - 0.05
-    assert 0.0 <= gap < 0.02
+    brace = ROBOT.brace
+    places = [_frame(data, pad.link).act(np.array(pad.place)) for pad in (brace.arm, brace.trunk)]
+    offset = places[0] - places[1]
+    across = float(offset @ np.array(brace.normal))
+    assert -3e-3 < across - brace.arm.size < -5e-4
+    assert np.linalg.norm(offset - across * np.array(brace.normal)) < 0.3 * brace.trunk.size
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,35 @@ class SimBridgeError(DoorImpactError):
 
 
 class SimulatorMissingError(SimBridgeError):
-    """PyBullet cannot be imported."""
+    """A physics engine cannot be imported.
 
-    def __init__(self) -> None:
+    Attributes:
+        value: Name of the engine.
+    """
+
+    def __init__(
+        self,
+        engine: str = "PyBullet",
+        remedy: str = "'pip install pybullet' (Python 3.11 has a wheel; Python 3.12 builds it and "
+        "needs g++ and python3-dev)",
+    ) -> None:
         super().__init__(
-            "the simulation needs PyBullet, which is not installed: run 'pip install pybullet' "
-            "(Python 3.11 has a wheel; Python 3.12 builds it and needs g++ and python3-dev)"
+            f"the simulation needs {engine}, which is not installed: run {remedy}", value=engine
+        )
+
+
+class DivergedError(SimBridgeError):
+    """The simulation has diverged: its state is no longer a finite number.
+
+    Attributes:
+        value: Simulated time since the start [s].
+    """
+
+    def __init__(self, engine: str, time: float) -> None:
+        super().__init__(
+            f"the simulation in {engine} diverged {time:.4f} s after its start: reset it, and take "
+            "shorter physics steps or smaller torques",
+            value=time,
         )
 
 

@@ -10,7 +10,10 @@ from door_impact_common.errors import SettingError
 TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
+ENGINES = ("pybullet", "mujoco")
 SOLES = ("rigid", "rubber")
+BRACES = ("contact", "rigid", "none")
+_SCALES = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale")
 SHORTEST_STEP = 1e-5  # shortest physics step [s]
 CONTACT_DURATIONS = (0.002, 0.1)  # shortest and longest contact of robot and leaf [s]
 MOST_ITERATIONS = 10_000  # largest number of the solver's iterations
@@ -82,12 +85,16 @@ class WorldSettings:
     """Settings of the simulation.
 
     Attributes:
+        engine: Physics engine, "pybullet" or "mujoco".
         gui: Whether the simulator shows a window.
         time_step_coarse: Physics step far from the leaf [s]; a millisecond is a multiple of it.
         time_step_fine: Physics step near the leaf [s]; a millisecond is a multiple of it.
-        brace: Whether braced joints may carry more than their motors.
-        rotor_scale: Multiple of the rotors' inertia; 0 means no rotors.
-        servo_time_constant: Time constant of the joints' servos [s]; None means the robot's own.
+        brace: What the hitting arm leans on: "contact" means the pads of `robot.yaml`, "rigid"
+            means that the braced joints are locked near the leaf, and "none" means nothing.
+        rotor_scale: Multiple of the rotors' inertia.
+        gear_scale: Multiple of the gears' stiffness and damping.
+        servo_scale: Multiple of the servos' gains.
+        pad_scale: Multiple of the pads' stiffness and damping.
         restitution: Coefficient of restitution that the leaf shows to a free mass; None means the
             door's own.
         contact_duration: Duration of the impact for which the leaf's surface is designed [s].
@@ -104,14 +111,15 @@ class WorldSettings:
         stabilizer: Whether the stabilizer runs on rubber soles; rigid soles need none.
     """
 
+    engine: str = "pybullet"
     gui: bool = False
     time_step_coarse: float = 0.0005
     time_step_fine: float = 0.00025
-    brace: bool = True
+    brace: str = "contact"
     rotor_scale: float = 1.0
     gear_scale: float = 1.0
+    servo_scale: float = 1.0
     pad_scale: float = 1.0
-    servo_time_constant: float | None = None
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
@@ -151,21 +159,19 @@ class WorldSettings:
             raise SettingError(
                 "contact_duration", self.contact_duration, f"from {shortest:g} to {longest:g} s"
             )
-        for name in ("friction", "log_seconds"):
+        for name in ("friction", "log_seconds", *_SCALES):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
-        for name in ("rotor_scale", "leaf_friction"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise SettingError(name, value, "0 or more")
-        if self.servo_time_constant is not None and not (
-            math.isfinite(self.servo_time_constant) and self.servo_time_constant > 0.0
-        ):
-            raise SettingError("servo_time_constant", self.servo_time_constant, "positive")
+        if not (math.isfinite(self.leaf_friction) and self.leaf_friction >= 0.0):
+            raise SettingError("leaf_friction", self.leaf_friction, "0 or more")
+        if self.brace not in BRACES:
+            raise SettingError("brace", self.brace, " or ".join(BRACES))
         if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:
             raise SettingError("restitution", self.restitution, "0 to 1")
         if not 1 <= self.iterations <= MOST_ITERATIONS:
             raise SettingError("iterations", self.iterations, f"1 to {MOST_ITERATIONS}")
+        if self.engine not in ENGINES:
+            raise SettingError("engine", self.engine, " or ".join(ENGINES))
         if self.sole not in SOLES:
             raise SettingError("sole", self.sole, " or ".join(SOLES))

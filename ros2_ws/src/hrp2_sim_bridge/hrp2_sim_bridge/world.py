@@ -13,18 +13,17 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import RobotConfig
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 
+from hrp2_sim_bridge.control.actuation import Actuation
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.drives import JointDrives
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
 from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog, trajectory_content
 from hrp2_sim_bridge.log.recorder import save_npz
 from hrp2_sim_bridge.log.truth_log import TruthLog
-from hrp2_sim_bridge.physics.brace import BracePads
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.door_load import DoorLoad
 from hrp2_sim_bridge.physics.engine import Engine
@@ -40,9 +39,8 @@ from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettin
 _NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
 _FASTEST_APPROACH = 4.0  # upper bound of the speed at which robot and leaf approach [m/s]
 _SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
-_RUBBER_SETTLING_TICKS = 100  # the same for rubber soles, on which the robot swings for a while
+_RUBBER_SETTLING_TICKS = 140  # the same for rubber soles, on which the robot swings for a while
 _FARTHEST = 10.0  # largest coordinate of the door [m]
-_FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
 class World(Driver):
@@ -54,8 +52,8 @@ class World(Driver):
         door_distance: Distance of the leaf's face from the origin, towards -y [m].
         hinge_x: x of the hinge; it is negative behind the robot [m].
         posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
-        engine: Physics engine; the default is a new one of PyBullet.
-        settings: Fields of `WorldSettings`.
+        engine: One of `settings.ENGINES`, of which a new engine is made, or an engine.
+        settings: Other fields of `WorldSettings`.
 
     Attributes:
         robot_config: Configuration of the robot.
@@ -64,7 +62,7 @@ class World(Driver):
         contact: Surface of the leaf.
         engine: Physics engine.
         driver: Reference of the joints.
-        servos: Position servos of the joints.
+        joints: Motors and gears of the joints, and the brace of the arm.
         door: Closer, friction, stops and pushes of the door.
         hit: Meter of the contact between robot and leaf.
         fall: Watch for a fall of the robot.
@@ -74,8 +72,8 @@ class World(Driver):
 
     Raises:
         SettingError: A setting is out of its range.
-        SimulatorMissingError: PyBullet is not installed.
-        ModelError: PyBullet changed a mass or an inertia of the robot.
+        SimulatorMissingError: The physics engine is not installed.
+        ModelError: The physics engine refused the robot or changed a mass or an inertia of it.
         RobotConfigError: The robot's configuration lacks something that the simulation needs.
     """
 
@@ -87,12 +85,13 @@ class World(Driver):
         hinge_x: float,
         *,
         posture: Array | None = None,
-        engine: Engine | None = None,
+        engine: Engine | str = WorldSettings.engine,
         **settings: Any,
     ) -> None:
         self.robot_config = robot
         self.door_config = door
-        self.settings = WorldSettings(**settings)
+        named: dict[str, Any] = {"engine": engine} if isinstance(engine, str) else {}
+        self.settings = WorldSettings(**named, **settings)
         self._check_place(door_distance, hinge_x)
         self._door_distance = door_distance
         self._hinge_x = hinge_x
@@ -100,7 +99,7 @@ class World(Driver):
         self.contact = design_leaf(door, hinge_x, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
-        self.engine = make_engine() if engine is None else engine
+        self.engine = make_engine(engine) if isinstance(engine, str) else engine
         kept = self.settings.log
         self._log = TruthLog(self.settings.log_seconds, self.engine.frame_values) if kept else None
         self._orders = CommandLog(kept=kept)
@@ -146,12 +145,9 @@ class World(Driver):
         )
         self.time_step = settings.time_step_coarse
         self.engine.reset(scene)
-        self.drives = JointDrives(
-            robot, needed(robot.drives, "drives").scaled(rotor=settings.rotor_scale, gear=settings.gear_scale),
-            self._posture)
-        self.pads = BracePads(robot, needed(robot.brace, "brace"), settings.pad_scale)
+        self.joints = Actuation(self.engine, robot, settings, self._posture)
         self.door = DoorLoad(self.door_config)
-        self.hit = HitMeter(self.engine, robot)
+        self.hit = HitMeter(self.engine)
         self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
         settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
         self._ticks = -settling
@@ -159,8 +155,6 @@ class World(Driver):
         if self._stabilizer is not None:
             self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
-        self._state = self.engine.joint_state()
-        self._joints = np.vstack([self._state, self.drives.motor])
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
         self._far_until = self._ticks
@@ -170,7 +164,6 @@ class World(Driver):
         if self._log is not None:
             self._log.clear()
         self._orders.clear()
-        self.hit.clear()
 
     def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
         """Accept a trajectory or refuse it as a whole; one without points means stop.
@@ -239,9 +232,6 @@ class World(Driver):
         log = self._log.arrays(self.engine, self.robot_config, with_com=with_com)
         return log | {
             "link_names": np.array(self.engine.link_names),
-            "brace_impulse": self.hit.brace_impulse,
-            "carried_impulse": self.hit.carried_impulse,
-            "motor_impulse": self.hit.motor_impulse,
             "door": self.door_config.name,
             "door_distance": self._door_distance,
             "hinge_x": self._hinge_x,
@@ -285,8 +275,7 @@ class World(Driver):
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
             self._stabilizer.update(self._sensed, self.driver.sample)
             reference += self._stabilizer.offsets(times)
-        braced = False
-        self.drives.set_time_step(step)
+        locked = self.joints.begin_tick(reference[0], step, near=fine, fell=self.fell)
         speeds = (reference[1:] - reference[:-1]) / step
         readings = TickReadings([self._frames])
         orders = list(zip(reference[1:], speeds, strict=True))
@@ -294,15 +283,16 @@ class World(Driver):
             self._take_steps(
                 orders[first : first + per_sample], times[first], readings, near=fine
             )
-            self._read(readings, braced)
+            self._read(readings)
         self._ticks += 1
         if self._log is not None:
-            self._log.add(readings, self.time, reference[-1], braced=braced, fine=fine)
+            self._log.add(
+                readings, self.joints, self.time, reference[-1], locked=locked, fine=fine)
         if self.fall.update(self.engine):
             self.driver.stop(self.time)
         ends = readings.ends(self.engine)
         self._sensed = self._sensors.read(
-            self.time, self._joints, readings.wrenches(self.engine, ends, TICK),
+            self.time, self.joints.motors, readings.wrenches(self.engine, ends, TICK),
             ends.at((1, IMU)), [self._encoder.count(state.angle) for state in readings.door],
         )
         return self._sensed
@@ -326,29 +316,25 @@ class World(Driver):
         return fine
 
     def _take_steps(
-        self, orders: list[tuple[list[float], list[float]]], now: float, readings: TickReadings,
-        *, near: bool,
+        self, orders: list[tuple[Array, Array]], now: float, readings: TickReadings, *, near: bool
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
-        self.pads.linearize(self._state[0])
+        self.joints.begin_sample()
         reactions = []
         for position, speed in orders:
-            gears = self.drives.torque(position, speed, *self._state)
-            reactions.append(self.engine.step(gears + self.pads.torque(*self._state), torque))
-            self._state = self.engine.joint_state()
+            reactions.append(self.joints.step(position, speed, torque))
             for observer in self.observers:
                 observer(self.engine)
             if near:
                 self.hit.add_step(1.0 / len(orders))
         readings.reactions.append(np.array(reactions).mean(axis=0))
 
-    def _read(self, readings: TickReadings, braced: bool) -> None:
+    def _read(self, readings: TickReadings) -> None:
         """Add the readings at the end of a millisecond."""
-        self._joints = np.vstack([self._state, self.drives.motor])
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
-        readings.joints.append(self._joints)
+        readings.joints.append(self.joints.joints)
         readings.frames.append(self._frames)
         readings.door.append(self._door_state)
-        readings.touches.append(self.hit.take(self._joints[2], braced=braced))
+        readings.touches.append(self.hit.take())

@@ -60,8 +60,8 @@ def test_logged_velocities_are_the_slopes_of_logged_positions(swayed) -> None:
         assert np.median(np.abs(slope - swayed[velocity][50:-50])) < 2e-3
 
 
-def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, moving) -> None:
-    """An arm raised at almost its largest speed follows to 1 mrad, 1 mm at 0.6 m is 1.7 mrad."""
+def test_joints_follow_a_quick_motion_within_their_windup(make_world, robot, moving) -> None:
+    """An arm raised at almost its largest speed follows to 5 mrad, 3 mm at 0.6 m."""
     world = make_world()
     up = robot.posture({"LARM_JOINT0": -1.45, "LARM_JOINT3": -1.2})
     times = np.array([0.05, 0.75, 1.4])
@@ -70,7 +70,7 @@ def test_joints_follow_a_quick_motion_within_a_millimetre(make_world, robot, mov
     log = run(world, 1.5)
     error = np.abs(log["q"][4::5] - log["tick_reference"])
     assert np.abs(log["dq"]).max() > 3.0
-    assert error.max() < 1e-3
+    assert error.max() < 5e-3
     assert np.degrees(world.fall.max_tilt) < 1.0
 
 
@@ -114,7 +114,7 @@ def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving)
     fine = log["tick_fine"]
     changes = np.flatnonzero(np.diff(fine.astype(int)))
     assert len(changes) >= 2
-    coarse = make_world(door_distance=0.5, sole="rigid", time_step_fine=0.001)
+    coarse = make_world(door_distance=0.5, sole="rigid", time_step_fine=0.0005)
     swaying(coarse, sway, moving, slower=1.8)
     plain = run(coarse, 2.2)
     assert np.abs(log["com_position"] - plain["com_position"]).max() < 1e-3
@@ -124,18 +124,18 @@ def test_changing_the_step_near_the_leaf_does_not_jolt(make_world, sway, moving)
             assert np.abs(log[key][around] - plain[key][around]).max() < 0.01
 
 
-def test_brace_holds_only_in_the_braced_posture(make_world, robot) -> None:
-    """The brace holds only in the braced posture."""
+def test_the_rigid_brace_locks_the_arm_only_near_the_leaf_in_the_braced_posture(
+    make_world, robot
+) -> None:
+    """Elsewhere, in another posture or after a fall every joint is free."""
     braced = robot.posture(robot.braced_posture)
-    joint = robot.index("RARM_JOINT1")
-    servos = make_world().servos
-    assert servos.limit_torques(braced, brace=True, share=1.0)
-    assert servos.forces[joint] > 1000.0
-    assert not servos.limit_torques(braced, brace=False, share=1.0)
-    assert servos.forces == robot.effort_limit.tolist()
-    braced[joint] += np.radians(8.0)
-    assert not servos.limit_torques(braced, brace=True, share=0.5)
-    assert servos.forces[joint] == 0.5 * robot.effort_limit[joint]
+    joints = make_world(brace="rigid").joints
+    step = 5e-4
+    assert joints.begin_tick(braced, step, near=True, fell=False)
+    assert not joints.begin_tick(braced, step, near=False, fell=False)
+    assert not joints.begin_tick(braced, step, near=True, fell=True)
+    braced[robot.index("RARM_JOINT1")] += np.radians(8.0)
+    assert not joints.begin_tick(braced, step, near=True, fell=False)
 
 
 def leaning_hit(robot, paper_door, sway, moving, **settings):
@@ -153,7 +153,7 @@ def leaning_hit(robot, paper_door, sway, moving, **settings):
     return world, run(world, 1.0)
 
 
-@pytest.mark.parametrize("brace", [True, False])
+@pytest.mark.parametrize("brace", ["contact", "rigid", "none"])
 def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     robot, paper_door, sway, moving, brace
 ) -> None:
@@ -170,26 +170,25 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     closer = paper_door.door().restoring_torque(0.0) * (last + 1 - first) * 0.001
     gained = paper_door.i_a * log["door_velocity"][last]
     assert gained == pytest.approx(impulse - closer, rel=0.01)
-    ratio = log["tick_peak_torque"].max(axis=0) / robot.effort_limit
-    for index, name in enumerate(robot.joint_names):
-        if not brace or name not in robot.braced_joints:
-            assert ratio[index] <= 1.0 + 1e-6
-    carried = log["brace_impulse"].sum()
-    assert (carried > 0.1) if brace else (carried == 0.0)
+    assert (log["tick_peak_torque"] <= robot.effort_limit * (1.0 + 1e-6)).all()
+    carried = np.abs(log["tick_pad_impulse"].sum(axis=0)).max()
+    assert (carried > 0.1) if brace == "contact" else (carried == 0.0)
+    assert log["tick_locked"].any() == (brace == "rigid")
     world.close()
 
 
 @pytest.mark.parametrize("step", [0.0005, 0.00025])
-def test_position_error_decays_with_the_servos_time_constant(make_world, step) -> None:
-    """A position error of a wrist decays to 1/e in the time constant, at any physics step."""
-    world = make_world(time_step_coarse=step, servo_time_constant=0.03)
-    client, body = world.engine.client, world.engine.robot.body
-    joint = world.engine.robot.joint_index["LARM_JOINT4"]
-    client.resetJointState(body, joint, 0.02, 0.0)
-    for _ in range(6):
+def test_position_error_decays_with_the_servos_time_constant(make_world, robot, step) -> None:
+    """A motor's position error decays to 1/e in D / P of its servo, at any physics step."""
+    world = make_world(time_step_coarse=step)
+    joint, data = robot.index("LARM_JOINT4"), robot.drives
+    time = data.speed_gain[joint] / data.position_gain[joint]
+    before = world.joints.drives.position[joint]
+    world.joints.drives.position[joint] += 0.02
+    for _ in range(round(time / 0.005)):
         world.step()
-    left = client.getJointState(body, joint)[0]
-    assert left == pytest.approx(0.02 * np.exp(-1.0), rel=0.03)
+    left = world.joints.drives.position[joint] - before
+    assert left == pytest.approx(0.02 * np.exp(-1.0), rel=0.05)
 
 
 def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, moving) -> None:
@@ -213,21 +212,6 @@ def test_logged_frames_are_of_the_same_instant_as_the_joints(make_world, robot, 
         np.testing.assert_allclose(log["b_position"][row], place, atol=2e-5)
 
 
-def test_servo_far_behind_catches_up_within_its_motors_speed(make_world, robot, moving) -> None:
-    """A joint 0.5 rad away from its reference returns no faster than its motor's speed."""
-    world = make_world()
-    client, body = world.engine.client, world.engine.robot.body
-    joint = world.engine.robot.joint_index["LARM_JOINT4"]
-    limit = robot.velocity_limit[robot.index("LARM_JOINT4")]
-    client.resetJointState(body, joint, 0.5, 0.0)
-    world._joints = world.engine.read_joints()
-    speeds = []
-    for _ in range(60):
-        world.step()
-        speeds.append(abs(client.getJointState(body, joint)[1]))
-    assert max(speeds) < 1.05 * limit
-    assert max(speeds) > 0.8 * limit
-    assert client.getJointState(body, joint)[0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_log_is_saved_whole_and_can_be_read_back(make_world, tmp_path) -> None:

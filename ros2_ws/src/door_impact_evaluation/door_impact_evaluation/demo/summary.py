@@ -20,7 +20,7 @@ from rclpy.utilities import get_rmw_implementation_identifier
 from door_impact_evaluation.demo.received import Received
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.record import DemoRecord, Support
-from door_impact_evaluation.run.simulation_log import SimulationLog
+from door_impact_evaluation.run.simulation_log import HitLoads, SimulationLog
 
 _HELD_OVER = 0.3  # time at the end over which the held angle is averaged [s]
 _IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
@@ -40,7 +40,7 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
         record: What was measured of the motion.
         raw: ZMP and margins of the 1 kHz wrenches without averaging.
     """
-    plan = received.plan
+    plan, loads = received.plan, log.hit_loads(hit)
     return {
         "door": _door(received, log, hit, record),
         "identified": _identified(received),
@@ -48,13 +48,13 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             **{key: float(getattr(plan, key)) for key in _PLANNED},
             "planning_ms": received.planning_ms,
         },
-        "impact": _impact(received, log, hit, record),
+        "impact": _impact(received, loads, hit, record),
         "zmp": {
             "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},
             "measured_min_margin_mm": _margins_mm(record.support, record),
             "raw_min_margin_mm": _margins_mm(raw, record),
         },
-        "robot": _robot(log, record),
+        "robot": _robot(log, loads, record),
         "run": {
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
@@ -93,7 +93,7 @@ def _identified(received: Received) -> dict[str, Any]:
     return found
 
 
-def _impact(received: Received, log: SimulationLog, hit: evaluation.Impact,
+def _impact(received: Received, loads: HitLoads, hit: evaluation.Impact,
             record: DemoRecord) -> dict[str, Any]:
     return {
         "v_rb_measured": hit.v_rb,
@@ -104,11 +104,8 @@ def _impact(received: Received, log: SimulationLog, hit: evaluation.Impact,
         "duration_ms": 1e3 * hit.duration,
         "restitution": hit.restitution,
         "switch_latency_ms": _switch_latency(received.outcome, record.contact_time),
-        "brace_impulse_nms": log.brace_impulse,
-        "braced_joints": {
-            name: {"carried_nms": joint.carried, "motor_could_nms": joint.motor}
-            for name, joint in log.braced_joints.items()
-        },
+        "brace_impulse_nms": loads.brace_impulse,
+        "pad_force_n": loads.pad_force,
     }
 
 
@@ -128,13 +125,14 @@ def _margins_mm(support: Support, record: DemoRecord) -> dict[str, float]:
     return {name: 1e3 * value for name, value in found.items()}
 
 
-def _robot(log: SimulationLog, record: DemoRecord) -> dict[str, Any]:
+def _robot(log: SimulationLog, loads: HitLoads, record: DemoRecord) -> dict[str, Any]:
     tilt = evaluation.tilt(log.motion.base_orientation)
     return {
         "fell": bool(log.fell),
         "max_tilt_deg": float(np.degrees(tilt.max())),
         "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
         "max_torque_ratio": log.max_torque_ratio,
+        "gear_load": loads.shares,
         "foot_slip_mm": 1e3 * evaluation.slip(log.motion, *record.phases["post"]),
     }
 

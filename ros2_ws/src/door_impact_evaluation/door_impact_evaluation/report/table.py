@@ -64,9 +64,8 @@ def _model_rows(summary: Mapping[str, Any]) -> list[Row]:
 def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
     """Makes the rows of the hit, planned and measured."""
     plan, hit = summary["plan"], summary["impact"]
-    joint, (carried, motor) = max(
-        ((name, (row["carried_nms"], row["motor_could_nms"]))
-         for name, row in hit["braced_joints"].items()), key=lambda entry: entry[1][0])
+    loads = summary["robot"]["gear_load"]
+    joint = max(loads, key=loads.__getitem__)
     latency = hit["switch_latency_ms"]
     return [
         Row("door speed after the hit w', planned", "-", f"{plan['omega_door']:.3f}", "rad/s"),
@@ -75,8 +74,9 @@ def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
         Row("speed of B before the hit v_rB, planned", "-", f"{plan['v_rb']:.3f}", "m/s"),
         Row("speed of B before the hit v_rB, measured", "-",
             f"{hit['v_rb_measured']:.3f}", "m/s"),
-        Row(f"angular impulse carried by {joint}", "-",
-            f"{carried:.2f} (motor: at most {motor:.2f})", "N m s"),
+        Row(f"largest load of a gear in the hit, {joint}", "-",
+            f"{100.0 * loads[joint]:.0f}", "% of its peak torque"),
+        Row("force of the arm on the trunk", "-", f"{hit['pad_force_n']:.0f}", "N"),
         Row("contact to slowing down of the legs", "-",
             "-" if latency is None else f"{latency:.1f}", "ms"),
         Row("contacts before the door's peak", "1", f"{hit['contacts_before_peak']}", ""),

@@ -5,25 +5,36 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.arrays import Array
 
+from door_impact_evaluation.run.evaluation import Impact
 from door_impact_evaluation.run.record import Motion
 
+_RINGING = 0.03  # time after the contact in which gears bear loads of the hit [s]
 _ROUNDING = 1e-6  # difference below which two times of the log are the same [s]
 
 
 @dataclass(frozen=True)
-class BracedJoint:
-    """Angular impulses of a braced joint while robot and door were in contact [N m s].
+class HitLoads:
+    """Loads of gears and pads in the hit.
 
     Attributes:
-        carried: Angular impulse that motor and brace carried together.
-        motor: Largest angular impulse that the motor alone could have carried in this time.
-        brace: Angular impulse of the torque beyond the motor's limit at each instant.
+        gears: Largest torque of each joint's gear by its name [N m].
+        shares: The same as shares of the gears' momentary peak torques.
+        pad_force: Largest normal force of the pads [N].
+        brace_impulse: Sum over the braced joints of the absolute angular impulses that the pads
+            carried [N m s].
     """
 
-    carried: float
-    motor: float
-    brace: float
+    gears: dict[str, float]
+    shares: dict[str, float]
+    pad_force: float
+    brace_impulse: float
+
+    @property
+    def heaviest(self) -> str:
+        """Name of the joint whose gear bears the largest share of its momentary peak torque."""
+        return max(self.shares, key=self.shares.__getitem__)
 
 
 @dataclass(frozen=True)
@@ -34,8 +45,14 @@ class SimulationLog:
         motion: The 1 kHz samples.
         fell: Reason why the robot counts as fallen; empty if it stands.
         max_tracking_error: Largest difference between a joint's angle and its reference [rad].
-        max_torque_ratio: Largest torque over its limit; braced joints are left out.
-        braced_joints: Angular impulses of each braced joint, by its name.
+        max_torque_ratio: Largest torque of a motor over its limit; braced joints are left out.
+        joint_names: Names of the joints.
+        braced: Indices of the braced joints.
+        tick_time: Times of the ends of the ticks, (T,) [s].
+        gear_torque: Largest torques of the gears in each tick, (T, 30) [N m].
+        gear_peak_torque: Momentary peak torques of the gears, (30,) [N m].
+        pad_force: Largest normal force of the pads in each tick, (T,) [N].
+        pad_impulse: Angular impulses of the pads on the joints in each tick, (T, 30) [N m s].
         door_distance: Distance of the closed leaf's face from the origin of odom [m].
         hinge_x: x of the hinge in odom [m].
         i_a: Moment of inertia of the simulated leaf about its hinge [kg m^2].
@@ -45,15 +62,30 @@ class SimulationLog:
     fell: str
     max_tracking_error: float
     max_torque_ratio: float
-    braced_joints: dict[str, BracedJoint]
+    joint_names: list[str]
+    braced: list[int]
+    tick_time: Array
+    gear_torque: Array
+    gear_peak_torque: Array
+    pad_force: Array
+    pad_impulse: Array
     door_distance: float
     hinge_x: float
     i_a: float
 
-    @property
-    def brace_impulse(self) -> float:
-        """Angular impulse that the braces carried beyond the motors, all joints [N m s]."""
-        return sum(joint.brace for joint in self.braced_joints.values())
+    def hit_loads(self, impact: Impact) -> HitLoads:
+        """Returns the loads from the first contact until `_RINGING` after its end."""
+        t, contact = self.motion.t, impact.contact
+        first, last = np.searchsorted(
+            self.tick_time, (t[contact.start], t[contact.end - 1] + _RINGING))
+        ticks = slice(int(first), int(last) + 1)
+        gears = self.gear_torque[ticks].max(axis=0)
+        shares = gears / self.gear_peak_torque
+        carried = np.abs(self.pad_impulse[ticks].sum(axis=0))[self.braced]
+        return HitLoads(
+            dict(zip(self.joint_names, gears.tolist(), strict=True)),
+            dict(zip(self.joint_names, shares.tolist(), strict=True)),
+            float(self.pad_force[ticks].max()), float(carried.sum()))
 
 
 def load(path: Path, start: float) -> SimulationLog:
@@ -85,16 +117,21 @@ def load(path: Path, start: float) -> SimulationLog:
                        len(log["time"]) - 1)
     tracking = np.abs(log["q"][at_ticks] - log["tick_reference"])[ticks]
     names = log["joint_names"].tolist()
-    free = [i for i, name in enumerate(names) if name not in log["braced_joints"].tolist()]
+    braced = [names.index(name) for name in log["braced_joints"].tolist()]
+    free = [i for i in range(len(names)) if i not in braced]
     ratio = log["tick_peak_torque"][ticks] / log["effort_limit"]
-    impulses = zip(*(log[name].tolist() for name in (
-        "braced_joints", "carried_impulse", "motor_impulse", "brace_impulse")), strict=True)
     return SimulationLog(
         motion=motion,
         fell=str(log["fall_reason"]),
         max_tracking_error=float(tracking.max()),
         max_torque_ratio=float(ratio[:, free].max()),
-        braced_joints={name: BracedJoint(*numbers) for name, *numbers in impulses},
+        joint_names=names,
+        braced=braced,
+        tick_time=log["tick_time"][ticks],
+        gear_torque=log["tick_gear_torque"][ticks].astype(float),
+        gear_peak_torque=log["gear_peak_torque"],
+        pad_force=log["tick_pad_force"][ticks].astype(float),
+        pad_impulse=log["tick_pad_impulse"][ticks].astype(float),
         door_distance=float(log["door_distance"]),
         hinge_x=float(log["hinge_x"]),
         i_a=float(log["i_a"]),

@@ -13,7 +13,18 @@ from matplotlib.axes import Axes
 
 from door_impact_evaluation.report.figures import BLUE, GREEN, RED
 
+MARKS = ("o-", "x--")  # line styles of the engines
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
+
+_UNKNOWNS = (
+    ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
+    ("gear_scale", 1.0, "stiffness of the gears, multiple of the model's"),
+    ("servo_scale", 1.0, "gains of the servos, multiple of the model's"),
+    ("pad_scale", 1.0, "stiffness of the pads, multiple of the model's"),
+    ("leaf_friction", 1.0, "friction of the leaf"),
+    ("friction", 1.0, "friction of the soles"),
+    ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
+)
 
 
 def draw(summary: Mapping[str, Any], out: Path) -> None:
@@ -24,14 +35,12 @@ def draw(summary: Mapping[str, Any], out: Path) -> None:
         out: Folder of the pictures.
     """
     sweeps = summary["sweeps"]
-    _effective_mass(summary["effective_mass"], out / "effective_mass.png")
     _drop_tests(summary["drop_test"], out / "drop_test.png")
     if {"fine_step", "both_steps"} <= sweeps.keys():
         _time_steps(summary, out / "time_step.png")
     if {"contact_duration", "restitution"} <= sweeps.keys():
         _contact(summary, out / "contact.png")
-    names = {"rotor_scale", "servo_time_constant", "friction", "door_offset"}
-    if names <= sweeps.keys():
+    if {name for name, _, _ in _UNKNOWNS} <= sweeps.keys():
         _unknowns(summary, out / "unknowns.png")
 
 
@@ -48,40 +57,22 @@ def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     return [row.get(key, float("nan")) for row in rows]
 
 
-def _effective_mass(masses: Mapping[str, Any], path: Path) -> None:
-    def fill(*axes: Axes) -> None:
-        for part, braced, title in zip(axes, (True, False), ("arm braced", "arm free"),
-                                       strict=True):
-            rows = [row for row in masses["rows"] if row["braced"] is braced]
-            scale = _column(rows, "rotor_scale")
-            part.plot(scale, _column(rows, "spatial"), color=BLUE, label="spatial, 1/(J M⁻¹ Jᵀ)")
-            part.plot(scale, _column(rows, "pull_test"), "o", color=RED,
-                      label="pull test in the simulation")
-            if braced:
-                part.axhline(masses["planar"], color=GREEN, ls="--", label="eq. (3)")
-            part.set(title=title, xlabel="rotor inertia, multiple of the model's",
-                     ylabel="effective mass at B [kg]")
-            part.set_ylim(bottom=35.0 if braced else 0.0)
-            part.legend(fontsize=8)
-
-    _pair(path, fill)
-
-
-def _drop_tests(rows: Sequence[Mapping[str, float]], path: Path) -> None:
+def _drop_tests(tests: Mapping[str, Sequence[Mapping[str, float]]], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
-        for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
-                                strict=True):
-            same = [row for row in rows if row["speed"] == speed]
-            wanted, shown = _column(same, "wanted"), _column(same, "shown")
-            left.plot(wanted, shown, "o-", color=color, label=f"{speed:g} m/s")
-            off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
-            right.plot(wanted, off, "o-", color=color, label=f"{speed:g} m/s")
+        for (engine, rows), mark in zip(tests.items(), MARKS, strict=False):
+            for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
+                                    strict=True):
+                same = [row for row in rows if row["speed"] == speed]
+                wanted, shown = _column(same, "wanted"), _column(same, "shown")
+                left.plot(wanted, shown, mark, color=color, label=f"{speed:g} m/s, {engine}")
+                off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
+                right.plot(wanted, off, mark, color=color)
         left.set(title="free ball on the leaf", xlabel="requested restitution",
                  ylabel="measured restitution")
         right.axhspan(-15, 15, color=GREEN, alpha=0.1)
         right.set(title="difference (band: ±0.015)", xlabel="requested restitution",
                   ylabel="measured less requested, 10⁻³")
-        left.legend(fontsize=8)
+        left.legend(fontsize=7)
 
     _pair(path, fill)
 
@@ -90,49 +81,51 @@ def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
         for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
                                    ("both_steps", "everywhere", RED)):
-            rows = summary["sweeps"][name]
-            step = [1e3 * value for value in _column(rows, "time_step_fine")]
-            left.semilogx(step, _column(rows, "peak_deg"), "o-", color=color, label=label)
-            error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
-            right.semilogx(step, error, "o-", color=color, label=label)
+            for (engine, rows), mark in zip(summary["sweeps"][name].items(), MARKS, strict=False):
+                step = [1e3 * value for value in _column(rows, "time_step_fine")]
+                left.semilogx(step, _column(rows, "peak_deg"), mark, color=color,
+                              label=f"{label}, {engine}")
+                error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
+                right.semilogx(step, error, mark, color=color)
         left.set(title="largest opening angle", xlabel="step [ms]", ylabel="angle [deg]")
         right.set(title="speed of B before the hit", xlabel="step [ms]",
                   ylabel="largest error of the speed [%]")
-        left.legend(fontsize=8)
+        left.legend(fontsize=7)
 
     _pair(path, fill)
 
 
 def _contact(summary: Mapping[str, Any], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
-        rows = summary["sweeps"]["contact_duration"]
-        duration = [1e3 * value for value in _column(rows, "contact_duration")]
-        left.plot(duration, _column(rows, "peak_deg"), "o-", color=BLUE)
+        for axes, name, scale in ((left, "contact_duration", 1e3), (right, "restitution", 1.0)):
+            _peaks(axes, summary, name, scale)
         left.set(title="stiffness of the leaf's surface", ylabel="largest opening angle [deg]",
                  xlabel="duration of contact of the design [ms]")
-        rows = summary["sweeps"]["restitution"]
-        right.plot(_column(rows, "restitution"), _column(rows, "peak_deg"), "o-", color=BLUE)
         right.set(title="restitution (planned: 0.5)", xlabel="restitution of the leaf's surface",
                   ylabel="largest opening angle [deg]")
+        left.legend(fontsize=8)
 
     _pair(path, fill)
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    figure, grid = plt.subplots(2, 2, figsize=(7.2, 6.0), layout="constrained")
-    for axes, (name, scale, label) in zip(grid.flat, (
-        ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
-        ("servo_time_constant", 1e3, "time constant of the servos [ms]"),
-        ("friction", 1.0, "friction of the soles"),
-        ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
-    ), strict=True):
-        rows = summary["sweeps"][name]
-        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
-                  "o-", color=BLUE)
+    figure, grid = plt.subplots(2, 4, figsize=(14.0, 6.0), layout="constrained")
+    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=False):
+        _peaks(axes, summary, name, scale)
         axes.axhline(summary["target_deg"], color=GREEN, ls="--")
         axes.set(xlabel=label)
         axes.grid(alpha=0.3)
+    for axes in grid.flat[len(_UNKNOWNS):]:
+        axes.set_visible(False)
     for axes in grid[:, 0]:
         axes.set(ylabel="largest opening angle [deg]")
+    grid[0, 0].legend(fontsize=8)
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def _peaks(axes: Axes, summary: Mapping[str, Any], name: str, scale: float) -> None:
+    """Draws the largest opening angle over a setting, a line for each engine."""
+    for (engine, rows), color in zip(summary["sweeps"][name].items(), (BLUE, RED), strict=False):
+        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
+                  "o-", color=color, label=engine)

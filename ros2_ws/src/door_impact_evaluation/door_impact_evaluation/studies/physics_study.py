@@ -14,7 +14,7 @@ from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.benches.drop_bench import drop_test
 from hrp2_sim_bridge.benches.pull_bench import pull_test
 from hrp2_sim_bridge.physics.contact import design_contact, reduced_mass
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.impact_plan import ImpactPlan
 from numpy.typing import NDArray
@@ -29,22 +29,27 @@ BALL = 47.0   # mass of the ball in the drop tests [kg]
 LEVER = 0.42  # distance from the hinge at which the ball hits [m]
 RESTITUTIONS = (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # requested in the drop tests
 SPEEDS = (0.2, 0.5, 0.9)  # speeds of the ball in the drop tests [m/s]
-ROTOR_SCALES = (0.0, 0.5, 1.0, 1.5, 2.0)  # factors of the rotors' inertia
+SCALES = (0.5, 0.7, 1.0, 1.4, 2.0)  # factors of rotors, gears, servos and pads
 SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
     "fine_step": (("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),),
     "both_steps": (("time_step_coarse", (1e-3, 5e-4, 2.5e-4, 1.25e-4)),
                    ("time_step_fine", (1e-3, 5e-4, 2.5e-4, 1.25e-4))),
     "contact_duration": (("contact_duration", (0.005, 0.0075, 0.010, 0.015, 0.020, 0.030)),),
     "restitution": (("restitution", (0.4, 0.45, 0.5, 0.55, 0.6)),),
-    "rotor_scale": (("rotor_scale", ROTOR_SCALES),),
-    "servo_time_constant": (("servo_time_constant", (0.0125, 0.02, 0.025, 0.03, 0.05)),),
+    "rotor_scale": (("rotor_scale", SCALES),),
+    "gear_scale": (("gear_scale", SCALES),),
+    "servo_scale": (("servo_scale", SCALES),),
+    "pad_scale": (("pad_scale", SCALES),),
     "door_offset": (("door_offset", (-0.02, -0.01, -0.001, 0.0, 0.001, 0.01, 0.02)),),
     "friction": (("friction", (0.4, 0.5, 0.6, 0.8, 1.0)),),
     "iterations": (("iterations", (20, 50, 100, 200)),),
-    "brace": (("brace", (True, False)),),
+    "brace": (("brace", ("contact", "rigid", "none")),),
+    "leaf_friction": (("leaf_friction", (0.0, 0.15, 0.3, 0.45, 0.6)),),
     "sole": (("sole", ("rubber", "rigid", "rubber")), ("stabilizer", (True, True, False))),
 }
 """Settings of the simulated world that each sweep changes, with their values run by run."""
+
+_PYBULLET_ONLY = ("iterations",)  # sweeps of what only PyBullet has
 
 
 @dataclass(frozen=True)
@@ -66,12 +71,11 @@ def posture_at_hit(plan: ImpactPlan) -> Posture:
     return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
 
 
-def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any]:
+def effective_masses(plan: ImpactPlan) -> dict[str, Any]:
     """Computes the effective mass at point B by eq. (3), spatially and by the pull test [kg].
 
     Args:
         plan: Plan whose posture at the contact is taken.
-        scales: Factors of the rotors' inertia.
     """
     config = load_robot_config()
     robot, posture = RobotModel(config), posture_at_hit(plan)
@@ -79,14 +83,12 @@ def effective_masses(plan: ImpactPlan, scales: Iterable[float]) -> dict[str, Any
     rows = []
     for braced in (True, False):
         locked = config.braced_joints if braced else ()
-        for scale in scales:
-            pulled = pull_test(config, posture.joints, locked=locked, rotor_scale=scale)
-            rows.append({
-                "braced": braced,
-                "rotor_scale": scale,
-                "spatial": robot.effective_mass(q, locked=locked, rotors=scale),
-                "pull_test": pulled.effective_mass,
-            })
+        rows.append({
+            "braced": braced,
+            "spatial": robot.effective_mass(q, locked=locked),
+            **{engine: pull_test(config, posture.joints, locked=locked, engine=engine)
+               .effective_mass for engine in ENGINES},
+        })
     return {"planar": plan.effective_mass_planar, "planned": plan.effective_mass, "rows": rows}
 
 
@@ -111,6 +113,7 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
     }
     if hit is None:
         return found
+    loads = run.log.hit_loads(hit)
     before = motion.t[hit.contact.start]
     near = (motion.t > before - 0.06) & (motion.t < before - 0.005)
     # From 60 to 5 ms before the hit the planned speed of B is constant.
@@ -126,22 +129,22 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
         "peak_force": hit.peak_force,
         "effective_mass": run.log.i_a * hit.omega_door / (plan.l_b * lost),
         "speed_error_before_hit": float(np.abs(drift).max()),
-        "braced_joints": {
-            name: {"carried": row.carried, "motor": row.motor, "brace": row.brace}
-            for name, row in run.log.braced_joints.items()
-        },
+        "gear_load": loads.shares,
+        "gear_torque": loads.gears,
+        "pad_force": loads.pad_force,
     }
 
 
-def drop_tests() -> list[dict[str, float]]:
-    """Measures the restitution of the leaf's surface for each requested one."""
+def drop_tests(engine: str) -> list[dict[str, float]]:
+    """Measures the restitution of the leaf's surface in an engine for each requested one."""
     door, step = load_door("paper"), WorldSettings.time_step_fine
     rows = []
     for wanted in RESTITUTIONS:
         design = design_contact(
             wanted, reduced_mass(BALL, door.i_a / LEVER**2), WorldSettings.contact_duration, step)
         for speed in SPEEDS:
-            shown = drop_test(door, design, mass=BALL, lever=LEVER, speed=speed, step=step)
+            shown = drop_test(
+                door, design, mass=BALL, lever=LEVER, speed=speed, step=step, engine=engine)
             rows.append({"wanted": wanted, "speed": speed, "shown": shown.restitution,
                          "momentum_ratio": shown.momentum_ratio})
     return rows
@@ -159,23 +162,25 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
     """
     out.mkdir(parents=True, exist_ok=True)
     log = out / "run.npz"
-    nominal = rehearse(TARGET_DEG, log)
+    runs = {engine: rehearse(TARGET_DEG, log, engine=engine) for engine in ENGINES}
+    nominal = runs[WorldSettings.engine]
     summary: dict[str, Any] = {
         "target_deg": TARGET_DEG,
-        "nominal": figures_of(nominal),
+        "nominal": {engine: figures_of(run) for engine, run in runs.items()},
         "plan": {"v_rb": nominal.plan.v_rb, "omega_door": nominal.plan.omega_door,
                  "v_rb_post": nominal.plan.v_rb_post},
-        "effective_mass": effective_masses(nominal.plan, ROTOR_SCALES),
-        "drop_test": drop_tests(),
+        "effective_mass": effective_masses(nominal.plan),
+        "drop_test": {engine: drop_tests(engine) for engine in ENGINES},
         "sweeps": {},
     }
     for name in tqdm(list(names), desc="sweeps"):
         keys, columns = zip(*SWEEPS[name], strict=True)
         rows = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
-        summary["sweeps"][name] = [
-            row | figures_of(rehearse(TARGET_DEG, log, **row))
-            for row in tqdm(rows, desc=name, leave=False)
-        ]
+        summary["sweeps"][name] = {
+            engine: [row | figures_of(rehearse(TARGET_DEG, log, engine=engine, **row))
+                     for row in tqdm(rows, desc=f"{name}, {engine}", leave=False)]
+            for engine in ENGINES if engine != "mujoco" or name not in _PYBULLET_ONLY
+        }
         (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     draw(summary, out)
     return summary
@@ -192,8 +197,8 @@ def main(args: list[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="physics_study",
-        description="Measures what the simulated hit depends on (docs/physics.md); all sweeps take "
-                    "about fifteen minutes.")
+        description="Measures what the simulated hit depends on, in both physics engines "
+                    "(docs/physics.md); all sweeps take about fifteen minutes.")
     parser.add_argument("sweeps", nargs="*", metavar="SWEEP",
                         help=f"sweeps: {', '.join(SWEEPS)} (default: all)")
     parser.add_argument("--out", type=Path, default=Path("out/physics"),

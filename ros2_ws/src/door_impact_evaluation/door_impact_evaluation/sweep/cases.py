@@ -15,8 +15,10 @@ CLOSER = 0.1               # largest relative change of c_c, k_c and tau'_c0
 RESTITUTION = 0.03         # largest change of the coefficient of restitution in group perturbed
 ROTORS = (0.9, 1.1)        # range of the factor of the rotors' inertia in group perturbed
 FRICTION = (0.5, 1.0)      # range of the friction coefficient of the soles
+STIFFNESS = (0.7, 1.3)     # range of the factors of gears and pads in group perturbed
 ROUGH_RESTITUTION = 0.1    # largest change of the coefficient of restitution in group rough
 ROUGH_ROTORS = (0.7, 1.4)  # range of the factor of the rotors' inertia in group rough
+ROUGH_STIFFNESS = (0.5, 2.0)  # range of the factors of gears and pads in group rough
 PEAKS_DEG = (10.0, 32.0)   # range of the largest angles of the pushes by hand [deg]
 PUSHES = 5                 # pushes by hand from which a door is identified
 
@@ -43,6 +45,8 @@ class Case:
         restitution: Coefficient of restitution; None means the configured one.
         rotor_scale: Factor by which the rotors' inertia differs from the model's.
         friction: Friction coefficient of the soles.
+        gear_scale: Factor by which the gears' stiffness differs from the model's.
+        pad_scale: Factor by which the stiffness of the brace's pads differs from the model's.
         pushes_deg: Largest angles of the swings from which the door is identified [deg]; if empty,
             the planner knows the door exactly.
         phase: Angle of the closed door within an encoder count, from 0 to 1.
@@ -60,6 +64,8 @@ class Case:
     restitution: float | None = None
     rotor_scale: float = 1.0
     friction: float = 0.8
+    gear_scale: float = 1.0
+    pad_scale: float = 1.0
     pushes_deg: tuple[float, ...] = ()
     phase: float = 0.5
 
@@ -97,7 +103,8 @@ class Case:
             hit: Number of the hit, from 0.
         """
         return {"seed": self.seed + hit, "restitution": self.restitution,
-                "rotor_scale": self.rotor_scale, "friction": self.friction}
+                "rotor_scale": self.rotor_scale, "friction": self.friction,
+                "gear_scale": self.gear_scale, "pad_scale": self.pad_scale}
 
     def as_json(self) -> dict[str, Any]:
         """Returns the case as it is written to a record."""
@@ -123,6 +130,7 @@ def _drawn(group: str, index: int, seed: int) -> Case:
     rough = group == "rough"
     random = np.random.default_rng([seed, index, int(rough)])
     off = ROUGH_RESTITUTION if rough else RESTITUTION
+    stiffness = ROUGH_STIFFNESS if rough else STIFFNESS
     return Case(
         group, index, hits=2 if rough else 1, seed=int(random.integers(1 << 30)),
         door_offset=float(random.uniform(-DOOR_OFF, DOOR_OFF)),
@@ -131,4 +139,10 @@ def _drawn(group: str, index: int, seed: int) -> Case:
         rotor_scale=float(random.uniform(*(ROUGH_ROTORS if rough else ROTORS))),
         friction=float(random.uniform(*FRICTION)),
         pushes_deg=tuple(random.uniform(*PEAKS_DEG, PUSHES).tolist()),
-        phase=float(random.uniform()))
+        phase=float(random.uniform()),
+        gear_scale=_factor(random, stiffness), pad_scale=_factor(random, stiffness))
+
+
+def _factor(random: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Draws a factor whose logarithm is uniformly distributed."""
+    return float(np.exp(random.uniform(*np.log(bounds))))

@@ -18,6 +18,8 @@ _CAUSES = (
     ("coefficient of restitution", lambda case: case["restitution"]),
     ("factor of the rotors' inertia", lambda case: case["rotor_scale"]),
     ("friction of the soles", lambda case: case["friction"]),
+    ("factor of the gears' stiffness", lambda case: case["gear_scale"]),
+    ("factor of the pads' stiffness", lambda case: case["pad_scale"]),
 )
 """Name and value of each perturbation against which the figure shows the errors."""
 
@@ -119,7 +121,7 @@ def figure(found: dict[str, Any], path: Path) -> None:
                   ("perturbed, first hit", "tab:blue", ("perturbed", 0)),
                   ("rough, first hit", "tab:orange", ("rough", 0)),
                   ("rough, after a hit", "tab:green", ("rough", 1)))]
-    drawing, axes = plt.subplots(2, 4, figsize=(15.0, 7.0), layout="constrained")
+    drawing, axes = plt.subplots(2, 5, figsize=(18.0, 7.0), layout="constrained")
     spread = axes[0, 0]
     errors = [[r["error_deg"] for r in rows] for _, _, rows in series]
     every = [value for each in errors for value in each] or [0.0]
@@ -128,19 +130,19 @@ def figure(found: dict[str, Any], path: Path) -> None:
         spread.hist(values, bins, histtype="step", color=colour, label=label, linewidth=1.5)
     spread.set(xlabel="error: largest less desired angle [deg]", ylabel="runs")
     spread.legend(fontsize=8)
-    for axis, (name, value) in zip(axes.flat[1:6], _CAUSES, strict=True):
+    for axis, (name, value) in zip(axes.flat[1:8], _CAUSES, strict=True):
         for _, colour, rows in series:
             axis.plot([value(r["case"]) for r in rows], [r["error_deg"] for r in rows], ".",
                       color=colour)
         axis.axhline(0.0, color="0.7", linewidth=0.8)
         axis.set(xlabel=name, ylabel="error [deg]")
-    margins = axes[1, 2]
+    margins = axes[1, 3]
     names = list(found["min_margin_mm"])
     margins.boxplot([[r["margin_mm"][name] for r in runs if name in r["margin_mm"]] or [np.nan]
                      for name in names], whis=(0.0, 100.0))
     margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
     margins.set(ylabel="smallest ZMP margin of a run [mm]")
-    late = axes[1, 3]
+    late = axes[1, 4]
     latencies = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
     late.hist(latencies, 20, color="tab:blue")
     late.set(xlabel="time from contact to switch [ms]", ylabel="runs")

@@ -7,6 +7,15 @@ from dataclasses import dataclass
 from door_model.door.config import DoorConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
+from hrp2_sim_bridge.physics.mujoco.library import load_mujoco
+from hrp2_sim_bridge.physics.mujoco.model import (
+    HINGE,
+    LEAF,
+    add_leaf,
+    compile_model,
+    empty,
+    leaf_surface,
+)
 from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
 from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
 from hrp2_sim_bridge.settings import WorldSettings
@@ -17,6 +26,8 @@ _GAP = 0.01  # distance between ball and leaf at the start [m]
 _HEIGHT = 0.9  # height of the ball above the floor [m]
 _FORCE = 9  # entry of the normal force in PyBullet's contact points
 _AFTERWARDS = 0.04  # simulated time after the ball has reached the leaf [s]
+_BALL = "ball"
+_START = (0.0, -_DISTANCE + _RADIUS + _GAP, _HEIGHT)
 
 
 @dataclass(frozen=True)
@@ -35,9 +46,27 @@ class DropTest:
     duration: float
 
 
+@dataclass(frozen=True)
+class _Drop:
+    """A drop: a ball's mass [kg], lever [m] and speeds [m/s], and the physics step [s]."""
+
+    door: DoorConfig
+    design: ContactDesign
+    mass: float
+    lever: float
+    speed: float
+    step: float
+    sliding: float
+
+    @property
+    def steps(self) -> int:
+        """Number of physics steps."""
+        return int((2.0 * _GAP / self.speed + _AFTERWARDS) / self.step)
+
+
 def drop_test(
     door: DoorConfig, design: ContactDesign, *, mass: float, lever: float, speed: float,
-    step: float,
+    step: float, sliding: float = 0.0, engine: str = WorldSettings.engine,
 ) -> DropTest:
     """Let a ball hit a leaf without gravity and without closer.
 
@@ -48,30 +77,59 @@ def drop_test(
         lever: Distance of the hit from the hinge [m].
         speed: Speed of the ball towards the leaf [m/s].
         step: Physics step [s].
+        sliding: Speed of the ball along the leaf, upwards [m/s].
+        engine: Name of the physics engine.
 
     Raises:
-        SimulatorMissingError: PyBullet is not installed.
+        SimulatorMissingError: The engine is not installed.
     """
-    client = connect(False)
-    try:
-        prepare(client, step, WorldSettings.iterations, WorldSettings.friction)
-        client.setGravity(0.0, 0.0, 0.0)
-        leaf = LeafBody(client, door, _DISTANCE, -lever, design)
-        sphere = client.createCollisionShape(client.GEOM_SPHERE, radius=_RADIUS)
-        start = [0.0, -_DISTANCE + _RADIUS + _GAP, _HEIGHT]
-        ball = client.createMultiBody(mass, sphere, basePosition=start)
-        client.changeDynamics(ball, -1, linearDamping=0.0, angularDamping=0.0)
-        client.resetBaseVelocity(ball, [0.0, -speed, 0.0])
-        touching = 0
-        for _ in range(int((2.0 * _GAP / speed + _AFTERWARDS) / step)):
-            client.stepSimulation()
-            contacts = client.getContactPoints(ball, leaf.body)
-            touching += any(contact[_FORCE] > 0.0 for contact in contacts)
-        after = -client.getBaseVelocity(ball)[0][1]
-        omega = leaf.state().velocity
-    finally:
-        client.disconnect()
+    run = {"pybullet": _in_pybullet, "mujoco": _in_mujoco}[engine]
+    after, omega, touching = run(_Drop(door, design, mass, lever, speed, step, sliding))
     momentum = mass * after * lever + door.i_a * omega
     return DropTest(
         (omega * lever - after) / speed, momentum / (mass * speed * lever), touching * step
     )
+
+
+def _in_pybullet(drop: _Drop) -> tuple[float, float, int]:
+    """Return speeds of ball [m/s] and leaf [rad/s] afterwards, and the steps with contact."""
+    client = connect(False)
+    try:
+        prepare(client, drop.step, WorldSettings.iterations, WorldSettings.friction)
+        client.setGravity(0.0, 0.0, 0.0)
+        leaf = LeafBody(client, drop.door, _DISTANCE, -drop.lever, drop.design)
+        sphere = client.createCollisionShape(client.GEOM_SPHERE, radius=_RADIUS)
+        ball = client.createMultiBody(drop.mass, sphere, basePosition=_START)
+        client.changeDynamics(ball, -1, linearDamping=0.0, angularDamping=0.0)
+        client.resetBaseVelocity(ball, [0.0, -drop.speed, drop.sliding])
+        touching = 0
+        for _ in range(drop.steps):
+            client.stepSimulation()
+            contacts = client.getContactPoints(ball, leaf.body)
+            touching += any(contact[_FORCE] > 0.0 for contact in contacts)
+        return -client.getBaseVelocity(ball)[0][1], leaf.state().velocity, touching
+    finally:
+        client.disconnect()
+
+
+def _in_mujoco(drop: _Drop) -> tuple[float, float, int]:
+    """Return speeds of ball [m/s] and leaf [rad/s] afterwards, and the steps with contact."""
+    mujoco = load_mujoco()
+    spec = empty(mujoco, WorldSettings.iterations)
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    add_leaf(mujoco, spec, drop.door, _DISTANCE, -drop.lever)
+    body = spec.worldbody.add_body(name=_BALL, pos=_START)
+    body.add_freejoint(name=_BALL)
+    body.add_geom(
+        name=_BALL, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_RADIUS, 0.0, 0.0], mass=drop.mass,
+        contype=0, conaffinity=0,
+    )
+    model = compile_model(spec, [(LEAF, _BALL, leaf_surface(drop.design))], drop.step).raw
+    data = mujoco.MjData(model)
+    ball, hinge = data.joint(_BALL), data.joint(HINGE)
+    ball.qvel[:3] = 0.0, -drop.speed, drop.sliding
+    touching = 0
+    for _ in range(drop.steps):
+        mujoco.mj_step(model, data)
+        touching += bool((data.efc_force > 0.0).any())
+    return -float(ball.qvel[1]), float(hinge.qvel[0]), touching

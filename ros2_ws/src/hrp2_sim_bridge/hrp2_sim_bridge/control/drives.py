@@ -14,6 +14,8 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import Drives, RobotConfig
 from humanoid_motion.pinocchio_model import free_floating_model
 
+from hrp2_sim_bridge.settings import SAMPLE
+
 
 class JointDrives:
     """Motors and gears of J joints, integrated with the steps of the physics engine.
@@ -28,25 +30,33 @@ class JointDrives:
         speed: Speeds of the motors, (J,) [rad/s].
         motor: Torques of the motors in the last step, (J,) [N m].
         gear: Torques of the gears on the links in the last step, (J,) [N m].
+        link_inertia: Least inertia that each joint shows on the side of its link, (J,) [kg m^2].
+        peak: Largest absolute torques of the gears since `clear_peak`, (J,) [N m].
         limit: Largest torques of the motors, (J,) [N m].
     """
 
     def __init__(self, robot: RobotConfig, drives: Drives, position: Array) -> None:
         self._data, self._rotor = drives, drives.inertia
-        self._link = _least_inertia(robot)
+        self.link_inertia = _least_inertia(robot)
         self.limit = np.array(robot.effort_limit)
+        self._fastest = np.array(robot.velocity_limit)
         self.position = np.array(position, dtype=float)
         self.speed = np.zeros(len(self.position))
         self.motor = np.zeros(len(self.position))
         self.gear = np.zeros(len(self.position))
-        self.set_time_step(1e-3)
+        self.peak = np.zeros(len(self.position))
+        self.set_time_step(SAMPLE)
+
+    def clear_peak(self) -> None:
+        """Begin to measure the largest torques of the gears anew."""
+        self.peak = np.zeros(len(self.position))
 
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming steps [s]."""
         data = self._data
         self._step = step
         # Gears of very light links, as those of the fingers, are stiffer than a step can follow.
-        together = 1.0 / (1.0 / self._rotor + 1.0 / self._link)
+        together = 1.0 / (1.0 / self._rotor + 1.0 / self.link_inertia)
         self._stiffness = np.minimum(data.stiffness, together / step**2)
         self._damping = data.damping / (1.0 + step * data.damping / together)
         # Implicit Euler of the servo: it is stable for any gains.
@@ -65,10 +75,14 @@ class JointDrives:
         data, step = self._data, self._step
         self.gear = self._stiffness * (self.position - position)
         self.gear += self._damping * (self.speed - speed)
+        np.maximum(self.peak, np.abs(self.gear), out=self.peak)
         wanted = data.position_gain * (reference - self.position) + data.speed_gain * rate
         ahead = (self._rotor * self.speed + step * (wanted - self.gear)) * self._yield
         motor = self._rotor / step * (ahead - self.speed) + self.gear
-        self.motor = np.minimum(np.maximum(motor, -self.limit), self.limit)
+        # A motor at its largest speed drives no further; it can only brake.
+        least = -self.limit * (self.speed > -self._fastest)
+        most = self.limit * (self.speed < self._fastest)
+        self.motor = np.minimum(np.maximum(motor, least), most)
         self.speed = self.speed + step / self._rotor * (self.motor - self.gear)
         self.position = self.position + step * self.speed
         return self.gear

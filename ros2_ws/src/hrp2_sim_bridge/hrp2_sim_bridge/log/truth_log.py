@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, RobotConfig
+from hrp2_description.robot import SIDES, RobotConfig, needed
 
+from hrp2_sim_bridge.control.actuation import Actuation
 from hrp2_sim_bridge.log.recorder import Recorder
 from hrp2_sim_bridge.log.truth import CenterOfMass
 from hrp2_sim_bridge.physics.engine import Engine
@@ -28,7 +29,10 @@ _TICK_COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
     "tick_time": ((), "f8"),
     "tick_reference": ((30,), "f8"),
     "tick_peak_torque": ((30,), "f4"),
-    "tick_braced": ((), "?"),
+    "tick_gear_torque": ((30,), "f4"),
+    "tick_pad_force": ((), "f4"),
+    "tick_pad_impulse": ((30,), "f4"),
+    "tick_locked": ((), "?"),
     "tick_fine": ((), "?"),
 }
 
@@ -54,19 +58,21 @@ class TruthLog:
     def add(
         self,
         readings: TickReadings,
+        actuation: Actuation,
         time: float,
         reference: Array,
         *,
-        braced: bool,
+        locked: bool,
         fine: bool,
     ) -> None:
         """Add the readings of a tick.
 
         Args:
             readings: Readings of the tick.
+            actuation: Drives and brace, with their largest loads in the tick.
             time: Time at the end of the tick [s].
             reference: Commanded joint positions at the end of the tick, (30,) [rad].
-            braced: Whether the brace held.
+            locked: Whether the braced joints were locked.
             fine: Whether the physics steps were fine.
         """
         count = len(readings.joints)
@@ -82,9 +88,14 @@ class TruthLog:
             contact_link=[touch.link for touch in readings.touches],
             contact_point=[touch.point for touch in readings.touches],
         )
+        pads = actuation.pads
         self._ticks.add(
             1, tick_time=time, tick_reference=reference,
-            tick_peak_torque=np.abs(joints[:, 2]).max(axis=0), tick_braced=braced, tick_fine=fine,
+            tick_peak_torque=np.abs(joints[:, 2]).max(axis=0),
+            tick_gear_torque=actuation.drives.peak,
+            tick_pad_force=0.0 if pads is None else pads.peak,
+            tick_pad_impulse=0.0 if pads is None else pads.impulse,
+            tick_locked=locked, tick_fine=fine,
         )
 
     def arrays(self, engine: Engine, robot: RobotConfig, *, with_com: bool) -> dict[str, Any]:
@@ -134,6 +145,7 @@ class TruthLog:
         log["joint_names"] = np.array(robot.joint_names)
         log["effort_limit"] = np.array(robot.effort_limit)
         log["braced_joints"] = np.array(robot.braced_joints)
+        log["gear_peak_torque"] = np.array(needed(robot.drives, "drives").peak_torque)
         log["sole_rectangles"] = np.array([robot.soles[side] for side in SIDES])
         log["mass"] = robot.mass
         return log

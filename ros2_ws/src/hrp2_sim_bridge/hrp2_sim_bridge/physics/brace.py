@@ -16,7 +16,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import Brace, RobotConfig
 from humanoid_motion.pinocchio_model import free_floating_model
 
-_NEAR = 0.01  # gap between the pads below which their contact is computed [m]
+_NEAR = 0.01  # distance of the pads' surfaces below which their contact is computed [m]
 _TANGENTIAL = 0.5  # tangential stiffness and damping of the pads as a share of the normal ones
 
 
@@ -32,8 +32,13 @@ class BracePads:
         scale: Factor of the pads' stiffness and damping.
 
     Attributes:
+        near: Whether the pads are so near to each other that their contact is computed.
+        jacobian: Jacobian of the arm's pad relative to the trunk's, along the normal and the two
+            tangents, by the joints, (3, 30); valid while the pads are near.
         force: Force on the arm's pad: along the normal of the trunk's pad, which is positive, and
             along its two tangents, (3,) [N].
+        peak: Largest normal force since `clear` [N].
+        impulse: Impulses of the torques on the joints since `clear`, (30,) [N m s].
     """
 
     def __init__(self, robot: RobotConfig, brace: Brace, scale: float = 1.0) -> None:
@@ -53,7 +58,14 @@ class BracePads:
         self.force = np.zeros(3)
         self._slid = np.zeros(2)
         self._touching = False
-        self._near = False
+        self.near = False
+        self.jacobian = np.zeros((3, len(self._v_index)))
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin to measure the largest force and the impulse anew."""
+        self.peak = 0.0
+        self.impulse = np.zeros(len(self._v_index))
 
     def linearize(self, position: Array) -> None:
         """Compute place and Jacobian of the arm's pad at joint positions (30,) [rad].
@@ -62,17 +74,18 @@ class BracePads:
         """
         model, data = self._model, self._data
         self._q[self._q_index] = position
-        pin.computeJointJacobians(model, data, self._q)
+        pin.forwardKinematics(model, data, self._q)
         arm, trunk = (pin.updateFramePlacement(model, data, frame) for frame in self._frames)
         places = [pose.act(place)
                   for pose, place in zip((arm, trunk), self._places, strict=True)]
         axes = self._axes @ trunk.rotation.T
         offset = axes @ (places[0] - places[1])
-        self._near = bool(
-            offset[0] - self._ball < _NEAR and math.hypot(*offset[1:]) < self._disc)
-        if not self._near:
+        self.near = bool(
+            abs(offset[0] - self._ball) < _NEAR and math.hypot(*offset[1:]) < self._disc)
+        if not self.near:
             self.force, self._touching = np.zeros(3), False
             return
+        pin.computeJointJacobians(model, data, self._q)
         # Both Jacobians are those of the point where the ball touches.
         point = places[0] - self._ball * axes[0]
         jacobians = []
@@ -81,26 +94,27 @@ class BracePads:
                 model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
             jacobians.append(twist[:3] - pin.skew(point - pose.translation) @ twist[3:])
         jacobian = axes @ (jacobians[0] - jacobians[1])
-        self._jacobian = np.ascontiguousarray(jacobian[:, self._v_index])
-        self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self._jacobian @ position
+        self.jacobian = np.ascontiguousarray(jacobian[:, self._v_index])
+        self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian @ position
 
-    def torque(self, position: Array, speed: Array) -> Array | float:
+    def torque(self, position: Array, speed: Array, step: float) -> Array | float:
         """Return the torques on the joints, (30,) [N m]; 0 without contact.
 
         Args:
             position: Positions of the joints, (30,) [rad].
             speed: Their speeds, (30,) [rad/s].
+            step: Duration for which the torques act [s].
         """
-        if not self._near:
+        if not self.near:
             return 0.0
-        place = self._offset + self._jacobian @ position
+        place = self._offset + self.jacobian @ position
         if place[0] >= 0.0:
             self.force, self._touching = np.zeros(3), False
             return 0.0
         if not self._touching:
             self._slid, self._touching = place[1:].copy(), True
         place[1:] -= self._slid
-        force = -self._stiffness * place - self._damping * (self._jacobian @ speed)
+        force = -self._stiffness * place - self._damping * (self.jacobian @ speed)
         force[0] = max(force[0], 0.0)
         most, along = self._friction * force[0], math.hypot(force[1], force[2])
         if along > most:
@@ -108,7 +122,10 @@ class BracePads:
             force[1:] *= most / along
             self._slid += place[1:] + force[1:] / self._stiffness[1:]
         self.force = force
-        return np.asarray(force @ self._jacobian)
+        self.peak = max(self.peak, float(force[0]))
+        torque = force @ self.jacobian
+        self.impulse += step * torque
+        return np.asarray(torque)
 
 
 def _axes(normal: Array) -> Array:

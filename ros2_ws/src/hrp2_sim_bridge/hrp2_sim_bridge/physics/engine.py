@@ -11,12 +11,11 @@ from hrp2_sim_bridge.physics.states import BodyState, DoorState, FloorContact, R
 
 class Engine(Protocol):
     """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
-
     link_names: tuple[str, ...]
     sole_mass: Array  # masses (2,) below the force sensors of the left and the right foot [kg]
     sole_inertia: Array  # principal moments of these bodies in the soles' axes, (2, 3) [kg m^2]
     frame_values: int  # length of a row of `read_frames`
-    stepping_time: float  # wall time that the engine itself has needed for its steps [s]
+    stepping_time: float  # wall time that the engine itself needed for its steps [s]
 
     def reset(self, scene: Scene) -> None:
         """Build a scene in its first state; nothing of an earlier run remains."""
@@ -25,7 +24,7 @@ class Engine(Protocol):
         """Set the length of the coming physics steps [s]."""
 
     def hold(self, joints: Sequence[int]) -> None:
-        """Lock these joints where they are, rigidly, and no others; their torques have no effect."""
+        """Lock these joints where they are, whatever their torques, and release all others."""
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
         """Step with torques on the joints (30,) and on the leaf [N m]."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import RobotConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.settings import WorldSettings
@@ -36,14 +36,3 @@ class Scene:
     hinge_x: float
     contact: ContactDesign
     settings: WorldSettings
-
-    @property
-    def servo_time_constant(self) -> float:
-        """Time constant with which the joints' servos correct a position error [s].
-
-        Raises:
-            RobotConfigError: Neither the settings nor the robot's configuration has one.
-        """
-        return self.settings.servo_time_constant or needed(
-            self.robot.servo_time_constant, "servo_time_constant"
-        )

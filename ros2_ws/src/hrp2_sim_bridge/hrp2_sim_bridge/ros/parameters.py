@@ -18,15 +18,19 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
         math.nan, "distance of the closed leaf's face from the origin of odom, towards -y [m]",
     ),
     "hinge_x": (math.nan, "x of the hinge in odom [m]"),
-    "gui": (False, "open PyBullet's window"),
+    "engine": (WorldSettings.engine, "physics engine: pybullet or mujoco"),
+    "gui": (False, "open the physics engine's window"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "largest speed of a simulation that is not paced; 0: no limit"),
-    "brace": (WorldSettings.brace, "let the braced joints carry more than their motors"),
-    "restitution": (-1.0, "coefficient of restitution of the leaf; negative: the door's own"),
-    "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia; 0: no rotors"),
-    "servo_time_constant": (
-        -1.0, "time constant of the joints' servos [s]; negative: the robot's own",
+    "brace": (
+        WorldSettings.brace,
+        "what the hitting arm leans on: contact (its pads), rigid (its joints are locked), none",
     ),
+    "restitution": (-1.0, "coefficient of restitution of the leaf; negative: the door's own"),
+    "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia"),
+    "gear_scale": (WorldSettings.gear_scale, "multiple of the gears' stiffness and damping"),
+    "servo_scale": (WorldSettings.servo_scale, "multiple of the servos' gains"),
+    "pad_scale": (WorldSettings.pad_scale, "multiple of the pads' stiffness and damping"),
     "contact_duration": (
         WorldSettings.contact_duration,
         "duration of the impact for which the leaf's surface is designed [s]",
@@ -38,7 +42,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "sole": (WorldSettings.sole, "rigid, or rubber as in robot.yaml"),
     "stabilizer": (WorldSettings.stabilizer, "keep the robot upright on rubber soles"),
     "solver_iterations": (
-        WorldSettings.iterations, "number of iterations of PyBullet's solver in each step",
+        WorldSettings.iterations, "number of iterations of the engine's solver in each step",
     ),
     "encoder_bits": (WorldSettings.encoder_bits, "width of the door's counter, 16 or 32"),
     "seed": (WorldSettings.seed, "seed of the encoder's arbitrary zero and the sensors' noise"),
@@ -77,17 +81,18 @@ class BridgeParameters(Parameters):
         Raises:
             SettingError: A parameter is out of its range.
         """
-        own = {name: self.number(name) for name in ("restitution", "servo_time_constant")}
-        numbers = ("rotor_scale", "contact_duration", "friction", "time_step_coarse",
-                   "time_step_fine", "log_seconds")
+        restitution = self.number("restitution")
+        numbers = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "contact_duration",
+                   "friction", "time_step_coarse", "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
+            "engine": self.text("engine"),
             "gui": self.switch("gui"),
             "log": bool(self.text("log_file")),
             "sole": self.text("sole"),
             "stabilizer": self.switch("stabilizer"),
-            "brace": self.switch("brace"),
-            **{name: None if value < 0.0 else value for name, value in own.items()},
+            "brace": self.text("brace"),
+            "restitution": None if restitution < 0.0 else restitution,
             "iterations": self.whole("solver_iterations"),
             "encoder_bits": self.whole("encoder_bits"),
             "seed": self.whole("seed"),

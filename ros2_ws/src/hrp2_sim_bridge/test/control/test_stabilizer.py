@@ -141,7 +141,7 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
     error = np.abs(np.array(said) - felt)
     assert np.ptp(np.array(said)[:, 1]) > 0.08
     assert np.median(error) < 1e-3
-    assert np.percentile(error, 95.0) < 5e-3
+    assert np.percentile(error, 95.0) < 1e-2  # joints that give swing
 
 
 def test_corrections_move_the_soles_as_asked(robot) -> None:

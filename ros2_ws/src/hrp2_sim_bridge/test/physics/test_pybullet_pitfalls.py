@@ -12,7 +12,7 @@ def lifted(robot):
     """The client, and the robot in half-sitting 5 m above the floor with its motors off."""
     client = connect(False)
     prepare(client, 0.0005, 50, 0.8)
-    body = RobotBody(client, robot, robot.half_sitting, rotor_scale=1.0)
+    body = RobotBody(client, robot, robot.half_sitting)
     position, turn = client.getBasePositionAndOrientation(body.body)
     client.resetBasePositionAndOrientation(body.body, np.add(position, [0, 0, 5.0]), turn)
     for index in range(client.getNumJoints(body.body)):
@@ -55,7 +55,7 @@ def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
     torque = world.log(with_com=False)["tick_peak_torque"][-50:]
     for name in ends:
         index = robot.index(name)
-        assert sample.position[index] == pytest.approx(posture[index], abs=1e-3)
+        assert sample.position[index] == pytest.approx(posture[index], abs=5e-3)
         assert torque[:, index].max() < 0.1 * robot.effort_limit[index]
         assert np.ptp(torque[:, index]) < 0.1
 

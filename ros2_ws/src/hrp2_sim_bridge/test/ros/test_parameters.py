@@ -27,3 +27,11 @@ def test_a_log_is_kept_only_where_its_file_is_named() -> None:
         assert not without.world_settings()["log"]
     with parameters("log_file:=run.npz") as named:
         assert named.world_settings()["log"]
+
+
+def test_the_physics_engine_is_a_parameter() -> None:
+    """PyBullet is the default."""
+    with parameters() as without:
+        assert without.world_settings()["engine"] == "pybullet"
+    with parameters("engine:=mujoco") as named:
+        assert named.world_settings()["engine"] == "mujoco"

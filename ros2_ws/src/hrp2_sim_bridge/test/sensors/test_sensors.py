@@ -33,7 +33,7 @@ def flat(sample):
 def test_joint_angles_come_in_whole_counts_of_the_motor(position):
     """Each joint angle is a whole count, with an error of at most half a count."""
     read, _ = JointEncoders(STEP, np.zeros(30)).read(position)
-    counts = read / math.tau * ROBOT.gear_ratio * 2000
+    counts = read / math.tau * ROBOT.drives.gear_ratio * 2000
     np.testing.assert_allclose(counts, np.rint(counts), atol=1e-6)
     assert np.all(np.abs(read - position) <= 0.5001 * STEP)
 
@@ -160,7 +160,7 @@ def test_exact_sensors_tell_the_truth(make_world, sway, moving):
     world.follow(moving(np.array([0.05, 0.4]), postures), 0.0)
     for _ in range(40):
         sample = world.step()
-        position, velocity, effort = world.engine.read_joints()
+        position, velocity, effort = world.joints.motors
         np.testing.assert_array_equal(sample.position, position)
         np.testing.assert_array_equal(sample.velocity, velocity)
         np.testing.assert_array_equal(sample.effort, effort)

@@ -276,7 +276,8 @@ def _choices(
         tries: Number of spots to try for each time to extend the arm.
     """
     fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
-    catches = [catch for duration in _REACH_TIMES if (catch := _catch(task, fall, duration)) is not None]
+    tried = [_catch(task, fall, duration) for duration in _REACH_TIMES]
+    catches = [catch for catch in tried if catch is not None]
     furthest = dict.fromkeys(range(len(catches)), reach.furthest(task.width))
     for _ in range(tries):
         for i, radius in list(furthest.items()):

@@ -13,8 +13,8 @@ from hrp2_description.robot import SIDES, RobotConfig, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
-from hrp2_sim_bridge.physics.pybullet.urdf import load_robot
 from hrp2_sim_bridge.physics.pybullet.rubber import lay_rubber
+from hrp2_sim_bridge.physics.pybullet.urdf import load_robot
 from hrp2_sim_bridge.physics.states import BodyState, Reactions
 
 # Numbers in a row of `read_frames`: links, numbers of a link, numbers of the base.

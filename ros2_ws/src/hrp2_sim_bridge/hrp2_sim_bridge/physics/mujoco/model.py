@@ -1,0 +1,237 @@
+"""MuJoCo's models of robot, floor and leaf."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from door_impact_common.constants import GRAVITY
+from door_model.door.config import DoorConfig
+from hrp2_description.robot import SIDES, RobotConfig, needed
+
+from hrp2_sim_bridge.errors import ModelError
+from hrp2_sim_bridge.physics.contact import ContactDesign
+from hrp2_sim_bridge.physics.mujoco.surfaces import (
+    FRICTION_RATIO,
+    Surface,
+    set_grips,
+    set_surface,
+)
+from hrp2_sim_bridge.physics.scene import Scene
+
+WORLD, BASE, LEAF, HINGE = "world", "base_link", "leaf", "hinge"
+_FLOOR = "floor"
+_LEAF_FRICTION = 0.3  # coefficient of friction of the leaf's surface
+_CORNERS = 4  # contact points of a sole on the floor
+_RIGID = (5e6, 1.2e4)  # stiffness [N/m] and damping [N s/m] of a contact without rubber
+_FREE = "odom"  # name of the base's free joint
+_WOOD = (0.72, 0.53, 0.35, 1.0)
+_TOLERANCE = 1e-10  # accuracy at which MuJoCo's solver stops
+
+
+@dataclass(frozen=True)
+class Model:
+    """A compiled model and the surfaces of its contacts.
+
+    Attributes:
+        raw: MuJoCo's model.
+        surfaces: Surface of each pair of geoms by the pair's index.
+    """
+
+    raw: Any
+    surfaces: Mapping[int, Surface]
+
+    def set_time_step(self, step: float) -> None:
+        """Set the length of the coming physics steps [s] and keep the surfaces."""
+        self.raw.opt.timestep = step
+        for pair, surface in self.surfaces.items():
+            set_surface(self.raw, pair, surface, step)
+        set_grips(self.raw, step)
+
+
+def empty(mujoco: Any, iterations: int) -> Any:
+    """Return a specification with physics and without bodies.
+
+    Args:
+        mujoco: The module `mujoco`.
+        iterations: Largest number of the solver's iterations in each step.
+    """
+    return prepare(mujoco, mujoco.MjSpec(), iterations)
+
+
+def prepare(mujoco: Any, spec: Any, iterations: int) -> Any:
+    """Set the physics of a specification; return it."""
+    spec.compiler.degree = False
+    option = spec.option
+    option.gravity = [0.0, 0.0, -GRAVITY]
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_RATIO
+    # A state that is no number must be noticed; MuJoCo would start again from its first state.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    option.iterations, option.tolerance = iterations, _TOLERANCE
+    return spec
+
+
+def add_leaf(mujoco: Any, spec: Any, config: DoorConfig, distance: float, hinge_x: float) -> Any:
+    """Add the leaf, whose face towards the robot lies in the plane y = -distance when closed.
+
+    The leaf turns about -z when it opens, so that its free edge moves towards -y. `DoorLoad`
+    computes the torques of closer and stops.
+
+    Args:
+        mujoco: The module `mujoco`.
+        spec: Specification.
+        config: Configuration of the door.
+        distance: Distance of the leaf's face from the world's origin [m].
+        hinge_x: x of the hinge [m].
+
+    Returns:
+        The leaf's geom.
+    """
+    leaf = config.leaf
+    body = spec.worldbody.add_body(name=LEAF, pos=[hinge_x, -distance, 0.0])
+    # The center of mass is put into the hinge, so this is the moment of inertia about the hinge.
+    body.explicitinertial, body.mass, body.inertia = True, leaf.mass, [config.i_a] * 3
+    body.ipos, body.iquat = [0.0] * 3, [1.0, 0.0, 0.0, 0.0]  # otherwise MuJoCo takes `pos` twice
+    body.add_joint(name=HINGE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, -1.0])
+    return body.add_geom(
+        name=LEAF, type=mujoco.mjtGeom.mjGEOM_BOX, pos=leaf.center(), rgba=_WOOD,
+        size=[leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0],
+        contype=0, conaffinity=0,
+    )
+
+
+def leaf_surface(design: ContactDesign) -> Surface:
+    """Return the surface of a leaf."""
+    return Surface(design.stiffness, design.damping, _LEAF_FRICTION, design.reduced_mass)
+
+
+def compile_model(spec: Any, pairs: list[tuple[str, str, Surface]], step: float) -> Model:
+    """Compile a specification.
+
+    Args:
+        spec: Specification.
+        pairs: Names of two geoms that may touch, and their surface.
+        step: Physics step [s].
+    """
+    for first, second, surface in pairs:
+        sliding = [surface.friction] * 2
+        spec.add_pair(
+            geomname1=first, geomname2=second, condim=3, friction=[*sliding, 0.0, 0.0, 0.0]
+        )
+    raw = spec.compile()
+    names = {
+        (raw.geom(raw.pair_geom1[pair]).name, raw.geom(raw.pair_geom2[pair]).name): pair
+        for pair in range(raw.npair)
+    }
+    model = Model(raw, {
+        names.get((first, second), names.get((second, first), -1)): surface
+        for first, second, surface in pairs
+    })
+    model.set_time_step(step)
+    return model
+
+
+def build(mujoco: Any, scene: Scene) -> Model:
+    """Build robot, floor and leaf of a scene.
+
+    Raises:
+        ModelError: MuJoCo refuses the robot or changed its mass.
+        RobotConfigError: The robot's configuration lacks something that the simulation needs.
+    """
+    robot, settings = scene.robot, scene.settings
+    spec = robot_spec(mujoco, robot, settings.iterations, visible=settings.gui)
+    soles = [robot.feet[side].sole for side in SIDES]
+    geoms = _name_shapes(spec)
+    for sole in soles:
+        _add_sensors(mujoco, spec, sole)
+    spec.worldbody.add_geom(
+        name=_FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
+        contype=0, conaffinity=0,
+    )
+    add_leaf(mujoco, spec, scene.door, scene.door_distance, scene.hinge_x)
+    hard = Surface(*_RIGID, settings.friction)
+    standing = _sole_surface(robot, settings.friction) if settings.rubber else hard
+    wood = leaf_surface(scene.contact)
+    pairs = [(LEAF, geom, wood) for geom in geoms]
+    pairs += [
+        (_FLOOR, geom, standing if body in soles else hard) for geom, body in geoms.items()
+    ]
+    try:
+        model = compile_model(spec, pairs, settings.time_step_coarse)
+    except ValueError as error:
+        raise ModelError(robot.name, str(error), "accepted by MuJoCo", "the model") from error
+    mass = float(model.raw.body_subtreemass[model.raw.body(BASE).id])
+    if not np.isclose(mass, robot.mass, rtol=1e-7):
+        raise ModelError(robot.name, mass, robot.mass, "mass [kg]")
+    return model
+
+
+def robot_spec(mujoco: Any, robot: RobotConfig, iterations: int, *, visible: bool) -> Any:
+    """Return a specification with the free robot, each of whose joints can be held.
+
+    Args:
+        mujoco: The module `mujoco`.
+        robot: Configuration of the robot.
+        iterations: Largest number of the solver's iterations in each step.
+        visible: Whether the robot's visible shapes are kept.
+
+    Raises:
+        ModelError: MuJoCo refuses the URDF.
+    """
+    spec = prepare(mujoco, _read_robot(mujoco, robot, visible), iterations)
+    spec.body(BASE).add_freejoint(name=_FREE)
+    for joint in robot.joint_names:
+        spec.add_equality(
+            name=joint, name1=joint, type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT, active=False,
+        )
+    return spec
+
+
+def _read_robot(mujoco: Any, robot: RobotConfig, visible: bool) -> Any:
+    """Read the URDF without merging bodies that are fixed to each other.
+
+    Raises:
+        ModelError: MuJoCo refuses the URDF.
+    """
+    tree = ET.parse(robot.urdf_path)
+    for picture in tree.getroot().iter("visual"):
+        picture.attrib.pop("name", None)  # MuJoCo has one name space for all geoms
+    extension = ET.SubElement(tree.getroot(), "mujoco")
+    ET.SubElement(
+        extension, "compiler", fusestatic="false", discardvisual="false" if visible else "true",
+        meshdir=str(robot.urdf_path.parent),
+    )
+    try:
+        return mujoco.MjSpec.from_string(ET.tostring(tree.getroot(), encoding="unicode"))
+    except ValueError as error:
+        raise ModelError(robot.name, str(error), "accepted by MuJoCo", "the URDF") from error
+
+
+def _name_shapes(spec: Any) -> dict[str, str]:
+    """Name every shape that may touch something; return its body's name by its own."""
+    bodies = {}
+    for index, geom in enumerate(spec.geoms):
+        if geom.contype:
+            geom.name = f"shape {index}"
+            geom.contype = geom.conaffinity = 0  # only the named pairs touch
+            bodies[geom.name] = geom.parent.name
+    return bodies
+
+
+def _add_sensors(mujoco: Any, spec: Any, sole: str) -> None:
+    """Measure force and torque of the ankle on a sole, in the sole's frame."""
+    spec.body(sole).add_site(name=sole)
+    for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=sole)
+
+
+def _sole_surface(robot: RobotConfig, friction: float) -> Surface:
+    """Return the surface of a corner of a rubber sole."""
+    rubber = needed(robot.sole_rubber, "sole_rubber")
+    return Surface(rubber.stiffness / _CORNERS, rubber.damping / _CORNERS, friction)
