@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from door_impact_common.arrays import Array
+from door_impact_evaluation.run import rehearsal
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import TICK, SensorSettings
@@ -13,7 +15,7 @@ from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import ExecutablePlan
+from impact_planner.execution.types import Command, ExecutablePlan, Outcome
 
 pytestmark = pytest.mark.nightly("many whole runs")
 
@@ -126,3 +128,28 @@ def test_no_run_up_without_a_door_shows_a_contact(
     random = np.random.default_rng(23)
     assert not run.rehearsal.execution.measured.contact_sensor
     assert not any(run.contact(random)[1] for _ in range(COPIES))
+
+
+@pytest.mark.parametrize("early", [0.05, 0.03])
+def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_goes_back(
+        monkeypatch: pytest.MonkeyPatch, tmp_path: Path, early: float) -> None:
+    """Two forged messages within the time in which the contact is expected."""
+
+    class Forged(Execution):
+        def on_imu(
+            self, now: float, tilt: float, rate: Array, force: Array | None
+        ) -> list[Command]:
+            assert force is not None
+            near = bool(self.starts) and abs(now - self.planned_contact + early) < 0.006
+            return super().on_imu(now, tilt, rate, force + near * np.array([0.0, 20.0, 0.0]))
+
+    monkeypatch.setattr(rehearsal, "Execution", Forged)
+    run = rehearse(25.0, tmp_path / "run.npz", seed=3)
+    motion, impact = run.log.motion, run.impact
+    assert run.execution.measured.contact_sensor == "imu"
+    assert run.execution.measured.contact_delay == pytest.approx(-early, abs=0.015)
+    assert run.execution.outcome is Outcome.NOT_HELD
+    assert run.log.fell == ""
+    assert impact is not None
+    assert 5.0 < np.degrees(motion.door_angle.max()) < 20.0
+    assert motion.contact_force[impact.peak:].max() == 0.0
