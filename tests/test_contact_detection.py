@@ -119,7 +119,7 @@ def test_the_speeds_of_b_are_measured_as_exactly_as_learning_assumes(hits: list[
 
 
 @pytest.mark.parametrize(("target", "run_up"), [
-    (15.0, "mcv50"), (25.0, "mcv50"), (30.0, "mcv50"), (25.0, "zmp_limited")])
+    (15.0, "mcv50"), (25.0, "mcv50"), (30.0, "mcv50"), (30.0, "zmp_limited")])
 def test_no_run_up_without_a_door_shows_a_contact(
         tmp_path: Path, target: float, run_up: str) -> None:
     """One run, and copies of its measurements with as much noise again."""

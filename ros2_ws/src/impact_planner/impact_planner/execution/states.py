@@ -174,9 +174,13 @@ class RunUp(_TowardsDoor):
         At other times the run-up itself needs forces and accelerations, and a message that is
         wrong must not begin the motion after the hit.
         """
-        run = self.run
-        steady = run.plan.steady_time + run.settings.splice
-        if contact is None or abs(contact.begin - run.planned_contact) > steady:
+        if contact is None:
+            return Reaction(self)
+        run, splice = self.run, self.run.settings.splice
+        steady = run.plan.steady_time + splice
+        begin, shown = contact.begin - run.planned_contact, contact.shown - run.planned_contact
+        # A little later the forces with which the run-up comes to rest begin.
+        if abs(begin) > steady or shown > steady + splice:
             return Reaction(self)
         return self._contact(contact)
 

@@ -129,7 +129,7 @@ class ExecutionSettings:
     force_delay: float = 0.012
     door_moves: float = 0.15
     late: float = 0.1
-    after_hit: tuple[float, float] = (0.04, 0.075)
+    after_hit: tuple[float, float] = (0.045, 0.09)
     settle: float = 0.02
     peak_drop: float = 0.0009
     back_to_plan: float = 0.6

@@ -185,6 +185,16 @@ def test_a_force_while_the_run_up_is_not_steady_is_no_contact(late: float) -> No
     assert np.isnan(execution.measured.contact_time)
 
 
+@pytest.mark.parametrize("force_delay", [0.0045, 0.012])
+def test_the_force_with_which_the_run_up_comes_to_rest_is_no_contact(force_delay: float) -> None:
+    """However long the feet take to show a contact; recorded 16 ms after the steady part."""
+    execution = Execution(plan(), OneJoint(), ExecutionSettings(force_delay=force_delay))
+    cam = execution.start(10.0).stamp + 4.0
+    joints(execution, cam + CONTACT + STEADY)
+    assert execution.on_foot_forces(cam + CONTACT + STEADY + 0.016, 102.0) == []
+    assert execution.phase == "cam"
+
+
 def test_a_force_that_is_small_or_away_from_the_door_is_no_contact() -> None:
     execution, cam = started()
     joints(execution, cam + CONTACT)
