@@ -142,14 +142,23 @@ def test_without_the_stabilizer_it_falls_before_the_run_up(tmp_path: Any) -> Non
     assert other.impact is None
 
 
-def test_the_feet_feel_the_contact_within_a_tick_of_its_begin(run: Rehearsal) -> None:
+def test_the_imu_shows_the_contact_and_its_begin_within_3_ms(run: Rehearsal) -> None:
     begin = run.log.motion.t[run.impact.contact.start]
-    assert run.execution.measured.contact_time == pytest.approx(begin, abs=0.005)
+    assert run.execution.measured.contact_sensor == "imu"
+    assert run.execution.measured.contact_time == pytest.approx(begin, abs=0.003)
 
 
-def test_the_switch_comes_as_planned_after_the_felt_contact(run: Rehearsal) -> None:
+def test_the_switch_comes_at_most_3_ms_later_than_planned(run: Rehearsal) -> None:
+    """The two readings that show the contact may end 10 ms after its begin."""
     planned = run.plan.switch_time - run.plan.contact_time
-    assert run.execution.measured.switch_latency == pytest.approx(planned, abs=1e-9)
+    late = run.execution.measured.switch_latency - planned
+    assert -1e-9 <= late <= 0.003 + 1e-9
+
+
+def test_the_speeds_of_b_before_and_after_the_hit_are_measured(run: Rehearsal) -> None:
+    measured = run.execution.measured
+    assert measured.v_rb == pytest.approx(run.impact.v_rb, abs=0.01)
+    assert measured.v_rb_post == pytest.approx(run.impact.v_rb_post, abs=0.04)
 
 
 def test_the_impulse_on_the_door_is_its_angular_momentum(run: Rehearsal) -> None:

@@ -90,7 +90,7 @@ class Rig:
         self.world = World(config, door, placement["door_distance"], placement["hinge_x"])
         phases = {phase.name: phase.knots for phase in self.plan.all_phases}
         self.execution = Execution(
-            ExecutablePlan.of(self.plan, phases), PointB(robot).speed,
+            ExecutablePlan.of(self.plan, phases), PointB(robot),
             joint_names=config.joint_names)
         self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, WATCH)
         self.inputs = Inputs(robot.speed_limit, self.watch)
@@ -165,7 +165,8 @@ class Rig:
         def message(topic: str, stamp: float, *values: Any) -> Message:
             return Message(topic, stamp, now, now, values)
 
-        yield message(IMU, now, 0.0, sample.imu.angular_velocity)
+        yield message(
+            IMU, now, 0.0, sample.imu.angular_velocity, sample.imu.specific_force)
         yield message(JOINTS, now, sample.position, sample.velocity)
         yield message(WRENCHES["left"], now, -float(sample.left_wrench[1]))
         yield message(WRENCHES["right"], now, -float(sample.right_wrench[1]))

@@ -99,6 +99,7 @@ class WorldSettings:
             door's own.
         contact_duration: Duration of the impact for which the leaf's surface is designed [s].
         friction: Coefficient of friction between soles and floor.
+        leaf_friction: Coefficient of friction between robot and leaf; 0 is a smooth leaf.
         iterations: Number of the solver's iterations in each step.
         seed: Seed of the encoder's arbitrary zero and of the sensors' noise.
         encoder_bits: Width of the door's counter, 16 or 32.
@@ -122,6 +123,7 @@ class WorldSettings:
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
+    leaf_friction: float = 0.3
     iterations: int = 50
     seed: int = 0
     encoder_bits: int = 16
@@ -161,6 +163,8 @@ class WorldSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
+        if not (math.isfinite(self.leaf_friction) and self.leaf_friction >= 0.0):
+            raise SettingError("leaf_friction", self.leaf_friction, "0 or more")
         if self.brace not in BRACES:
             raise SettingError("brace", self.brace, " or ".join(BRACES))
         if self.restitution is not None and not 0.0 <= self.restitution <= 1.0:

@@ -8,6 +8,7 @@ from door_model.door.config import load_door
 from door_model.door.door import Zone
 from door_model.motion.dynamics import follow_free, simulate
 from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque, DoorLoad
+from hrp2_sim_bridge.physics.pybullet.leaf import HINGE
 from hrp2_sim_bridge.physics.states import DoorState
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
@@ -164,7 +165,8 @@ def test_a_light_leaf_is_pushed_with_less(paper_door) -> None:
         ("friction", float("nan")), ("restitution", 1.5), ("restitution", float("nan")),
         ("iterations", 0), ("iterations", 2**31), ("contact_duration", 10.0),
         ("contact_duration", 1e-9), ("time_step_fine", 1e-9),
-        ("log_seconds", 0.0), ("time_step_coarse", 0.002),
+        ("log_seconds", 0.0), ("time_step_coarse", 0.002), ("leaf_friction", -0.1),
+        ("leaf_friction", float("inf")),
     ],
 )
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
@@ -173,6 +175,13 @@ def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
         WorldSettings(**{name: value})
     assert error.value.setting == name
     assert str(value) in str(error.value)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_the_leafs_friction_is_that_of_the_setting(make_world, friction) -> None:
+    """The surface of PyBullet's leaf has the coefficient of the setting."""
+    engine = make_world(leaf_friction=friction).engine
+    assert engine.client.getDynamicsInfo(engine.leaf.body, HINGE)[1] == pytest.approx(friction)
 
 
 def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:

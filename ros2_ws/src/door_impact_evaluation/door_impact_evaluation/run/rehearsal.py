@@ -104,7 +104,7 @@ def rehearse(
         config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
         **settings)
     try:
-        execution = _run(world, plan, PointB(robot).speed, watch or _nobody, stop_before)
+        execution = _run(world, plan, PointB(robot), watch or _nobody, stop_before)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -133,14 +133,14 @@ def _nobody(world: World, sample: TickSample) -> None:
 
 
 def _run(
-    world: World, plan: ImpactPlan, speed_of_b: Any, watch: Watch, stop_before: float | None,
+    world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
 ) -> Execution:
     def send(command: Command) -> None:
         world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
 
     execution = Execution(
         ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
-        speed_of_b)
+        point_b)
     send(execution.start(world.step().time))
     end = LONGEST
     encoder = DoorEncoder(world.settings.encoder_bits)
@@ -153,9 +153,10 @@ def _run(
         if stop_before is not None and sample.time > execution.planned_contact - stop_before:
             execution.stop()
             stop_before = None
-        execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity)
         towards_door = -float(sample.left_wrench[1] + sample.right_wrench[1])
-        for command in (*execution.on_joint_state(sample.time, sample.position, sample.velocity),
+        for command in (*execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity,
+                                          sample.imu.specific_force),
+                        *execution.on_joint_state(sample.time, sample.position, sample.velocity),
                         *execution.on_foot_forces(sample.time, towards_door)):
             send(command)
         for point in encoder.take(sample):

@@ -4,7 +4,7 @@
 and sends the trajectories that are returned to the driver:
 
 - The phases up to the end of the run-up are sent as one trajectory.
-- The contact is detected by the feet, or else by the door's encoder. The motion after the hit
+- The contact is detected by the IMU, the feet or the door's encoder. The motion after the hit
   begins a fixed time after the contact, wherever the door stands.
 - Without a contact the run-up comes to rest by itself, and the robot goes back.
 - The hold or the retreat begins after the measured peak of the door's angle.
@@ -15,20 +15,23 @@ present state; every command passes `_enter` on its way to the driver.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from door_impact_common.arrays import Array
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.execution import reasons
+from impact_planner.execution.contact import ContactDetector
 from impact_planner.execution.run import Run
 from impact_planner.execution.speed_of_b import SpeedOfB
 from impact_planner.execution.state import Reaction, State
 from impact_planner.execution.states import Waiting
 from impact_planner.execution.types import (
+    RUN_UP,
     Command,
     ExecutablePlan,
     ExecutionSettings,
+    Kinematics,
     Measured,
     Outcome,
 )
@@ -42,9 +45,7 @@ class Execution:
 
     Args:
         plan: The plan.
-        speed_of_b: Function that returns the speed of point B towards the door [m/s] from joint
-            positions (30,) [rad], joint speeds (30,) [rad/s] and the IMU's angular velocity (3,)
-            [rad/s].
+        point_b: Speed of point B, and the door's direction for the IMU.
         settings: Thresholds; None means the default thresholds.
         speed_scale: Factor on the speed of the phases before the run-up, above 0 and at most 1.
         joint_names: Joint names in the order of the knots' columns; empty if `reason` need not name
@@ -55,7 +56,7 @@ class Execution:
     """
 
     def __init__(
-        self, plan: ExecutablePlan, speed_of_b: Callable[[Array, Array, Array], float],
+        self, plan: ExecutablePlan, point_b: Kinematics,
         settings: ExecutionSettings | None = None, speed_scale: float = 1.0,
         joint_names: Sequence[str] = (),
     ) -> None:
@@ -63,7 +64,11 @@ class Execution:
             raise InvalidRequest(
                 f"speed_scale is {speed_scale:g}, must be above 0 and at most 1",
                 quantity="speed_scale", value=speed_scale, limit=(0.0, 1.0))
-        self._run = Run(plan, settings or ExecutionSettings(), joint_names, SpeedOfB(speed_of_b))
+        settings = settings or ExecutionSettings()
+        # The trunk turns so little in the run-up that its direction at the contact is used.
+        at_contact = plan.phases[RUN_UP].at(plan.contact_time)[0][0]
+        detector = ContactDetector(settings, point_b.away_from_door(at_contact))
+        self._run = Run(plan, settings, joint_names, SpeedOfB(point_b.speed), detector)
         self._speed_scale = speed_scale
         self._state: State = Waiting(run=self._run)
 
@@ -193,16 +198,22 @@ class Execution:
             return []
         return self._enter(self._state.on_door(now, angle, velocity))
 
-    def on_imu(self, now: float, tilt: float, rate: Array) -> list[Command]:
+    def on_imu(
+        self, now: float, tilt: float, rate: Array, force: Array | None
+    ) -> list[Command]:
         """Handle a reading of the IMU.
 
         Args:
             now: Stamp of the reading [s].
             tilt: Angle between the trunk and the vertical [rad].
             rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+            force: Specific force in the IMU's frame, (3,) [m/s^2]; None without an accelerometer.
         """
         self._run.on_gyro(now, rate, self._state.phase)
-        return self._enter(self._state.on_tilt(tilt))
+        commands = self._enter(self._state.on_tilt(tilt))
+        if force is not None:
+            commands += self._enter(self._state.on_specific_force(now, force))
+        return commands
 
     def on_silence(
         self, now: float, topic: str, seconds: float, limit: float

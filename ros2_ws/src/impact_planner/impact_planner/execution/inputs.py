@@ -30,6 +30,7 @@ _DOOR_SLACK = 0.02  # change of the door's angle that is always plausible [rad]
 _TILT_RATE = 6.0  # largest plausible rate of the trunk's tilt; a falling robot has some 3 [rad/s]
 _TILT_SLACK = 0.1  # change of the tilt that is always plausible [rad]
 _GYRO = 35.0  # largest angular velocity that a gyro of 2000 deg/s measures [rad/s]
+_SPECIFIC_FORCE = 160.0  # largest specific force that an accelerometer of 16 g measures [m/s^2]
 _FORCE = 1e4  # largest plausible force of the floor on a foot [N]
 
 
@@ -62,9 +63,9 @@ class Inputs:
                               np.concatenate([rates, np.full(count, np.inf)]), _JOINT_SLACK),
             # angle and angular velocity
             DOOR: Plausible((np.inf, _DOOR_RATE), (_DOOR_RATE, np.inf), _DOOR_SLACK),
-            # tilt and angular velocity
-            IMU: Plausible((np.pi, _GYRO, _GYRO, _GYRO), (_TILT_RATE, np.inf, np.inf, np.inf),
-                           _TILT_SLACK, longest=0.1),
+            # tilt, angular velocity and specific force
+            IMU: Plausible((np.pi, *[_GYRO] * 3, *[_SPECIFIC_FORCE] * 3),
+                           (_TILT_RATE, *[np.inf] * 6), _TILT_SLACK, longest=0.1),
             **dict.fromkeys(WRENCHES.values(), force),
         })
         self._watches = watches
@@ -107,11 +108,24 @@ class Inputs:
             return []
         return self.execution.on_door(arrival.stamp, angle, velocity)
 
-    def on_imu(self, arrival: Arrival, tilt: float, rate: Array) -> list[Command]:
-        """Handle the trunk's tilt [rad] and the gyro's rates (3,) [rad/s], as `on_joints`."""
-        if not self._accepted(IMU, arrival, (tilt, *rate)) or self.execution is None:
+    def on_imu(
+        self, arrival: Arrival, tilt: float, rate: Array, force: Array | None
+    ) -> list[Command]:
+        """Handle a reading of the IMU.
+
+        Args:
+            arrival: Times of the message.
+            tilt: Angle between the trunk and the vertical [rad].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+            force: Specific force in the IMU's frame, (3,) [m/s^2]; None without an accelerometer.
+
+        Returns:
+            Commands for the driver.
+        """
+        checked = (tilt, *rate, *(np.zeros(3) if force is None else force))
+        if not self._accepted(IMU, arrival, checked) or self.execution is None:
             return []
-        return self.execution.on_imu(arrival.stamp, tilt, rate)
+        return self.execution.on_imu(arrival.stamp, tilt, rate, force)
 
     def on_wrench(self, side: str, arrival: Arrival, force: float) -> list[Command]:
         """Handle the floor's force on a foot towards the door [N], as `on_joints`.

@@ -50,6 +50,18 @@ class PointB:
                     + np.cross(base_rate, arm))
         return float(np.array(TOWARDS_DOOR) @ (sole_rotation.T @ relative))
 
+    def away_from_door(self, position: Array) -> Array:
+        """Return the horizontal unit vector away from the door in the IMU's frame, (3,).
+
+        Args:
+            position: Joint angles, (J,) [rad].
+        """
+        q = self._robot.configuration(np.zeros(3), position)
+        _, sole_rotation = self._robot.frame_pose(q, self._frame)
+        _, imu_rotation = self._robot.frame_pose(q, self._imu)
+        away: Array = -(imu_rotation.T @ sole_rotation @ np.array(TOWARDS_DOOR))
+        return away
+
     def support_polygon(self, position: Array, sides: Sequence[str],
                         standing: ArrayLike) -> Array:
         """Calculate the convex hull of the soles that carry the robot.

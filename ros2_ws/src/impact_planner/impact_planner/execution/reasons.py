@@ -9,7 +9,7 @@ from door_impact_common.arrays import Array
 
 from impact_planner.execution.types import Outcome
 
-MISSED = ("no contact was detected: neither the feet nor the door's encoder indicated one before "
+MISSED = ("no contact was detected: neither IMU and feet nor the door's encoder showed one before "
           "the run-up came to rest; the door stands farther away than planned, or it is open")
 OPENED = "the door was opened, and the robot went back"
 STOPPED_AFTER_HIT = "the motion was stopped after the hit, as requested"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from door_impact_common.arrays import Array
 
+from impact_planner.execution.contact import ContactDetector
 from impact_planner.execution.speed_of_b import SpeedOfB
 from impact_planner.execution.types import (
     AFTER_HIT,
@@ -63,6 +64,7 @@ class Run:
         settings: Thresholds.
         joint_names: Joint names in the order of the knots' columns; may be empty.
         speed: Calculates the speed of point B from joints and gyro.
+        detector: Detects the contact.
 
     Attributes:
         measured: Measurements until now.
@@ -79,6 +81,7 @@ class Run:
     settings: ExecutionSettings
     joint_names: Sequence[str]
     speed: SpeedOfB
+    detector: ContactDetector
     measured: Measured = field(default_factory=Measured)
     door: DoorAngles = field(default_factory=DoorAngles)
     starts: dict[str, float] = field(default_factory=dict)
@@ -143,7 +146,7 @@ class Run:
         """Measure the speed of B during the run-up and after the hit.
 
         The speed before the hit is measured again and again until the contact is detected. The
-        speed after the hit is measured once, a fixed time after the contact.
+        speed after the hit is a mean, since B trembles.
         """
         pair = self.speed.now() if phase in (RUN_UP, AFTER_HIT) else None
         if pair is None:
@@ -152,6 +155,6 @@ class Run:
         measured, hit = self.measured, not np.isnan(self.measured.contact_time)
         if not hit and now <= self.planned_contact + self.plan.steady_time:
             measured.v_rb = self.speed.before_contact(speed)
-        elif hit and np.isnan(measured.v_rb_post) and (
-                now >= measured.contact_time + self.settings.settle):
-            measured.v_rb_post = speed
+        begin, end = self.settings.after_hit
+        if hit and begin <= now - measured.contact_time <= end:
+            measured.v_rb_post = self.speed.after_contact(speed)

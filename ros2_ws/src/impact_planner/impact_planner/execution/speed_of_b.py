@@ -30,6 +30,7 @@ class SpeedOfB:
     def __init__(self, speed: Callable[[Array, Array, Array], float]) -> None:
         self._speed = speed
         self._before: deque[float] = deque(maxlen=_KEPT)
+        self._after: list[float] = []
         self.joints: tuple[float, Array, Array] | None = None
         self.rate: tuple[float, Array] | None = None
 
@@ -52,3 +53,8 @@ class SpeedOfB:
         """
         self._before.append(speed)
         return float(np.mean([*self._before][:-_IN_CONTACT] or [*self._before]))
+
+    def after_contact(self, speed: float) -> float:
+        """Add a speed, and return the mean of the speeds after the contact [m/s]."""
+        self._after.append(speed)
+        return float(np.mean(self._after))

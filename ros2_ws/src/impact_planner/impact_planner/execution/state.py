@@ -79,6 +79,10 @@ class State:
         """Handle the floor's force on both feet towards the door [N], with a stamp [s]."""
         return Reaction(self)
 
+    def on_specific_force(self, now: float, force: Array) -> Reaction:
+        """Handle the specific force in the IMU's frame, (3,) [m/s^2], with a stamp [s]."""
+        return Reaction(self)
+
     def on_door(self, now: float, angle: float, velocity: float) -> Reaction:
         """Handle an angle [rad] and an angular velocity [rad/s] of the door, with a stamp [s]."""
         return Reaction(self)

@@ -10,6 +10,7 @@
 
     event                 handled in
     joint state           every state before Ended
+    specific force        RunUp: contact
     force on the feet     RunUp: contact
     angle of the door     RunUp: contact; AfterHit: peak
     tilt of the trunk     every state before Ended
@@ -37,6 +38,7 @@ from humanoid_motion.knots import Knots
 from humanoid_motion.splice import concatenate, duration, shifted, slowed, without_first
 
 from impact_planner.execution import reasons
+from impact_planner.execution.contact import Contact
 from impact_planner.execution.endings import Hold, Retreat
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
@@ -153,33 +155,41 @@ class RunUp(_TowardsDoor):
             return self.follow_back(now, Outcome.NO_CONTACT, reasons.MISSED)
         return Reaction(self) if self.past_no_return(now) else self.compared(now, position)
 
-    def on_foot_forces(self, now: float, force: float) -> Reaction:
-        """Detect the contact by its force, while the planned speed is constant.
+    def on_specific_force(self, now: float, force: Array) -> Reaction:
+        """Detect the contact by the accelerometer, while the planned speed is constant."""
+        return self._expected(self.run.detector.on_imu(now, force))
 
-        At other times the run-up itself needs such forces.
-        """
-        run, settings = self.run, self.run.settings
-        begin = now - settings.force_delay
-        steady = run.plan.steady_time + settings.splice
-        if abs(begin - run.planned_contact) <= steady and force >= settings.felt_force:
-            return self._contact(begin, now)
-        return Reaction(self)
+    def on_foot_forces(self, now: float, force: float) -> Reaction:
+        """Detect the contact by the force on the feet, while the planned speed is constant."""
+        return self._expected(self.run.detector.on_feet(now, force))
 
     def on_door(self, now: float, angle: float, velocity: float) -> Reaction:
-        """Detect a contact by the speed of the door if the feet did not show it."""
-        if velocity > self.run.settings.door_moves:
-            return self._contact(now, now)
-        return Reaction(self)
+        """Detect a contact by the speed of the door if neither IMU nor feet showed it."""
+        contact = self.run.detector.on_door(now, velocity)
+        return Reaction(self) if contact is None else self._contact(contact)
 
-    def _contact(self, begin: float, now: float) -> Reaction:
-        """Switch to the motion after the hit, unless the contact was noticed too late.
+    def _expected(self, contact: Contact | None) -> Reaction:
+        """Switch to the motion after the hit if the planned speed is constant at the contact.
 
-        Args:
-            begin: Begin of the contact on the robot's clock [s].
-            now: Stamp of the message that showed the contact [s].
+        At other times the run-up itself needs forces and accelerations, and a message that is
+        wrong must not begin the motion after the hit.
         """
+        if contact is None:
+            return Reaction(self)
+        run, splice = self.run, self.run.settings.splice
+        steady = run.plan.steady_time + splice
+        begin, shown = contact.begin - run.planned_contact, contact.shown - run.planned_contact
+        # A little later the forces with which the run-up comes to rest begin.
+        if abs(begin) > steady or shown > steady + splice:
+            return Reaction(self)
+        return self._contact(contact)
+
+    def _contact(self, contact: Contact) -> Reaction:
+        """Switch to the motion after the hit, unless the contact was noticed too late."""
+        begin, now = contact.begin, contact.shown
         run, plan, cam = self.run, self.run.plan, self.run.plan.phases[RUN_UP]
         measured, present = run.measured, run.present(now)
+        measured.contact_sensor = contact.sensor.value
         measured.contact_time = begin
         measured.contact_delay = begin - run.planned_contact
         if present - now > run.settings.late_event:

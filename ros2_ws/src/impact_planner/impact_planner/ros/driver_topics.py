@@ -25,7 +25,12 @@ from impact_planner.execution.freshness import Freshness
 from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES, Inputs
 from impact_planner.execution.intake import Arrival
 from impact_planner.execution.types import Command
-from impact_planner.ros.executor_messages import diagnostics, joint_arrays, trunk_tilt
+from impact_planner.ros.executor_messages import (
+    diagnostics,
+    joint_arrays,
+    specific_force,
+    trunk_tilt,
+)
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
@@ -122,7 +127,8 @@ class DriverTopics:
         if tilt is None:
             self._ignored(IMU, "it must have an orientation")
             return []
-        return self.inputs.on_imu(arrival, tilt, np.array([rate.x, rate.y, rate.z]))
+        return self.inputs.on_imu(arrival, tilt, np.array([rate.x, rate.y, rate.z]),
+                                  specific_force(message))
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> list[Command]:
         """Pass on the force towards the door.

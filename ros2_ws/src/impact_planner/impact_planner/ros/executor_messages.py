@@ -75,6 +75,17 @@ def trunk_tilt(message: Any) -> float | None:
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x**2 + q.y**2) / length**2)))
 
 
+def specific_force(message: Any) -> Array | None:
+    """Read the specific force from an Imu, (3,) [m/s^2].
+
+    None is returned if there is no accelerometer, that is, if the covariance begins with -1.
+    """
+    if message.linear_acceleration_covariance[0] == -1.0:
+        return None
+    force = message.linear_acceleration
+    return np.array([force.x, force.y, force.z])
+
+
 def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     """Convert a plan's message to the plan of an execution.
 

@@ -46,6 +46,10 @@ THRESHOLDS = {
     **SILENCE,
     "felt_force": (ExecutionSettings.felt_force, "force of the floor on both feet towards the door "
                    "above which a contact is detected; the run-up itself must stay below it [N]"),
+    "contact_deceleration": (
+        ExecutionSettings.contact_deceleration, "specific force of the trunk away from the door, "
+        "above what the run-up needs, from which on two readings of the IMU show a contact "
+        "[m/s^2]"),
 }
 
 
@@ -62,7 +66,9 @@ class ImpactExecutor(GuardedNode):
         self._names = list(self._robot.joint_names)
         self._driver = DriverTopics(self, self._robot, thresholds, self._after)
         self._inputs = self._driver.inputs
-        self._settings = ExecutionSettings(felt_force=thresholds.number("felt_force"))
+        self._settings = ExecutionSettings(
+            felt_force=thresholds.number("felt_force"),
+            contact_deceleration=thresholds.number("contact_deceleration"))
         self._plans: dict[str, ImpactPlan] = {}
         self._last_plan = ""
         self._finished: Future | None = None
@@ -241,7 +247,7 @@ class ImpactExecutor(GuardedNode):
         for topic, names in self._driver.crowded().items():
             self.get_logger().warning(f"more than one node publishes on {topic}: "
                                       f"{', '.join(names)}; one of them may be foreign")
-        execution = Execution(plan, self._point_b.speed, self._settings,
+        execution = Execution(plan, self._point_b, self._settings,
                               speed_scale=goal.speed_scale, joint_names=self._names)
         command = execution.start(now)
         assert command.knots is not None
@@ -258,6 +264,8 @@ class ImpactExecutor(GuardedNode):
         else:
             goal_handle.abort()
         self.get_logger().info(result.message)
+        if result.contact_sensor:
+            self.get_logger().info(f"the contact was shown by: {result.contact_sensor}")
         for what, value in self._inputs.intake.noticed().items():
             self.get_logger().warning(f"noticed in the motion: {what}: {value}")
         return result

@@ -11,6 +11,8 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
 
+# Feet on stiff gears, which show the contact before the switch.
+SETTINGS = ExecutionSettings(force_delay=0.0045)
 FORCE = 150.0  # force of the floor in a contact [N]
 LATE = (-1.0, -0.6, 0.0, 0.4, 1.0)  # delays of the contact, as shares of the steady time
 
@@ -23,14 +25,14 @@ def good(plan) -> ExecutablePlan:
 
 def hit(robot, good, share):
     """An execution after a contact, the times of run-up and contact, and the new trajectory."""
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot), SETTINGS)
     command = execution.start(0.0)
     cam = command.stamp + sum(
         duration(good.phases[name]) for name in ("prepare", "shift", "step", "back"))
     begin = cam + good.contact_time + share * good.steady_time
     position, velocity, _ = command.knots.at(begin - command.stamp)
     execution.on_joint_state(begin, position[0], velocity[0])
-    (splice,) = execution.on_foot_forces(begin + ExecutionSettings().force_delay, FORCE)
+    (splice,) = execution.on_foot_forces(begin + SETTINGS.force_delay, FORCE)
     return execution, cam, begin, splice
 
 
@@ -40,6 +42,16 @@ def soles_apart(robot, joints):
     (right, right_turn), (left, left_turn) = (
         robot.frame_pose(q, robot.feet[side].frame) for side in ("right", "left"))
     return np.append(left_turn.T @ (right - left), (left_turn.T @ right_turn).ravel())
+
+
+def test_the_direction_away_from_the_door_hardly_turns_in_the_imus_frame(robot, good):
+    """Across the steady part of the run-up, for which one direction is used."""
+    point_b, cam = PointB(robot), good.phases["cam"]
+    shares = good.contact_time + good.steady_time * np.linspace(-1.0, 1.0, 5)
+    directions = [point_b.away_from_door(joints) for joints in cam.at(shares)[0]]
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0)
+    assert np.min(directions @ directions[2]) > np.cos(np.radians(1.0))
+    assert directions[2][1] > 0.99  # the IMU's y axis points to the left, and so away from it
 
 
 @pytest.mark.parametrize("share", LATE)
@@ -84,7 +96,7 @@ def test_without_a_further_command_the_robot_goes_back_to_where_its_run_up_began
 
 def test_after_a_missed_contact_the_driver_takes_the_robot_back_by_itself(robot, good):
     """The end of the first trajectory is the run-up backwards, at less than its speed."""
-    command = Execution(good, PointB(robot).speed).start(0.0)
+    command = Execution(good, PointB(robot), SETTINGS).start(0.0)
     end = duration(command.knots)
     position, velocity, _ = command.knots.at(
         np.linspace(end - ExecutionSettings().back_from_miss, end, 200))
@@ -255,13 +267,13 @@ def test_a_hold_that_is_sent_late_still_meets_the_leaf_in_time(robot, good):
 @pytest.mark.parametrize("by", ["feet", "door"])
 def test_a_contact_that_is_noticed_too_late_sends_nothing(robot, good, lag, by):
     """The driver brings the run-up to rest and the robot back by itself."""
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot), SETTINGS)
     command = execution.start(0.0)
     begin = execution.planned_contact
     position, velocity, _ = command.knots.at(begin - command.stamp)
     execution.on_joint_state(begin, position[0], velocity[0])
     execution.lags(lag)
-    sent = (execution.on_foot_forces(begin + ExecutionSettings().force_delay, FORCE)
+    sent = (execution.on_foot_forces(begin + SETTINGS.force_delay, FORCE)
             if by == "feet" else execution.on_door(begin + 0.02, 0.01, 0.4))
     assert sent == []
     assert execution.phase == "retreat"
@@ -273,7 +285,7 @@ def test_a_contact_that_is_noticed_too_late_sends_nothing(robot, good, lag, by):
 def test_a_stop_is_judged_by_the_present_and_not_by_the_stamp_of_an_old_message(robot, good):
     """A joint state from before the point of no return is handled after it: nothing is sent."""
     for lag, stops in ((0.0, True), (0.2, False)):
-        execution = Execution(good, PointB(robot).speed)
+        execution = Execution(good, PointB(robot), SETTINGS)
         command = execution.start(0.0)
         now = execution.planned_contact - good.point_of_no_return - 0.05
         execution.stop()
@@ -286,7 +298,7 @@ def test_a_stop_is_judged_by_the_present_and_not_by_the_stamp_of_an_old_message(
 def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
     """The door shows it; the hold is shifted no further than at the edge of the steady time."""
     execution, cam, _, _ = hit(robot, good, 1.0)
-    execution = Execution(good, PointB(robot).speed)
+    execution = Execution(good, PointB(robot), SETTINGS)
     command = execution.start(0.0)
     begin = cam + good.contact_time + late
     position, velocity, _ = command.knots.at(begin - command.stamp)

@@ -16,6 +16,7 @@ from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Ou
 
 TICK = 0.005  # period of the driver [s]
 STILL = np.zeros(3)
+UPRIGHT = np.array([0.0, 0.0, 9.8])  # specific force of a trunk that stands upright [m/s^2]
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ class Rig:
     def __init__(self, robot, good) -> None:
         self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, 0.05)
         self.inputs = Inputs(robot.speed_limit, self.watch)
-        self.execution = Execution(good, PointB(robot).speed)
+        self.execution = Execution(good, PointB(robot))
         self.command = self.execution.start(0.0)
         self.now = self.execution.planned_contact - good.point_of_no_return - 0.1
         self.inputs.execution = self.execution
@@ -47,7 +48,7 @@ class Rig:
         """Good messages of one tick."""
         self.now += TICK
         at = self.at(self.now)
-        return [*self.inputs.on_imu(at, 0.0, STILL),
+        return [*self.inputs.on_imu(at, 0.0, STILL, UPRIGHT),
                 *self.inputs.on_joints(at, self.pose(), np.zeros(30)),
                 *self.inputs.on_door(at, 0.0, 0.0)]
 
@@ -70,9 +71,14 @@ BAD = {
         rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
     "joints that race": lambda rig: rig.inputs.on_joints(
         rig.at(rig.now + TICK), rig.pose(), np.full(30, 1e3)),
-    "an IMU upside down": lambda rig: rig.inputs.on_imu(rig.at(rig.now + TICK), np.pi, STILL),
+    "an IMU upside down": lambda rig: rig.inputs.on_imu(
+        rig.at(rig.now + TICK), np.pi, STILL, UPRIGHT),
+    "an accelerometer without a number": lambda rig: rig.inputs.on_imu(
+        rig.at(rig.now + TICK), 0.0, STILL, np.array([0.0, np.nan, 9.8])),
+    "an accelerometer beyond its range": lambda rig: rig.inputs.on_imu(
+        rig.at(rig.now + TICK), 0.0, STILL, np.array([0.0, 200.0, 9.8])),
     "a gyro without end": lambda rig: rig.inputs.on_imu(
-        rig.at(rig.now + TICK), 0.0, np.array([np.inf, 0.0, 0.0])),
+        rig.at(rig.now + TICK), 0.0, np.array([np.inf, 0.0, 0.0]), UPRIGHT),
     "a door that jumps": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.4, 0.1),
     "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
     "a door without an angle": lambda rig: rig.inputs.on_door(
@@ -101,22 +107,57 @@ def test_bad_messages_in_a_row_leave_the_topic_silent(rig) -> None:
             rig.now += TICK
             rig.inputs.on_joints(rig.at(rig.now), rig.pose(), np.zeros(30))
             rig.inputs.on_door(rig.at(rig.now), 0.0, 0.0)
-            rig.inputs.on_imu(rig.at(rig.now), np.pi, STILL)
+            rig.inputs.on_imu(rig.at(rig.now), np.pi, STILL, UPRIGHT)
         silent = silent or rig.watch.tick()
     assert silent[0] == IMU
 
 
-@given(stamp=st.floats(), tilt=st.floats(), rate=st.floats(), angle=st.floats(), speed=st.floats())
+@given(stamp=st.floats(), tilt=st.floats(), rate=st.floats(), force=st.floats(), angle=st.floats(),
+       speed=st.floats())
 def test_no_single_message_moves_the_robot_before_the_contact(
-        robot, good, stamp, tilt, rate, angle, speed) -> None:
+        robot, good, stamp, tilt, rate, force, angle, speed) -> None:
     """Whatever its numbers are; only a door that moves from where it stood counts as a contact."""
     rig = Rig(robot, good)
     at = Arrival(stamp, rig.now, 0.0)
-    assert rig.inputs.on_imu(at, tilt, np.full(3, rate)) == []
+    assert rig.inputs.on_imu(at, tilt, np.full(3, rate), np.full(3, force)) == []
     assert rig.inputs.on_joints(at, np.full(30, angle), np.full(30, speed)) == []
     for side in ("left", "right"):
         assert rig.inputs.on_wrench(side, at, speed) == []
     assert rig.execution.outcome is Outcome.RUNNING
+
+
+@pytest.mark.parametrize("odd", [5.0, 30.0, 159.0])
+def test_an_accelerometer_that_lies_far_from_the_planned_contact_is_no_contact(
+        robot, good, odd) -> None:
+    """However many of its messages lie; near the planned contact a single one is no contact."""
+    rig, away = Rig(robot, good), PointB(robot).away_from_door(good.phases["cam"].position[-1])
+    contact, edge = rig.execution.planned_contact, good.steady_time + 0.02
+    while rig.now < contact + edge:
+        near = abs(rig.now + TICK - contact) < edge
+        lies = not near or abs(rig.now + TICK - contact) < 0.5 * TICK
+        rig.now += TICK
+        at = rig.at(rig.now)
+        assert rig.inputs.on_imu(at, 0.0, STILL, UPRIGHT + lies * odd * away) == []
+        assert rig.inputs.on_joints(at, rig.pose(), np.zeros(30)) == []
+    assert rig.execution.phase == "cam"
+    assert rig.execution.measured.contact_sensor == ""
+
+
+@pytest.mark.parametrize("accelerometer", [True, False])
+def test_without_an_accelerometer_the_feet_show_the_contact(robot, good, accelerometer) -> None:
+    rig, away = Rig(robot, good), PointB(robot).away_from_door(good.phases["cam"].position[-1])
+    contact, commands = rig.execution.planned_contact, []
+    while rig.now < contact + 0.03 and not commands:
+        rig.now += TICK
+        at, touching = rig.at(rig.now), rig.now > contact
+        commands += rig.inputs.on_imu(
+            at, 0.0, STILL, UPRIGHT + touching * 20.0 * away if accelerometer else None)
+        commands += rig.inputs.on_joints(at, rig.pose(), np.zeros(30))
+        for side in ("left", "right"):
+            commands += rig.inputs.on_wrench(side, at, 60.0 * (rig.now > contact + 0.01))
+    assert len(commands) == 1
+    assert rig.execution.phase == "post"
+    assert rig.execution.measured.contact_sensor == ("imu" if accelerometer else "feet")
 
 
 def test_outside_a_run_every_message_is_kept(robot) -> None:

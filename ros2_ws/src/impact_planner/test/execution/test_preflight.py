@@ -7,6 +7,7 @@ import pytest
 from humanoid_motion.knots import Knots
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
+from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_door, require_limits, require_start
 from impact_planner.execution.types import ExecutablePlan
 
@@ -18,7 +19,7 @@ def good(plan) -> ExecutablePlan:
 
 
 def check(robot, plan: ExecutablePlan, speed_scale: float = 1.0) -> None:
-    sent = Execution(plan, lambda *_: 0.0, speed_scale=speed_scale).start(0.0).knots
+    sent = Execution(plan, PointB(robot), speed_scale=speed_scale).start(0.0).knots
     require_limits(robot, plan, sent)
 
 

@@ -17,8 +17,15 @@ from impact_planner.execution.execution import Execution
 from impact_planner.execution.intake import Arrival, Intake, Plausible
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_ready
-from impact_planner.ros.executor_messages import diagnostics, executable
+from impact_planner.execution.types import Measured, Outcome
+from impact_planner.ros.executor_messages import (
+    diagnostics,
+    executable,
+    result_message,
+    specific_force,
+)
 from impact_planner.ros.messages import plan_message
+from sensor_msgs.msg import Imu
 
 USED = ("contact_time", "switch_time", "slow_down", "rest_duration", "v_com", "v_com_post",
         "steady_way", "point_of_no_return", "stop_duration", "desired_opening_angle")
@@ -33,7 +40,7 @@ def message(robot, plan):
 def checked(robot, message) -> Execution:
     """An execution after all checks, as the node makes it."""
     plan = executable(message, robot.joint_names)
-    execution = Execution(plan, PointB(robot).speed)
+    execution = Execution(plan, PointB(robot))
     command = execution.start(0.0)
     require_ready(robot, plan, command.knots, plan.phases["prepare"].position[0],
                   0.0 - message.initial_angle)
@@ -105,3 +112,18 @@ def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
     assert {(v.key, v.value) for v in noticed.values} == {
         ("dropped on /imu: a value is out of its range", "1"), ("largest lag on /imu [s]", "0.300"),
         ("longest gap on /imu [s]", "0.200"), ("publishers of /imu", "/a, /b")}
+
+
+def test_an_imu_whose_covariance_begins_with_minus_one_has_no_accelerometer():
+    """REP-145: the sensor does not measure this quantity."""
+    message = Imu()
+    message.linear_acceleration.y, message.linear_acceleration.z = 0.5, 9.8
+    np.testing.assert_array_equal(specific_force(message), [0.0, 0.5, 9.8])
+    message.linear_acceleration_covariance[0] = -1.0
+    assert specific_force(message) is None
+
+
+@pytest.mark.parametrize("sensor", ["imu", "feet", "door", ""])
+def test_the_result_names_the_sensor_that_showed_the_contact(sensor):
+    result = result_message(Outcome.SUCCESS, "", Measured(contact_sensor=sensor))
+    assert result.contact_sensor == sensor

@@ -65,7 +65,8 @@ class PyBulletEngine(Engine):
             self.client, scene.robot, scene.posture, rubber=settings.rubber
         )
         self.leaf = LeafBody(
-            self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact
+            self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact,
+            settings.leaf_friction,
         )
         self.link_names = self.robot.link_names
         self.sole_mass, self.sole_inertia = self.robot.sole_mass, self.robot.sole_inertia

@@ -9,8 +9,8 @@ from door_model.door.config import DoorConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.states import DoorState
+from hrp2_sim_bridge.settings import WorldSettings
 
-_FRICTION = 0.3  # coefficient of friction of the leaf's surface
 HINGE = 0  # PyBullet's index of the hinge's joint
 
 
@@ -26,6 +26,7 @@ class LeafBody:
         door_distance: Distance of the leaf's face from the world's origin [m].
         hinge_x: x of the hinge [m].
         contact: Surface of the leaf.
+        friction: Coefficient of friction of the surface.
 
     Attributes:
         body: PyBullet's index of the leaf.
@@ -38,6 +39,7 @@ class LeafBody:
         door_distance: float,
         hinge_x: float,
         contact: ContactDesign,
+        friction: float = WorldSettings.leaf_friction,
     ) -> None:
         self._client = client
         self.body = _create_leaf(client, config, door_distance, hinge_x)
@@ -46,7 +48,7 @@ class LeafBody:
             # The inertial frame is at the hinge, so this is the moment of inertia about the hinge.
             localInertiaDiagonal=[config.i_a] * 3,
             linearDamping=0.0, angularDamping=0.0, jointDamping=0.0,
-            lateralFriction=_FRICTION, restitution=0.0,
+            lateralFriction=friction, restitution=0.0,
             contactStiffness=contact.stiffness, contactDamping=contact.damping,
         )
         client.setJointMotorControl2(self.body, HINGE, client.VELOCITY_CONTROL, force=0.0)

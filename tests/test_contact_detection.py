@@ -1,0 +1,155 @@
+"""How soon a hit is detected in the simulation, and that a run-up without a door shows none."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from door_impact_common.arrays import Array
+from door_impact_evaluation.run import rehearsal
+from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.settings import TICK, SensorSettings
+from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TickSample
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.execution.execution import Execution
+from impact_planner.execution.point_b import PointB
+from impact_planner.execution.types import Command, ExecutablePlan, Outcome
+
+pytestmark = pytest.mark.nightly("many whole runs")
+
+FRICTIONS = (0.0, 0.1, 0.3, 0.6)  # of the leaf
+TARGETS = (15.0, 20.0, 25.0, 30.0)  # opening angles [deg]
+GEARS = (0.5, 1.0, 2.0)  # factors on the stiffness of the gears
+PHASE = 0.0004  # distance that B covers in a millisecond [m]
+COPIES = 50  # copies of each run-up with other noise
+
+
+@dataclass
+class Run:
+    """A run with the samples of its sensors."""
+
+    rehearsal: Rehearsal
+    samples: list[TickSample]
+
+    def contact(
+        self, random: np.random.Generator | None = None, *, accelerometer: bool = True,
+    ) -> tuple[float, str]:
+        """Stamp of the sample that shows the contact [s], and the sensor; NaN without one.
+
+        The samples are handed to another execution, with noise besides their own if `random` is
+        given, and without the accelerometer if there is none.
+        """
+        plan, (first, *samples) = self.rehearsal.plan, self.samples
+        execution = Execution(
+            ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
+            PointB(RobotModel(load_robot_config())))
+        execution.start(first.time - TICK)  # the sample before the first one began the motion
+        begin = execution.planned_contact - 0.5
+        for sample in samples:
+            if sample.time < begin:
+                continue
+            rate, force = sample.imu.angular_velocity, sample.imu.specific_force
+            feet = -float(sample.left_wrench[1] + sample.right_wrench[1])
+            if random is not None:
+                rate = rate + SensorSettings.gyro_noise * random.standard_normal(3)
+                force = force + SensorSettings.accelerometer_noise * random.standard_normal(3)
+                feet += SensorSettings.force_noise * float(random.standard_normal())
+            execution.on_joint_state(sample.time, sample.position, sample.velocity)
+            execution.on_imu(sample.time, 0.0, rate, force if accelerometer else None)
+            execution.on_foot_forces(sample.time, feet)
+            if execution.measured.contact_sensor:
+                return sample.time, execution.measured.contact_sensor
+        return np.nan, ""
+
+
+def recorded(target: float, path: Path, **options: float | str) -> Run:
+    samples: list[TickSample] = []
+
+    def watch(_: World, sample: TickSample) -> None:
+        samples.append(sample)
+
+    return Run(rehearse(target, path, watch=watch, **options), samples)
+
+
+@pytest.fixture(scope="module")
+def hits(tmp_path_factory: pytest.TempPathFactory) -> list[Run]:
+    """Hits of each friction and angle, begun at different times within a tick."""
+    path = tmp_path_factory.mktemp("hits") / "run.npz"
+    return [
+        recorded(target, path, leaf_friction=friction, gear_scale=GEARS[(row + column) % 3],
+                 door_offset=PHASE * ((2 * row + column) % 5), seed=4 * row + column)
+        for row, friction in enumerate(FRICTIONS) for column, target in enumerate(TARGETS)]
+
+
+def test_the_imu_shows_every_hit_within_12_ms_and_half_of_them_within_8(hits: list[Run]) -> None:
+    """From the first millisecond with more than 5 N to the stamp of the sample that decides."""
+    found = [run.contact() for run in hits]
+    assert {sensor for _, sensor in found} == {"imu"}
+    took = [stamp - run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
+            for (stamp, _), run in zip(found, hits, strict=True)]
+    assert min(took) > 0.0
+    assert np.median(took) <= 0.008
+    assert max(took) <= 0.012
+
+
+def test_without_an_accelerometer_the_feet_show_every_hit_within_20_ms(hits: list[Run]) -> None:
+    for run in hits:
+        stamp, sensor = run.contact(accelerometer=False)
+        begin = run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
+        assert sensor == "feet"
+        assert 0.0 < stamp - begin <= 0.02
+
+
+def test_the_begin_of_the_contact_is_measured_within_3_ms(hits: list[Run]) -> None:
+    for run in hits:
+        begin = run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
+        assert run.rehearsal.execution.measured.contact_time == pytest.approx(begin, abs=0.003)
+
+
+def test_the_speeds_of_b_are_measured_as_exactly_as_learning_assumes(hits: list[Run]) -> None:
+    """The gears tremble after the hit; the mean of v'_rB begins when that is over."""
+    pairs = [(run.rehearsal.execution.measured, run.rehearsal.impact) for run in hits]
+    before = np.array([measured.v_rb - impact.v_rb for measured, impact in pairs])
+    after = np.array([measured.v_rb_post - impact.v_rb_post for measured, impact in pairs])
+    assert np.sqrt(np.mean(before**2)) < 0.005
+    assert np.sqrt(np.mean(after**2)) < 0.02
+    assert np.abs(after).max() < 0.05
+
+
+@pytest.mark.parametrize(("target", "run_up"), [
+    (15.0, "mcv50"), (25.0, "mcv50"), (30.0, "mcv50"), (30.0, "zmp_limited")])
+def test_no_run_up_without_a_door_shows_a_contact(
+        tmp_path: Path, target: float, run_up: str) -> None:
+    """One run, and copies of its measurements with as much noise again."""
+    run = recorded(target, tmp_path / "run.npz", run_up=run_up, door_offset=3.0, seed=7)
+    assert run.rehearsal.impact is None
+    random = np.random.default_rng(23)
+    assert not run.rehearsal.execution.measured.contact_sensor
+    assert not any(run.contact(random)[1] for _ in range(COPIES))
+
+
+@pytest.mark.parametrize("early", [0.05, 0.03])
+def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_goes_back(
+        monkeypatch: pytest.MonkeyPatch, tmp_path: Path, early: float) -> None:
+    """Two forged messages within the time in which the contact is expected."""
+
+    class Forged(Execution):
+        def on_imu(
+            self, now: float, tilt: float, rate: Array, force: Array | None
+        ) -> list[Command]:
+            assert force is not None
+            near = bool(self.starts) and abs(now - self.planned_contact + early) < 0.006
+            return super().on_imu(now, tilt, rate, force + near * np.array([0.0, 20.0, 0.0]))
+
+    monkeypatch.setattr(rehearsal, "Execution", Forged)
+    run = rehearse(25.0, tmp_path / "run.npz", seed=3)
+    motion, impact = run.log.motion, run.impact
+    assert run.execution.measured.contact_sensor == "imu"
+    assert run.execution.measured.contact_delay == pytest.approx(-early, abs=0.015)
+    assert run.execution.outcome is Outcome.NOT_HELD
+    assert run.log.fell == ""
+    assert impact is not None
+    assert 5.0 < np.degrees(motion.door_angle.max()) < 20.0
+    assert motion.contact_force[impact.peak:].max() == 0.0
