@@ -1,9 +1,11 @@
 """The benchmarks' table, ratios and errors; nothing is measured here."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from door_impact_evaluation.bench import bench
+from door_impact_evaluation.bench import bridge as bench_bridge
 from door_impact_evaluation.bench.bench import Measurement
 
 
@@ -32,6 +34,47 @@ def test_an_unknown_benchmark_is_refused_with_the_known_names(capsys):
     assert ended.value.code == 2
     assert "nonsense" in (error := capsys.readouterr().err)
     assert "bridge_overhead" in error
+
+
+def test_the_contracts_benchmarks_exist_for_both_engines():
+    """Those without an engine's name in them are PyBullet's."""
+    assert {"engine_step", "bridge_overhead", "bridge_overhead_mujoco", "real_time_factor",
+            "real_time_factor_mujoco"} <= set(bench.BENCHMARKS)
+
+
+@pytest.mark.parametrize(("name", "engine"), [
+    ("bridge_overhead", "pybullet"), ("bridge_overhead_mujoco", "mujoco")])
+def test_a_benchmark_says_which_engine_it_measured_and_what_the_bridge_adds(
+        monkeypatch, tmp_path, name, engine):
+    """The engine that is named is the one that is run."""
+    asked = []
+    monkeypatch.setattr("door_impact_evaluation.bench.bridge.overhead",
+                        lambda log, which: asked.append(which) or (1.25, 1.0))
+    found = bench.BENCHMARKS[name](tmp_path)
+    assert asked == [engine]
+    assert engine in found.unit
+    assert engine in found.peer
+    assert "adds 0.250 s" in found.reference
+
+
+def test_a_step_of_an_engine_is_measured_without_the_bridge(monkeypatch):
+    """It is the engine's own time of a step, however long the bridge takes."""
+    
+    class StillWorld:
+        """A world whose engine needs 70 us for each of ten steps in a tick."""
+
+        def __init__(self, *_, engine, log):
+            self.engine = SimpleNamespace(stepping_time=0.0)
+            self.time_step = 5e-4
+
+        def step(self):
+            self.engine.stepping_time += 7e-4
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(bench_bridge, "World", StillWorld)
+    assert bench_bridge.engine_step("mujoco") == pytest.approx(70.0)
 
 
 def test_a_failed_demonstration_is_an_error_with_its_status(tmp_path, monkeypatch, capsys):
