@@ -57,6 +57,23 @@ def test_a_benchmark_says_which_engine_it_measured_and_what_the_bridge_adds(
     assert "adds 0.250 s" in found.reference
 
 
+def test_a_busy_machine_changes_no_times_of_the_bridge(monkeypatch):
+    """With half of a core every wall time is twice as long, and the result is the same."""
+    for share in (1.0, 0.5):
+        clock = [0.0]
+        monkeypatch.setattr(bench_bridge, "perf_counter", lambda clock=clock: clock[0])
+        monkeypatch.setattr(
+            bench_bridge, "process_time", lambda clock=clock, share=share: share * clock[0])
+        world = SimpleNamespace(wall_time=0.0, engine=SimpleNamespace(stepping_time=0.0))
+        times = bench_bridge._Times()
+        for _ in range(201):  # a second, in which others than the bridge need 0.1 s
+            times(world, None)
+            clock[0] += 2.5e-3 / share
+            world.wall_time += 2e-3 / share
+            world.engine.stepping_time += 1.5e-3 / share
+        assert times.per_second() == pytest.approx((0.4, 0.3))
+
+
 def test_a_step_of_an_engine_is_measured_without_the_bridge(monkeypatch):
     """It is the engine's own time of a step, however long the bridge takes."""
     

@@ -105,7 +105,7 @@ def _bridge_overhead(engine: str) -> Callable[[Path], Measurement]:
     def benchmark(out: Path) -> Measurement:
         bridge, bare = bench_bridge.overhead(out / "bridge.npz", engine)
         return Measurement(
-            bridge, f"s of wall time for a simulated second, engine {engine}", False,
+            bridge, f"s of processor time for a simulated second, engine {engine}", False,
             f"the steps of {engine} alone, same world and steps", bare,
             f"the bridge adds {bridge - bare:.3f} s; target: at most 0.2 s")
 
