@@ -74,6 +74,22 @@ def test_joints_follow_a_quick_motion_within_their_windup(make_world, robot, mov
     assert np.degrees(world.fall.max_tilt) < 1.0
 
 
+@pytest.mark.parametrize("gear_scale", [1.0, 2.0])
+def test_an_arm_whose_shoulder_axes_become_parallel_stays_calm(
+    make_world, robot, moving, gear_scale
+) -> None:
+    """The links between two parallel axes are very light, and gears on them very stiff."""
+    world = make_world(gear_scale=gear_scale)
+    aside = robot.posture({"RARM_JOINT1": -1.2, "RARM_JOINT0": -0.9})
+    back = robot.posture({"RARM_JOINT1": -np.pi / 2.0, "RARM_JOINT2": 0.8})
+    path = np.array([robot.half_sitting, aside, back])
+    world.follow(moving(np.array([0.05, 0.9, 1.6]), path), 0.0)
+    log = run(world, 2.0)
+    assert not world.fell
+    assert np.abs(log["q"][4::5] - log["tick_reference"]).max() < 0.05
+    np.testing.assert_allclose(log["q"][-1], log["tick_reference"][-1], atol=0.02)
+
+
 def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
     """On rigid soles runs after two resets are the same, bit for bit."""
     world = make_world(door_distance=0.47, sole="rigid")  # part of the run has fine steps

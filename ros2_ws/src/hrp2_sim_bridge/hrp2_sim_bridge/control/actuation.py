@@ -75,7 +75,7 @@ class Actuation:
             Whether the braced joints are locked.
         """
         self._step = step
-        self.drives.set_time_step(step)
+        self.drives.set_step(step, self._state[0])
         self.drives.limit = _FALLEN_TORQUE * self._effort if fell else self._effort
         self.drives.clear_peak()
         if self.pads is not None:

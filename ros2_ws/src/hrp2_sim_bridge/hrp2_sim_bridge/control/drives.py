@@ -36,28 +36,31 @@ class JointDrives:
     """
 
     def __init__(self, robot: RobotConfig, drives: Drives, position: Array) -> None:
-        self._data, self._rotor, self._step = drives, drives.inertia, 0.0
-        self.link_inertia = _least_inertia(robot)
+        self._data, self._rotor = drives, drives.inertia
         self.limit = np.array(robot.effort_limit)
         self._fastest = np.array(robot.velocity_limit)
         self.position = np.array(position, dtype=float)
+        self._inertia = _LeastInertia(robot)
+        self.link_inertia = self._inertia.at(self.position)
         self.speed = np.zeros(len(self.position))
         self.motor = np.zeros(len(self.position))
         self.gear = np.zeros(len(self.position))
         self.peak = np.zeros(len(self.position))
-        self.set_time_step(SAMPLE)
+        self.set_step(SAMPLE, self.position)
 
     def clear_peak(self) -> None:
         """Begin to measure the largest torques of the gears anew."""
         self.peak = np.zeros(len(self.position))
 
-    def set_time_step(self, step: float) -> None:
-        """Set the length of the coming steps [s]."""
-        if step == self._step:
-            return
+    def set_step(self, step: float, position: Array) -> None:
+        """Set the length of the coming steps [s] and the posture (30,) [rad] in which they begin.
+
+        Gears on very light links are stiffer than a step can follow, for instance those of the
+        fingers, or of the shoulder where two of its axes are parallel. They are softened.
+        """
+        self.link_inertia = self._inertia.at(position)
         data = self._data
         self._step = step
-        # Gears of very light links, as those of the fingers, are stiffer than a step can follow.
         together = 1.0 / (1.0 / self._rotor + 1.0 / self.link_inertia)
         self._stiffness = np.minimum(data.stiffness, together / step**2)
         self._damping = data.damping / (1.0 + step * data.damping / together)
@@ -91,11 +94,23 @@ class JointDrives:
         return gear
 
 
-def _least_inertia(robot: RobotConfig) -> Array:
-    """Compute the inertia that each joint shows when all other joints are free, (J,) [kg m^2]."""
-    model = free_floating_model(robot)
-    data = model.createData()
-    upper = np.triu(np.array(pin.crba(model, data, pin.neutral(model))))
-    inverse = np.linalg.inv(upper + np.triu(upper, 1).T)
-    columns = [model.joints[model.getJointId(name)].idx_v for name in robot.joint_names]
-    return np.asarray(1.0 / np.diag(inverse)[columns])
+class _LeastInertia:
+    """Inertia that each joint shows on its link's side when all other joints are free.
+
+    Args:
+        robot: Configuration of the robot.
+    """
+
+    def __init__(self, robot: RobotConfig) -> None:
+        self._model = free_floating_model(robot)
+        self._data = self._model.createData()
+        joints = [self._model.joints[self._model.getJointId(name)] for name in robot.joint_names]
+        self._q_index = np.array([joint.idx_q for joint in joints])
+        self._v_index = np.array([joint.idx_v for joint in joints])
+        self._q = pin.neutral(self._model)
+
+    def at(self, position: Array) -> Array:
+        """Compute the inertias at joint positions (30,) [rad], (30,) [kg m^2]."""
+        self._q[self._q_index] = position
+        pin.computeMinverse(self._model, self._data, self._q)
+        return np.asarray(1.0 / np.diag(self._data.Minv)[self._v_index])

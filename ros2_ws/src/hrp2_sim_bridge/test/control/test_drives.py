@@ -16,7 +16,7 @@ def drives_of(robot, **scales):
 
 def run(drives, robot, seconds, link, reference=None, rate=STILL):
     """Hold the links at positions and let the motors move; return the last torques."""
-    drives.set_time_step(STEP)
+    drives.set_step(STEP, robot.half_sitting)
     reference = robot.half_sitting if reference is None else reference
     for _ in range(round(seconds / STEP)):
         torque = drives.torque(reference, rate, link, STILL)
@@ -43,7 +43,7 @@ def test_at_rest_servo_and_gear_yield_as_two_springs_in_series(robot) -> None:
 def test_the_motors_torque_stays_within_its_limit(robot) -> None:
     """A reference far away asks for more than each motor has."""
     drives = drives_of(robot)
-    drives.set_time_step(STEP)
+    drives.set_step(STEP, robot.half_sitting)
     for _ in range(400):
         drives.torque(robot.half_sitting + 0.5, STILL, robot.half_sitting, STILL)
         assert (np.abs(drives.motor) <= robot.effort_limit * (1.0 + 1e-12)).all()
@@ -53,7 +53,7 @@ def test_the_motors_torque_stays_within_its_limit(robot) -> None:
 def test_a_motor_drives_no_faster_than_its_largest_speed(robot) -> None:
     """A free motor that is asked for a far place keeps to its speed, but for one step's gain."""
     drives, data = drives_of(robot), robot.drives
-    drives.set_time_step(STEP)
+    drives.set_step(STEP, robot.half_sitting)
     gain = STEP * robot.effort_limit / data.inertia
     for _ in range(400):
         drives.torque(robot.half_sitting + 100.0, STILL, drives.position, drives.speed)
@@ -65,7 +65,7 @@ def test_a_motor_drives_no_faster_than_its_largest_speed(robot) -> None:
 def test_a_struck_joint_loses_energy_with_any_step(robot, step, joint, speed, scale) -> None:
     """Links with their own inertia swing on their gears and never gain energy."""
     drives = drives_of(robot, gear=scale)
-    drives.set_time_step(step)
+    drives.set_step(step, robot.half_sitting)
     link, rate = np.array(robot.half_sitting), np.zeros(30)
     rate[joint] = speed
     inertia = drives.link_inertia
@@ -86,7 +86,7 @@ def test_a_gear_moves_as_two_masses_on_a_spring(robot) -> None:
         robot.drives, position_gain=np.full(30, 1e-9), speed_gain=np.full(30, 1e-9),
         damping=np.zeros(30))
     drives = JointDrives(robot, free, robot.half_sitting)
-    drives.set_time_step(2e-5)
+    drives.set_step(2e-5, robot.half_sitting)
     joint = robot.index("RARM_JOINT1")
     link, rate, inertia = np.array(robot.half_sitting), np.zeros(30), drives.link_inertia
     rate[joint] = 1.0
