@@ -222,13 +222,17 @@ def test_ros_arguments_that_cannot_be_understood_are_refused_by_name(
     refused(ros2("run", "impact_planner", "impact_planner", "--ros-args", *arguments), word)
 
 
-def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., Any]) -> None:
-    code = ("import sys; sys.modules['pybullet'] = None\n"
+@pytest.mark.parametrize(("engine", "other"), [("pybullet", "mujoco"), ("mujoco", "pybullet")])
+def test_without_its_engine_the_bridge_says_what_to_install(
+        python: Callable[..., Any], engine: str, other: str) -> None:
+    """The other engine is not named, and it is not needed."""
+    code = (f"import sys; sys.modules['{engine}'] = None\n"
             "from hrp2_sim_bridge.ros.hrp2_sim_bridge_node import main\n"
             "sys.exit(main(sys.argv))\n")
-    done = python(code, "--ros-args", "--params-file", parameters())
+    done = python(code, "--ros-args", "--params-file", parameters(), "-p", f"engine:={engine}")
     assert done.status == 1
-    assert "pip install pybullet" in done.err
+    assert f"pip install {engine}" in done.err
+    assert other not in done.err
     assert "Traceback" not in done.err
 
 
@@ -256,12 +260,15 @@ def test_a_window_without_a_display_is_refused(
     assert "DISPLAY" in started.text()
 
 
+@pytest.mark.parametrize("engine", [
+    "mujoco", pytest.param("pybullet", marks=pytest.mark.nightly("the graph's tests run it"))])
 def test_a_second_driver_is_refused_and_the_first_goes_on(
-        start: Callable[..., Any], ros2: Callable[..., Any]) -> None:
+        start: Callable[..., Any], ros2: Callable[..., Any], engine: str) -> None:
     """Two drivers of one robot would fight: exit status 1, and the clock still runs."""
+    pytest.importorskip(engine)
     bridge = ("run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
               parameters())
-    first = start(*bridge)
+    first = start(*bridge, "-p", f"engine:={engine}")
 
     def clock() -> float:
         done = ros2("topic", "echo", "--once", "/clock", "rosgraph_msgs/msg/Clock")

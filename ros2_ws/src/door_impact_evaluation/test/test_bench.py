@@ -76,7 +76,7 @@ def test_a_busy_machine_changes_no_times_of_the_bridge(monkeypatch):
 
 def test_a_step_of_an_engine_is_measured_without_the_bridge(monkeypatch):
     """It is the engine's own time of a step, however long the bridge takes."""
-    
+
     class StillWorld:
         """A world whose engine needs 70 us for each of ten steps in a tick."""
 

@@ -21,8 +21,8 @@ from impact_planner.task.settings import PlannerSettings
 
 PHASES = ("prepare", "cam", "post", "hold")
 STATISTICS = {"mean", "sd", "p95", "max"}
-CONTRACT = {"n", "seed", "engine", "stood", "error_deg", "after_learning", "min_margin_mm", "contacts_one",
-            "runs"}
+CONTRACT = {"n", "seed", "engine", "stood", "error_deg", "after_learning", "min_margin_mm",
+            "contacts_one", "runs"}
 REFUSED, MISSED = "refused", "missed"
 
 

@@ -147,7 +147,7 @@ def runtime() -> str:
 
 
 def _versions(engine: str) -> dict[str, str]:
-    # The packages of the physics engines have the engines' names. Pinocchio from apt has no Python metadata.
+    # The package of a physics engine has the engine's name. Pinocchio from apt has no metadata.
     versions = {"python": platform.python_version(), "pinocchio": pinocchio.__version__}
     if "ROS_DISTRO" in os.environ:
         versions["ros"] = os.environ["ROS_DISTRO"]
