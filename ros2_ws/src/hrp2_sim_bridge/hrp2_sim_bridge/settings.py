@@ -122,7 +122,7 @@ class WorldSettings:
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
-    iterations: int = 10
+    iterations: int = 20
     seed: int = 0
     encoder_bits: int = 16
     log: bool = True
