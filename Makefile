@@ -22,8 +22,11 @@ BIN := $(VENV)/bin
 
 DOOR ?= paper
 TARGET_DEG ?= 25
-HOLD ?= hold
+# HOLD is an older name of ENDING.
+ENDING ?= $(or $(HOLD),hold)
 RUN_UP ?= mcv50
+ENGINE ?= pybullet
+OUT ?= out/demo
 GUI ?= 0
 HITS ?= 1
 N ?= 50
@@ -36,13 +39,14 @@ unexport PYTHONDONTWRITEBYTECODE
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
-	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited HOLD=hold|retreat GUI=1 HITS=2"
-	@echo "make up      the same nodes, left running until Ctrl-C"
+	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
+	@echo "             ENDING=hold|retreat ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
+	@echo "make up      the same nodes, left running until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
-	@echo "make sweep   perturbed doors, how far they open (out/sweep/)   N=50 SEED=1"
+	@echo "make sweep   perturbed doors, how far they open (out/sweep/, out/sweep_hit_mujoco/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
 
 setup: $(READY)
@@ -71,7 +75,8 @@ $(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES) $
 	@touch $@
 
 ros2_ws/install/.ready: $(COLCON_FILES)
-	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, pybullet, mujoco, rosbags, tqdm' || \
+	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, rosbags, tqdm' && \
+	  { python3 -c 'import pybullet' 2>/dev/null || python3 -c 'import mujoco'; } || \
 	  { echo "ROS 2 $(ROS_DISTRO) is sourced, but something is missing, see above. This brings it:"; \
 	    echo "  PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths ros2_ws/src --ignore-src"; \
 	    exit 1; }
@@ -80,10 +85,12 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 
 demo: $(READY)
 	@$(ROS2) run door_impact_evaluation demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
-	  --ending "$(HOLD)" --run-up "$(RUN_UP)" --hits "$(HITS)" --gui "$(GUI)" --out out/demo
+	  --ending "$(ENDING)" --run-up "$(RUN_UP)" --hits "$(HITS)" --engine "$(ENGINE)" \
+	  --gui "$(GUI)" --out "$(OUT)"
 
 up: $(READY)
-	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" gui:="$(GUI)" experience:=out/experience.yaml
+	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
+	  gui:="$(GUI)" experience:=out/experience.yaml
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)
@@ -108,7 +115,7 @@ bench: $(READY)
 	@$(ROS2) run door_impact_evaluation bench --out out/bench
 
 sweep: $(READY)
-	@$(ROS2) run door_impact_evaluation sweep -n $(N) --seed $(SEED) --out out/sweep
+	@$(ROS2) run door_impact_evaluation sweep -n $(N) --seed $(SEED) --engine "$(ENGINE)"
 
 faults: $(READY)
 	@PYTHONPATH=tests $(PYTHON) -m faults -n $(N) --seed $(SEED)

@@ -4,7 +4,9 @@ import json
 import math
 import os
 import re
+import shlex
 import signal
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,16 @@ def sample() -> str:
     """The recording that comes with door_model."""
     return str(Path(get_package_share_directory("door_model")) / "recordings"
                / "paper_five_swings.csv")
+
+
+def made(target: str, *variables: str) -> str:
+    """The words of the commands that `make` would run for a target, without quotes."""
+    environment = {name: value for name, value in os.environ.items()
+                   if name not in ("HOLD", "ENDING", "ENGINE", "OUT", "MAKEFLAGS")}
+    done = subprocess.run(
+        ["make", "--no-print-directory", "-n", target, *variables], text=True, check=True,
+        capture_output=True, cwd=Path(__file__).parents[1], env=environment)
+    return " ".join(shlex.split(done.stdout, comments=True))
 
 
 @pytest.fixture
@@ -148,6 +160,9 @@ def test_the_example_of_a_page_of_docs_runs(
      (("--target-deg", "-5"), ("--target-deg", "-5")),
      (("--target-deg", "nan"), ("--target-deg", "nan")),
      (("--gui", "maybe"), ("--gui", "maybe")),
+     (("--engine", "bullet"), ("--engine", "bullet", "mujoco")),
+     (("--ending", "pass"), ("--ending", "pass is not available yet", "hold or retreat")),
+     (("--ending", "run"), ("--ending", "run")),
      (("--hits", "6"), ("--hits", "6"))])  # fmt: skip
 def test_demo_refuses_before_it_starts_anything(
         called: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...],
@@ -155,6 +170,28 @@ def test_demo_refuses_before_it_starts_anything(
     out = tmp_path / "out"
     refused(called("door_impact_evaluation", "demo", "--out", str(out), *arguments), *words)
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("variables", "options"),
+    [((), ("--ending hold", "--engine pybullet", "--out out/demo")),
+     (("HOLD=retreat",), ("--ending retreat",)),
+     (("HOLD=retreat", "ENDING=hold"), ("--ending hold",)),
+     (("ENDING=pass",), ("--ending pass",)),
+     (("ENGINE=mujoco", "OUT=my results"), ("--engine mujoco", "--out my results"))])
+def test_make_demo_passes_its_variables_on(
+        variables: tuple[str, ...], options: tuple[str, ...]) -> None:
+    """HOLD is an older name of ENDING; nothing is run."""
+    printed = made("demo", *variables)
+    for option in options:
+        assert option in printed
+
+
+@pytest.mark.parametrize(("target", "option"), [
+    ("up", "engine:=mujoco"), ("sweep", "--engine mujoco")])
+def test_make_up_and_make_sweep_take_the_engine(target: str, option: str) -> None:
+    """They run the simulation, too."""
+    assert option in made(target, "ENGINE=mujoco")
 
 
 # -- nodes ----------------------------------------------------------------------------------------
@@ -185,13 +222,17 @@ def test_ros_arguments_that_cannot_be_understood_are_refused_by_name(
     refused(ros2("run", "impact_planner", "impact_planner", "--ros-args", *arguments), word)
 
 
-def test_without_pybullet_the_bridge_says_what_to_install(python: Callable[..., Any]) -> None:
-    code = ("import sys; sys.modules['pybullet'] = None\n"
+@pytest.mark.parametrize(("engine", "other"), [("pybullet", "mujoco"), ("mujoco", "pybullet")])
+def test_without_its_engine_the_bridge_says_what_to_install(
+        python: Callable[..., Any], engine: str, other: str) -> None:
+    """The other engine is not named, and it is not needed."""
+    code = (f"import sys; sys.modules['{engine}'] = None\n"
             "from hrp2_sim_bridge.ros.hrp2_sim_bridge_node import main\n"
             "sys.exit(main(sys.argv))\n")
-    done = python(code, "--ros-args", "--params-file", parameters())
+    done = python(code, "--ros-args", "--params-file", parameters(), "-p", f"engine:={engine}")
     assert done.status == 1
-    assert "pip install pybullet" in done.err
+    assert f"pip install {engine}" in done.err
+    assert other not in done.err
     assert "Traceback" not in done.err
 
 
@@ -219,12 +260,15 @@ def test_a_window_without_a_display_is_refused(
     assert "DISPLAY" in started.text()
 
 
+@pytest.mark.parametrize("engine", [
+    "mujoco", pytest.param("pybullet", marks=pytest.mark.nightly("the graph's tests run it"))])
 def test_a_second_driver_is_refused_and_the_first_goes_on(
-        start: Callable[..., Any], ros2: Callable[..., Any]) -> None:
+        start: Callable[..., Any], ros2: Callable[..., Any], engine: str) -> None:
     """Two drivers of one robot would fight: exit status 1, and the clock still runs."""
+    pytest.importorskip(engine)
     bridge = ("run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
               parameters())
-    first = start(*bridge)
+    first = start(*bridge, "-p", f"engine:={engine}")
 
     def clock() -> float:
         done = ros2("topic", "echo", "--once", "/clock", "rosgraph_msgs/msg/Clock")

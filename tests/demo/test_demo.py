@@ -3,6 +3,8 @@
 import json
 import re
 from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ KEYS = {
     "zmp": {"planned_min_margin_mm", "measured_min_margin_mm", "raw_min_margin_mm"},
     "robot": {"fell", "max_tilt_deg", "max_tracking_error_deg", "max_torque_ratio", "foot_slip_mm",
               "gear_load"},
-    "run": {"real_time_factor", "wall_s", "runtime", "rmw", "versions"},
+    "run": {"real_time_factor", "wall_s", "engine", "runtime", "rmw", "versions"},
 }
 PICTURES = ("door_angle.png", "zmp.png", "identification.png", "restoring_torque.png",
             "closer_angle.png", "cam_curve.png")
@@ -59,6 +61,34 @@ def test_summary_has_exactly_the_contracts_keys(summary: dict[str, Any]) -> None
     assert all(set(summary["identified"][name]) == {"value", "std", "true", "relative_error"}
                for name in PARAMETERS)
     assert all(set(margins) == PHASES for margins in summary["zmp"].values())
+
+
+def test_summary_and_table_name_the_engine(demo: Any, summary: dict[str, Any]) -> None:
+    """PyBullet by default, with its version and not that of the other engine."""
+    run = summary["run"]
+    assert run["engine"] == "pybullet"
+    assert run["versions"]["pybullet"] == metadata.version("pybullet")
+    assert "mujoco" not in run["versions"]
+    (line,) = (line for line in demo.text.splitlines() if "physics engine" in line)
+    assert line.split()[-1] == "pybullet"
+
+
+@pytest.mark.nightly("the demonstration once more, in the other engine")
+def test_the_demonstration_runs_in_mujoco(ros2: Any, tmp_path: Path) -> None:
+    """One hit opens the door, the robot stands, and summary, log and table name the engine."""
+    pytest.importorskip("mujoco")
+    done = ros2("run", "door_impact_evaluation", "demo", "--engine", "mujoco", "--out",
+                str(tmp_path))
+    assert done.status == 0, done.out + done.err
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert {name: set(part) for name, part in found.items()} == KEYS
+    assert found["run"]["engine"] == "mujoco"
+    assert "mujoco" in found["run"]["versions"]
+    assert found["door"]["peak_deg"] == pytest.approx(25.0, abs=1.0)
+    assert found["impact"]["contacts_before_peak"] == 1
+    assert found["robot"]["fell"] is False
+    assert simulation_log.load(tmp_path / "simulation.npz", 0.0).engine == "mujoco"
+    assert re.search("physics engine.* mujoco", done.out)
 
 
 def test_every_number_of_the_summary_is_finite(demo: Any, summary: dict[str, Any]) -> None:

@@ -10,6 +10,7 @@ import rclpy
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from door_impact_bringup import recorder_node, scene_publisher_node
+from hrp2_sim_bridge.settings import BRACES, ENGINES, SOLES, WorldSettings
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -127,11 +128,32 @@ def test_the_recorder_asks_for_what_every_publisher_offers(
     assert request.depth >= 1000
 
 
+def launched(kind: str, file: str = "bringup.launch.yaml") -> list[dict[str, Any]]:
+    """Returns the arguments ("arg"), nodes ("node") or included files of a launch file."""
+    path = Path(get_package_share_directory("door_impact_bringup"), "launch", file)
+    return [entity[kind] for entity in yaml.safe_load(path.read_text())["launch"]
+            if kind in entity and entity[kind].get("pkg") != "rviz2"]
+
+
+@pytest.mark.parametrize(("name", "allowed"), [
+    ("engine", ENGINES), ("brace", BRACES), ("sole", SOLES)])
+def test_both_launch_files_pass_the_simulations_choices_on(
+        name: str, allowed: tuple[str, ...]) -> None:
+    """Their choices and defaults are the bridge's; demo passes to bringup, and it to the bridge."""
+    for file in ("bringup.launch.yaml", "demo.launch.yaml"):
+        (argument,) = (each for each in launched("arg", file) if each["name"] == name)
+        assert {choice["value"] for choice in argument["choice"]} == {*allowed}
+        assert argument["default"] == getattr(WorldSettings, name)
+    (bridge,) = (node for node in launched("node") if node["name"] == "hrp2_sim_bridge")
+    (included,) = launched("include", "demo.launch.yaml")
+    passed = {"name": name, "value": f"$(var {name})"}
+    assert passed in bridge["param"]
+    assert passed in included["arg"]
+
+
 def test_every_node_is_required_but_the_recorder() -> None:
     """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
-    path = Path(get_package_share_directory("door_impact_bringup"), "launch", "bringup.launch.yaml")
-    nodes = [entity["node"] for entity in yaml.safe_load(path.read_text())["launch"]
-             if "node" in entity and entity["node"]["pkg"] != "rviz2"]
+    nodes = launched("node")
     ends = {node["name"]: node.get("on_exit") for node in nodes}
     assert len(ends) == 8
     assert {name for name, action in ends.items() if action != "shutdown"} == {"recorder"}
@@ -139,9 +161,7 @@ def test_every_node_is_required_but_the_recorder() -> None:
 
 def test_each_node_that_reads_files_is_given_the_allowed_folders() -> None:
     """The launch argument reaches all nodes with a parameter for a file to read."""
-    path = Path(get_package_share_directory("door_impact_bringup"), "launch", "bringup.launch.yaml")
-    nodes = [entity["node"] for entity in yaml.safe_load(path.read_text())["launch"]
-             if "node" in entity and entity["node"]["pkg"] != "rviz2"]
+    nodes = launched("node")
     given = {node["name"] for node in nodes
              if "allowed_folders" in {each.get("name") for each in node["param"]}}
     assert given == {node["name"] for node in nodes} - {"door_encoder", "recorder"}

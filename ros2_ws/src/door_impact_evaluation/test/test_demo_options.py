@@ -30,10 +30,22 @@ def test_a_number_of_hits_outside_1_to_5_is_refused(tmp_path, capsys, hits):
 def test_the_demonstration_hits_as_often_as_requested(tmp_path, monkeypatch, arguments, hits):
     """Without the option it hits once."""
     received = []
-    monkeypatch.setattr(demo, "_demonstrate", lambda settings, gui: received.append(settings.hits))
+    monkeypatch.setattr(demo, "_demonstrate", lambda settings, _: received.append(settings.hits))
     monkeypatch.setattr(demo.signal, "signal", lambda *_: None)
     assert demo.main([*arguments, "--out", str(tmp_path)]) == 0
     assert received == [hits]
+
+
+@pytest.mark.parametrize(("arguments", "engine", "gui"), [
+    ([], "pybullet", "0"), (["--engine", "mujoco", "--gui", "1"], "mujoco", "1")])
+def test_the_simulation_gets_its_engine(tmp_path, monkeypatch, arguments, engine, gui):
+    """PyBullet without a window is the default."""
+    received = []
+    monkeypatch.setattr(
+        demo, "_demonstrate", lambda settings, simulation: received.append(simulation))
+    monkeypatch.setattr(demo.signal, "signal", lambda *_: None)
+    assert demo.main([*arguments, "--out", str(tmp_path)]) == 0
+    assert received == [{"engine": engine, "gui": gui}]
 
 
 def test_the_nodes_may_read_the_file_of_the_door_that_a_person_named(tmp_path):

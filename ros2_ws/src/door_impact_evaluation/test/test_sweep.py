@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from door_impact_evaluation.run.rehearsal import Rehearsal
 from door_impact_evaluation.sweep import report as sweep_report
 from door_impact_evaluation.sweep import sweep
 from door_impact_evaluation.sweep.cases import cases
+from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import AngleUnreachable
@@ -19,8 +21,8 @@ from impact_planner.task.settings import PlannerSettings
 
 PHASES = ("prepare", "cam", "post", "hold")
 STATISTICS = {"mean", "sd", "p95", "max"}
-CONTRACT = {"n", "seed", "stood", "error_deg", "after_learning", "min_margin_mm", "contacts_one",
-            "runs"}
+CONTRACT = {"n", "seed", "engine", "stood", "error_deg", "after_learning", "min_margin_mm",
+            "contacts_one", "runs"}
 REFUSED, MISSED = "refused", "missed"
 
 
@@ -165,7 +167,7 @@ def ran(monkeypatch):
     """Returns the names of the cases that were run, in order."""
     names = []
 
-    def run_case(case):
+    def run_case(case, engine):
         names.append(case.name)
         return made_up(case)
 
@@ -220,14 +222,46 @@ def test_an_incomplete_line_costs_that_case_alone(ran, tmp_path, left):
     assert ran == []
 
 
+def test_each_engine_has_its_own_folder_and_summary(ran, tmp_path, monkeypatch):
+    """PyBullet's is out/sweep/; a sweep in one engine uses no records of the other."""
+    monkeypatch.chdir(tmp_path)
+    folders = {"pybullet": Path("out/sweep"), "mujoco": Path("out/sweep_hit_mujoco")}
+    for engine, folder in folders.items():
+        ran.clear()
+        assert sweep.main(["-n", "1", "--engine", engine]) == 0
+        assert len(ran) == 8
+        assert json.loads((folder / "summary.json").read_text())["engine"] == engine
+        assert engine in (folder / "report.txt").read_text()
+        assert sweep.main(["-n", "1", "--engine", engine]) == 0
+        assert len(ran) == 8
+    ran.clear()
+    assert sweep.main(["-n", "1", "--engine", "mujoco", "--out", str(folders["pybullet"])]) == 0
+    assert len(ran) == 8
+
+
+def test_a_case_is_run_in_the_engine_of_the_sweep(monkeypatch):
+    """The engine reaches every hit of the case, besides the case's own settings."""
+    asked = []
+
+    def rehearse(target, path, **settings):
+        asked.append(settings["engine"])
+        return SimpleNamespace(impact=None)
+
+    monkeypatch.setattr(sweep, "rehearse", rehearse)
+    monkeypatch.setattr(sweep, "measured", lambda run: {})
+    for engine in ENGINES:
+        sweep.run_case(cases(1, 1)[0], engine)
+    assert asked == [*ENGINES]
+
+
 def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
     """The status is 130, and the next sweep runs only the cases that are missing."""
     keep = sweep.run_case
 
-    def interrupted(case):
+    def interrupted(case, engine):
         if len(ran) == 3:
             raise KeyboardInterrupt
-        return keep(case)
+        return keep(case, engine)
 
     monkeypatch.setattr(sweep, "run_case", interrupted)
     assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 130
@@ -264,7 +298,7 @@ def test_the_command_writes_summary_report_and_figure(ran, tmp_path, capsys):
 
 @pytest.mark.parametrize(("arguments", "word"), [
     (["-n", "0"], "1 or more"), (["-n", "-3"], "1 or more"), (["--seed", "-1"], "0 or more"),
-    (["-n", "many"], "many"), (["-n", "1.5"], "1.5")])
+    (["-n", "many"], "many"), (["-n", "1.5"], "1.5"), (["--engine", "bullet"], "mujoco")])
 def test_a_sweep_of_nothing_is_refused(ran, tmp_path, capsys, arguments, word):
     """The command ends with status 2 before anything is run or written."""
     with pytest.raises(SystemExit) as ended:
@@ -324,7 +358,7 @@ def test_lines_that_are_no_records_are_left_out(tmp_path):
     """JSON of another form does not end the sweep."""
     path = tmp_path / sweep.RECORD
     path.write_text('null\n{"x": 1}\n[1]\n"digest"\n{"digest": "these"}\n')
-    assert sweep.load_records(path, "these") == {}
+    assert sweep.load_records(path, "these", "pybullet") == {}
 
 
 def test_a_folder_that_cannot_be_made_is_reported_in_one_line(ran, tmp_path, capsys):

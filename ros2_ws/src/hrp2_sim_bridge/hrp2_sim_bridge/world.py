@@ -31,7 +31,7 @@ from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.physics.fall import FallWatch
 from hrp2_sim_bridge.physics.hit_meter import HitMeter
 from hrp2_sim_bridge.physics.scene import Scene
-from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState
+from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState, Reactions
 from hrp2_sim_bridge.sensors.readings import TickReadings
 from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
@@ -90,8 +90,8 @@ class World(Driver):
     ) -> None:
         self.robot_config = robot
         self.door_config = door
-        named: dict[str, Any] = {"engine": engine} if isinstance(engine, str) else {}
-        self.settings = WorldSettings(**named, **settings)
+        name = engine if isinstance(engine, str) else engine.name
+        self.settings = WorldSettings(engine=name, **settings)
         self._check_place(door_distance, hinge_x)
         self._door_distance = door_distance
         self._hinge_x = hinge_x
@@ -283,7 +283,7 @@ class World(Driver):
             self._take_steps(
                 orders[first : first + per_sample], times[first], readings, near=fine
             )
-            self._read(readings)
+            self._read(readings, last=first + per_sample == steps)
         self._ticks += 1
         if self._log is not None:
             self._log.add(
@@ -321,20 +321,22 @@ class World(Driver):
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
         self.joints.begin_sample()
-        reactions = []
+        reactions: list[Reactions] = []
         for position, speed in orders:
             reactions.append(self.joints.step(position, speed, torque))
             for observer in self.observers:
                 observer(self.engine)
             if near:
                 self.hit.add_step(1.0 / len(orders))
-        readings.reactions.append(np.array(reactions).mean(axis=0))
+        readings.reactions.append(reactions)
 
-    def _read(self, readings: TickReadings) -> None:
-        """Add the readings at the end of a millisecond."""
-        self._frames = self.engine.read_frames()
+    def _read(self, readings: TickReadings, *, last: bool) -> None:
+        """Add the readings at the end of a millisecond, the last one of the tick or another."""
         self._door_state = self.engine.door_state()
-        readings.joints.append(self.joints.joints)
-        readings.frames.append(self._frames)
         readings.door.append(self._door_state)
         readings.touches.append(self.hit.take())
+        if last or self._log is not None:
+            self._frames = self.engine.read_frames()
+            readings.frames.append(self._frames)
+        if self._log is not None:
+            readings.joints.append(self.joints.joints)

@@ -1,10 +1,13 @@
 """The world in each physics engine: what holds whichever engine computes the motion."""
 
+import json
+
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import SIDES
+from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.settings import ENGINES, SensorSettings, WorldSettings
 from hrp2_sim_bridge.world import World
@@ -141,3 +144,12 @@ def test_an_unknown_engine_is_an_error_that_names_the_known_ones() -> None:
     """The setting is checked before anything is built."""
     with pytest.raises(SettingError, match="engine is bullet, must be pybullet or mujoco"):
         WorldSettings(engine="bullet")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_settings_and_log_name_the_engine_that_runs(make_world, engine) -> None:
+    """It may be given by its name or as an object."""
+    for given in (engine, make_engine(engine)):
+        world = make_world(engine=given)
+        assert world.engine.name == world.settings.engine == engine
+        assert json.loads(str(world.log()["settings"]))["engine"] == engine

@@ -8,15 +8,17 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError
 from door_model.door.config import load_door, names_file
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 
 from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
-from door_impact_evaluation.demo.settings import ENDINGS, RUN_UPS, DemoSettings
+from door_impact_evaluation.demo.settings import ENDINGS, LATER_ENDINGS, RUN_UPS, DemoSettings
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
 
@@ -36,6 +38,14 @@ def _angle(text: str) -> float:
     return value
 
 
+def _ending(text: str) -> str:
+    if text in LATER_ENDINGS:
+        raise argparse.ArgumentTypeError(
+            f"{text} is not available yet, it comes with a later version: choose "
+            f"{' or '.join(ENDINGS)}")
+    return text
+
+
 def _switch(text: str) -> bool:
     if text not in ("0", "1"):
         raise argparse.ArgumentTypeError(f"it is {text}, it must be 0 or 1")
@@ -50,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
                         help="paper, size2, size3, size4 or a YAML file (default: paper)")
     parser.add_argument("--target-deg", type=_angle, default=25.0,
                         help="desired opening angle [deg] (default: 25)")
-    parser.add_argument("--ending", choices=ENDINGS, default="hold",
+    parser.add_argument("--ending", type=_ending, choices=ENDINGS, default="hold",
                         help="what the robot does with the open door (default: hold)")
     parser.add_argument("--run-up", choices=RUN_UPS, default="mcv50",
                         help="mcv50, the paper's, or zmp_limited, for doors that need a faster "
@@ -58,7 +68,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--hits", type=int, choices=range(1, 6), default=1, metavar="N",
                         help="number of hits, 1 to 5; each hit learns from the hit before, the "
                         "results are those of the last one (default: 1)")
-    parser.add_argument("--gui", type=_switch, default=False, help="1 opens a PyBullet window")
+    parser.add_argument("--engine", choices=ENGINES, default=WorldSettings.engine,
+                        help=f"physics engine (default: {WorldSettings.engine})")
+    parser.add_argument("--gui", type=_switch, default=False,
+                        help="1 opens the physics engine's window")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
                         help="folder in which the results are written (default: out/demo)")
     return parser
@@ -90,8 +103,12 @@ def _stop(launcher: subprocess.Popen[bytes]) -> None:
     launcher.wait()
 
 
-def _demonstrate(settings: DemoSettings, gui: bool) -> None:
+def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
     """Runs a demonstration from the start of the nodes until the results are in their place.
+
+    Args:
+        settings: What to do.
+        simulation: Launch arguments of the simulation.
 
     Raises:
         DoorImpactError: The demonstration could not be run, or its motion failed.
@@ -105,7 +122,7 @@ def _demonstrate(settings: DemoSettings, gui: bool) -> None:
     folder = ResultFolder(settings.out)
     folder.begin()
     try:
-        _run_with_nodes(replace(settings, out=folder.unfinished), gui)
+        _run_with_nodes(replace(settings, out=folder.unfinished), simulation)
     finally:
         if folder.is_complete():
             folder.replace()
@@ -117,7 +134,7 @@ def _demonstrate(settings: DemoSettings, gui: bool) -> None:
         folder.release()
 
 
-def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:
+def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
     from door_impact_evaluation.demo.demo_runner_node import run
 
     simulation_log, recording = ((settings.out / name).resolve()
@@ -125,7 +142,8 @@ def _run_with_nodes(settings: DemoSettings, gui: bool) -> None:
     with (settings.out / LOG).open("wb") as log:
         launcher = subprocess.Popen(
             [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
-             f"door:={settings.door}", f"gui:={int(gui)}", "paced:=false",
+             f"door:={settings.door}", "paced:=false",
+             *(f"{name}:={value}" for name, value in simulation.items()),
              f"log_file:={simulation_log}", f"record:={recording}",
              f"allowed_folders:={_allowed(settings.door)}"],
             stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
@@ -170,7 +188,7 @@ def main(args: list[str] | None = None) -> int:
     settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
                             options.hits, options.out)
     try:
-        _demonstrate(settings, options.gui)
+        _demonstrate(settings, {"engine": options.engine, "gui": str(int(options.gui))})
     except DoorImpactError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1

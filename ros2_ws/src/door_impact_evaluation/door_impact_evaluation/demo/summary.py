@@ -26,7 +26,7 @@ _HELD_OVER = 0.3  # time at the end over which the held angle is averaged [s]
 _IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
 _PLANNED = ("omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
             "b_r", "i_rob", "l_b")  # numbers of the message ImpactPlan that the summary repeats
-_PACKAGES = ("numpy", "scipy", "pybullet", "cyclonedds")  # packages whose versions are recorded
+_PACKAGES = ("numpy", "scipy", "cyclonedds")  # packages whose versions are recorded
 
 
 def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, record: DemoRecord,
@@ -58,9 +58,10 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
         "run": {
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
+            "engine": log.engine,
             "runtime": runtime(),
             "rmw": get_rmw_implementation_identifier(),
-            "versions": _versions(),
+            "versions": _versions(log.engine),
         },
     }
 
@@ -145,12 +146,12 @@ def runtime() -> str:
     return "embedded" if Path(rclpy.__file__).parents[1] == Path(own.origin).parents[1] else "ros2"
 
 
-def _versions() -> dict[str, str]:
-    # Pinocchio from apt has no Python metadata.
+def _versions(engine: str) -> dict[str, str]:
+    # The package of a physics engine has the engine's name. Pinocchio from apt has no metadata.
     versions = {"python": platform.python_version(), "pinocchio": pinocchio.__version__}
     if "ROS_DISTRO" in os.environ:
         versions["ros"] = os.environ["ROS_DISTRO"]
-    for name in _PACKAGES:
+    for name in (*_PACKAGES, engine):
         try:
             versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:

@@ -105,6 +105,7 @@ def _result_rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row(f"smallest ZMP margin, in phase {phase}", "-", f"{margin:.1f}", "mm"),
         Row("slip of the feet", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),
         Row("robot at the end", "stands", "fell" if robot["fell"] else "stands", ""),
+        Row("physics engine of the simulation", "-", summary["run"]["engine"], ""),
     ]
 
 

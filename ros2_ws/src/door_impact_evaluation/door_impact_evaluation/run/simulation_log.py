@@ -1,5 +1,6 @@
 """Reads the simulation's own log, which only the evaluation knows."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,7 @@ class SimulationLog:
         door_distance: Distance of the closed leaf's face from the origin of odom [m].
         hinge_x: x of the hinge in odom [m].
         i_a: Moment of inertia of the simulated leaf about its hinge [kg m^2].
+        engine: Name of the physics engine.
     """
 
     motion: Motion
@@ -72,6 +74,7 @@ class SimulationLog:
     door_distance: float
     hinge_x: float
     i_a: float
+    engine: str
 
     def hit_loads(self, impact: Impact) -> HitLoads:
         """Returns the loads from the first contact until `_RINGING` after its end."""
@@ -135,4 +138,5 @@ def load(path: Path, start: float) -> SimulationLog:
         door_distance=float(log["door_distance"]),
         hinge_x=float(log["hinge_x"]),
         i_a=float(log["i_a"]),
+        engine=json.loads(str(log["settings"]))["engine"],
     )

@@ -54,7 +54,8 @@ def table(found: dict[str, Any]) -> str:
     for record in found["nominal"]:
         by_name.setdefault(record["name"], []).append(record)
     lines += [_nominal(records) for records in by_name.values()]
-    lines += ["", f"{found['n']} perturbed doors, seed {found['seed']}, for 25 deg"
+    lines += ["", f"{found['n']} perturbed doors, seed {found['seed']}, engine "
+              f"{found['engine']}, for 25 deg"
               "     mean      sd    95 %*    max*", "  (* of the magnitudes of the errors)"]
     for label, key in (("perturbed, first hit", "error_deg"),
                        ("rough, first hit", "before_learning"),

@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
@@ -19,6 +20,7 @@ from door_impact_common.errors import DoorImpactError
 from door_model.data import data_path as door_data
 from hrp2_description.data import data_path as robot_data
 from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from tqdm import tqdm
 
 from door_impact_evaluation.run import evaluation
@@ -29,15 +31,19 @@ PACKAGES = ("door_encoder", "door_impact_common", "door_impact_evaluation", "doo
             "hrp2_description", "hrp2_sim_bridge", "humanoid_motion", "impact_planner")
 ROBOT_FILES = ("config/robot.yaml", "config/hrp2_links.yaml", "urdf/hrp2.urdf")
 RECORD = "runs.jsonl"
+FOLDERS = {engine: Path("out/sweep") if engine == WorldSettings.engine
+           else Path(f"out/sweep_hit_{engine}") for engine in ENGINES}
+"""Folder of the results of each physics engine."""
 UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
 HELD_OVER = 0.5            # time at the end over which the held angle is averaged [s]
 
 
-def run_case(case: Case) -> list[dict[str, Any]]:
+def run_case(case: Case, engine: str = WorldSettings.engine) -> list[dict[str, Any]]:
     """Runs the hits of a case.
 
     Args:
         case: The case.
+        engine: Physics engine of the simulation.
 
     Returns:
         One record for each hit. A refused plan or a miss is the last.
@@ -50,7 +56,8 @@ def run_case(case: Case) -> list[dict[str, Any]]:
             try:
                 run = rehearse(
                     case.target_deg, Path(folder) / "log.npz", door=case.config(), known=known,
-                    door_offset=case.door_offset, run_up=case.run_up, **case.world(hit))
+                    door_offset=case.door_offset, run_up=case.run_up, engine=engine,
+                    **case.world(hit))
             except DoorImpactError as error:
                 return [*records, record | {"refused": str(error)}]
             records.append(record | measured(run))
@@ -126,12 +133,13 @@ def sources() -> str:
     return digest.hexdigest()[:16]
 
 
-def load_records(path: Path, digest: str) -> dict[str, list[dict[str, Any]]]:
-    """Reads the records of earlier runs of the same code.
+def load_records(path: Path, digest: str, engine: str) -> dict[str, list[dict[str, Any]]]:
+    """Reads the records of earlier runs of the same code in the same physics engine.
 
     Args:
         path: File of the records; it need not exist.
         digest: Digest of the code, as `sources` computes it.
+        engine: The physics engine.
 
     Returns:
         The records by case; incomplete lines are left out.
@@ -141,19 +149,22 @@ def load_records(path: Path, digest: str) -> dict[str, list[dict[str, Any]]]:
         for line in path.read_text(encoding="utf-8").splitlines():
             try:
                 entry = json.loads(line)
-                if entry["digest"] == digest:
+                if (entry["digest"], entry["engine"]) == (digest, engine):
                     found[json.dumps(entry["case"], sort_keys=True)] = entry["records"]
             except (json.JSONDecodeError, TypeError, KeyError):
                 continue
     return found
 
 
-def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
+def run(
+    wanted: list[Case], out: Path, engine: str = WorldSettings.engine,
+) -> list[dict[str, Any]]:
     """Runs the cases that have no records yet, as many at a time as there are cores.
 
     Args:
         wanted: The cases.
         out: Folder of the results; the records of each case are written as soon as it is done.
+        engine: Physics engine of the simulation.
 
     Returns:
         The records of all cases, in their order.
@@ -163,7 +174,7 @@ def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
     """
     out.mkdir(parents=True, exist_ok=True)
     digest, path = sources(), out / RECORD
-    done = load_records(path, digest)
+    done = load_records(path, digest, engine)
     keys = {case: json.dumps(case.as_json(), sort_keys=True) for case in wanted}
     missing = [case for case in wanted if keys[case] not in done]
     bar = tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="door",
@@ -174,17 +185,18 @@ def run(wanted: list[Case], out: Path) -> list[dict[str, Any]]:
             os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
         if file.tell() and not path.read_bytes().endswith(b"\n"):
             file.write("\n")  # ends an incomplete line
-        for case, records in pool.imap_unordered(_with_case, missing):
+        for case, records in pool.imap_unordered(partial(_with_case, engine), missing):
             done[keys[case]] = records
-            entry = {"digest": digest, "case": case.as_json(), "records": records}
+            entry = {"digest": digest, "engine": engine, "case": case.as_json(),
+                     "records": records}
             file.write(json.dumps(entry) + "\n")
             file.flush()
             bar.update()
     return [record for case in wanted for record in done[keys[case]]]
 
 
-def _with_case(case: Case) -> tuple[Case, list[dict[str, Any]]]:
-    return case, run_case(case)
+def _with_case(engine: str, case: Case) -> tuple[Case, list[dict[str, Any]]]:
+    return case, run_case(case, engine)
 
 
 def statistics(errors: Iterable[float]) -> dict[str, float | None]:
@@ -204,13 +216,16 @@ def statistics(errors: Iterable[float]) -> dict[str, float | None]:
             "p95": float(np.percentile(size, 95.0)), "max": float(size.max())}
 
 
-def summary(records: list[dict[str, Any]], n: int, seed: int) -> dict[str, Any]:
+def summary(
+    records: list[dict[str, Any]], n: int, seed: int, engine: str = WorldSettings.engine,
+) -> dict[str, Any]:
     """Makes the contents of summary.json.
 
     Args:
         records: Records of all cases.
         n: Number of cases in each group.
         seed: Seed of the sweep.
+        engine: Physics engine of the simulation.
     """
     def of(group: str, hit: int) -> list[dict[str, Any]]:
         return [r for r in records if r["case"]["group"] == group and r["hit"] == hit]
@@ -226,6 +241,7 @@ def summary(records: list[dict[str, Any]], n: int, seed: int) -> dict[str, Any]:
     return {
         "n": n,
         "seed": seed,
+        "engine": engine,
         "stood": sum(r.get("stood", False) for r in first),
         "error_deg": statistics(errors("perturbed", 0)),
         "after_learning": statistics(errors("rough", 1)),
@@ -255,23 +271,26 @@ def main(args: list[str] | None = None) -> int:
                         help="perturbed and rough doors, each (default: 50)")
     parser.add_argument("--seed", type=int, default=1,
                         help="seed of the random numbers (default: 1)")
-    parser.add_argument("--out", type=Path, default=Path("out/sweep"),
-                        help="folder of the results (default: out/sweep)")
+    parser.add_argument("--engine", choices=ENGINES, default=WorldSettings.engine,
+                        help=f"physics engine (default: {WorldSettings.engine})")
+    folders = ", ".join(f"{folder} with {engine}" for engine, folder in FOLDERS.items())
+    parser.add_argument("--out", type=Path, help=f"folder of the results (default: {folders})")
     options = parser.parse_args(args)
+    out = options.out or FOLDERS[options.engine]
     if options.n < 1 or options.seed < 0:
         parser.error(f"-n is {options.n}, it must be 1 or more; --seed is {options.seed}, "
                      "it must be 0 or more")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        records = run(cases(options.n, options.seed), options.out)
+        records = run(cases(options.n, options.seed), out, options.engine)
         from door_impact_evaluation.sweep import report as sweep_report
 
-        sweep_report.write(summary(records, options.n, options.seed), options.out)
+        sweep_report.write(summary(records, options.n, options.seed, options.engine), out)
     except OSError as error:
         print(f"sweep: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f"sweep: interrupted; the cases that were done are kept in {options.out}",
+        print(f"sweep: interrupted; the cases that were done are kept in {out}",
               file=sys.stderr)
         return 130
     return 0

@@ -84,7 +84,7 @@ class Actuation:
             error = np.abs(reference[self._indices] - self._posture)
             locked = near and not fell and bool(error.max() < _BRACE_TOLERANCE)
             if locked != self._locked:
-                self._engine.hold(self._locks if locked else ())
+                self._engine.hold(self._locks if locked else [])
                 self._locked = locked
         return self._locked
 

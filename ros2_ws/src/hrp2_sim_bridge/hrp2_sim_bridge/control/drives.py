@@ -67,6 +67,7 @@ class JointDrives:
         # Implicit Euler of the servo: it is stable for any gains.
         self._yield = 1.0 / (
             self._rotor + step * data.speed_gain + step**2 * data.position_gain)
+        self._per_torque, self._per_speed = step / self._rotor, self._rotor / step
 
     def torque(self, reference: Array, rate: Array, position: Array, speed: Array) -> Array:
         """Advance the motors by a step; return the torques of the gears on the links, (J,) [N m].
@@ -77,20 +78,20 @@ class JointDrives:
             position: Positions of the joints at the start of the step, (J,) [rad].
             speed: Their speeds, (J,) [rad/s].
         """
-        data, step = self._data, self._step
-        self.gear = self._stiffness * (self.position - position)
-        self.gear += self._damping * (self.speed - speed)
-        np.maximum(self.peak, np.abs(self.gear), out=self.peak)
-        wanted = data.position_gain * (reference - self.position) + data.speed_gain * rate
-        ahead = (self._rotor * self.speed + step * (wanted - self.gear)) * self._yield
-        motor = self._rotor / step * (ahead - self.speed) + self.gear
-        # A motor at its largest speed drives no further; it can only brake.
-        least = -self.limit * (self.speed > -self._fastest)
-        most = self.limit * (self.speed < self._fastest)
-        self.motor = np.minimum(np.maximum(motor, least), most)
-        self.speed = self.speed + step / self._rotor * (self.motor - self.gear)
-        self.position = self.position + step * self.speed
-        return self.gear
+        data, step, angle, turning = self._data, self._step, self.position, self.speed
+        gear = self._stiffness * (angle - position) + self._damping * (turning - speed)
+        self.peak = np.maximum(self.peak, np.abs(gear))
+        wanted = data.position_gain * (reference - angle) + data.speed_gain * rate
+        ahead = (self._rotor * turning + step * (wanted - gear)) * self._yield
+        motor = self._per_speed * (ahead - turning) + gear
+        least, most = -self.limit, self.limit
+        if (np.abs(turning) >= self._fastest).any():
+            # A motor at its largest speed drives no further; it can only brake.
+            least, most = least * (turning > -self._fastest), most * (turning < self._fastest)
+        self.gear, self.motor = gear, np.minimum(np.maximum(motor, least), most)
+        self.speed = turning + self._per_torque * (self.motor - gear)
+        self.position = angle + step * self.speed
+        return gear
 
 
 class _LeastInertia:

@@ -169,6 +169,8 @@ class Stabilizer:
         # Stiffness of a rigid sole on four springs at its corners against rotation about x and y.
         self._turn_stiffness = stiffness * half[::-1] ** 2
         self._reach = half - self.settings.edge
+        self._middles = np.column_stack([self._model.middles, np.zeros(2)])
+        self._regular = _SINGULAR**2 * np.eye(6)
         # Number of ticks by which the stabilizer looks ahead in the reference: a command is reached
         # one tick later and smoothed, but the rubber's damping responds early.
         early = rubber.damping / stiffness
@@ -302,10 +304,11 @@ class Stabilizer:
             return  # the floor does not cause this motion, so the joints bear other torques
         torque = stance.effort.copy()
         for foot, share in enumerate(wanted.force / stance.normal_force):
-            turn, middle = stance.turns[foot], np.append(self._model.middles[foot], 0.0)
+            turn, middle = stance.turns[foot], self._middles[foot]
             force = turn.T @ (share * stance.force)
-            moment = turn.T @ np.append(wanted.moment[foot], 0.0) + cross(middle, force)
-            torque[self._model.leg_joints[foot]] -= stance.legs[foot].T @ np.append(force, moment)
+            moment = turn.T @ np.array([*wanted.moment[foot], 0.0]) + cross(middle, force)
+            load = stance.legs[foot].T @ np.array([*force, *moment])
+            torque[self._model.leg_joints[foot]] -= load
         smooth = TICK / (TICK + self.settings.smoothing)
         self._torque += smooth * (torque - self._torque)
         drives = self._drives
@@ -318,11 +321,10 @@ class Stabilizer:
         twist = np.zeros((2, 6))
         for foot, (lift, roll, pitch) in enumerate(self._feet):
             turn = stance.turns[foot].T @ np.array([roll, pitch, 0.0])
-            middle = np.append(self._model.middles[foot], 0.0)
-            twist[foot, :3] = np.array([0.0, 0.0, lift]) - cross(turn, middle)
+            twist[foot, :3] = np.array([0.0, 0.0, lift]) - cross(turn, self._middles[foot])
             twist[foot, 3:] = turn
         legs, turned = stance.legs, stance.legs.transpose(0, 2, 1)
-        square = legs @ turned + _SINGULAR**2 * np.eye(6)
+        square = legs @ turned + self._regular
         offsets = np.zeros(len(self._robot.joint_names))
         offsets[self._model.leg_joints] = (
             turned @ np.linalg.solve(square, twist[..., None])

@@ -82,7 +82,7 @@ class TruthLog:
             time=time - SAMPLE * np.arange(count - 1, -1, -1),
             joints=joints[:, :2],
             frames=readings.frames[1:],
-            reactions=readings.reactions,
+            reactions=readings.mean_reactions,
             door=readings.door,
             contact_force=[touch.force for touch in readings.touches],
             contact_link=[touch.link for touch in readings.touches],

@@ -1,6 +1,5 @@
 """The interface that a physics engine offers to the world; `engines.py` names the engines."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 from door_impact_common.arrays import Array
@@ -11,6 +10,7 @@ from hrp2_sim_bridge.physics.states import BodyState, DoorState, FloorContact, R
 
 class Engine(Protocol):
     """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
+    name: str  # one of `settings.ENGINES`
     link_names: tuple[str, ...]
     sole_mass: Array  # masses (2,) below the force sensors of the left and the right foot [kg]
     sole_inertia: Array  # principal moments of these bodies in the soles' axes, (2, 3) [kg m^2]
@@ -23,7 +23,7 @@ class Engine(Protocol):
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
 
-    def hold(self, joints: Sequence[int]) -> None:
+    def hold(self, joints: list[int]) -> None:
         """Lock these joints where they are, whatever their torques, and release all others."""
 
     def step(self, torque: Array, door_torque: float) -> Reactions:

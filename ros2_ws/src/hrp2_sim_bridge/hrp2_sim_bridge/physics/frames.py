@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 # Axes in cyclic order: the third is the cross product of the first two.
 _CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]  # for each axis, the two that follow it
 
 
 def _rotation_form() -> Array:
@@ -40,10 +41,10 @@ def rotation(quaternion: ArrayLike) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products of vectors (..., 3)."""
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in _CYCLES:
-        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return product
+    if a.ndim == b.ndim == 1:  # plain floats are faster than arrays of three numbers
+        (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+        return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+    return np.asarray(a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT])
 
 
 def into_frame(turn: Array, vector: Array) -> Array:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.states import BodyState, DoorState, Touch
+from hrp2_sim_bridge.physics.states import BodyState, DoorState, Reactions, Touch
 from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 
 
@@ -18,18 +19,24 @@ class TickReadings:
     """Readings at the ends of milliseconds, in the form that costs the least time.
 
     Attributes:
-        frames: `Engine.read_frames` at the start of the tick and after each millisecond.
-        joints: `Engine.read_joints` after each millisecond.
-        reactions: Means of the ankles' reactions over the steps of each millisecond, (2, 6).
+        frames: `Engine.read_frames` at the start of the tick and after each millisecond; without a
+            log, which alone needs those between, at start and end of the tick.
+        joints: `Actuation.joints` after each millisecond; empty without a log.
+        reactions: Reactions of the ankles in the steps of each millisecond.
         door: State of the leaf after each millisecond.
         touches: Contact between robot and leaf in each millisecond.
     """
 
     frames: list[list[float]]
     joints: list[Array] = field(default_factory=list)
-    reactions: list[Array] = field(default_factory=list)
+    reactions: list[list[Reactions]] = field(default_factory=list)
     door: list[DoorState] = field(default_factory=list)
     touches: list[Touch] = field(default_factory=list)
+
+    @cached_property
+    def mean_reactions(self) -> Array:
+        """Means of the ankles' reactions over the steps of each millisecond, (T, 2, 6)."""
+        return np.asarray(np.array(self.reactions).mean(axis=1))
 
     def ends(self, engine: Engine) -> BodyState:
         """Return the states (2, 4) of `Engine.link_states` at the start and end of the tick."""
@@ -46,7 +53,7 @@ class TickReadings:
         Returns:
             Forces [N] and torques [N m] on the left and the right sole, in its frame, (2, 6).
         """
-        mean = np.array(self.reactions).mean(axis=0)
+        mean = self.mean_reactions.mean(axis=0)
         soles = ends.at((slice(None), slice(len(SIDES))))
         return foot_wrenches(
             mean[None], soles, duration, engine.sole_mass, engine.sole_inertia

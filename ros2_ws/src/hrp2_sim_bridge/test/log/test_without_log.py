@@ -5,6 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
+from hrp2_sim_bridge.settings import ENGINES
 
 MOST = 30_000  # largest growth, of caches and of what is being followed [bytes]
 
@@ -55,3 +56,27 @@ def test_a_log_that_was_not_asked_for_cannot_be_read(make_world, tmp_path) -> No
     assert not list(tmp_path.iterdir())
     world.reset()
     assert world.step().time > 0.0
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_log_changes_no_measurement_and_costs_what_it_needs(
+    make_world, moving, robot, engine
+) -> None:
+    """Only for a log the links are read each millisecond; without one, once in a tick."""
+    pytest.importorskip(engine)
+    nod = np.tile(robot.half_sitting, (2, 1))
+    nod[1, robot.index("HEAD_JOINT0")] += 0.05
+    measured, calls = [], []
+    for kept in (True, False):
+        world = make_world(0.47, engine=engine, log=kept)  # partly with fine steps
+        reads, read = [], world.engine.read_frames
+        world.engine.read_frames = lambda reads=reads, read=read: reads.append(1) or read()
+        world.follow(moving(np.array([0.02, 0.15]), nod), 0.0)
+        world.push_door(3.0, 0.05)
+        measured.append([
+            np.concatenate([sample.position, sample.velocity, sample.left_wrench,
+                            sample.imu.orientation, sample.counts])
+            for sample in (world.step() for _ in range(40))])
+        calls.append(len(reads))
+    np.testing.assert_array_equal(*measured)
+    assert calls == [200, 40]

@@ -14,6 +14,7 @@ from hrp2_sim_bridge.world import World
 class StillEngine(Engine):
     """An engine in which each joint is a free body of 1 kg m^2 and nothing else moves."""
 
+    name = "pybullet"  # for which it stands in
     link_names = ("l_sole", "r_sole")
     sole_mass = np.ones(2)
     sole_inertia = np.ones((2, 3))

@@ -44,6 +44,7 @@ class MuJoCoEngine(Engine):
         data: MuJoCo's data.
     """
 
+    name = "mujoco"
     frame_values = _BODIES * _BODY_VALUES + 3
 
     def __init__(self) -> None:
@@ -178,19 +179,24 @@ class MuJoCoEngine(Engine):
         if not total > 0.0:
             return NO_TOUCH
         most = places[forces.argmax()]
-        return Touch(total, self._link(contact.geom[most]), contact.pos[most].copy())
+        link = self._links(contact.geom[most][None])[0]
+        return Touch(total, link, contact.pos[most].copy())
 
     def floor_contacts(self) -> list[FloorContact]:
         """Return the contacts between robot and floor."""
         contact = self.data.contact
-        found = []
-        for place in np.flatnonzero((contact.geom == self._floor).any(axis=1)):
-            force = self.data.efc_force[contact.efc_address[place]]
-            found.append(FloorContact(
-                self.link_names[self._link(contact.geom[place])], contact.pos[place].tolist(),
-                (force * contact.frame[place, :3]).tolist(), float(contact.dist[place]),
-            ))
-        return found
+        geoms = contact.geom
+        places = np.flatnonzero((geoms == self._floor).any(axis=1))
+        if not len(places):
+            return []
+        force = self.data.efc_force[contact.efc_address[places]]
+        return [
+            FloorContact(self.link_names[link], point, push, distance)
+            for link, point, push, distance in zip(
+                self._links(geoms[places]), contact.pos[places].tolist(),
+                (force[:, None] * contact.frame[places, :3]).tolist(),
+                contact.dist[places].tolist(), strict=True)
+        ]
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -216,10 +222,12 @@ class MuJoCoEngine(Engine):
                 compute(self.model, self.data)
             self._moved = False
 
-    def _link(self, geoms: Array) -> int:
-        """Return the index in `link_names` of the robot's link among the bodies of two geoms."""
+    def _links(self, geoms: Array) -> list[int]:
+        """Return the indices in `link_names` of the robot's links in pairs of geoms, (N, 2)."""
         bodies = self.model.geom_bodyid[geoms] - self._first_link
-        return int(next(body for body in bodies if 0 <= body < len(self.link_names)))
+        bodies[bodies >= len(self.link_names)] = -1  # the leaf; the floor is below 0
+        links: list[int] = bodies.max(axis=1).tolist()
+        return links
 
     def _principal_inertia(self, body: int) -> Array:
         """Return the moments of inertia (3) of a body about its frame's axes [kg m^2].

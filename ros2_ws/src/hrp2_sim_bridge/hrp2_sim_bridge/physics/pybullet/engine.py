@@ -38,6 +38,7 @@ class PyBulletEngine(Engine):
         floor: PyBullet's index of the floor.
     """
 
+    name = "pybullet"
     frame_values = FRAME_VALUES
 
     def __init__(self) -> None:

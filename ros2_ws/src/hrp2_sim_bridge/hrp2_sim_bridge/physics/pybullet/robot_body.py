@@ -161,7 +161,8 @@ class RobotBody:
 
     def joint_state(self) -> Array:
         """Return positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
-        return np.array([state[:2] for state in self._states[:-2]]).T
+        position, velocity, _, _ = zip(*self._states[:-len(self._sensors)], strict=True)
+        return np.array((position, velocity))
 
     def read_frames(self) -> list[float]:
         """Return the numbers that PyBullet has for left sole, right sole, contact link, IMU, base.
