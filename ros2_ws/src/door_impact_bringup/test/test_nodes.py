@@ -25,7 +25,7 @@ BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 @pytest.fixture
 def pair() -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
     """Returns scene_publisher, another node, and the executor that spins both."""
-    rclpy.init(args=["--ros-args", "-p", "door_distance:=0.753", "-p", "hinge_x:=-0.4056"])
+    rclpy.init(args=["--ros-args", "-p", "door_distance:=0.738", "-p", "hinge_x:=-0.4056"])
     nodes = scene_publisher_node.ScenePublisher(), Node("viewer")
     executor = SingleThreadedExecutor()
     for node in nodes:
@@ -58,7 +58,7 @@ def test_a_late_viewer_gets_description_and_place_of_the_door(
     (standing,) = first_message(executor, places).transforms
     assert (standing.header.frame_id, standing.child_frame_id) == ("odom", "door_frame")
     place = standing.transform.translation
-    assert (place.x, place.y, place.z) == (-0.4056, -0.753, 0.0)
+    assert (place.x, place.y, place.z) == (-0.4056, -0.738, 0.0)
 
 
 def test_the_leaf_turns_with_the_doors_angle(
