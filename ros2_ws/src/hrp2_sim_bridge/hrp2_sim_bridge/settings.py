@@ -123,12 +123,8 @@ class WorldSettings:
     restitution: float | None = None
     contact_duration: float = 0.015
     friction: float = 0.8
-<<<<<<< HEAD
     leaf_friction: float = 0.3
-    iterations: int = 50
-=======
     iterations: int = 20
->>>>>>> 8604403b99686da1af8cba5bdace7aba2c6e0adb
     seed: int = 0
     encoder_bits: int = 16
     log: bool = True

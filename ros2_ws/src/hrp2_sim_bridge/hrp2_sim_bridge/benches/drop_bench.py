@@ -124,7 +124,8 @@ def _in_mujoco(drop: _Drop) -> tuple[float, float, int]:
         name=_BALL, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_RADIUS, 0.0, 0.0], mass=drop.mass,
         contype=0, conaffinity=0,
     )
-    model = compile_model(spec, [(LEAF, _BALL, leaf_surface(drop.design))], drop.step).raw
+    wood = leaf_surface(drop.design, WorldSettings.leaf_friction)
+    model = compile_model(spec, [(LEAF, _BALL, wood)], drop.step).raw
     data = mujoco.MjData(model)
     ball, hinge = data.joint(_BALL), data.joint(HINGE)
     ball.qvel[:3] = 0.0, -drop.speed, drop.sliding

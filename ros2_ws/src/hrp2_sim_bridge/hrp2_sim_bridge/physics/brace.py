@@ -14,10 +14,10 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import Brace, RobotConfig
+from humanoid_motion.pads import TANGENTIAL, normal_and_tangents
 from humanoid_motion.pinocchio_model import free_floating_model
 
 _NEAR = 0.01  # distance of the pads' surfaces below which their contact is computed [m]
-_TANGENTIAL = 0.5  # tangential stiffness and damping of the pads as a share of the normal ones
 
 
 class BracePads:
@@ -50,9 +50,9 @@ class BracePads:
         self._frames = [self._model.getFrameId(pad.link) for pad in (brace.arm, brace.trunk)]
         self._places = [np.array(pad.place) for pad in (brace.arm, brace.trunk)]
         self._ball, self._disc = brace.arm.size, brace.trunk.size
-        self._axes = _axes(np.array(brace.normal))
-        self._stiffness = scale * brace.stiffness * np.array([1.0, _TANGENTIAL, _TANGENTIAL])
-        self._damping = scale * brace.damping * np.array([1.0, _TANGENTIAL, _TANGENTIAL])
+        self._axes = normal_and_tangents(np.array(brace.normal))
+        self._stiffness = scale * brace.stiffness * np.array([1.0, TANGENTIAL, TANGENTIAL])
+        self._damping = scale * brace.damping * np.array([1.0, TANGENTIAL, TANGENTIAL])
         self._friction = brace.friction
         self._q = pin.neutral(self._model)
         self.force = np.zeros(3)
@@ -126,11 +126,3 @@ class BracePads:
         torque = force @ self.jacobian
         self.impulse += step * torque
         return np.asarray(torque)
-
-
-def _axes(normal: Array) -> Array:
-    """Return a normal and two tangents as the rows of a rotation, (3, 3)."""
-    aside = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(normal, aside)
-    first /= np.linalg.norm(first)
-    return np.stack([normal, first, np.cross(normal, first)])

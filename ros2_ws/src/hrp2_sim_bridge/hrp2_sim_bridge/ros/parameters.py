@@ -36,6 +36,9 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
         "duration of the impact for which the leaf's surface is designed [s]",
     ),
     "friction": (WorldSettings.friction, "coefficient of friction between soles and floor"),
+    "leaf_friction": (
+        WorldSettings.leaf_friction, "coefficient of friction between robot and leaf",
+    ),
     "push_duration": (0.25, "duration of a push by hand whose request has a negative one [s]"),
     "time_step_coarse": (WorldSettings.time_step_coarse, "physics step far from the leaf [s]"),
     "time_step_fine": (WorldSettings.time_step_fine, "physics step near the leaf [s]"),
@@ -83,7 +86,7 @@ class BridgeParameters(Parameters):
         """
         restitution = self.number("restitution")
         numbers = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "contact_duration",
-                   "friction", "time_step_coarse", "time_step_fine", "log_seconds")
+                   "friction", "leaf_friction", "time_step_coarse", "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
             "engine": self.text("engine"),

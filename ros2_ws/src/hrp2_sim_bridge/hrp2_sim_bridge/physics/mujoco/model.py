@@ -24,7 +24,6 @@ from hrp2_sim_bridge.physics.scene import Scene
 
 WORLD, BASE, LEAF, HINGE = "world", "base_link", "leaf", "hinge"
 _FLOOR = "floor"
-_LEAF_FRICTION = 0.3  # coefficient of friction of the leaf's surface
 _CORNERS = 4  # contact points of a sole on the floor
 _RIGID = (5e6, 1.2e4)  # stiffness [N/m] and damping [N s/m] of a contact without rubber
 _FREE = "odom"  # name of the base's free joint
@@ -105,9 +104,9 @@ def add_leaf(mujoco: Any, spec: Any, config: DoorConfig, distance: float, hinge_
     )
 
 
-def leaf_surface(design: ContactDesign) -> Surface:
-    """Return the surface of a leaf."""
-    return Surface(design.stiffness, design.damping, _LEAF_FRICTION, design.reduced_mass)
+def leaf_surface(design: ContactDesign, friction: float) -> Surface:
+    """Return the surface of a leaf with a coefficient of friction."""
+    return Surface(design.stiffness, design.damping, friction, design.reduced_mass)
 
 
 def compile_model(spec: Any, pairs: list[tuple[str, str, Surface]], step: float) -> Model:
@@ -156,7 +155,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
     add_leaf(mujoco, spec, scene.door, scene.door_distance, scene.hinge_x)
     hard = Surface(*_RIGID, settings.friction)
     standing = _sole_surface(robot, settings.friction) if settings.rubber else hard
-    wood = leaf_surface(scene.contact)
+    wood = leaf_surface(scene.contact, settings.leaf_friction)
     pairs = [(LEAF, geom, wood) for geom in geoms]
     pairs += [
         (_FLOOR, geom, standing if body in soles else hard) for geom, body in geoms.items()
