@@ -135,13 +135,15 @@ def test_a_refused_case_keeps_what_came_before(monkeypatch):
 def test_a_hit_that_was_not_detected_teaches_nothing_and_ends_no_sweep(peak):
     """The same holds for a hit to an angle that the linkage does not allow."""
     plan = SimpleNamespace(initial_angle=0.0, effective_mass_model=58.0, l_b=0.42, v_rb=0.4,
-                           v_com=0.34, braking=0.07, restitution=0.5, settings=PlannerSettings())
+                           v_com=0.34, braking=0.07, restitution=0.5, settings=PlannerSettings(),
+                           hit=SimpleNamespace(transfer=SimpleNamespace(
+                               model_restitution=0.44, restitution_slope=0.65)))
     execution = SimpleNamespace(measured=SimpleNamespace(
         peak_angle=peak, v_rb_post=math.nan, contact_delay=0.0, switch_latency=0.012))
     before = Experience(2, 0.9, 0.4, np.diag([1e-3, 1e-3]))
     known = replace(cases(1, 1)[0].known(), experience=before)
     assert Rehearsal(plan, execution, None, None, known).learned() is before
-    execution.measured.peak_angle = 0.4
+    execution.measured.peak_angle = 0.35
     assert Rehearsal(plan, execution, None, None, known).learned().hits == 3
 
 

@@ -88,10 +88,10 @@ def test_without_a_further_command_the_robot_goes_back_to_where_its_run_up_began
     assert np.all((position >= robot.lower - TOLERANCE) & (position <= robot.upper + TOLERANCE))
     assert np.all(np.abs(velocity) <= robot.speed_limit)
     np.testing.assert_allclose(velocity[[0, -1]], 0.0, atol=1e-9)
-    np.testing.assert_allclose(position[-1], good.phases["cam"].position[0], atol=8e-4)
+    np.testing.assert_allclose(position[-1], good.phases["cam"].position[0], atol=1e-3)
     placed = soles_apart(robot, good.phases["post"].position[0])
     for joints in position:
-        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=8e-4)
+        np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=1e-3)
 
 
 def test_after_a_missed_contact_the_driver_takes_the_robot_back_by_itself(robot, good):

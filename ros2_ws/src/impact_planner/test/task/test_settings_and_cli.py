@@ -137,13 +137,13 @@ def test_planning_needs_no_ros_and_no_matplotlib():
 
 
 def test_anywhere_finds_a_step_for_what_the_surveyed_door_is_too_far_for(monkeypatch, capsys):
-    """--anywhere finds a shorter step where the surveyed door's step has a too fast knee."""
+    """--anywhere finds a shorter step where the step to the surveyed door leaves no rest."""
     monkeypatch.setattr(
         plan_cli, "configured_placement", lambda: {"door_distance": 0.753, "hinge_x": -0.4056})
-    request = ["--angle-deg", "20", "--door", "size3", "--run-up", "zmp_limited",
+    request = ["--angle-deg", "27", "--door", "size3", "--run-up", "zmp_limited",
                "--ending", "retreat", "--json"]
     assert plan_cli.main(request) == 1
-    assert "LLEG_JOINT3" in capsys.readouterr().err
+    assert "20 mm farther" in capsys.readouterr().err
     assert plan_cli.main([*request, "--anywhere", "--reach"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["step"] < 0.19
