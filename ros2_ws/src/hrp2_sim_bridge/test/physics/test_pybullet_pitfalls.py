@@ -1,10 +1,15 @@
 """Tests that PyBullet's unwanted defaults have no effect (docs/physics.md)."""
 
+import dataclasses
+import xml.etree.ElementTree as ET
+
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
 from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
+from hrp2_sim_bridge.physics.pybullet.urdf import load_robot
 
 
 @pytest.fixture
@@ -19,6 +24,34 @@ def lifted(robot):
         client.setJointMotorControl2(body.body, index, client.VELOCITY_CONTROL, force=0.0)
     yield client, body
     client.disconnect()
+
+
+@pytest.fixture
+def client():
+    """A client with an empty world."""
+    client = connect(False)
+    prepare(client, 0.0005, 20, 0.8)
+    yield client
+    client.disconnect()
+
+
+def test_an_inertia_that_pybullet_replaced_is_found(client, robot, tmp_path) -> None:
+    """A link that is easier to turn about two axes than it can be about the third is an error."""
+    tree = ET.parse(robot.urdf_path)
+    link = tree.find(".//link[@name='torso']/inertial/inertia")
+    link.attrib.update(ixx="1.0", iyy="0.1", izz="0.1", ixy="0", ixz="0", iyz="0")
+    path = tmp_path / "robot.urdf"
+    tree.write(path)
+    with pytest.raises(ModelError, match="torso") as error:
+        load_robot(client, dataclasses.replace(robot, urdf_path=path))
+    assert error.value.value != error.value.limit
+
+
+def test_a_wrong_total_mass_is_found(client, robot) -> None:
+    """A configuration with another mass than the URDF is an error with both values."""
+    with pytest.raises(ModelError, match="mass") as error:
+        load_robot(client, dataclasses.replace(robot, mass=60.0))
+    assert error.value.limit == 60.0
 
 
 def test_nothing_slows_a_fall(lifted) -> None:
