@@ -97,7 +97,7 @@ class PlannerSettings:
     contact_duration: float = 0.015
     leaf_friction: float = 0.3
     switch_delay: float = 0.012
-    detection_delay: float = 0.006
+    detection_delay: float = 0.0
     slow_down: float = 0.01
     period: float = 0.005
     timing: ApproachTiming = field(default_factory=ApproachTiming)
