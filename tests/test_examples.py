@@ -44,12 +44,12 @@ def test_the_identified_parameters_are_those_of_the_door_that_was_recorded() -> 
 
 
 def test_the_planned_speeds_keep_momentum_and_restitution() -> None:
-    """Eq. (2) holds to 1 %, the restitution is 0.5, and every ZMP margin is at least 20 mm."""
+    """Eq. (2) holds to 1 %, the robot gives, and every ZMP margin is at least 20 mm."""
     text = printed_by("plan_hit.py")
     omega, before, after, mass = (
         number_after(label, text) for label in ("w'", "v_rB", "v'_rB", "m_re"))
-    i_a, l_b, restitution = 12.75, 0.42, 0.5
-    assert omega * l_b - after == pytest.approx(restitution * before, abs=0.002)
+    i_a, l_b = 12.75, 0.42
+    assert 0.4 < (omega * l_b - after) / before < 0.5  # 0.5 of the leaf's surface alone
     assert mass * (before - after) * l_b == pytest.approx(i_a * omega, rel=0.01)
     margins = [float(margin) for margin in re.findall(rf"ZMP margin +{NUMBER} mm", text)]
     assert len(margins) == 7

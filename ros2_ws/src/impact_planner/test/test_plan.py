@@ -35,10 +35,10 @@ TARGET = math.radians(25.0)
 def test_the_papers_door(plan):
     """25 deg need w' = 0.635 rad/s; rubber and friction make m_re exceed eq. (3)."""
     assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
-    assert plan.effective_mass == pytest.approx(58.4, abs=1.0)
+    assert plan.effective_mass == pytest.approx(55.8, abs=1.0)
     assert plan.v_rb == pytest.approx(0.417, abs=0.006)
-    assert plan.v_rb_post == pytest.approx(0.085, abs=0.01)
-    assert plan.apparent_restitution == pytest.approx(0.44, abs=0.02)
+    assert plan.v_rb_post == pytest.approx(0.072, abs=0.01)
+    assert plan.apparent_restitution == pytest.approx(0.47, abs=0.02)
     assert plan.contact_duration == pytest.approx(0.018, abs=1e-3)
     assert 45.0 < plan.effective_mass_planar < 48.0
     assert plan.l_b == pytest.approx(0.42, abs=1e-6)

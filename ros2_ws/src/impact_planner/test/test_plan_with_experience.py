@@ -69,7 +69,7 @@ def test_mass_and_restitution_of_one_request_are_those_of_the_whole_hit(known, r
     assert (found.apparent_restitution, found.effective_mass) == (0.4, 52.0)
     assert found.omega_door * found.l_b - found.v_rb_post == pytest.approx(0.4 * found.v_rb)
     transfer = found.hit.transfer
-    assert transfer.model_restitution < 0.4 < plan.apparent_restitution
+    assert transfer.model_restitution < plan.apparent_restitution - 0.03
     alone = plan_impact(PlanRequest(TARGET, restitution=0.4), known, robot)
     assert alone.apparent_restitution == pytest.approx(transfer.model_restitution, abs=0.01)
 

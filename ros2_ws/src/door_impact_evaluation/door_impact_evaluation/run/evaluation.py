@@ -12,6 +12,7 @@ from humanoid_motion.zmp import zmp_of
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.run.record import Motion, Support
 
+_SWINGS = 0.01  # time after the contact over which the speed of B is averaged [s]
 CONTACT_FORCE = 5.0   # normal force above which robot and door are in contact [N]
 CONTACT_GAP = 0.02    # time without contact after which the next one counts as another [s]
 BEARS_WEIGHT = 0.05   # share of the load above which a sole belongs to the support polygon
@@ -41,7 +42,8 @@ class Impact:
         contacts_before_peak: Number of contacts up to the door's largest angle.
         peak: Index of the door's largest angle in the log.
         v_rb: Speed of point B towards the door just before the contact [m/s].
-        v_rb_post: Speed of point B towards the door just after the contact [m/s].
+        v_rb_post: Speed of point B towards the door after the contact, a mean over 10 ms, because
+            the elbow swings on the gears of the arm [m/s].
         omega_door: Angular velocity of the door just after the contact [rad/s].
         peak_force: Largest normal force in the contact [N].
         duration: Duration of the contact [s].
@@ -93,7 +95,9 @@ def impact(motion: Motion, l_b: float) -> Impact:
     falling = np.flatnonzero(motion.door_velocity[first.end:] <= 0.0)
     peak = first.end + int(falling[0]) if falling.size else len(motion.t) - 1
     before, after = max(first.start - 1, 0), min(first.end, len(motion.t) - 1)
-    v_rb, v_post = motion.point_b_velocity[before], motion.point_b_velocity[after]
+    swinging = motion.t[after:] < motion.t[after] + _SWINGS
+    v_rb = motion.point_b_velocity[before]
+    v_post = motion.point_b_velocity[after:][swinging].mean()
     omega = motion.door_velocity[after]
     return Impact(
         contact=first,

@@ -76,7 +76,8 @@ def test_hand_meets_the_leaf_below_the_target_and_brings_it_there(hold):
     """The leaf is caught below the target, stopped, and pushed to the target."""
     time = hold.phase.motion.time
     angle = hold.catch.angle_at(time[time >= hold.catch.reach], TARGET)
-    assert angle[0] == pytest.approx(hold.catch.angle)
+    meeting = hold.catch.angle_at(np.array([hold.catch.reach]), TARGET)
+    assert meeting[0] == pytest.approx(hold.catch.angle)
     assert hold.catch.lowest == pytest.approx(angle.min(), abs=1e-4)
     assert hold.catch.lowest < hold.catch.angle < TARGET
     assert angle[-1] == pytest.approx(TARGET)
