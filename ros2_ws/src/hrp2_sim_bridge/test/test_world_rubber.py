@@ -100,7 +100,7 @@ def test_half_sitting_on_rubber_is_upright_with_the_zmp_under_the_com(stood) -> 
     pytest.param(impulse, marks=pytest.mark.nightly("the other directions of the same push"))
     for impulse in ((0.0, 34.0), (0.0, -34.0)))])
 def test_a_push_topples_the_robot_only_without_the_stabilizer(make_world, impulse) -> None:
-    """Pushes of 23 N s from behind and 34 from the sides topple the robot only without the stabilizer."""
+    """Pushes of 23 N s from behind and 34 from the side topple it only without the stabilizer."""
     fell = {}
     for stabilizer in (True, False):
         world = make_world(door_distance=2.0, sole="rubber", stabilizer=stabilizer)
