@@ -22,7 +22,7 @@ PLANNED = (*APPROACH, AFTER_HIT)
 _LONGEST = 5.0  # longest time of a plan's contact, stop or rest; the planner's are below 2 s
 _FASTEST = 2.0  # largest speed of the CoM of a plan [m/s]; the planner's are below 0.5 m/s
 _RANGES = {  # least and largest plausible number of a plan, in its own unit
-    "contact_time": (0.0, _LONGEST),
+    "contact_time": (0.05, _LONGEST),  # a run-up takes time
     "steady_time": (0.0, _LONGEST),
     "switch_delay": (0.0, 0.2),
     "slow_down": (0.0, 0.5),
