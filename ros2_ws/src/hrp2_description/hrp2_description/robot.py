@@ -186,12 +186,12 @@ def _brace(data: dict[str, Any]) -> Brace:
     arm, trunk = (
         Pad(pad["link"], _vector(pad, "xyz"), _positive(pad, "radius"))
         for pad in (data["arm"], data["trunk"]))
-    normal = np.array(_vector(data["trunk"], "normal"))
+    normal = _vector(data["trunk"], "normal")
     if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
-        raise RobotConfigError("normal of the trunk's pad", value=normal.tolist(), limit="length 1")
+        raise RobotConfigError("normal of the trunk's pad", value=normal, limit="length 1")
     stiffness, damping, friction = (
         _positive(data, name) for name in ("stiffness", "damping", "friction"))
-    return Brace(arm, trunk, _vector(data["trunk"], "normal"), stiffness, damping, friction)
+    return Brace(arm, trunk, normal, stiffness, damping, friction)
 
 
 def _vector(data: dict[str, Any], name: str) -> tuple[float, float, float]:

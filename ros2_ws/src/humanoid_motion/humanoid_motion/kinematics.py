@@ -11,7 +11,7 @@ from door_impact_common.errors import SettingError
 from hrp2_description.robot import RobotConfig
 from numpy.typing import ArrayLike
 
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 
 class RobotKinematics:
@@ -31,9 +31,7 @@ class RobotKinematics:
         self.robot = robot
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
-        self._order = [
-            self._model.joints[self._model.getJointId(name)].idx_q for name in robot.joint_names
-        ]
+        self._order, _ = joint_columns(self._model, robot.joint_names)
         # The base stays at the origin, so poses in Pinocchio's world are poses in base_link.
         self._configuration = np.array(pin.neutral(self._model))
         self._soles = {side: self._frame(foot.sole) for side, foot in robot.feet.items()}

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import RobotConfig
+from numpy.typing import NDArray
 
 
 def free_floating_model(config: RobotConfig) -> Any:
@@ -34,3 +36,11 @@ def free_floating_model(config: RobotConfig) -> Any:
         model = pin.buildReducedModel(model, fixed, pin.neutral(model))
     model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own default is 9.81
     return model
+
+
+def joint_columns(
+    model: Any, names: Sequence[str]
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return where joints, given by their names, stand in Pinocchio's q and v, (J,) each."""
+    joints = [model.joints[model.getJointId(name)] for name in names]
+    return np.array([joint.idx_q for joint in joints]), np.array([joint.idx_v for joint in joints])

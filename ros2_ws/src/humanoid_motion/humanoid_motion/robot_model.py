@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
 from humanoid_motion.leg_ik import is_parallel, leg_geometry
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 TOWARDS_DOOR = (0.0, -1.0, 0.0)  # direction of the hit in odom
 _LEVEL = 1e-4  # largest tilt [rad] and difference in height [m] of the soles in half-sitting
@@ -87,9 +87,7 @@ class RobotModel:
         self.model: Any = free_floating_model(config)
         self.data: Any = self.model.createData()
         self.joint_names: tuple[str, ...] = tuple(config.joint_names)
-        ids = [self.model.getJointId(name) for name in self.joint_names]
-        self.q_index = np.array([self.model.joints[i].idx_q for i in ids])
-        self.v_index = np.array([self.model.joints[i].idx_v for i in ids])
+        self.q_index, self.v_index = joint_columns(self.model, self.joint_names)
         self.lower, self.upper = config.lower, config.upper
         self.speed_limit, self.effort_limit = config.velocity_limit, config.effort_limit
         self.mass = float(pin.computeTotalMass(self.model))

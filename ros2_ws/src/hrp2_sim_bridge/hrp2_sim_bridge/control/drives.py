@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import Drives, RobotConfig
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 from hrp2_sim_bridge.settings import SAMPLE
 
@@ -41,7 +41,6 @@ class JointDrives:
         self._fastest = np.array(robot.velocity_limit)
         self.position = np.array(position, dtype=float)
         self._inertia = _LeastInertia(robot)
-        self.link_inertia = self._inertia.at(self.position)
         self.speed = np.zeros(len(self.position))
         self.motor = np.zeros(len(self.position))
         self.gear = np.zeros(len(self.position))
@@ -104,9 +103,7 @@ class _LeastInertia:
     def __init__(self, robot: RobotConfig) -> None:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
-        joints = [self._model.joints[self._model.getJointId(name)] for name in robot.joint_names]
-        self._q_index = np.array([joint.idx_q for joint in joints])
-        self._v_index = np.array([joint.idx_v for joint in joints])
+        self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
         self._q = pin.neutral(self._model)
 
     def at(self, position: Array) -> Array:

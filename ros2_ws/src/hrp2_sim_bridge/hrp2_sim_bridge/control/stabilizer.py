@@ -224,10 +224,11 @@ class Stabilizer:
         self._rate += TICK / (TICK + self.settings.rate_smoothing) * (rate - self._rate)
         self._make_up(sample, here, due)
         stance = self._model.at(reference(now + self._lead * TICK))
-        wanted = self._wanted_loads(stance, tilt, self._rate)
+        planned = self._share(stance.zmp, stance)
+        wanted = self._wanted_loads(stance, planned, tilt, self._rate)
         self._coming.append((stance, wanted))
         feet = self._foot_commands(stance, wanted, tilt) + self._made_up
-        self._carry(stance, wanted)
+        self._carry(stance, planned, wanted)
         # Without the soft start the legs would stretch at once, and the robot would hop.
         self._eased = min(self._eased + TICK / self.settings.soft_start, 1.0)
         target = self._eased * np.clip(feet, -self._bound, self._bound)
@@ -237,7 +238,9 @@ class Stabilizer:
         corrected = position + self._joint_offsets(stance) + self._eased * self._give
         self._after = np.clip(corrected, robot.lower, robot.upper) - position
 
-    def _wanted_loads(self, stance: ReferenceStance, tilt: Array, rate: Array) -> FootLoads:
+    def _wanted_loads(
+        self, stance: ReferenceStance, planned: FootLoads, tilt: Array, rate: Array
+    ) -> FootLoads:
         """Compute loads that carry the reference and bring the body upright."""
         settings = self.settings
         height = float(stance.com[2]) - stance.floor
@@ -245,9 +248,8 @@ class Stabilizer:
         gain = self._weight * height + inertia * settings.frequency**2
         rate_gain = 2.0 * settings.damping * settings.frequency * inertia
         moment = -gain * (tilt + self._tilt_sum) - rate_gain * rate
-        reference = self._share(stance.zmp, stance)
         # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
-        zmp = stance.zmp if reference.beyond < _FOREIGN else stance.com[:2]
+        zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
         shift = np.array([-moment[1], moment[0]]) / self._weight
         wanted = self._share(zmp + shift, stance)
         if wanted.beyond < _EXACT:  # otherwise the soles can do no more, and a sum would wind up
@@ -294,13 +296,13 @@ class Stabilizer:
             self._made_up[:, 0] += np.array([step, -step]) * (settings.force_rate * TICK)
         np.clip(self._made_up, -self._bound, self._bound, out=self._made_up)
 
-    def _carry(self, stance: ReferenceStance, wanted: FootLoads) -> None:
+    def _carry(self, stance: ReferenceStance, planned: FootLoads, wanted: FootLoads) -> None:
         """Update the windup of gears and servos under the torques that carry the reference.
 
         A gear of stiffness k winds up by torque / k. A servo with the gains P and D on position
         and speed yields by an angle e with P e + D e' = torque.
         """
-        if self._share(stance.zmp, stance).beyond > _FOREIGN:
+        if planned.beyond > _FOREIGN:
             return  # the floor does not cause this motion, so the joints bear other torques
         torque = stance.effort.copy()
         for foot, share in enumerate(wanted.force / stance.normal_force):

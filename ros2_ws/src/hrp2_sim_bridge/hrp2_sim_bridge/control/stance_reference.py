@@ -14,7 +14,7 @@ import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES, RobotConfig, needed
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 from humanoid_motion.spline import JointReference
 
 _LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
@@ -70,14 +70,12 @@ class ReferenceStanceModel:
     def __init__(self, robot: RobotConfig) -> None:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
-        joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
-        self._q_index = [joint.idx_q for joint in joints]
-        self._v_index = [joint.idx_v for joint in joints]
+        self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
         self._soles = [self._model.getFrameId(robot.feet[side].sole) for side in SIDES]
         self._imu = self._model.getFrameId(needed(robot.imu_frame, "imu_frame"))
         self.leg_joints = np.array(
             [[robot.index(name) for name in robot.legs[side]] for side in SIDES])
-        self._leg_columns = np.array(self._v_index)[self.leg_joints]
+        self._leg_columns = self._v_index[self.leg_joints]
         rectangles = np.array([robot.soles[side] for side in SIDES])
         self.middles = np.stack(
             [rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=1

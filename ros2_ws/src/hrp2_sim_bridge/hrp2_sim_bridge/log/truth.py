@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import RobotConfig
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 from hrp2_sim_bridge.physics.frames import rotation
 
@@ -21,9 +21,7 @@ class CenterOfMass:
     def __init__(self, robot: RobotConfig) -> None:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
-        joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
-        self._q_columns = np.array([joint.idx_q for joint in joints])
-        self._v_columns = np.array([joint.idx_v for joint in joints])
+        self._q_columns, self._v_columns = joint_columns(self._model, robot.joint_names)
 
     def series(
         self, position: Array, quaternion: Array, linear: Array, angular: Array, q: Array, dq: Array

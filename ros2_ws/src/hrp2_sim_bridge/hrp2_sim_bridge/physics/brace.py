@@ -15,7 +15,7 @@ import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import Brace, RobotConfig
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents
-from humanoid_motion.pinocchio_model import free_floating_model
+from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 _NEAR = 0.01  # distance of the pads' surfaces below which their contact is computed [m]
 
@@ -44,9 +44,7 @@ class BracePads:
     def __init__(self, robot: RobotConfig, brace: Brace, scale: float = 1.0) -> None:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
-        joints = [self._model.joints[self._model.getJointId(n)] for n in robot.joint_names]
-        self._q_index = np.array([joint.idx_q for joint in joints])
-        self._v_index = np.array([joint.idx_v for joint in joints])
+        self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
         self._frames = [self._model.getFrameId(pad.link) for pad in (brace.arm, brace.trunk)]
         self._places = [np.array(pad.place) for pad in (brace.arm, brace.trunk)]
         self._ball, self._disc = brace.arm.size, brace.trunk.size

@@ -20,6 +20,7 @@ from humanoid_motion.dynamics import inverse_dynamics, joint_torques
 from humanoid_motion.motion import still
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents, pad_contact
 from humanoid_motion.robot_model import RobotModel
+from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
 BASE = slice(0, 6)  # entries of the free base in Pinocchio's velocity vector
@@ -78,7 +79,7 @@ class HitStructure:
     touch: Array
     approach: Array
     pads: PadRow | None
-    columns: Array
+    columns: NDArray[np.int_]
     drives: Drives | None
     torque: Array
     limit: Array
