@@ -91,9 +91,7 @@ class Chain:
 
 def _axis(joint: Any) -> Array:
     """Return the axis of a revolute joint in its own frame, (3,)."""
-    data = joint.createData()
-    joint.calc(data, np.zeros(1))
-    return np.array(data.S).reshape(6)[3:]
+    return np.array(joint.createData().S).reshape(6)[3:]
 
 
 def _times(matrices: Array, constant: Array) -> Array:
