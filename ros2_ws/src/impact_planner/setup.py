@@ -22,6 +22,7 @@ setup(
             "impact_planner = impact_planner.ros.impact_planner_node:main",
             "impact_executor = impact_planner.ros.impact_executor_node:main",
             "plan = impact_planner.tools.plan_cli:main",
+            "hit_bodies = impact_planner.tools.hit_bodies:main",
             "impact_map = impact_planner.tools.impact_map_cli:main",
         ],
     },

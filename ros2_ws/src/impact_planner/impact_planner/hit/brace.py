@@ -5,15 +5,13 @@ trunk, so that the load of the hit runs along the forearm into the trunk. Upper 
 in the frontal plane through the trunk's pad. For each distance of the elbow from the middle of the
 robot there is one such posture, with a height of the pad of its own: an elbow that is far out makes
 the forearm flat and the upper arm flat, too, one that is near makes both steep. `braced_arm` finds
-the posture, `load_path` describes how the load runs, and `candidates` simulates a hit in several of
-them, of which `least_loading` chooses one.
+the posture, and `load_path` describes how the load runs. The command ``hit_bodies`` compares hits
+in several of them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,11 +25,7 @@ from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from scipy.optimize import least_squares
 
 from impact_planner.hit.posture import RESERVE
-from impact_planner.hit.stance import contact_with_leaf, initial_base, stance_for_step
-from impact_planner.hit.transfer import MomentumTransfer, plan_transfer
-from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import PlanRequest, resolve
-from impact_planner.task.settings import PlannerSettings
+from impact_planner.hit.stance import initial_base
 
 DEPTH = 1.5e-3  # depth to which the commanded posture presses the pads [m]
 _EXACT = 1e-6  # largest error of elbow and wrist [m]
@@ -177,60 +171,6 @@ def _hand_clear(robot: RobotModel, upper: Array) -> dict[str, float]:
     raise PostureUnreachable(
         f"no turn of the hand keeps {1e3 * limit:.0f} mm from trunk and thigh",
         quantity="clearance [m]", limit=limit)
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A braced posture and a hit in it.
-
-    Attributes:
-        arm: The posture.
-        transfer: The hit.
-    """
-
-    arm: BracedArm
-    transfer: MomentumTransfer
-
-    @property
-    def share(self) -> float:
-        """Largest load of a gear as a share of its momentary peak torque."""
-        return self.transfer.loads[0].share
-
-
-def candidates(
-    robot: RobotModel, known: KnownDoor, settings: PlannerSettings, omega: float,
-    distances: Iterable[float],
-) -> list[Candidate]:
-    """Simulate the hit on the shut door in braced postures after the nominal step.
-
-    Args:
-        robot: The robot, with pads and drives.
-        known: The door.
-        settings: Configuration.
-        omega: Angular velocity w' of the door after the hit [rad/s].
-        distances: Distances of the elbow from the middle of the robot [m]; those that the arm
-            does not reach are left out.
-    """
-    found = []
-    for distance in distances:
-        with suppress(PostureUnreachable):
-            arm = braced_arm(robot, distance)
-            braced = RobotModel(arm.of(robot.config))
-            stance = stance_for_step(
-                braced, braced.config.step.nominal, settings.com_inside_edge)
-            elbow, radius = stance.posture.elbow, braced.config.contact_radius
-            hinge = elbow[:2] - np.array([settings.nominal_l_b, radius])
-            # Of the request only its defaults count here.
-            wanted = resolve(PlanRequest(math.pi, initial_angle=0.0), settings, known)
-            found.append(Candidate(arm, plan_transfer(
-                braced, known, wanted, settings, stance,
-                contact_with_leaf(elbow, radius, hinge, 0.0), omega)))
-    return found
-
-
-def least_loading(found: Iterable[Candidate]) -> Candidate:
-    """The candidate whose most loaded gear has the smallest share of its peak torque."""
-    return min(found, key=lambda each: each.share)
 
 
 def _ball(robot: RobotModel, q: Array) -> Array:

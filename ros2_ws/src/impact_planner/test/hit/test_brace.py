@@ -8,9 +8,8 @@ from humanoid_motion.clearance import BodyGeometry
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import still
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
-from impact_planner.hit.brace import DEPTH, braced_arm, candidates, least_loading, load_path
+from impact_planner.hit.brace import DEPTH, braced_arm, load_path
 from impact_planner.hit.stance import initial_base
-from impact_planner.task.settings import PlannerSettings
 
 
 def test_the_load_of_the_configured_posture_runs_through_the_pads(robot, plan):
@@ -70,15 +69,3 @@ def test_a_hand_that_finds_no_room_is_refused(robot):
     wide = RobotModel(replace(robot.config, clearance=0.5))
     with pytest.raises(PostureUnreachable, match="no turn of the hand"):
         braced_arm(wide, 0.43)
-
-
-def test_the_least_loading_posture_has_the_smallest_share(robot, known):
-    """It is one of those that the arm reaches, and no other loads its gears less."""
-    found = candidates(robot, known, PlannerSettings(), 0.635, (0.41, 0.44, 0.60))
-    assert [-round(each.arm.elbow[1], 3) for each in found] == [0.41, 0.44]
-    chosen = least_loading(found)
-    assert -chosen.arm.elbow[1] == pytest.approx(0.44, abs=1e-4)
-    assert all(chosen.share <= each.share for each in found)
-    for each in found:
-        speeds = each.transfer.speeds
-        assert 12.75 * 0.635 + each.transfer.braking == pytest.approx(0.42 * speeds.impulse)
