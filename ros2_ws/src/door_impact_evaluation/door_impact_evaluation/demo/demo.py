@@ -16,9 +16,10 @@ from pathlib import Path
 from door_impact_common.errors import DoorImpactError
 from door_model.door.config import load_door, names_file
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
+from impact_planner.task.settings import ENDINGS, RUN_UPS
 
 from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
-from door_impact_evaluation.demo.settings import ENDINGS, LATER_ENDINGS, RUN_UPS, DemoSettings
+from door_impact_evaluation.demo.settings import LATER_ENDINGS, DemoSettings
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
 

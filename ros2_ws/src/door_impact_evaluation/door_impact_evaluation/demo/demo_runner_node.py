@@ -13,12 +13,13 @@ from door_impact_common.files import make_folder
 from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import ImpactPlan
 from door_model.door.config import load_door
+from impact_planner.task.settings import ENDINGS, RUN_UPS
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from door_impact_evaluation.demo.demo_client import DemoClient
 from door_impact_evaluation.demo.progress import report_progress, wall_time
-from door_impact_evaluation.demo.settings import ENDINGS, RUN_UPS, DemoSettings
+from door_impact_evaluation.demo.settings import DemoSettings
 from door_impact_evaluation.errors import DemoError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",

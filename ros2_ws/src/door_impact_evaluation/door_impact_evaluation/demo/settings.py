@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-ENDINGS = ("hold", "retreat")
 LATER_ENDINGS = ("pass",)  # endings that are planned but do not exist yet
-RUN_UPS = ("mcv50", "zmp_limited")
 
 
 @dataclass(frozen=True)
