@@ -43,6 +43,8 @@ class Figures:
         peak: Largest force on the leaf, as a mean over a millisecond [N].
         pads: Largest normal force of the pads [N].
         gear: Torques of the gears where they are largest in the contact, (30,) [N m].
+        before: Torques of the gears before the contact, (30,) [N m].
+        preload: Normal force of the pads before it [N].
     """
 
     omega: float
@@ -53,6 +55,8 @@ class Figures:
     peak: float
     pads: float
     gear: Array
+    before: Array
+    preload: float
 
 
 @dataclass(frozen=True)
@@ -64,10 +68,11 @@ class Pair:
 
 
 class _Loads:
-    """Torques of the gears and force of the pads after each physics step in the contact."""
+    """Torques of the gears and force of the pads, before the contact and in each step of it."""
 
     def __init__(self) -> None:
         self.rows: list[Array] = []
+        self.before = np.empty(0)
         self.start = np.inf
         self._world: World | None = None
 
@@ -82,12 +87,13 @@ class _Loads:
     def _add(self, engine: Any) -> None:
         world = self._world
         assert world is not None
-        force = engine.touch().force
-        if force > evaluation.CONTACT_FORCE:
+        pads = world.joints.pads
+        row = np.append(world.joints.drives.gear, 0.0 if pads is None else pads.force[0])
+        if engine.touch().force > evaluation.CONTACT_FORCE:
             self.start = min(self.start, world.time)
-            pads = world.joints.pads
-            self.rows.append(np.append(
-                world.joints.drives.gear, 0.0 if pads is None else pads.force[0]))
+            self.rows.append(row)
+        elif not self.rows:
+            self.before = row
 
 
 def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "mcv50",
@@ -126,7 +132,8 @@ def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "m
     simulated = Figures(
         omega=hit.omega_door, v_post=v_post, mass=impulse / (hit.v_rb - v_post),
         restitution=(hit.omega_door * plan.l_b - v_post) / hit.v_rb, duration=hit.duration,
-        peak=hit.peak_force, pads=float(rows[:, -1].max()), gear=_largest(gear))
+        peak=hit.peak_force, pads=float(rows[:, -1].max()), gear=_largest(gear),
+        before=loads.before[:-1], preload=float(loads.before[-1]))
     return Pair(simulated, _predicted(plan, known, hit.v_rb, settings))
 
 
@@ -152,7 +159,8 @@ def _predicted(
     return Figures(
         omega=found.omega_end, v_post=found.v_rb_post, mass=found.mass,
         restitution=(found.omega_end * plan.l_b - found.v_rb_post) / v_rb,
-        duration=found.duration, peak=found.peak_force, pads=found.pad_force, gear=found.gear)
+        duration=found.duration, peak=found.peak_force, pads=found.pad_force, gear=found.gear,
+        before=structure.torque, preload=found.pad_preload)
 
 
 def _largest(torque: Array) -> Array:

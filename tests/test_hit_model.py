@@ -10,6 +10,10 @@ from simulated_hit import Pair, hit_pair
 
 NAMES = load_robot_config().joint_names
 LOADED = 20.0  # torque of a gear above which its load is compared [N m]
+# Share and torque [N m] by which loads of gears may differ; of the arms' gears 10 % and 2 N m.
+# The stabilizer moves the legs in the simulation; the model has none. A speed of the elbow along
+# the leaf of 10 mm/s, which no plan has, decides where the leaf's friction turns the trunk.
+TOLERANCES = {"RLEG": (0.25, 13.0), "LLEG": (0.25, 13.0), "CHES": (0.27, 2.0)}
 FAST = {"door": "size3", "run_up": "zmp_limited"}
 CASES: list[dict[str, Any]] = [
     *({"degrees": degrees} for degrees in (15.0, 20.0, 30.0, 36.0)),
@@ -38,15 +42,17 @@ def require_alike(pair: Pair) -> None:
     assert model.peak == pytest.approx(real.peak, rel=0.05)
     assert model.pads == pytest.approx(real.pads, rel=0.05)
     assert model.duration == pytest.approx(real.duration, abs=2e-3)
+    assert model.preload == pytest.approx(real.preload, rel=0.10)
+    arm = [column for column, name in enumerate(NAMES) if name.startswith("RARM")]
+    assert model.before[arm] == pytest.approx(real.before[arm], abs=2.0)
     for column in np.flatnonzero(np.abs(real.gear) > LOADED):
-        # The stabilizer moves the legs in the simulation; the model has none.
-        most, least = (0.25, 13.0) if "LEG" in NAMES[column] else (0.17, 2.0)
+        most, least = TOLERANCES.get(NAMES[column][:4], (0.10, 2.0))
         assert abs(model.gear[column]) == pytest.approx(
             abs(real.gear[column]), rel=most, abs=least), NAMES[column]
 
 
 def test_the_model_predicts_a_hit_of_the_simulation(tmp_path: Path) -> None:
-    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arm to 17 %."""
+    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arms to 10 %."""
     require_alike(hit_pair(tmp_path, 25.0))
 
 

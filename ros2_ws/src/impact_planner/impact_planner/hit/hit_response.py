@@ -175,8 +175,8 @@ class HitSimulation:
         preload = np.zeros(count)
         deep = np.zeros(count)  # displacement of each contact's spring
         if structure.pads is not None:
-            preload[3] = structure.pads.preload
-            deep[3] = preload[3] / self._springs[3]
+            preload[_PADS] = structure.pads.preload
+            deep[_PADS] = preload[_PADS] / self._springs[_PADS]
         pressed = self._rows.T @ preload
         gear = motor = np.zeros(len(structure.columns))
         inert, half = 2.0 / _STEP * self._mass, 0.5 * _STEP
@@ -273,7 +273,7 @@ def _pad_load(structure: HitStructure, force: Array) -> dict[str, float]:
         return {"pad_force": 0.0, "pad_preload": 0.0, "pad_friction": 0.0}
     normal, along = force[:, 3], np.hypot(force[:, 4], force[:, 5])
     available = structure.pads.friction * float(normal.sum())
-    return {"pad_force": float(normal.max()), "pad_preload": structure.pads.preload,
+    return {"pad_force": float(normal.max()), "pad_preload": float(structure.pads.preload[0]),
             "pad_friction": float(along.sum()) / available if available > 0.0 else 0.0}
 
 

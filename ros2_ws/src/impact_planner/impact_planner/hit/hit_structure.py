@@ -19,12 +19,13 @@ from hrp2_description.robot import SIDES, Drives
 from humanoid_motion.dynamics import inverse_dynamics, joint_torques
 from humanoid_motion.motion import still
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents, pad_contact
-from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
 BASE = slice(0, 6)  # entries of the free base in Pinocchio's velocity vector
 _SAME = 1e-9  # smallest independent motion, relative to the largest
+_STILL = 1e-9  # displacement below which the pads do not slide [m]
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,15 @@ class PadRow:
         stiffness: Stiffness along the normal and the tangents, (3,) [N/m].
         damping: Damping along them, (3,) [N s/m].
         friction: Coefficient of friction.
-        preload: Force that presses the pads in the commanded posture [N].
+        preload: Force that presses the pads in the commanded posture, and their friction along the
+            tangents that is left from the pressing, (3,) [N].
     """
 
     row: Array
     stiffness: Array
     damping: Array
     friction: float
-    preload: float
+    preload: Array
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,9 @@ def _at_rest(
     """Compute the gears' torques (J,) [N m] and the pads before the hit.
 
     The commanded posture presses the pads into each other. The servos and the gears between them
-    yield until their torques bear the pads' force.
+    yield until their torques bear the pads' force; the driver leads the motors by what they yield
+    under the weight. On its way from half-sitting the ball slides along the disc, and the friction
+    of this stays.
     """
     motion = still(joints, base)
     held = joint_torques(robot, motion, inverse_dynamics(robot, motion), feet, SIDES)[0]
@@ -171,14 +175,17 @@ def _at_rest(
     found = pad_contact(robot, q, brace)
     if found.beside > 0.0:
         return held, None
-    normal = found.jacobian[0, robot.v_index]
-    gives = (1.0 / drives.stiffness + 1.0 / drives.position_gain) * normal
-    depth = -float(found.offset[0]) - float(gives @ -held)
-    preload = max(0.0, depth / (1.0 / brace.stiffness + float(gives @ normal)))
-    share = np.array([1.0, TANGENTIAL, TANGENTIAL])
     row = found.jacobian.copy()
     row[0] *= -1.0  # the depth grows as the ball comes nearer
-    return held - preload * normal, PadRow(
+    of_joints = row[:, robot.v_index]
+    slide = of_joints[1:] @ (braced_upper_body(robot) - robot.config.half_sitting)
+    slide /= max(float(np.linalg.norm(slide)), _STILL)
+    force = np.array([1.0, *(brace.friction * slide)])
+    gives = 1.0 / drives.stiffness + 1.0 / drives.position_gain
+    yields = float((gives * of_joints[0]) @ (of_joints.T @ force))
+    preload = max(0.0, -float(found.offset[0]) / (1.0 / brace.stiffness + yields)) * force
+    share = np.array([1.0, TANGENTIAL, TANGENTIAL])
+    return held + of_joints.T @ preload, PadRow(
         row, brace.stiffness * share, brace.damping * share, brace.friction, preload)
 
 
