@@ -9,7 +9,8 @@ from door_model.motion.dynamics import simulate
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach
-from impact_planner.motion.hold import HoldTask, plan_hold
+from impact_planner.motion.catch import HoldTask
+from impact_planner.motion.hold import plan_hold
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
