@@ -111,6 +111,7 @@ class BodyGeometry:
         self._pairs = self._self_pairs(
             [pair for pair, distance in zip(counted, rest, strict=True) if distance >= 0.0])
         self._rest = rest[rest >= 0.0]
+        self._with_leaf = lru_cache(maxsize=8)(self._shapes_with_leaf)
 
     @property
     def shapes(self) -> Any:
@@ -190,21 +191,35 @@ class BodyGeometry:
 
     def _leaf_pairs(self, leaf: LeafCourse, may_touch: Collection[str]) -> tuple[Pairs, Any]:
         """Pair every shape that must not touch with the leaf; return the pairs and the leaf."""
+        geometry, names, slopes = self._with_leaf(
+            leaf.width, leaf.thickness, leaf.height, frozenset(may_touch))
+        # The work space is new each time, because coal starts each search from its last result:
+        # a used one would make a plan depend on the plans before it, by less than 1e-6 m.
+        pairs = Pairs(geometry, geometry.createData(), names, slopes)
+        return pairs, geometry.geometryObjects[len(self.links)]
+
+    def _shapes_with_leaf(
+        self, width: float, thickness: float, height: float, may_touch: frozenset[str]
+    ) -> tuple[Any, list[tuple[str, str]], Array]:
+        """Pair every shape that must not touch with a leaf of some dimensions [m].
+
+        Returns:
+            Pinocchio's geometry model with the leaf as its last shape, and the names and slopes of
+            the pairs as in `Pairs`.
+        """
         geometry = pin.GeometryModel()
         for item in self._model.geometryObjects:
             geometry.addGeometryObject(item)
-        box = coal.Box(leaf.width, leaf.thickness, leaf.height)
+        box = coal.Box(width, thickness, height)
         index = geometry.addGeometryObject(
             pin.GeometryObject(LEAF, 0, 0, pin.SE3.Identity(), box))
         kept = [i for i, name in enumerate(self.links) if name not in may_touch]
         for i in kept:
             geometry.addCollisionPair(pin.CollisionPair(i, index))
-        far = float(np.hypot(leaf.width, leaf.thickness))
+        far = float(np.hypot(width, thickness))
         others = np.tile([1.0, 1.0, 1.0, far], (len(kept), 1))  # base's x, y, z; leaf's angle
-        slopes = np.hstack([self._levers[kept], others])
         names = [(self.links[i], LEAF) for i in kept]
-        pairs = Pairs(geometry, geometry.createData(), names, slopes)
-        return pairs, geometry.geometryObjects[index]
+        return geometry, names, np.hstack([self._levers[kept], others])
 
     def _required(self, limit: float) -> Array:
         """Compute the distance that each pair of shapes must keep, (P,) [m]."""

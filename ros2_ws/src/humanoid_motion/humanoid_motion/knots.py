@@ -104,7 +104,8 @@ def quintic(*ends: Array) -> Array:
     Returns:
         Coefficients of the powers 0 to 5, (6, ...).
     """
-    return np.tensordot(_QUINTIC, np.array(ends), axes=1)
+    stacked = np.array(ends)
+    return np.asarray((_QUINTIC @ stacked.reshape(6, -1)).reshape(stacked.shape))
 
 
 def from_samples(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 from xml.etree import ElementTree
 
@@ -246,6 +247,10 @@ class RobotModel:
         """
         if self.config.hand_radius is not None:
             return self.config.hand_radius
+        return self._hand_sphere_radius
+
+    @cached_property
+    def _hand_sphere_radius(self) -> float:
         link = self.config.hand_link
         root = ElementTree.parse(self.config.urdf_path).getroot()
         sphere = root.find(f"./link[@name='{link}']/collision/geometry/sphere")

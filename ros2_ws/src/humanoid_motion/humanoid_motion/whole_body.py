@@ -103,14 +103,6 @@ def _com_xy(robot: RobotModel, q: Array) -> Array:
     return com
 
 
-def com_course(robot: RobotModel, motion: Motion) -> Array:
-    """Compute the CoM of a motion in odom, (N, 3) [m]."""
-    com = np.empty((len(motion), 3))
-    for i, (base, joints) in enumerate(zip(motion.base, motion.joints, strict=True)):
-        com[i] = pin.centerOfMass(robot.model, robot.data, robot.configuration(base, joints), False)
-    return com
-
-
 def within_ranges(
     robot: RobotModel, joints: Array, reserve: float | Array = 0.0
 ) -> NDArray[np.bool_]:

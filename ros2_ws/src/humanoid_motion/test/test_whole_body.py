@@ -9,7 +9,6 @@ from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import min_jerk, rest_to_rest, still
 from humanoid_motion.robot_model import braced_upper_body
 from humanoid_motion.whole_body import (
-    com_course,
     require_joint_limits,
     require_torque_limits,
     solve,
@@ -78,6 +77,7 @@ def test_standing_still_the_zmp_is_under_the_com_and_the_floor_carries_the_weigh
     """Without motion the ZMP lies below the CoM, the force is m g and there is no friction."""
     motion = still(stance.posture.joints, stance.posture.base)
     dynamics = inverse_dynamics(robot, motion)
+    np.testing.assert_allclose(dynamics.com[0], stance.posture.com, atol=1e-9)
     np.testing.assert_allclose(dynamics.zmp[0], stance.posture.com[:2], atol=1e-9)
     np.testing.assert_allclose(dynamics.force[0], [0.0, 0.0, robot.mass * GRAVITY], atol=1e-6)
     assert dynamics.friction < 1e-9
@@ -87,7 +87,7 @@ def test_floor_force_is_the_mass_times_the_acceleration_of_the_com(robot, stance
     """Newton, against the CoM differentiated numerically."""
     motion = swaying(robot, stance)
     dynamics = inverse_dynamics(robot, motion)
-    com = com_course(robot, motion)
+    com = dynamics.com
     step = motion.time[1] - motion.time[0]
     acceleration = np.gradient(np.gradient(com, step, axis=0), step, axis=0)
     inner = slice(4, -4)

@@ -97,11 +97,13 @@ def nearest(
     heap: list[tuple[float, int, int, Indices, Array, Array]] = []
 
     def add(a: int, b: int, which: Indices, at_a: Array, at_b: Array) -> None:
+        if b - a < 2:
+            return
         possible = 0.5 * (at_a + at_b - pairs.slopes[which] @ (travel[b] - travel[a]))
-        keep = possible < best[0] - _RESOLUTION
-        if b - a > 1 and keep.any():
-            row = (float(possible.min()), a, b, which[keep], at_a[keep], at_b[keep])
-            heapq.heappush(heap, row)
+        least, enough = float(possible.min()), best[0] - _RESOLUTION
+        if least < enough:
+            keep = possible < enough
+            heapq.heappush(heap, (least, a, b, which[keep], at_a[keep], at_b[keep]))
 
     every, last = np.arange(len(pairs.names)), len(course) - 1
     moving = np.flatnonzero(pairs.slopes @ travel[last] > 0.0)

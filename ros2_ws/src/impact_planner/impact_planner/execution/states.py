@@ -43,7 +43,7 @@ from impact_planner.execution.endings import Hold, Retreat
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
 from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Command, Outcome
-from impact_planner.motion.hold import LATE
+from impact_planner.motion.catch import LATE
 from impact_planner.motion.post import back_along, continue_from, to_rest_within
 
 

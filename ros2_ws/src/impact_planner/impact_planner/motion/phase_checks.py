@@ -11,12 +11,7 @@ from humanoid_motion.dynamics import Load, inverse_dynamics, joint_torques
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import Knots, from_motion
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.whole_body import (
-    com_course,
-    require_joint_limits,
-    require_torque_limits,
-    shares,
-)
+from humanoid_motion.whole_body import require_joint_limits, require_torque_limits, shares
 from humanoid_motion.zmp import margins
 
 from impact_planner.motion.approach import StandingPhase
@@ -98,14 +93,13 @@ def checked_phase(
     clearances = _clear(robot, phase, limits, until, leaf)
     if knots is None:
         knots, _ = from_motion(motion)
-    com = com_course(robot, motion)
     return PhasePlan(
         name=phase.name,
         knots=knots,
-        com=_at(knots.time, motion.time, com),
+        com=_at(knots.time, motion.time, dynamics.com),
         zmp=_at(knots.time, motion.time, dynamics.zmp),
         time=motion.time,
-        com_samples=com,
+        com_samples=dynamics.com,
         zmp_samples=dynamics.zmp,
         margin=margin,
         friction=float(np.max(dynamics.friction[counted])),

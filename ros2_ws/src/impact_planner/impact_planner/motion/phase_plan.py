@@ -28,7 +28,7 @@ class PhasePlan:
         clearances: Smallest distance between bodies of the robot, and from a body to the leaf
             where the leaf was checked.
         leaf: Course of the leaf at the dense samples; None where the leaf was not checked. After
-            the peak, the leaf is shown as it has fallen `hold.LATE` later.
+            the peak, the leaf is shown as it has fallen `catch.LATE` later.
     """
 
     name: str

@@ -19,8 +19,9 @@ from impact_planner.motion.after_hit import (
     retreat_motion,
 )
 from impact_planner.motion.approach import StandingPhase, plan_approach
+from impact_planner.motion.catch import LATE, hold_task
 from impact_planner.motion.hit_design import HitDesign
-from impact_planner.motion.hold import LATE, HoldPlan, hold_task, plan_hold
+from impact_planner.motion.hold import HoldPlan, plan_hold
 from impact_planner.motion.phase_checks import LeafNearby, PhaseLimits, checked_phase
 from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.task.known_door import KnownDoor

@@ -12,7 +12,7 @@ from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.door_prediction import opening_limit
 from impact_planner.hit.placement import Placement
 from impact_planner.hit.stance import HitStance
-from impact_planner.motion.hold import HoldTask, can_hold, hold_task
+from impact_planner.motion.catch import HoldTask, can_hold, hold_task
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import PlannerSettings
 

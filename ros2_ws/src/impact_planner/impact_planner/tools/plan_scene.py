@@ -13,7 +13,7 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import initial_feet
 from impact_planner.impact_plan import ImpactPlan
-from impact_planner.motion.hold import LATE
+from impact_planner.motion.catch import LATE
 from impact_planner.motion.phase_plan import PhasePlan
 
 _TOUCH = 5e-4  # distance between hand and leaf that counts as contact [m]

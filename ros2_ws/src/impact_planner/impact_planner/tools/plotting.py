@@ -13,7 +13,7 @@ from hrp2_description.support import support_polygon
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.impact_plan import ImpactPlan
-from impact_planner.motion.hold import LATE
+from impact_planner.motion.catch import LATE
 from impact_planner.motion.phase_plan import PhasePlan
 from impact_planner.task.settings import PlannerSettings
 from impact_planner.tools.plan_scene import PlanScene, caught_after, door_course, plan_scene

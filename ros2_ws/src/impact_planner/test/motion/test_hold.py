@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_model.motion.dynamics import simulate
+from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.whole_body import require_joint_limits
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach
-from impact_planner.motion.hold import HoldTask, plan_hold
+from impact_planner.motion.catch import HoldTask, choices
+from impact_planner.motion.hold import Candidate, plan_hold
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
@@ -24,13 +27,18 @@ def hinge(plan):
 
 
 @pytest.fixture(scope="module")
-def hold(robot, known, plan, hinge):
-    """The phase `hold` of the plan, with its details."""
+def task(robot, known, plan, hinge):
+    """The door to hold, from the end of the plan's phase `post`."""
     joints = plan.phase("post").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
-    task = HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
+    return HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
+
+
+@pytest.fixture(scope="module")
+def hold(robot, task):
+    """The phase `hold` before its check, with its details."""
     found = []
     plan_hold(robot, task, found.append)
     return found[0]
@@ -132,3 +140,57 @@ def test_a_door_that_can_be_held_nowhere_says_so(robot, known):
         plan_impact(PlanRequest(math.radians(8.0), restitution=0.7), known, robot,
                     PlannerSettings(hand_force_limit=0.1))
     assert caught.value.limit == 0.0
+
+
+def test_a_candidate_that_is_refused_unseen_breaks_a_limit_when_it_is_planned(robot, task):
+    """A quick refusal never costs a plan: the whole motion has a too fast joint, too."""
+    refused = 0
+    reach = ArmReach(robot)
+    for catch, hand in choices(robot, reach, task):
+        candidate = Candidate(robot, reach, task, catch, hand, lean_share=1.0)
+        if candidate.is_hopeless():
+            refused += 1
+            with pytest.raises(JointLimit, match="would turn at"):
+                require_joint_limits(
+                    robot, candidate.plan().phase.motion, "hold", share=task.joint_share)
+    assert refused
+
+
+def test_the_error_is_that_of_the_best_candidate_though_it_was_refused_unseen(robot, task):
+    """Where no candidate can be executed, the error names the first one's joint and its speed."""
+    def check(hold):
+        require_joint_limits(robot, hold.phase.motion, "hold", share=task.joint_share)
+        raise PostureUnreachable("every other candidate", quantity="clearance [m]")
+
+    reach = ArmReach(robot)
+    first = Candidate(robot, reach, task, *next(choices(robot, reach, task)), lean_share=1.0)
+    assert first.is_hopeless()
+    with pytest.raises(JointLimit) as expected:
+        check(first.plan())
+    with pytest.raises(JointLimit) as caught:
+        plan_hold(robot, task, check)
+    assert str(caught.value) == str(expected.value)
+
+
+@pytest.mark.nightly("plans every candidate of many angles")
+@pytest.mark.parametrize("degrees", range(12, 40, 2))
+def test_quick_refusals_at_other_angles(robot, known, degrees, monkeypatch):
+    """At every angle, what is refused unseen would also be refused after it was planned."""
+    hopeless = Candidate.is_hopeless
+    wrong = []
+
+    def verified(candidate):
+        refused = hopeless(candidate)
+        if refused:
+            try:
+                limit = PlannerSettings().limit_share
+                require_joint_limits(
+                    robot, candidate.plan().phase.motion, "hold", share=limit)
+                wrong.append(candidate)
+            except (AngleUnreachable, JointLimit, PostureUnreachable):
+                pass
+        return refused
+
+    monkeypatch.setattr(Candidate, "is_hopeless", verified)
+    plan_impact(PlanRequest(math.radians(degrees)), known, robot)
+    assert not wrong

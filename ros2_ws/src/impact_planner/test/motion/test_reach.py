@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.placement import placement_for_step
-from impact_planner.motion.hold import HoldTask, can_hold
+from impact_planner.motion.catch import HoldTask, can_hold
 from impact_planner.motion.reach import furthest_contact, largest_angle
 from impact_planner.task.settings import PlannerSettings
 

@@ -9,7 +9,7 @@ from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit
-from humanoid_motion.whole_body import com_course, require_joint_limits
+from humanoid_motion.whole_body import require_joint_limits
 from humanoid_motion.zmp import margins
 from hypothesis import given
 from hypothesis import strategies as st
@@ -57,7 +57,7 @@ def test_b_has_its_speed_at_the_contact_and_keeps_it(robot, run_up):
 
 def test_com_is_where_the_stance_wants_it_at_the_contact(robot, stance, run_up):
     """The CoM is over point C at the contact, and one overrun further at the end."""
-    com = com_course(robot, run_up.motion)
+    com = inverse_dynamics(robot, run_up.motion).com
     y = np.interp(run_up.contact_time, run_up.motion.time, com[:, 1])
     assert y == pytest.approx(stance.posture.com[1], abs=1e-5)
     last = com[at_full_speed(run_up)][-1]
@@ -241,7 +241,7 @@ def test_a_missed_contact_ends_at_rest_where_the_legs_still_reach(robot, stance,
     for rest in (motion.joint_speed, motion.joint_acceleration, motion.base_speed):
         np.testing.assert_allclose(rest[-1], 0.0, atol=1e-9)
     assert 0.02 - 1e-9 <= plan.overrun <= plan.y_hit - plan.table.low - 0.02 + 1e-9
-    assert np.diff(com_course(robot, motion)[~at_full_speed(plan), 1]).max() < 1e-9
+    assert np.diff(inverse_dynamics(robot, motion).com[~at_full_speed(plan), 1]).max() < 1e-9
     require_joint_limits(robot, motion, "cam")
 
 
