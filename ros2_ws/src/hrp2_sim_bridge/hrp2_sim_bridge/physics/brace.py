@@ -76,24 +76,24 @@ class BracePads:
         arm, trunk = (pin.updateFramePlacement(model, data, frame) for frame in self._frames)
         places = [pose.act(place)
                   for pose, place in zip((arm, trunk), self._places, strict=True)]
-        axes = self._axes @ trunk.rotation.T
-        offset = axes @ (places[0] - places[1])
+        axes = self._axes.dot(trunk.rotation.T)
+        offset = axes.dot(places[0] - places[1])
         self.near = bool(
             abs(offset[0] - self._ball) < _NEAR and math.hypot(*offset[1:]) < self._disc)
         if not self.near:
             self.force, self._touching = np.zeros(3), False
             return
-        pin.computeJointJacobians(model, data, self._q)
+        pin.computeJointJacobians(model, data)
         # Both Jacobians are those of the point where the ball touches.
         point = places[0] - self._ball * axes[0]
         jacobians = []
         for frame, pose in zip(self._frames, (arm, trunk), strict=True):
             twist = pin.getFrameJacobian(
                 model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-            jacobians.append(twist[:3] - pin.skew(point - pose.translation) @ twist[3:])
-        jacobian = axes @ (jacobians[0] - jacobians[1])
+            jacobians.append(twist[:3] - pin.skew(point - pose.translation).dot(twist[3:]))
+        jacobian = axes.dot(jacobians[0] - jacobians[1])
         self.jacobian = np.ascontiguousarray(jacobian[:, self._v_index])
-        self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian @ position
+        self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian.dot(position)
 
     def torque(self, position: Array, speed: Array, step: float) -> Array | float:
         """Return the torques on the joints, (30,) [N m]; 0 without contact.
@@ -105,14 +105,14 @@ class BracePads:
         """
         if not self.near:
             return 0.0
-        place = self._offset + self.jacobian @ position
+        place = self._offset + self.jacobian.dot(position)  # half the time of @
         if place[0] >= 0.0:
             self.force, self._touching = np.zeros(3), False
             return 0.0
         if not self._touching:
             self._slid, self._touching = place[1:].copy(), True
         place[1:] -= self._slid
-        force = -self._stiffness * place - self._damping * (self.jacobian @ speed)
+        force = -self._stiffness * place - self._damping * self.jacobian.dot(speed)
         force[0] = max(force[0], 0.0)
         most, along = self._friction * force[0], math.hypot(force[1], force[2])
         if along > most:
@@ -121,6 +121,6 @@ class BracePads:
             self._slid += place[1:] + force[1:] / self._stiffness[1:]
         self.force = force
         self.peak = max(self.peak, float(force[0]))
-        torque = force @ self.jacobian
+        torque = force.dot(self.jacobian)
         self.impulse += step * torque
         return np.asarray(torque)
