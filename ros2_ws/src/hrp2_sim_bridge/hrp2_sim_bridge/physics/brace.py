@@ -32,9 +32,10 @@ class BracePads:
         scale: Factor of the pads' stiffness and damping.
 
     Attributes:
-        near: Whether the pads are so near to each other that their contact is computed.
+        clearance: Distance by which the pads are too far from each other for a contact to be
+            computed [m]; 0 where they are near.
         jacobian: Jacobian of the arm's pad relative to the trunk's, along the normal and the two
-            tangents, by the joints, (3, 30); valid while the pads are near.
+            tangents, by the joints, (3, 30); valid while the clearance is 0.
         force: Force on the arm's pad: along the normal of the trunk's pad, which is positive, and
             along its two tangents, (3,) [N].
         peak: Largest normal force since `clear` [N].
@@ -56,7 +57,7 @@ class BracePads:
         self.force = np.zeros(3)
         self._slid = np.zeros(2)
         self._touching = False
-        self.near = False
+        self.clearance = math.inf
         self.jacobian = np.zeros((3, len(self._v_index)))
         self.clear()
 
@@ -78,9 +79,10 @@ class BracePads:
                   for pose, place in zip((arm, trunk), self._places, strict=True)]
         axes = self._axes.dot(trunk.rotation.T)
         offset = axes.dot(places[0] - places[1])
-        self.near = bool(
-            abs(offset[0] - self._ball) < _NEAR and math.hypot(*offset[1:]) < self._disc)
-        if not self.near:
+        above, *aside = offset.tolist()
+        self.clearance = max(
+            abs(above - self._ball) - _NEAR, math.hypot(*aside) - self._disc, 0.0)
+        if self.clearance > 0.0:
             self.force, self._touching = np.zeros(3), False
             return
         pin.computeJointJacobians(model, data)
@@ -103,7 +105,7 @@ class BracePads:
             speed: Their speeds, (30,) [rad/s].
             step: Duration for which the torques act [s].
         """
-        if not self.near:
+        if self.clearance > 0.0:
             return 0.0
         place = self._offset + self.jacobian.dot(position)  # half the time of @
         if place[0] >= 0.0:

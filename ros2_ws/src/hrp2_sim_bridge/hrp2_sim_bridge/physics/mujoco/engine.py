@@ -183,7 +183,7 @@ class MuJoCoEngine(Engine):
         if not total > 0.0:
             return NO_TOUCH
         most = places[forces.index(max(forces))]
-        return Touch(total, self._link(pairs[most]), contact.pos[most].copy())
+        return Touch(total, self._link(pairs[most]), contact.pos[most].tolist())
 
     def floor_contacts(self) -> list[FloorContact]:
         """Return the contacts between robot and floor."""
