@@ -270,7 +270,7 @@ class World(Driver):
         step = self.time_step
         per_sample = round(SAMPLE / step)
         steps = SAMPLES_PER_TICK * per_sample
-        times = self.time + step * np.arange(steps + 1)
+        times = self.time + step * np.arange(steps + 1, dtype=float)
         reference = self.driver.positions(times)
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
             self._stabilizer.update(self._sensed, self.driver.sample)

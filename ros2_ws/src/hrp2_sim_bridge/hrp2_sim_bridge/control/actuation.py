@@ -57,12 +57,12 @@ class Actuation:
     @property
     def joints(self) -> Array:
         """Positions [rad], velocities [rad/s] and motor torques [N m] of the joints, (3, 30)."""
-        return np.vstack([self._state, self.drives.motor])
+        return np.array([*self._state, self.drives.motor])
 
     @property
     def motors(self) -> Array:
         """Angles [rad], speeds [rad/s] and torques [N m] of the motors, (3, 30)."""
-        return np.stack([self.drives.position, self.drives.speed, self.drives.motor])
+        return np.array([self.drives.position, self.drives.speed, self.drives.motor])
 
     def begin_tick(self, reference: Array, step: float, *, near: bool, fell: bool) -> bool:
         """Prepare the steps of a tick.

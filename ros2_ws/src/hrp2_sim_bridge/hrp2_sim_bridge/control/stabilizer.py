@@ -278,7 +278,7 @@ class Stabilizer:
     def _make_up(self, sample: TickSample, stance: ReferenceStance, wanted: FootLoads) -> None:
         """Update the damping control: each foot yields to the part of its load that is unwanted."""
         settings = self.settings
-        wrenches = np.stack([sample.left_wrench, sample.right_wrench])
+        wrenches = np.array([sample.left_wrench, sample.right_wrench])
         normal = wrenches[:, 2]
         self._made_up *= 1.0 - TICK / settings.force_memory
         for foot in range(len(SIDES)):

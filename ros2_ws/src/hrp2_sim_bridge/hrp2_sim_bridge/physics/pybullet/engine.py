@@ -7,7 +7,6 @@ from operator import itemgetter
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from door_impact_common.arrays import Array
 
 from hrp2_sim_bridge.physics.engine import Engine
