@@ -37,7 +37,7 @@ from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 
 _NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
-_FASTEST_APPROACH = 4.0  # upper bound of the speed at which robot and leaf approach [m/s]
+_FASTEST = 4.0  # upper bound of the speed at which robot and leaf approach or part [m/s]
 _SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
 _RUBBER_SETTLING_TICKS = 140  # the same for rubber soles, on which the robot swings for a while
 _FARTHEST = 10.0  # largest coordinate of the door [m]
@@ -157,7 +157,7 @@ class World(Driver):
         self.driver.reset(self._posture, self.time)
         self._frames = self.engine.read_frames()
         self._door_state = self.engine.door_state()
-        self._far_until = self._ticks
+        self._same_until, self._fine = self._ticks, False
         self._sensors.power_on(self._posture, self.imu_state)
         for _ in range(settling):
             self.step()
@@ -270,7 +270,7 @@ class World(Driver):
         step = self.time_step
         per_sample = round(SAMPLE / step)
         steps = SAMPLES_PER_TICK * per_sample
-        times: Array = np.array([self.time + step * index for index in range(steps + 1)])
+        times = self.time + step * np.arange(steps + 1, dtype=float)
         reference = self.driver.positions(times)
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
             self._stabilizer.update(self._sensed, self.driver.sample)
@@ -302,12 +302,12 @@ class World(Driver):
 
         They are fine near the leaf, where the solver treats robot and door as one problem.
         """
-        if self._ticks < self._far_until:
-            return False
+        if self._ticks < self._same_until:
+            return self._fine
         distance = self.engine.leaf_distance(2.0 * _NEAR)
-        fine = distance < _NEAR
-        # Before this tick nothing can cover the rest of the distance.
-        self._far_until = self._ticks + int((distance - _NEAR) / (_FASTEST_APPROACH * TICK))
+        self._fine = fine = distance < _NEAR
+        # Before this tick nothing can cover the distance to the limit, from either side of it.
+        self._same_until = self._ticks + int(abs(distance - _NEAR) / (_FASTEST * TICK))
         settings = self.settings
         step = settings.time_step_fine if fine else settings.time_step_coarse
         if step != self.time_step:
@@ -322,11 +322,12 @@ class World(Driver):
         torque = self.door.torque(self._door_state, now, SAMPLE)
         self.joints.begin_sample()
         reactions: list[Reactions] = []
+        watched = near and self._log is not None
         for position, speed in orders:
             reactions.append(self.joints.step(position, speed, torque))
             for observer in self.observers:
                 observer(self.engine)
-            if near:
+            if watched:
                 self.hit.add_step(1.0 / len(orders))
         readings.reactions.append(reactions)
 

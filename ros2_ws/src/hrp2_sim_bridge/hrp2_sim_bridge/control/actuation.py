@@ -10,9 +10,10 @@ from hrp2_sim_bridge.control.drives import JointDrives
 from hrp2_sim_bridge.physics.brace import BracePads
 from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.physics.states import Reactions
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import SAMPLE, WorldSettings
 
 _BRACE_TOLERANCE = np.deg2rad(5.0)  # largest error of the posture in which the arm is locked [rad]
+_FASTEST_PAD = 10.0  # upper bound of the speed of the arm's pad to the trunk's [m/s]
 _FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
@@ -51,16 +52,17 @@ class Actuation:
         self._locked = False
         self._step = 0.0
         self._state = engine.joint_state()
+        self._apart = 0  # milliseconds in which the pads cannot meet
 
     @property
     def joints(self) -> Array:
         """Positions [rad], velocities [rad/s] and motor torques [N m] of the joints, (3, 30)."""
-        return np.vstack([self._state, self.drives.motor])
+        return np.array([*self._state, self.drives.motor])
 
     @property
     def motors(self) -> Array:
         """Angles [rad], speeds [rad/s] and torques [N m] of the motors, (3, 30)."""
-        return np.stack([self.drives.position, self.drives.speed, self.drives.motor])
+        return np.array([self.drives.position, self.drives.speed, self.drives.motor])
 
     def begin_tick(self, reference: Array, step: float, *, near: bool, fell: bool) -> bool:
         """Prepare the steps of a tick.
@@ -90,8 +92,13 @@ class Actuation:
 
     def begin_sample(self) -> None:
         """Prepare the steps of a millisecond."""
-        if self.pads is not None:
-            self.pads.linearize(self._state[0])
+        if self.pads is None:
+            return
+        if self._apart > 0:
+            self._apart -= 1
+            return
+        self.pads.linearize(self._state[0])
+        self._apart = int(self.pads.clearance / (_FASTEST_PAD * SAMPLE))
 
     def step(self, reference: Array, rate: Array, door_torque: float) -> Reactions:
         """Take a physics step.

@@ -87,8 +87,11 @@ class TrajectoryDriver:
 
     def positions(self, times: Array) -> Array:
         """Return the reference positions (T, N) [rad] at increasing times (T,) [s]."""
-        out = self._splines[0].positions(times)
-        for spline in self._splines[1:]:
+        begun = [index for index, spline in enumerate(self._splines)
+                 if times[0] >= spline.start - _SAME_TIME]
+        first = begun[-1] if begun else 0  # of the splines that have begun, the last one counts
+        out = self._splines[first].positions(np.maximum(times, self._splines[first].start))
+        for spline in self._splines[first + 1:]:
             started = times >= spline.start - _SAME_TIME
             if started.any():
                 out[started] = spline.positions(np.maximum(times[started], spline.start))

@@ -59,7 +59,6 @@ class JointDrives:
         """
         self.link_inertia = self._inertia.at(position)
         data = self._data
-        self._step = step
         together = 1.0 / (1.0 / self._rotor + 1.0 / self.link_inertia)
         self._stiffness = np.minimum(data.stiffness, together / step**2)
         self._damping = data.damping / (1.0 + step * data.damping / together)
@@ -67,6 +66,8 @@ class JointDrives:
         self._yield = 1.0 / (
             self._rotor + step * data.speed_gain + step**2 * data.position_gain)
         self._per_torque, self._per_speed = step / self._rotor, self._rotor / step
+        # NumPy multiplies by an array in half the time that it needs for a float.
+        self._steps = np.full(len(self.position), step)
 
     def torque(self, reference: Array, rate: Array, position: Array, speed: Array) -> Array:
         """Advance the motors by a step; return the torques of the gears on the links, (J,) [N m].
@@ -77,19 +78,21 @@ class JointDrives:
             position: Positions of the joints at the start of the step, (J,) [rad].
             speed: Their speeds, (J,) [rad/s].
         """
-        data, step, angle, turning = self._data, self._step, self.position, self.speed
+        data, steps, angle, turning = self._data, self._steps, self.position, self.speed
         gear = self._stiffness * (angle - position) + self._damping * (turning - speed)
         self.peak = np.maximum(self.peak, np.abs(gear))
         wanted = data.position_gain * (reference - angle) + data.speed_gain * rate
-        ahead = (self._rotor * turning + step * (wanted - gear)) * self._yield
+        ahead = (self._rotor * turning + steps * (wanted - gear)) * self._yield
         motor = self._per_speed * (ahead - turning) + gear
-        least, most = -self.limit, self.limit
-        if (np.abs(turning) >= self._fastest).any():
+        most = self.limit
+        least = -most
+        # `any` of a list of 30 takes half the time of NumPy's.
+        if any((np.abs(turning) >= self._fastest).tolist()):
             # A motor at its largest speed drives no further; it can only brake.
             least, most = least * (turning > -self._fastest), most * (turning < self._fastest)
         self.gear, self.motor = gear, np.minimum(np.maximum(motor, least), most)
         self.speed = turning + self._per_torque * (self.motor - gear)
-        self.position = angle + step * self.speed
+        self.position = angle + steps * self.speed
         return gear
 
 

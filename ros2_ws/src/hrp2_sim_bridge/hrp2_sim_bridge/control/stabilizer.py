@@ -129,17 +129,17 @@ def share_load(
     if all(standing):
         line = centers[0] - centers[1]
         length = math.hypot(line[0], line[1])
-        along = float((zmp - centers[1]) @ line) / length
+        along = float((zmp - centers[1]).dot(line)) / length
         left = min(max((along - inset) / (length - 2.0 * inset), 0.0), 1.0)
     else:
         left = 1.0 if standing[0] else 0.0
     share = np.array([left, 1.0 - left])
-    pivot = share @ centers
+    pivot = share.dot(centers)
     arm = zmp - pivot
-    reached = np.clip(arm, -reach, reach)
+    reached = arm.clip(-reach, reach)
     force = share * normal_force
     moment = force[:, None] * np.array([reached[1], -reached[0]])
-    return FootLoads(force, moment, pivot, float(np.abs(arm - reached).max()))
+    return FootLoads(force, moment, pivot, max(np.abs(arm - reached).tolist()))
 
 
 class Stabilizer:
@@ -204,7 +204,7 @@ class Stabilizer:
         Returns:
             Corrections of the joint positions, (T, 30) [rad].
         """
-        share = np.clip((times - self._begin) / TICK, 0.0, 1.0)[:, None]
+        share = ((times - self._begin) / TICK).clip(0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
     def update(self, sample: TickSample, reference: Callable[[float], JointReference]) -> None:
@@ -231,12 +231,12 @@ class Stabilizer:
         self._carry(stance, planned, wanted)
         # Without the soft start the legs would stretch at once, and the robot would hop.
         self._eased = min(self._eased + TICK / self.settings.soft_start, 1.0)
-        target = self._eased * np.clip(feet, -self._bound, self._bound)
+        target = self._eased * feet.clip(-self._bound, self._bound)
         self._feet += (target - self._feet) * (TICK / (TICK + self.settings.smoothing))
         self._before, self._begin = self._after, now
         robot, position = self._robot, reference(now + TICK).position
         corrected = position + self._joint_offsets(stance) + self._eased * self._give
-        self._after = np.clip(corrected, robot.lower, robot.upper) - position
+        self._after = corrected.clip(robot.lower, robot.upper) - position
 
     def _wanted_loads(
         self, stance: ReferenceStance, planned: FootLoads, tilt: Array, rate: Array
@@ -254,8 +254,7 @@ class Stabilizer:
         wanted = self._share(zmp + shift, stance)
         if wanted.beyond < _EXACT:  # otherwise the soles can do no more, and a sum would wind up
             self._tilt_sum += tilt * (TICK / settings.integral_time)
-            np.clip(self._tilt_sum, -settings.largest_angle, settings.largest_angle,
-                    out=self._tilt_sum)
+            self._tilt_sum = self._tilt_sum.clip(-settings.largest_angle, settings.largest_angle)
         return wanted
 
     def _share(self, zmp: Array, stance: ReferenceStance) -> FootLoads:
@@ -279,7 +278,7 @@ class Stabilizer:
     def _make_up(self, sample: TickSample, stance: ReferenceStance, wanted: FootLoads) -> None:
         """Update the damping control: each foot yields to the part of its load that is unwanted."""
         settings = self.settings
-        wrenches = np.stack([sample.left_wrench, sample.right_wrench])
+        wrenches = np.array([sample.left_wrench, sample.right_wrench])
         normal = wrenches[:, 2]
         self._made_up *= 1.0 - TICK / settings.force_memory
         for foot in range(len(SIDES)):
@@ -287,14 +286,14 @@ class Stabilizer:
                 continue
             x, y = self._model.middles[foot]
             about = wrenches[foot, 3:5] - normal[foot] * np.array([y, -x])
-            measured = stance.turns[foot][:2, :2] @ about
+            measured = stance.turns[foot, :2, :2].dot(about)
             step = (measured - wanted.moment[foot]) / self._turn_stiffness
             self._made_up[foot, 1:] += step * (settings.force_rate * TICK)
         if all(stance.standing):
             excess = normal - wanted.force
             step = 0.5 * float(excess[0] - excess[1]) / self._stiffness
             self._made_up[:, 0] += np.array([step, -step]) * (settings.force_rate * TICK)
-        np.clip(self._made_up, -self._bound, self._bound, out=self._made_up)
+        self._made_up = self._made_up.clip(-self._bound, self._bound)
 
     def _carry(self, stance: ReferenceStance, planned: FootLoads, wanted: FootLoads) -> None:
         """Update the windup of gears and servos under the torques that carry the reference.
@@ -307,9 +306,9 @@ class Stabilizer:
         torque = stance.effort.copy()
         for foot, share in enumerate(wanted.force / stance.normal_force):
             turn, middle = stance.turns[foot], self._middles[foot]
-            force = turn.T @ (share * stance.force)
-            moment = turn.T @ np.array([*wanted.moment[foot], 0.0]) + cross(middle, force)
-            load = stance.legs[foot].T @ np.array([*force, *moment])
+            force = turn.T.dot(share * stance.force)
+            moment = turn.T.dot(np.array([*wanted.moment[foot], 0.0])) + cross(middle, force)
+            load = stance.legs[foot].T.dot(np.concatenate([force, moment]))
             torque[self._model.leg_joints[foot]] -= load
         smooth = TICK / (TICK + self.settings.smoothing)
         self._torque += smooth * (torque - self._torque)
@@ -322,7 +321,7 @@ class Stabilizer:
         """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""
         twist = np.zeros((2, 6))
         for foot, (lift, roll, pitch) in enumerate(self._feet):
-            turn = stance.turns[foot].T @ np.array([roll, pitch, 0.0])
+            turn = stance.turns[foot].T.dot(np.array([roll, pitch, 0.0]))
             twist[foot, :3] = np.array([0.0, 0.0, lift]) - cross(turn, self._middles[foot])
             twist[foot, 3:] = turn
         legs, turned = stance.legs, stance.legs.transpose(0, 2, 1)
@@ -345,6 +344,6 @@ def measured_tilt(sample: TickSample, stance: ReferenceStance) -> tuple[Array, A
         Tilt about x and y of the level frame, (2,) [rad], and its rate, (2,) [rad/s].
     """
     up = rotation(sample.imu.orientation)[2]
-    tilt = stance.imu @ cross(up, stance.imu[2])
-    rate = stance.imu @ (sample.imu.angular_velocity - stance.imu_rate)
+    tilt = stance.imu.dot(cross(up, stance.imu[2]))
+    rate = stance.imu.dot(sample.imu.angular_velocity - stance.imu_rate)
     return tilt[:2], rate[:2]

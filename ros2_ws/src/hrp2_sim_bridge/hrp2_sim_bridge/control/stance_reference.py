@@ -97,10 +97,10 @@ class ReferenceStanceModel:
         a[self._v_index] = reference.acceleration
         pin.forwardKinematics(model, data, q, v, a)
         poses = [pin.updateFramePlacement(model, data, frame) for frame in self._soles]
-        up = poses[0].rotation[:, 2]
-        heights = [float(up @ pose.translation) for pose in poses]
-        lower = 0 if heights[0] <= heights[1] else 1
-        level = poses[lower].rotation.T
+        rotations, origins = [p.rotation for p in poses], [p.translation for p in poses]
+        up = rotations[0][:, 2]
+        lower = 0 if up.dot(origins[0]) <= up.dot(origins[1]) else 1
+        level = rotations[lower].T
         # The lower sole is at rest, so base_link has the opposite of the sole's relative motion.
         sole, world = self._soles[lower], pin.ReferenceFrame.WORLD
         v[:6] = -pin.getFrameVelocity(model, data, sole, world).vector
@@ -110,28 +110,29 @@ class ReferenceStanceModel:
         wrench = effort[:6]
         imu = pin.updateFramePlacement(model, data, self._imu)
         imu_velocity = pin.getFrameVelocity(model, data, self._imu, pin.ReferenceFrame.LOCAL)
-        pin.computeJointJacobians(model, data, q)
-        jacobians = np.stack([pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL)
-                              for frame in self._soles])
-        turns = np.array([level @ pose.rotation for pose in poses])
-        places = np.array([level @ pose.translation for pose in poses])
+        pin.computeJointJacobians(model, data)
+        jacobians = [pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL)
+                     for frame in self._soles]
+        turns = np.array([level.dot(rotation) for rotation in rotations])
+        places = np.array([level.dot(origin) for origin in origins])
         centers = places[:, :2] + np.einsum("ijk,ik->ij", turns[:, :2, :2], self.middles)
         floor = float(places[lower, 2])
-        force, torque = level @ wrench[:3], level @ wrench[3:]
+        force, torque = level.dot(wrench[:3]), level.dot(wrench[3:])
         normal = max(float(force[2]), self._least_load)
         return ReferenceStance(
             zmp=np.array([floor * force[0] - torque[1], floor * force[1] + torque[0]]) / normal,
-            com=level @ pin.centerOfMass(model, data, q, False),
+            com=level.dot(pin.centerOfMass(model, data, False)),
             floor=floor,
             normal_force=normal,
-            force=np.append(force[:2], normal),
+            force=np.array([force[0], force[1], normal]),
             effort=effort[self._v_index],
             centers=centers,
             turns=turns,
             standing=(
                 bool(places[0, 2] - floor < _ON_FLOOR), bool(places[1, 2] - floor < _ON_FLOOR)
             ),
-            legs=np.stack([jacobians[i][:, self._leg_columns[i]] for i in range(len(SIDES))]),
-            imu=level @ imu.rotation,
+            legs=np.stack([jacobian[:, columns] for jacobian, columns in zip(
+                jacobians, self._leg_columns, strict=True)]),
+            imu=level.dot(imu.rotation),
             imu_rate=np.array(imu_velocity.angular),
         )

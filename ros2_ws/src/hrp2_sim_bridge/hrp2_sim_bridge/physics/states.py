@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
 from door_impact_common.arrays import Array
 
 # Columns of the link states of an engine; the left and the right sole come first.
@@ -46,8 +45,7 @@ class DoorState(NamedTuple):
     velocity: float
 
 
-@dataclass(frozen=True)
-class Touch:
+class Touch(NamedTuple):
     """Contact between robot and leaf.
 
     Attributes:
@@ -58,10 +56,10 @@ class Touch:
 
     force: float
     link: int
-    point: Array
+    point: Sequence[float]
 
 
-NO_TOUCH = Touch(0.0, -1, np.zeros(3))
+NO_TOUCH = Touch(0.0, -1, (0.0, 0.0, 0.0))
 
 
 class FloorContact(NamedTuple):

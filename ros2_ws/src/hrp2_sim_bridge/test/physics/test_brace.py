@@ -2,7 +2,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hrp2_sim_bridge.control.actuation import Actuation
 from hrp2_sim_bridge.physics.brace import BracePads
+from hrp2_sim_bridge.settings import SAMPLE, WorldSettings
 from humanoid_motion.robot_model import RobotModel
 from hypothesis import given
 from hypothesis import strategies as st
@@ -106,3 +108,39 @@ def test_the_force_on_the_elbow_reaches_the_trunk_through_the_pads(robot, braced
     left = push + jacobian.T @ share
     assert np.hypot(*share[1:]) <= robot.brace.friction * share[0]
     assert np.abs(left).max() < np.abs(push).max() / 3.0
+
+
+class Path:
+    """An engine whose joints are where a test puts them."""
+
+    def __init__(self, position) -> None:
+        self.position = position
+
+    def joint_state(self):
+        return np.array([self.position, STILL])
+
+    def step(self, torque, door_torque):
+        return []
+
+
+def test_pads_that_are_apart_are_looked_at_before_they_can_meet(robot, braced) -> None:
+    """An arm that comes from half-sitting as fast as its joints can is never seen too late."""
+    engine = Path(np.array(robot.half_sitting))
+    actuation = Actuation(engine, robot, WorldSettings(), robot.half_sitting)
+    fresh, looks, met = pads_of(robot), [], 0
+    look = actuation.pads.linearize
+    actuation.pads.linearize = lambda position: looks.append(1) or look(position)
+    way = braced - robot.half_sitting
+    count = int(np.ceil((np.abs(way) / robot.velocity_limit).max() / SAMPLE))
+    shares = np.concatenate([np.linspace(0.0, 1.0, count), np.linspace(1.0, 0.0, count)])
+    actuation.begin_tick(robot.half_sitting, SAMPLE, near=False, fell=False)
+    for share in shares:
+        engine.position = robot.half_sitting + share * way
+        actuation.step(engine.position, STILL, 0.0)
+        actuation.begin_sample()
+        fresh.linearize(engine.position)
+        if fresh.clearance == 0.0:
+            met += 1
+            assert actuation.pads.clearance == 0.0
+    assert met > 2
+    assert len(looks) < 0.7 * len(shares)

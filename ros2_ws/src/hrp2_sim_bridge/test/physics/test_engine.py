@@ -115,3 +115,23 @@ def test_a_world_chooses_fine_steps_near_the_leaf_in_any_engine(robot, paper_doo
     world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole="rigid")
     assert engine.steps[-1] == world.time_step == world.settings.time_step_fine
     assert world.wall_time > 0.0
+
+
+def test_steps_are_fine_in_just_those_ticks_in_which_the_leaf_is_near(robot, paper_door) -> None:
+    """At any distance that changes by up to 4 m/s; it is asked for only where it could matter."""
+    gaps = 0.2 + np.cumsum(np.repeat([-0.004, 0.0, 0.019, -0.019, 0.0], [50, 30, 30, 30, 10]))
+    engine = StillEngine()
+    world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole="rigid")
+    asked = []
+
+    def distance(most):
+        asked.append(world.tick)
+        return min(most, float(gaps[world.tick]))
+
+    engine.leaf_distance = distance
+    for _ in gaps:
+        world.step()
+    near = gaps < 0.08
+    assert 0.2 < near.mean() < 0.8
+    np.testing.assert_array_equal(world.log()["tick_fine"], near)
+    assert len(asked) < 0.6 * len(gaps)

@@ -80,6 +80,9 @@ class MuJoCoEngine(Engine):
         self._frames = [*soles, model.body(robot.contact_link).id, imu, first]
         self.sole_mass = model.body_mass[soles].copy()
         self.sole_inertia = np.array([self._principal_inertia(sole) for sole in soles])
+        # Index in `link_names` of each geom's link; -1 of the leaf and the floor.
+        self._link_of = [body - first if first <= body < last else -1
+                         for body in model.geom_bodyid.tolist()]
         self._leaf = model.geom(LEAF).id
         self._floor = model.geom("floor").id
         shapes = np.flatnonzero(np.isin(model.geom_bodyid, range(first, last)))
@@ -133,9 +136,9 @@ class MuJoCoEngine(Engine):
         bodies = np.concatenate(
             [data.xpos[frames], data.xquat[frames], data.cvel[frames]], axis=1
         )
-        if not np.isfinite(bodies).all():
-            raise DivergedError("MuJoCo", float(data.time))
         row: list[float] = bodies.ravel().tolist()
+        if not all(map(math.isfinite, row)):
+            raise DivergedError("MuJoCo", float(data.time))
         row += data.subtree_com[self._first_link].tolist()
         return row
 
@@ -170,30 +173,30 @@ class MuJoCoEngine(Engine):
 
     def touch(self) -> Touch:
         """Return the contact between robot and leaf."""
-        contact = self.data.contact
-        places = np.flatnonzero((contact.geom == self._leaf).any(axis=1))
-        if not len(places):
+        contact, leaf = self.data.contact, self._leaf
+        pairs = contact.geom.tolist()
+        places = [place for place, pair in enumerate(pairs) if leaf in pair]
+        if not places:
             return NO_TOUCH
-        forces = self.data.efc_force[contact.efc_address[places]]
-        total = float(forces.sum())
+        forces = self.data.efc_force[contact.efc_address[places]].tolist()
+        total = sum(forces)
         if not total > 0.0:
             return NO_TOUCH
-        most = places[forces.argmax()]
-        link = self._links(contact.geom[most][None])[0]
-        return Touch(total, link, contact.pos[most].copy())
+        most = places[forces.index(max(forces))]
+        return Touch(total, self._link(pairs[most]), contact.pos[most].tolist())
 
     def floor_contacts(self) -> list[FloorContact]:
         """Return the contacts between robot and floor."""
-        contact = self.data.contact
-        geoms = contact.geom
-        places = np.flatnonzero((geoms == self._floor).any(axis=1))
-        if not len(places):
+        contact, floor = self.data.contact, self._floor
+        pairs = contact.geom.tolist()
+        places = [place for place, pair in enumerate(pairs) if floor in pair]
+        if not places:
             return []
         force = self.data.efc_force[contact.efc_address[places]]
         return [
-            FloorContact(self.link_names[link], point, push, distance)
-            for link, point, push, distance in zip(
-                self._links(geoms[places]), contact.pos[places].tolist(),
+            FloorContact(self.link_names[self._link(pairs[place])], point, push, distance)
+            for place, point, push, distance in zip(
+                places, contact.pos[places].tolist(),
                 (force[:, None] * contact.frame[places, :3]).tolist(),
                 contact.dist[places].tolist(), strict=True)
         ]
@@ -222,12 +225,9 @@ class MuJoCoEngine(Engine):
                 compute(self.model, self.data)
             self._moved = False
 
-    def _links(self, geoms: Array) -> list[int]:
-        """Return the indices in `link_names` of the robot's links in pairs of geoms, (N, 2)."""
-        bodies = self.model.geom_bodyid[geoms] - self._first_link
-        bodies[bodies >= len(self.link_names)] = -1  # the leaf; the floor is below 0
-        links: list[int] = bodies.max(axis=1).tolist()
-        return links
+    def _link(self, geoms: Sequence[int]) -> int:
+        """Return the index in `link_names` of the robot's link in a pair of geoms."""
+        return max(self._link_of[geom] for geom in geoms)
 
     def _principal_inertia(self, body: int) -> Array:
         """Return the moments of inertia (3) of a body about its frame's axes [kg m^2].

@@ -7,7 +7,6 @@ from operator import itemgetter
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from door_impact_common.arrays import Array
 
 from hrp2_sim_bridge.physics.engine import Engine
@@ -125,7 +124,7 @@ class PyBulletEngine(Engine):
             return NO_TOUCH
         most = max(contacts, key=itemgetter(_FORCE))
         total = sum(contact[_FORCE] for contact in contacts)
-        return Touch(total, most[_LINK], np.array(most[_POINT])) if total > 0.0 else NO_TOUCH
+        return Touch(total, most[_LINK], most[_POINT]) if total > 0.0 else NO_TOUCH
 
     def floor_contacts(self) -> list[FloorContact]:
         """Return the contacts between robot and floor."""
