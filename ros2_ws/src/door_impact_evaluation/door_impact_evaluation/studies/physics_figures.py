@@ -17,13 +17,15 @@ MARKS = ("o-", "x--")  # line styles of the engines
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
 
 _UNKNOWNS = (
-    ("rotor_scale", 1.0, "rotor inertia, multiple of the model's"),
-    ("gear_scale", 1.0, "stiffness of the gears, multiple of the model's"),
-    ("servo_scale", 1.0, "gains of the servos, multiple of the model's"),
-    ("pad_scale", 1.0, "stiffness of the pads, multiple of the model's"),
+    ("gear_scale", 1.0, "gears' stiffness [times the model's]"),
+    ("pad_scale", 1.0, "pads' stiffness [times the model's]"),
+    ("servo_scale", 1.0, "servos' gains [times the model's]"),
+    ("rotor_scale", 1.0, "rotors' inertia [times the model's]"),
+    ("restitution", 1.0, "restitution of the leaf"),
+    ("contact_duration", 1e3, "duration of the contact [ms]"),
     ("leaf_friction", 1.0, "friction of the leaf"),
     ("friction", 1.0, "friction of the soles"),
-    ("door_offset", 1e3, "distance of the door beyond the surveyed one [mm]"),
+    ("door_offset", 1e3, "door farther than surveyed [mm]"),
 )
 
 
@@ -38,8 +40,6 @@ def draw(summary: Mapping[str, Any], out: Path) -> None:
     _drop_tests(summary["drop_test"], out / "drop_test.png")
     if {"fine_step", "both_steps"} <= sweeps.keys():
         _time_steps(summary, out / "time_step.png")
-    if {"contact_duration", "restitution"} <= sweeps.keys():
-        _contact(summary, out / "contact.png")
     if {name for name, _, _ in _UNKNOWNS} <= sweeps.keys():
         _unknowns(summary, out / "unknowns.png")
 
@@ -95,37 +95,19 @@ def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
     _pair(path, fill)
 
 
-def _contact(summary: Mapping[str, Any], path: Path) -> None:
-    def fill(left: Axes, right: Axes) -> None:
-        for axes, name, scale in ((left, "contact_duration", 1e3), (right, "restitution", 1.0)):
-            _peaks(axes, summary, name, scale)
-        left.set(title="stiffness of the leaf's surface", ylabel="largest opening angle [deg]",
-                 xlabel="duration of contact of the design [ms]")
-        right.set(title="restitution (planned: 0.5)", xlabel="restitution of the leaf's surface",
-                  ylabel="largest opening angle [deg]")
-        left.legend(fontsize=8)
-
-    _pair(path, fill)
-
-
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    figure, grid = plt.subplots(2, 4, figsize=(14.0, 6.0), layout="constrained")
-    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=False):
-        _peaks(axes, summary, name, scale)
-        axes.axhline(summary["target_deg"], color=GREEN, ls="--")
+    """Draws the largest opening angle over each setting, all on one scale of angles."""
+    figure, grid = plt.subplots(3, 3, figsize=(9.0, 8.0), layout="constrained", sharey=True)
+    for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=True):
+        axes.axhline(summary["target_deg"], color=GREEN, ls=":", label="desired")
+        for (engine, rows), mark, color in zip(
+                summary["sweeps"][name].items(), MARKS, (BLUE, RED), strict=False):
+            axes.plot([scale * value for value in _column(rows, name)],
+                      _column(rows, "peak_deg"), mark, color=color, label=engine)
         axes.set(xlabel=label)
         axes.grid(alpha=0.3)
-    for axes in grid.flat[len(_UNKNOWNS):]:
-        axes.set_visible(False)
     for axes in grid[:, 0]:
         axes.set(ylabel="largest opening angle [deg]")
-    grid[0, 0].legend(fontsize=8)
+    grid[0, 0].legend()
     figure.savefig(path, dpi=110)
     plt.close(figure)
-
-
-def _peaks(axes: Axes, summary: Mapping[str, Any], name: str, scale: float) -> None:
-    """Draws the largest opening angle over a setting, a line for each engine."""
-    for (engine, rows), color in zip(summary["sweeps"][name].items(), (BLUE, RED), strict=False):
-        axes.plot([scale * value for value in _column(rows, name)], _column(rows, "peak_deg"),
-                  "o-", color=color, label=engine)
