@@ -130,6 +130,7 @@ def figure(found: dict[str, Any], path: Path) -> None:
     for (label, colour, _), values in zip(series, errors, strict=True):
         spread.hist(values, bins, histtype="step", color=colour, label=label, linewidth=1.5)
     spread.set(xlabel="error: largest less desired angle [deg]", ylabel="runs")
+    spread.set_ylim(top=1.35 * spread.get_ylim()[1])  # room for the legend
     spread.legend(fontsize=8)
     for axis, (name, value) in zip(axes.flat[1:8], _CAUSES, strict=True):
         for _, colour, rows in series:
