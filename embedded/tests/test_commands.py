@@ -38,6 +38,19 @@ def test_bad_usage_has_a_message_and_an_exit_code(ros2: Ros2, arguments: list[st
     assert "Traceback" not in done.stderr
 
 
+def test_output_that_is_no_longer_read_ends_without_a_traceback() -> None:
+    """As in `ros2 run ... | head`: the reader ends first."""
+    command = ["run", "impact_planner", "plan", "--angle-deg", "25"]
+    process = subprocess.Popen(
+        [Path(sys.executable).with_name("ros2"), *command],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait() != 0
+
+
 MANY = "1" * 401
 
 

@@ -55,11 +55,15 @@ def _here(name: str, point: EntryPoint, arguments: list[str]) -> int:
     """Runs it; the exit code is what that of its own process would be."""
     try:
         result: object = run_here(name, point, arguments)
+        sys.stdout.flush()
     except SystemExit as end:
         result = end.code
     except KeyboardInterrupt:
         traceback.print_exc()
         return -signal.SIGINT
+    except BrokenPipeError:  # who reads the output has ended, as head does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return -signal.SIGPIPE
     except Exception:
         traceback.print_exc()
         return 1

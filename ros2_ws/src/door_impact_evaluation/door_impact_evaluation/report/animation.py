@@ -56,7 +56,7 @@ class Poses:
 
 
 def hit(scene: Scene, poses: Poses, contact_time: float, path: Path, *, before: float = 1.3,
-        after: float = 4.0, slow_motion: float = 2.0, rate: float = 12.5) -> None:
+        after: float = 5.5, slow_motion: float = 2.0, rate: float = 12.5) -> None:
     """Writes a GIF of the run-up, the hit, the opening and the hold.
 
     Args:

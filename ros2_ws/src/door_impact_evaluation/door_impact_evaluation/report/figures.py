@@ -135,9 +135,9 @@ def zmp(record: DemoRecord, path: Path) -> None:
     axes.set(xlabel="time from the start of the motion [s]",
              ylabel="towards the door, -y in odom [m]",
              xlim=(0.0, record.phases[list(record.phases)[-1]][1] - t0))
-    axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=24)
+    axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=32)
     axes.set_ylim(support.low.min() - 0.05, support.high.max() + 0.05)
-    axes.legend(fontsize=8, ncols=2, loc="upper left")
+    figure.legend(fontsize=8, ncols=3, loc="outside lower center")
     axes.grid(alpha=0.3)
     _save(figure, path)
 
