@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
+from numpy.typing import NDArray
 
 SPARSE = 25.0  # samples a second far from every moment [1/s]
 DENSE = ((1.0, 200.0), (0.15, 1000.0))
@@ -13,17 +14,18 @@ DENSE = ((1.0, 200.0), (0.15, 1000.0))
 MOST = 20_000  # number of samples far from moments; a longer recording has fewer a second
 
 
-def choose_stamps(t: Array, moments: Sequence[float]) -> Array:
+def choose_stamps(t: Array, moments: Sequence[float], sparse: float = SPARSE) -> Array:
     """Choose sample times: many around the moments, few elsewhere, never more than there are.
 
     Args:
         t: Times of the recording's samples, (n,) [s], increasing, at least one.
         moments: Times around which the motion is fast, such as contacts [s].
+        sparse: Samples a second far from every moment [1/s].
 
     Returns:
         Some of the times `t`, among them the first and the last one.
     """
-    sparse = min(SPARSE, MOST / max(float(t[-1] - t[0]), 1e-9))
+    sparse = min(sparse, MOST / max(float(t[-1] - t[0]), 1e-9))
     distance = np.full(t.shape, np.inf)
     for moment in moments:
         distance = np.minimum(distance, np.abs(t - moment))
@@ -53,6 +55,17 @@ def at_stamps(t: Array, values: Array, stamps: Array) -> Array:
     before, share = _place(t, stamps)
     after = np.minimum(before + 1, len(t) - 1)
     return np.asarray(values[before] + share[:, None] * (values[after] - values[before]))
+
+
+def between(t: Array, values: Array, stamps: Array, longest: float) -> Array:
+    """Return values as `at_stamps` does, but NaN in and around gaps longer than `longest` [s]."""
+    found = at_stamps(t, values, stamps)
+    index = np.searchsorted(t, stamps, side="right")
+    before, after = t[np.maximum(index - 1, 0)], t[np.minimum(index, len(t) - 1)]
+    inside = (index > 0) & (index < len(t))
+    far = np.where(inside, after - before, np.minimum(abs(stamps - before), abs(after - stamps)))
+    found[far > longest] = np.nan
+    return found
 
 
 def latest(t: Array, values: Array, stamps: Array, longest: float) -> Array:
@@ -110,7 +123,7 @@ def broken_at_gaps(t: Array, values: Array, longest: float) -> tuple[Array, Arra
     return np.insert(t, where + 1, middle), np.insert(values, where + 1, np.nan)
 
 
-def _place(t: Array, stamps: Array) -> tuple[Array, Array]:
+def _place(t: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
     """Return the index of the sample before each time, and the share of the step after it."""
     before = np.clip(np.searchsorted(t, stamps, side="right") - 1, 0, max(len(t) - 2, 0))
     if len(t) == 1:

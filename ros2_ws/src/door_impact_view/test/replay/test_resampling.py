@@ -1,9 +1,12 @@
 """Which samples a replay keeps, and recorded values at other times."""
 
+from itertools import pairwise
+
 import numpy as np
 from door_impact_view.replay import resampling
 from door_impact_view.replay.resampling import (
     at_stamps,
+    between,
     broken_at_gaps,
     choose_stamps,
     gaps,
@@ -40,7 +43,7 @@ def test_no_kept_step_is_longer_than_wanted(steps, moments):
     """A step is at most the wanted period at its end, and one step of the recording, longer."""
     t = np.cumsum([0.0, *steps])
     kept = choose_stamps(t, moments)
-    for begin, end in zip(kept[:-1], kept[1:], strict=True):
+    for begin, end in pairwise(kept):
         inside = t[(t > begin) & (t <= end)]
         if len(inside) > 1:  # samples were left out
             rates = [wanted_rate(time, moments) for time in inside[:-1]]
@@ -90,6 +93,13 @@ def test_poses_do_not_depend_on_the_quaternions_signs(signs):
     found = poses_at_stamps(t, np.hstack([np.zeros((30, 3)), turns]), middle)[:, 3:]
     true = axis_angle(np.array([0.0, 0.6, 0.8]), 0.5 * (angle[1:] + angle[:-1]))
     np.testing.assert_allclose(np.abs(np.sum(found * true, axis=1)), 1.0, atol=1e-9)
+
+
+def test_no_value_is_invented_in_a_gap():
+    """Between samples that are near in time it is interpolated, elsewhere unknown."""
+    t, values = np.array([1.0, 1.1, 3.0]), np.array([[10.0], [20.0], [30.0]])
+    found = between(t, values, np.array([0.5, 0.95, 1.05, 2.0, 3.0, 3.05, 4.0]), longest=0.2)
+    np.testing.assert_allclose(found[:, 0], [np.nan, 10.0, 15.0, np.nan, 30.0, 30.0, np.nan])
 
 
 def test_a_value_that_is_too_old_is_unknown():

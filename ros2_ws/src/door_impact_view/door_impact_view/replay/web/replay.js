@@ -4,6 +4,7 @@ const byId = (id) => document.getElementById(id);
 const SPEEDS = [["auto", "slow at the contact"], [1, "1×"], [0.5, "1/2×"], [0.1, "1/10×"],
                 [0.02, "1/50×"]];
 const RANGES = [["all", "whole time"], [2, "2 s"], [0.2, "0.2 s"]]; // of the plots [s]
+const ROOM_FOR_LABEL = 8; // share of the track that an event's label needs on its left [%]
 const SLOWEST_FRAME = 0.1; // a longer time between two frames counts as this [s]
 
 /** Puts arrays of 32-bit floats in the place of their texts in base64, everywhere in `node`. */
@@ -50,20 +51,22 @@ class Replay {
     byId("range").onchange = () => this.set(this.now);
     byId("camera").onchange = (event) => this.view.look(this.data.views[event.target.value]);
     document.addEventListener("keydown", (event) => this.key(event));
-    const part = (name, from, to, className) => {
+    const part = (name, from, to, className, left = false) => {
       const button = document.createElement("button");
       Object.assign(button, { textContent: name, title: name, className, type: "button" });
-      button.style.left = `${100 * from / this.data.end}%`;
-      if (to > from) button.style.width = `${100 * (to - from) / this.data.end}%`;
+      const share = (time) => 100 * time / this.data.end;
+      button.style.left = `${share(from)}%`;
+      if (to > from) button.style.width = `${share(to - from)}%`;
+      else if (left && share(from) > ROOM_FOR_LABEL) button.classList.add("left");
       button.onclick = () => this.seek(from);
       return button;
     };
     for (const phase of this.data.phases) {
       byId("phases").append(part(phase.name, phase.start, phase.end, "phase"));
     }
-    for (const event of this.data.events) {
-      byId("events").append(part(event.name, event.time, event.time, "event"));
-    }
+    this.data.events.forEach((event, k) => { // every other label stands on the left of its line
+      byId("events").append(part(event.name, event.time, event.time, "event", k % 2 === 0));
+    });
     byId("phases").hidden = !this.data.phases.length;
     byId("events").hidden = !this.data.events.length;
     this.view.marks.forEach((mark) => {
