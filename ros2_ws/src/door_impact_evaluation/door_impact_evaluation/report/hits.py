@@ -53,11 +53,9 @@ def find_hits(bag: Bag) -> list[Hit]:
         starts = _phase_starts(plans[-1], start, trajectory) if plans else []
         if starts:
             begun.append((number, plans[-1], starts))
-    return [
-        _hit(bag, plan, starts, sent[number:following])
-        for (number, plan, starts), following in zip(
-            begun, [*(number for number, _, _ in begun[1:]), len(sent)], strict=True)
-    ]
+    following = [number for number, _, _ in begun[1:]] + [len(sent)]
+    return [_hit(bag, plan, starts, sent[number:end])
+            for (number, plan, starts), end in zip(begun, following, strict=False)]
 
 
 def _phase_starts(plan: Any, start: float, trajectory: Any) -> list[tuple[float, str]]:

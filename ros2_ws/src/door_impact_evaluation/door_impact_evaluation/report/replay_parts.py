@@ -58,7 +58,7 @@ def margin_plot(t: Array, margin: Array, planned: Mapping[str, float],
     curves = [Curve("measured", colors.ZMP, t, 1e3 * margin)]
     if steps:
         # Three samples a phase: its begin, almost its end, and a gap before the next one.
-        times = np.ravel([(start, end - 2e-3, end - 1e-3) for start, end, _ in steps])
+        times = np.ravel([(start, end - 2e-4, end - 1e-4) for start, end, _ in steps])
         values = np.ravel([(value, value, np.nan) for _, _, value in steps])
         curves.append(Curve("least planned", colors.COM, times, 1e3 * values, dashed=True))
     return Plot("ZMP margin", "mm", tuple(curves), (Limit("edge", 0.0),))
@@ -106,7 +106,7 @@ def cameras(robot: Tree, door: Tree | None, contact_point: Array | None) -> tupl
     near = leaf if contact_point is None else contact_point
     up = np.array([0.0, 0.0, 1.0])
     return (
-        _camera("from the front", middle + 3.1 * forward - 1.2 * towards + 0.7 * up, middle),
+        _camera("from the front", middle + 2.7 * forward - 1.1 * towards + 0.6 * up, middle),
         _camera("from behind", middle - 3.0 * towards - 1.2 * forward + 0.8 * up, middle),
         # Not exactly from above: there the camera's own vertical would be undefined.
         _camera("from above", middle + 3.6 * up - 0.02 * towards, middle),

@@ -1,6 +1,8 @@
 // The plots: their time axis shows the replay's time, and a click in a plot sets it.
 
-const PLOT_HEIGHT = 130; // fixed, because a height that follows the page's would grow for ever
+const PLOT_HEIGHT = 116; // fixed, because a height that follows the page's would grow for ever
+
+const SAME_TIME = 1e-3; // a sample that is this near counts, also at the edge of a gap [s]
 
 /** The value of a curve at a time, between two samples; null in a gap and outside. */
 function valueAt(t, values, time) {
@@ -9,7 +11,9 @@ function valueAt(t, values, time) {
   const j = Math.min(i + 1, t.length - 1);
   const w = t[j] > t[i] ? (time - t[i]) / (t[j] - t[i]) : 0;
   const value = w === 0 ? values[i] : (1 - w) * values[i] + w * values[j];
-  return Number.isNaN(value) ? null : value;
+  if (!Number.isNaN(value)) return value;
+  const near = [j, i].find((k) => !Number.isNaN(values[k]) && Math.abs(t[k] - time) < SAME_TIME);
+  return near === undefined ? null : values[near];
 }
 
 /** The index of the last time that is not after `time`, or 0. */
