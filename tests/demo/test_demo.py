@@ -289,6 +289,16 @@ def test_the_report_shows_every_picture(demo: Any) -> None:
     assert all(base64.b64encode((demo.out / name).read_bytes()).decode() in text for name in made)
 
 
+def test_the_report_is_one_file(demo: Any) -> None:
+    """It refers to the other results only by links, and is small enough to be sent."""
+    text = (demo.out / "report.html").read_text(encoding="utf-8")
+    assert len(text) < 6e6
+    assert set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text)) == {
+        "summary.json", "simulation.npz", "run.mcap"}
+    assert "https://" not in text
+    assert json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)[1])["trees"]
+
+
 @pytest.mark.parametrize(
     ("row", "paper", "measured"),
     [("moment of inertia I_A", "12.75", lambda s: f"{s['identified']['i_a']['value']:.2f}"),

@@ -194,6 +194,16 @@ def test_whatever_is_missing_the_rest_is_shown(tmp_path_factory, kept):
         assert ("has no door" in text) == (not door)
 
 
+def test_a_robot_without_transforms_stands_on_the_floor(tmp_path):
+    """Its lowest link is at the height 0; the page says that the base does not move."""
+    urdf = ROBOT.replace('<axis', '<origin xyz="0 0 -0.6"/><axis')
+    rows = [("/robot_description", EPOCH, text(urdf)),
+            *(("/joint_states", t, joints(t, ["elbow"], [0.3])) for t in times())]
+    replay = replay_of(read_bag(record(tmp_path / "run.mcap", rows)))
+    np.testing.assert_allclose(replay.trees[0].base, [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]])
+    assert any("stands at the origin" in note for note in replay.notes)
+
+
 def test_a_gap_is_said_and_drawn(tmp_path):
     """Without messages for half a second curves break, and a sentence names the times."""
     rows = [row for row in hardware() if not EPOCH + 1.0 < row[1] < EPOCH + 1.5]

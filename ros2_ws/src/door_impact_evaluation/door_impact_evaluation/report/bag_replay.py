@@ -13,7 +13,7 @@ from door_impact_view.replay.resampling import (
     poses_at_stamps,
 )
 from door_impact_view.scene import colors
-from door_impact_view.scene.poses import IDENTITY
+from door_impact_view.scene.poses import IDENTITY, link_poses
 from door_impact_view.scene.urdf import UrdfScene, read_urdf
 from hrp2_description.support import DegeneratePolygonError, polygon_margin, support_polygon
 
@@ -76,7 +76,11 @@ def _robot(bag: Bag, stamps: Array) -> Tree | None:
         columns |= dict(zip(angles.names, found.T, strict=True))
     known = tuple(joint.name for joint in scene.joints if joint.name in columns)
     positions = np.column_stack([columns[name] for name in known]) if known else np.zeros((1, 0))
-    return Tree(scene, known, positions, _base(bag, scene, stamps))
+    base = _base(bag, scene, stamps)
+    if scene.root not in bag.poses:  # it stands on its lowest link
+        first = {name: float(column[0]) for name, column in columns.items()}
+        base[0, 2] = -min(place[2] for place, _ in link_poses(scene, first).values())
+    return Tree(scene, known, positions, base)
 
 
 def _base(bag: Bag, scene: UrdfScene, stamps: Array) -> Array:
@@ -190,7 +194,7 @@ def _notes(bag: Bag, t: Array) -> tuple[str, ...]:
     elif not bag.joints:
         notes.append(f"The recording has no {JOINTS}: the robot's joints do not move.")
     elif read_urdf(bag.descriptions["robot"]).root not in bag.poses:
-        notes.append("The recording has no /tf of the robot's base: its base does not move.")
+        notes.append("The recording has no /tf of the robot's base: the base stands at the origin.")
     if "door" not in bag.descriptions or bag.door is None:
         notes.append("The recording has no door: it needs /door_description and /door_angle.")
     for begin, end in gaps(t, _LONGEST)[:5]:
