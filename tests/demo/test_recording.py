@@ -222,7 +222,7 @@ def test_foxgloves_layout_places_every_panel(recording: Recording) -> None:
 
 
 def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_path: Path) -> None:
-    """From topics alone: contact and peak are the simulation's, by 5 and 60 ms."""
+    """From topics alone: contact and peak are the simulation's, by 20 and 60 ms."""
     out = tmp_path / "run.html"
     done = called("door_impact_evaluation", "report", str(demo.out / "run.mcap"), "--out", str(out))
     assert done.status == 0, done.err
@@ -233,7 +233,7 @@ def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_p
     contact, peak = (event.time for event in replay.events)
     motion = simulation_log.load(demo.out / "simulation.npz", replay.phases[0].start).motion
     hit = evaluation.impact(motion, 1.0)
-    assert contact == pytest.approx(motion.t[hit.contact.start], abs=0.005)
+    assert contact == pytest.approx(motion.t[hit.contact.start], abs=0.02)
     assert peak == pytest.approx(motion.t[hit.peak], abs=0.06)
     assert replay.notes == ()
     assert {tree.scene.root for tree in replay.trees} == {"base_link", "door_frame"}
