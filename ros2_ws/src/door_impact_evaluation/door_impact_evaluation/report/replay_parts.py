@@ -88,7 +88,7 @@ def padded(polygons: Sequence[Array]) -> Array:
 
 
 def cameras(robot: Tree, door: Tree | None, contact_point: Array | None) -> tuple[Camera, ...]:
-    """Returns places to look from: in front of the robot, above it, and along the leaf.
+    """Returns places to look from: the robot's front, its side, above, and along the leaf.
 
     Args:
         robot: The robot.
@@ -99,15 +99,18 @@ def cameras(robot: Tree, door: Tree | None, contact_point: Array | None) -> tupl
     if leaf is None:
         return ()
     base = np.median(robot.base, axis=0)
-    forward = _level(rotate(base[3:], np.array([1.0, 0.0, 0.0])))
-    towards = _level(leaf - base[:3])
+    up = np.array([0.0, 0.0, 1.0])
+    ahead = _level(rotate(base[3:], np.array([1.0, 0.0, 0.0])))
+    # Of the robot's four sides the one nearest the door: the hit is sideways, a passage is not.
+    towards = max((ahead, -ahead, np.cross(up, ahead), -np.cross(up, ahead)),
+                  key=lambda side: float(side @ (leaf - base[:3])))
+    forward = np.cross(towards, -up) if abs(towards @ ahead) > 0.5 else ahead
     middle = 0.5 * (base[:3] + leaf)
     middle[2] = 0.8
     near = leaf if contact_point is None else contact_point
-    up = np.array([0.0, 0.0, 1.0])
     return (
         _camera("from the front", middle + 2.7 * forward - 1.1 * towards + 0.6 * up, middle),
-        _camera("from behind", middle - 3.0 * towards - 1.2 * forward + 0.8 * up, middle),
+        _camera("towards the door", middle - 3.0 * towards - 1.2 * forward + 0.8 * up, middle),
         # Not exactly from above: there the camera's own vertical would be undefined.
         _camera("from above", middle + 3.6 * up - 0.02 * towards, middle),
         _camera("along the leaf", near + 1.9 * forward - 0.12 * towards + 0.1 * up, near),
