@@ -91,6 +91,14 @@ def test_a_missed_door_has_no_contact():
         assert [name for _, name in hit.starts] == ["prepare", "shift", "cam"]
 
 
+def test_a_plan_without_numbers_has_no_contact():
+    """NaN in a plan of another planner."""
+    strange = Some(**{**vars(plan()), "contact_time": math.nan})
+    (hit,) = find_hits(Bag(plans=[(90.0, strange)], trajectories=sent(),
+                           reports=[(120.0, report())]))
+    assert hit.contact is None
+
+
 def test_two_hits_are_two():
     """Each with the plan that was the last one before it, and with its own report."""
     later = [(start + 50.0, trajectory) for start, trajectory in sent()]

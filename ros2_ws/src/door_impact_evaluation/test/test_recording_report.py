@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 import re
 from pathlib import Path
 
@@ -174,6 +175,7 @@ def test_a_part_can_be_chosen(recording, tmp_path):
     np.testing.assert_allclose(data["trees"][0]["positions"], 0.5 + data["stamps"], atol=0.011)
 
 
+MOVING = ("/joint_states", "/tf", "/door_angle", "/zmp", "/left_foot/wrench")
 TOPICS = sorted({topic for topic, _, _ in hardware()})
 
 
@@ -213,6 +215,28 @@ def test_a_gap_is_said_and_drawn(tmp_path):
     support = next(mark for mark in replay.marks if mark.name == "ZMP")
     within = (replay.stamps > EPOCH + 1.3) & (replay.stamps < EPOCH + 1.4)
     assert np.isnan(support.places[within]).all()
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from([math.nan, math.inf, -math.inf]), st.sets(st.sampled_from(MOVING)),
+       st.booleans())
+def test_samples_that_are_no_numbers_are_left_out(tmp_path_factory, wrong, topics, all_of_them):
+    """A sensor that fails sends NaN: its samples are missing, and nothing else happens."""
+    makers = {"/joint_states": lambda t: joints(t, ["elbow"], [wrong]),
+              "/tf": lambda t: transform(t, "trunk", wrong, 0.0, 0.8),
+              "/door_angle": lambda t: joints(t, ["door_hinge"], [wrong]),
+              "/zmp": lambda t: place(t, wrong, 0.0, 0.0),
+              "/left_foot/wrench": lambda t: wrench(t, wrong)}
+    rows = [(topic, t, makers[topic](t)) if topic in topics and (all_of_them or t > EPOCH + 1.0)
+            else (topic, t, message) for topic, t, message in hardware()]
+    path = record(tmp_path_factory.mktemp("nan") / "run.mcap", rows)
+    shown = not (all_of_them and {"/joint_states", "/door_angle"} <= topics)
+    assert main([str(path)]) == (0 if shown else 1)
+    if shown:
+        data = data_of(path.with_suffix(".html"))
+        for tree in data["trees"]:
+            assert np.isfinite(tree["positions"]).all()
+            assert np.isfinite(tree["base"]).all()
 
 
 def test_after_a_reset_the_recording_begins_anew(tmp_path):

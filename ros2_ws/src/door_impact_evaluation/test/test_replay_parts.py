@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from door_impact_evaluation.report import replay_parts as parts
-from door_impact_view.replay.recording import Phase, Tree
+from door_impact_view.replay.recording import Curve, Phase, Tree
 from door_impact_view.scene.poses import IDENTITY, axis_angle
 from door_impact_view.scene.urdf import read_urdf
 from hypothesis import given
@@ -69,6 +69,13 @@ def test_the_planned_margin_is_a_step_in_each_phase():
     np.testing.assert_array_equal(planned.values, [10.0, 10.0, np.nan, 20.0, 20.0, np.nan])
     assert (np.diff(planned.t) > 0.0).all()
     assert planned.dashed
+
+
+def test_an_unknown_desired_angle_is_no_limit():
+    """NaN stands for what was not asked for; two hits with one angle have one line."""
+    curve = Curve("encoder", (0, 0, 0), np.zeros(1), np.zeros(1))
+    assert parts.door_plot(curve, [np.nan]).limits == ()
+    assert [limit.value for limit in parts.door_plot(curve, [0.5, 0.5]).limits] == [28.648]
 
 
 def test_phases_without_duration_are_left_out():

@@ -167,14 +167,14 @@ class _Messages:
             descriptions=self._descriptions,
             joints=_angles(self._kept[JOINTS]),
             door=doors[0] if doors else None,
-            poses={name: _series(rows, _pose) for name, rows in poses.items()},
-            points={topic: _series(self._kept[topic], lambda m: _xyz(m.point))
-                    for topic in _POINTS if self._kept[topic]},
+            poses=_known({name: _series(rows, _pose) for name, rows in poses.items()}),
+            points=_known({topic: _series(self._kept[topic], lambda m: _xyz(m.point))
+                           for topic in _POINTS}),
             polygons=[(t, np.array([[p.x, p.y] for p in message.polygon.points]))
                       for t, message in self._kept["/support_polygon"]
                       if len(message.polygon.points) >= 3],
-            wrenches={topic: _series(self._kept[topic], lambda m: _xyz(m.wrench.force))
-                      for topic in sorted(self._wrenches) if self._kept[topic]},
+            wrenches=_known({topic: _series(self._kept[topic], lambda m: _xyz(m.wrench.force))
+                             for topic in sorted(self._wrenches)}),
             plans=self._kept["/door_impact_plan"],
             trajectories=self._kept["/joint_trajectory"],
             reports=self._kept["/hit_report"],
@@ -196,9 +196,20 @@ def _pose(transform: Any) -> tuple[float, ...]:
 
 
 def _series(rows: list[tuple[float, Any]], values: Callable[[Any], Any]) -> Series:
-    """Sorts samples by their stamps; of two with the same stamp the first one stays."""
+    """Sorts samples by their stamps; of two with the same stamp the first one stays.
+
+    Samples that are no finite numbers are left out.
+    """
+    if not rows:
+        return Series(np.empty(0), np.empty((0, 1)))
     t, index = np.unique(np.array([stamp for stamp, _ in rows]), return_index=True)
-    return Series(t, np.array([values(rows[i][1]) for i in index], dtype=np.float64))
+    found = np.array([values(rows[i][1]) for i in index], dtype=np.float64).reshape(len(t), -1)
+    finite = np.isfinite(found).all(axis=1)
+    return Series(t[finite], found[finite])
+
+
+def _known(series: dict[str, Series]) -> dict[str, Series]:
+    return {name: each for name, each in series.items() if each.t.size}
 
 
 def _angles(rows: list[tuple[float, Any]]) -> list[Angles]:
@@ -209,8 +220,9 @@ def _angles(rows: list[tuple[float, Any]]) -> list[Angles]:
             groups[tuple(message.name)].append((stamp, message))
     found = []
     for names, group in sorted(groups.items(), key=lambda item: -len(item[1])):
+        positions = _series(group, lambda m: m.position)
         moving = all(len(message.velocity) == len(names) for _, message in group)
-        found.append(Angles(
-            names, _series(group, lambda m: m.position),
-            _series(group, lambda m: m.velocity) if moving else None))
+        velocity = _series(group if moving else [], lambda m: m.velocity)
+        if positions.t.size:
+            found.append(Angles(names, positions, velocity if velocity.t.size else None))
     return found

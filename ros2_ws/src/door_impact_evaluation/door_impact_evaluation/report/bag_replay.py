@@ -150,7 +150,7 @@ def _plots(bag: Bag, hits: list[Hit], phases: tuple[parts.Phase, ...],
     if bag.door is not None and bag.door.velocity is not None:
         plots.append(Plot("Angular velocity of the door", "deg/s", (_curve(
             "encoder", colors.DOOR, bag.door.velocity, shown, np.degrees(1.0)),)))
-    return tuple(plots)
+    return tuple(plot for plot in plots if any(curve.t.size for curve in plot.curves))
 
 
 def _curve(label: str, color: colors.Rgb, series: Series, shown: tuple[float, float],

@@ -100,16 +100,14 @@ def _hit(bag: Bag, plan: Any, starts: list[tuple[float, str]],
                    if stamp > begin and message.plan_id == plan.plan_id), None)
     door = bag.door.positions if bag.door is not None else None
     contact = None
-    if report is not None and math.isfinite(report.contact_delay):
-        contact = run_up + plan.contact_time + report.contact_delay
-    elif report is None and door is not None:
+    if report is not None:
+        contact = _finite(run_up + plan.contact_time + report.contact_delay)
+    elif door is not None:
         contact = _first_movement(door, run_up)
     if contact is None:
         return Hit(plan, starts, end, None, None)
-    peak = None
-    if report is not None and math.isfinite(report.peak_time):
-        peak = contact + report.peak_time
-    elif door is not None:
+    peak = None if report is None else _finite(contact + report.peak_time)
+    if peak is None and door is not None:
         peak = _peak(door, contact, end)
     after = [(contact, "post")] + ([(peak, plan.ending)] if peak is not None else [])
     return Hit(plan, starts + after, end, contact, peak)
@@ -133,6 +131,10 @@ def _peak(door: Series, contact: float, end: float) -> float | None:
     fallen = np.flatnonzero(highest - angle > _MOVED)
     top = angle[:fallen[0]] if fallen.size else angle
     return float(door.t[rows[int(np.argmax(top))]])
+
+
+def _finite(time: float) -> float | None:
+    return float(time) if math.isfinite(time) else None
 
 
 def _seconds(duration: Any) -> float:

@@ -39,7 +39,7 @@ def events_of(contact: float | None, peak: float | None) -> tuple[Event, ...]:
 def door_plot(curve: Curve, desired: Sequence[float]) -> Plot:
     """Returns the plot of the door's angle [deg], with the desired angles [rad]."""
     limits = tuple(Limit("desired", round(float(np.degrees(angle)), 3))
-                   for angle in dict.fromkeys(desired))
+                   for angle in dict.fromkeys(desired) if np.isfinite(angle))
     return Plot("Angle of the door", "deg", (curve,), limits)
 
 
@@ -107,7 +107,9 @@ def cameras(robot: Tree, door: Tree | None, contact_point: Array | None) -> tupl
     forward = np.cross(towards, -up) if abs(towards @ ahead) > 0.5 else ahead
     middle = 0.5 * (base[:3] + leaf)
     middle[2] = 0.8
-    near = leaf if contact_point is None else contact_point
+    near = leaf
+    if contact_point is not None and np.isfinite(contact_point).all():
+        near = contact_point
     return (
         _camera("from the front", middle + 2.7 * forward - 1.1 * towards + 0.6 * up, middle),
         _camera("towards the door", middle - 3.0 * towards - 1.2 * forward + 0.8 * up, middle),
