@@ -1,5 +1,6 @@
 """`make demo`: what it returns, prints and writes, and whether its figures are physics."""
 
+import base64
 import json
 import re
 from collections.abc import Callable
@@ -285,7 +286,17 @@ def test_the_report_shows_every_picture(demo: Any) -> None:
     text = (demo.out / "report.html").read_text(encoding="utf-8")
     made = {path.name for pattern in ("*.png", "*.gif") for path in demo.out.glob(pattern)}
     assert made == {*PICTURES, "impact.gif"}
-    assert all(f'src="{name}"' in text for name in made)
+    assert all(base64.b64encode((demo.out / name).read_bytes()).decode() in text for name in made)
+
+
+def test_the_report_is_one_file(demo: Any) -> None:
+    """It refers to the other results only by links, and is small enough to be sent."""
+    text = (demo.out / "report.html").read_text(encoding="utf-8")
+    assert len(text) < 6e6
+    assert set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text)) == {
+        "summary.json", "simulation.npz", "run.mcap"}
+    assert "https://" not in text
+    assert json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)[1])["trees"]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
+from door_impact_evaluation.report.bag import read_bag
+from door_impact_evaluation.report.bag_replay import replay_of
+from door_impact_evaluation.run import evaluation, simulation_log
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from running_graph import seconds
@@ -216,3 +219,21 @@ def test_foxgloves_layout_places_every_panel(recording: Recording) -> None:
     assert sorted(leaves(tree["layout"])) == sorted(tree["configById"])
     topic = tree["configById"]["DiagnosticSummary!all"]["topicToRender"]
     assert recording.types[topic] == "diagnostic_msgs/msg/DiagnosticArray"
+
+
+def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_path: Path) -> None:
+    """From topics alone: contact and peak are the simulation's, by 20 and 60 ms."""
+    out = tmp_path / "run.html"
+    done = called("door_impact_evaluation", "report", str(demo.out / "run.mcap"), "--out", str(out))
+    assert done.status == 0, done.err
+    assert "1 hit," in done.out
+    replay = replay_of(read_bag(demo.out / "run.mcap"))
+    assert [phase.name for phase in replay.phases] == [
+        "prepare", "shift", "step", "back", "cam", "post", "hold"]
+    contact, peak = (event.time for event in replay.events)
+    motion = simulation_log.load(demo.out / "simulation.npz", replay.phases[0].start).motion
+    hit = evaluation.impact(motion, 1.0)
+    assert contact == pytest.approx(motion.t[hit.contact.start], abs=0.02)
+    assert peak == pytest.approx(motion.t[hit.peak], abs=0.06)
+    assert replay.notes == ()
+    assert {tree.scene.root for tree in replay.trees} == {"base_link", "door_frame"}

@@ -23,6 +23,7 @@ setup(
             "demo = door_impact_evaluation.demo.demo:main",
             "demo_runner = door_impact_evaluation.demo.demo_runner_node:main",
             "physics_study = door_impact_evaluation.studies.physics_study:main",
+            "report = door_impact_evaluation.report.command:main",
             "sweep = door_impact_evaluation.sweep.sweep:main",
         ],
     },

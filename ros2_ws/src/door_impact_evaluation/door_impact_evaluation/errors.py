@@ -13,3 +13,7 @@ class DemoError(EvaluationError):
 
 class BenchError(EvaluationError):
     """A benchmark could not be measured, or its result is not that of its peer."""
+
+
+class RecordingError(EvaluationError):
+    """A recording contains nothing that can be shown."""

@@ -25,6 +25,7 @@ def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> M
         "base_orientation": np.tile([0.0, 0.0, 0.0, 1.0], (n, 1)),
         "door_angle": zeros, "door_velocity": zeros, "contact_force": zeros,
         "point_b_velocity": zeros, "joints": np.zeros((n, 30)), "base_position": np.zeros((n, 3)),
+        "com": np.zeros((n, 3)),
     }
     return Motion(**{**defaults, **columns})
 

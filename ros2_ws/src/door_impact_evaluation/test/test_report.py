@@ -1,9 +1,13 @@
 """The page that shows the results of a demonstration."""
 
+import base64
+
+import numpy as np
 import pytest
 from door_impact_bringup.mcap_file import partial_folder
 from door_impact_evaluation.report import report
 from door_impact_evaluation.report.table import Row
+from door_impact_view.replay.recording import Replay
 
 LINK = 'href="run.mcap"'
 
@@ -12,7 +16,8 @@ LINK = 'href="run.mcap"'
 def page(tmp_path):
     """Writes the page and returns its text."""
     def write(rows=(), notes=()):
-        report.write(rows, "It opened.", notes, tmp_path / "report.html")
+        report.write(rows, "It opened.", notes, Replay(np.array([0.0, 1.0])),
+                     tmp_path / "report.html")
         return (tmp_path / "report.html").read_text(encoding="utf-8")
 
     return write
@@ -34,3 +39,12 @@ def test_a_recording_that_still_grows_is_linked(page, tmp_path):
     """The recorder completes run.mcap after the page is written."""
     partial_folder(tmp_path / "run.mcap").mkdir()
     assert LINK in page()
+
+
+def test_the_pictures_are_part_of_the_page(page, tmp_path):
+    """The page can be sent to somebody without its folder."""
+    (tmp_path / "zmp.png").write_bytes(b"a picture")
+    text = page()
+    assert base64.b64encode(b"a picture").decode() in text
+    assert 'src="data:image/png' in text
+    assert 'src="zmp.png"' not in text

@@ -127,7 +127,7 @@ def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
     finally:
         if folder.is_complete():
             folder.replace()
-            print(f"See {folder.path / 'report.html'} for the figures and the animation.",
+            print(f"See {folder.path / 'report.html'} for the replay and the figures.",
                   flush=True)
         else:
             print(f"demo: {folder.path} is left as it was; the files of this run are in "

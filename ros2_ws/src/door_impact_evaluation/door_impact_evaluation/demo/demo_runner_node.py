@@ -97,7 +97,7 @@ def run(settings: DemoSettings, nodes_alive: Callable[[], bool] = lambda: True) 
                 break
         real_time_factor = (simulated + node.now()) / (time.perf_counter() - began)
         node.save_log()
-        report_progress("drawing the figures and the animation")
+        report_progress("drawing the figures, the animation and the replay")
         try:
             results.write(Received(
                 door=settings.door, target_deg=settings.target_deg, parameters=parameters,
@@ -191,7 +191,7 @@ def main(args: list[str] | None = None) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
-    print(f"See {settings.out / 'report.html'} for the figures and the animation.", flush=True)
+    print(f"See {settings.out / 'report.html'} for the replay and the figures.", flush=True)
     return 0
 
 

@@ -14,6 +14,7 @@ from door_impact_evaluation.demo.received import Received
 from door_impact_evaluation.demo.summary import summarize
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report, table
+from door_impact_evaluation.report.run_replay import replay_of_run
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.record import DemoRecord, Support
 
@@ -45,7 +46,8 @@ def write(received: Received, out: Path) -> None:
     heading = _heading(summary, received.outcome)
     notes = [*received.plan.warnings, *received.parameters.warnings]
     notes += [log.fell] if log.fell else []
-    report.write(rows, heading, notes, out / "report.html")
+    replay = replay_of_run(record, log, received.plan, robot, door)
+    report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
     print(table.text(rows), flush=True)
     print(heading, flush=True)

@@ -1,1 +1,1 @@
-"""Tables, figures and the animation of a run."""
+"""Table, figures, animation and replay of a run; the replay of any recording."""

@@ -1,20 +1,15 @@
-"""Writes report.html: the table and every picture of a demonstration on one page."""
+"""Writes report.html: replay, table and every picture of a demonstration in one file."""
 
 import html
 from collections.abc import Sequence
 from pathlib import Path
 
 from door_impact_bringup.mcap_file import partial_folder
+from door_impact_common.files import write_whole
+from door_impact_view.replay.page import page, picture
+from door_impact_view.replay.recording import CONTACT, Replay
 
 from door_impact_evaluation.report.table import NOTES, Row
-
-_STYLE = """
-body{font:16px/1.5 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem}
-table{border-collapse:collapse;margin:1rem 0}
-td,th{padding:.25rem .8rem;border-bottom:1px solid #ddd}
-th{text-align:left}th.n,td.n{text-align:right;font-variant-numeric:tabular-nums}
-figure{margin:1.5rem 0}img{max-width:100%}figcaption{color:#555}
-"""
 
 PICTURES = (
     ("impact.gif",
@@ -42,34 +37,49 @@ FILES = (*(name for name, _ in (*PICTURES, *OTHERS)), "report.html")
 """Files that a demonstration writes, without the nodes' log."""
 
 
-def write(rows: Sequence[Row], heading: str, notes: Sequence[str], path: Path) -> None:
-    """Writes the page into the folder of its pictures; it links the recording if there is one.
+def write(rows: Sequence[Row], heading: str, notes: Sequence[str], replay: Replay,
+          path: Path) -> None:
+    """Writes the page, which contains the pictures in its folder; a missing one is left out.
 
     Args:
         rows: Rows of the table.
         heading: Sentence that says what was done and how it ended.
         notes: Warnings of identification, plan and simulation.
+        replay: The motion.
         path: File to write.
+
+    Raises:
+        InputError: A picture cannot be read.
+        OutputError: The page cannot be written.
     """
+    contact = next((event.time for event in replay.events if event.name == CONTACT), None)
+    pictures = "".join(picture(path.with_name(name), text) for name, text in PICTURES
+                       if path.with_name(name).exists())
+    write_whole(path, page(
+        "hrp2_door_impact: demo", replay, begin=contact,
+        before=f"<h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>",
+        after=f"{_table(rows)}{_warnings(notes)}<h2>Figures</h2>{pictures}{_others(path)}"))
+
+
+def _table(rows: Sequence[Row]) -> str:
     cells = "".join(
         f"<tr><td>{html.escape(row.name)}</td><td class=n>{html.escape(row.paper)}</td>"
         f"<td class=n>{html.escape(row.measured)}</td><td>{html.escape(row.unit)}</td></tr>"
         for row in rows)
-    pictures = "".join(
-        f'<figure><img src="{name}" alt="{html.escape(text)}"><figcaption>{html.escape(text)}'
-        "</figcaption></figure>" for name, text in PICTURES)
-    remarks = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    remarks = f"<p>Warnings:</p><ul>{remarks}</ul>" if remarks else ""
+    return ("<h2>The paper's figures and the measured ones</h2>"
+            "<div class=wide><table><tr><th>quantity</th><th class=n>paper</th>"
+            f"<th class=n>measured</th><th>unit</th></tr>{cells}</table></div>"
+            f"<p>{html.escape(' '.join(NOTES))}</p>")
+
+
+def _warnings(notes: Sequence[str]) -> str:
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    return f"<p>Warnings:</p><ul>{items}</ul>" if items else ""
+
+
+def _others(path: Path) -> str:
     recording = path.with_name(RECORDING)
     recorded = recording.exists() or partial_folder(recording).exists()  # it may still grow
-    others = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS
-                     if recorded or name != RECORDING)
-    path.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width"><title>hrp2_door_impact: demo</title>'
-        f"<style>{_STYLE}</style><h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>"
-        "<table><tr><th>quantity</th><th class=n>paper</th><th class=n>measured</th>"
-        "<th>unit</th></tr>"
-        f"{cells}</table><p>{html.escape(' '.join(NOTES))}</p>{remarks}{pictures}"
-        f"<p>Files in the same folder:</p><ul>{others}</ul></html>\n",
-        encoding="utf-8")
+    items = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS
+                    if recorded or name != RECORDING)
+    return f"<p>Files that were written into the same folder:</p><ul>{items}</ul>"

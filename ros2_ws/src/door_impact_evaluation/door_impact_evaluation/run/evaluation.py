@@ -160,6 +160,8 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
     place = np.round(np.hstack([soles[0][:, :2], soles[1][:, :2], bears.T]), 4)
     places, index = np.unique(place, axis=0, return_inverse=True)
     index = index.reshape(-1)
+    polygons = [np.empty((0, 2))]
+    polygon = np.zeros(len(total), dtype=np.intp)
     for number, row in enumerate(places):
         here = index == number
         corners = [sole_corners(robot.soles[side], np.append(row[2 * k:2 * k + 2], 0.0))
@@ -167,9 +169,11 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
         if not corners:
             continue
         hull = support_polygon(*corners)
+        polygon[here] = len(polygons)
+        polygons.append(hull)
         margin[here] = polygon_margin(zmp[here], hull)
         low[here], high[here] = (-hull[:, 1]).min(), (-hull[:, 1]).max()
-    return Support(zmp, margin, low, high)
+    return Support(zmp, margin, low, high, polygons, polygon)
 
 
 def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, float]],

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from door_impact_common.arrays import Array
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class Motion:
         point_b_velocity: Velocity of point B towards the door (n,) [m/s].
         joints: Joint angles (n, 30) [rad].
         base_position: Position of base_link in odom (n, 3) [m].
+        com: Position of the CoM in odom (n, 3) [m].
     """
 
     t: Array
@@ -51,6 +54,7 @@ class Motion:
     point_b_velocity: Array
     joints: Array
     base_position: Array
+    com: Array
 
 
 @dataclass(frozen=True)
@@ -63,12 +67,17 @@ class Support:
             (n,) [m].
         low: Smallest -y of the support polygon in odom (n,) [m].
         high: Largest -y of the support polygon in odom, towards the door (n,) [m].
+        polygons: The different support polygons, corners (K, 2) in odom [m]; the first one is
+            empty.
+        polygon: Index of each sample's polygon among them (n,).
     """
 
     zmp: Array
     margin: Array
     low: Array
     high: Array
+    polygons: list[Array]
+    polygon: NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -115,6 +115,7 @@ def load(path: Path, start: float) -> SimulationLog:
         point_b_velocity=-log["b_velocity"][rows, 1],
         joints=log["q"][rows].astype(float),
         base_position=log["base_position"][rows],
+        com=log["com_position"][rows],
     )
     at_ticks = np.clip(np.searchsorted(log["time"], log["tick_time"] - _ROUNDING), 0,
                        len(log["time"]) - 1)

@@ -45,22 +45,43 @@ def read_batches(
         BadRecordingError: The file cannot be read, or has no message on these topics.
     """
     source = shown(path)
+    with open_bag(path, folders) as reader:
+        there = {connection.topic for connection in reader.connections if connection.msgcount}
+        topic = next((name for name in topics if name in there), None)
+        if topic is not None:
+            connections = [c for c in reader.connections if c.topic == topic]
+            kinds = {connection.msgtype for connection in connections}
+            if kinds != {_TYPE}:
+                raise BadRecordingError(
+                    source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
+                    value=kinds, limit=_TYPE)
+            return topic, [
+                _batch(reader.deserialize(data, connection.msgtype))
+                for connection, _, data in reader.messages(connections)
+            ]
+    listed = ", ".join(sorted(there)) or "none"
+    raise BadRecordingError(
+        source, None,
+        f"has no messages on {' or '.join(topics)}; topics with messages: {listed}",
+        value=listed, limit=topics)
+
+
+@contextmanager
+def open_bag(path: str | Path, folders: Sequence[Path] | None = None) -> Iterator[AnyReader]:
+    """Open a recording for reading.
+
+    Args:
+        path: An MCAP file, or a folder that `ros2 bag record` has made.
+        folders: As for `door_model.recording.recording.read_csv`.
+
+    Raises:
+        BadRecordingError: The file cannot be read, or what is read within the context is damaged.
+    """
+    source = shown(path)
     try:
         with _copied(path, folders) as copy, AnyReader(
                 [copy], default_typestore=get_typestore(Stores.EMPTY)) as reader:
-            there = {connection.topic for connection in reader.connections if connection.msgcount}
-            topic = next((name for name in topics if name in there), None)
-            if topic is not None:
-                connections = [c for c in reader.connections if c.topic == topic]
-                kinds = {connection.msgtype for connection in connections}
-                if kinds != {_TYPE}:
-                    raise BadRecordingError(
-                        source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
-                        value=kinds, limit=_TYPE)
-                return topic, [
-                    _batch(reader.deserialize(data, connection.msgtype))
-                    for connection, _, data in reader.messages(connections)
-                ]
+            yield reader
     except BadRecordingError:
         raise
     except InputError as error:
@@ -74,11 +95,6 @@ def read_batches(
         raise BadRecordingError(
             source, None, f"is no complete MCAP file of ROS 2 ({type(error).__name__})",
             value=source, limit="a complete MCAP file") from error
-    listed = ", ".join(sorted(there)) or "none"
-    raise BadRecordingError(
-        source, None,
-        f"has no messages on {' or '.join(topics)}; topics with messages: {listed}",
-        value=listed, limit=topics)
 
 
 @contextmanager

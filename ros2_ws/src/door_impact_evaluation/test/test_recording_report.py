@@ -1,0 +1,301 @@
+"""The command `report`: pages of recordings, whatever these lack, and sentences for broken ones."""
+
+import base64
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from door_impact_bringup.mcap_file import McapFile
+from door_impact_bringup.message_definitions import MessageDefinitions
+from door_impact_evaluation.report.bag import read_bag
+from door_impact_evaluation.report.bag_replay import replay_of
+from door_impact_evaluation.report.command import main
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+STORE = MessageDefinitions().store
+QOS = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.VOLATILE, QosTime(1, 0),
+          QosTime(1, 0), QosLiveliness.AUTOMATIC, QosTime(1, 0), False)
+ROBOT = """<robot name="arm"><link name="trunk"/><link name="tip"><visual><geometry>
+<box size="0.1 0.2 0.3"/></geometry></visual></link><joint name="elbow" type="revolute">
+<parent link="trunk"/><child link="tip"/><axis xyz="0 0 1"/></joint></robot>"""
+DOOR = """<robot name="door"><link name="frame"/><link name="leaf"><visual><geometry>
+<box size="0.9 0.04 2"/></geometry></visual></link><joint name="door_hinge" type="revolute">
+<parent link="frame"/><child link="leaf"/><axis xyz="0 0 -1"/></joint></robot>"""
+EPOCH = 1.7e9  # a hardware's clock
+
+
+def make(kind, **fields):
+    return STORE.types[kind](**fields)
+
+
+def header(t, frame="odom"):
+    time = make("builtin_interfaces/msg/Time", sec=int(t), nanosec=round(1e9 * (t % 1.0)))
+    return make("std_msgs/msg/Header", stamp=time, frame_id=frame)
+
+
+def text(data):
+    return make("std_msgs/msg/String", data=data)
+
+
+def joints(t, names, positions):
+    empty = np.zeros(0)
+    return make("sensor_msgs/msg/JointState", header=header(t), name=list(names),
+                position=np.array(positions, dtype=float), velocity=empty, effort=empty)
+
+
+def xyz(kind, *values):
+    return make(f"geometry_msgs/msg/{kind}", **dict(zip("xyz", values, strict=True)))
+
+
+def place(t, *values):
+    return make("geometry_msgs/msg/PointStamped", header=header(t), point=xyz("Point", *values))
+
+
+def transform(t, child, *values):
+    turn = make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
+    moved = make("geometry_msgs/msg/Transform", translation=xyz("Vector3", *values), rotation=turn)
+    return make("tf2_msgs/msg/TFMessage", transforms=[make(
+        "geometry_msgs/msg/TransformStamped", header=header(t), child_frame_id=child,
+        transform=moved)])
+
+
+def polygon(t):
+    corners = [make("geometry_msgs/msg/Point32", x=x, y=y, z=0.0)
+               for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
+    return make("geometry_msgs/msg/PolygonStamped", header=header(t),
+                polygon=make("geometry_msgs/msg/Polygon", points=corners))
+
+
+def wrench(t, force):
+    return make("geometry_msgs/msg/WrenchStamped", header=header(t), wrench=make(
+        "geometry_msgs/msg/Wrench", force=xyz("Vector3", 0.0, 0.0, force),
+        torque=xyz("Vector3", 0.0, 0.0, 0.0)))
+
+
+def times(start=EPOCH, duration=2.0):
+    return start + np.arange(0.0, duration, 0.01)
+
+
+def hardware(start=EPOCH):
+    """What a robot's own recording has: no clock, no plan, no simulation; two seconds."""
+    return [
+        ("/robot_description", start, text(ROBOT)), ("/door_description", start, text(DOOR)),
+        ("/tf_static", start, transform(start, "frame", -0.4, -0.7, 0.0)),
+        *(row for t in times(start) for row in (
+            ("/joint_states", t, joints(t, ["elbow"], [t - start])),
+            ("/tf", t, transform(t, "trunk", t - start, 0.0, 0.8)),
+            ("/door_angle", t, joints(t, ["door_hinge"], [0.1 * (t - start)])),
+            ("/zmp", t, place(t, 0.04, 0.0, 0.0)), ("/com", t, place(t, 0.0, 0.0, 0.7)),
+            ("/support_polygon", t, polygon(t)), ("/left_foot/wrench", t, wrench(t, 300.0)))),
+    ]
+
+
+def record(path, rows):
+    """Writes a recording: topic, time of receipt [s] and message of each row, in this order."""
+    file = McapFile(path)
+    topics = {}
+    for topic, t, message in rows:
+        kind = message.__msgtype__
+        if topic not in topics:
+            topics[topic] = file.add_topic(topic, kind, STORE, [QOS])
+        file.write(topics[topic], round(1e9 * t), bytes(STORE.serialize_cdr(message, kind)))
+    file.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return record(tmp_path_factory.mktemp("bag") / "run.mcap", hardware())
+
+
+def data_of(page):
+    found = re.search(r'id="replay-data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+    return json.loads(found[1], object_hook=lambda node: np.frombuffer(
+        base64.b64decode(node["float32"]), dtype="<f4") if "float32" in node else node)
+
+
+def test_a_recording_of_hardware_becomes_a_page(recording, tmp_path, capsys):
+    """Robot and door move as recorded; the ZMP margin is that of its place in the polygon."""
+    out = tmp_path / "page.html"
+    assert main([str(recording), "--out", str(out)]) == 0
+    assert str(out) in capsys.readouterr().out
+    data = data_of(out)
+    robot, door = data["trees"]
+    t = data["stamps"]
+    np.testing.assert_allclose(robot["positions"], t, atol=1e-3)
+    np.testing.assert_allclose(robot["base"].reshape(-1, 7)[:, 0], t, atol=1e-3)
+    np.testing.assert_allclose(door["positions"], 0.1 * t, atol=1e-3)
+    np.testing.assert_allclose(door["base"][:3], [-0.4, -0.7, 0.0], atol=1e-6)
+    plots = {plot["title"]: plot["curves"][0]["values"] for plot in data["plots"]}
+    np.testing.assert_allclose(plots["ZMP margin"], 60.0, atol=1e-3)
+    np.testing.assert_allclose(plots["Force on feet and hands"], 300.0)
+    assert t[-1] == pytest.approx(1.99, abs=1e-3)
+    assert data["events"] == data["phases"] == []
+
+
+def test_the_page_stands_beside_the_recording_unless_told_otherwise(tmp_path):
+    path = record(tmp_path / "walk.mcap", hardware())
+    assert main([str(path)]) == 0
+    assert {file.name for file in tmp_path.iterdir()} == {"walk.mcap", "walk.html"}
+
+
+def test_a_folder_of_ros2_bag_record_is_a_recording(tmp_path):
+    """With metadata.yaml and its file, as `ros2 bag record -s mcap` leaves it."""
+    folder = tmp_path / "bag"
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {}
+        for topic, t, message in hardware():
+            kind = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=STORE)
+            writer.write(topics[topic], round(1e9 * t), STORE.serialize_cdr(message, kind))
+    assert main([str(folder)]) == 0
+    assert len(data_of(tmp_path / "bag.html")["trees"]) == 2
+
+
+def test_a_part_can_be_chosen(recording, tmp_path):
+    """Times count from the recording's first joint angles."""
+    out = tmp_path / "page.html"
+    assert main([str(recording), "--out", str(out), "--start", "0.5", "--end", "1.5"]) == 0
+    data = data_of(out)
+    assert data["stamps"][-1] == pytest.approx(1.0, abs=0.011)
+    np.testing.assert_allclose(data["trees"][0]["positions"], 0.5 + data["stamps"], atol=0.011)
+
+
+MOVING = ("/joint_states", "/tf", "/door_angle", "/zmp", "/left_foot/wrench")
+TOPICS = sorted({topic for topic, _, _ in hardware()})
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sets(st.sampled_from(TOPICS)))
+def test_whatever_is_missing_the_rest_is_shown(tmp_path_factory, kept):
+    """Any subset of the topics is a page, or one sentence; a page says what is missing."""
+    folder = tmp_path_factory.mktemp("subset")
+    path = record(folder / "run.mcap", [row for row in hardware() if row[0] in kept])
+    status = main([str(path)])
+    moving = kept & {"/joint_states", "/door_angle"}
+    assert status == (0 if moving else 1)
+    assert path.with_suffix(".html").exists() == bool(moving)
+    if moving:
+        text = path.with_suffix(".html").read_text("utf-8")
+        assert ("no /robot_description" in text) == ("/robot_description" not in kept)
+        door = {"/door_description", "/door_angle"} <= kept
+        assert ("has no door" in text) == (not door)
+
+
+def test_a_robot_without_transforms_stands_on_the_floor(tmp_path):
+    """Its lowest link is at the height 0; the page says that the base does not move."""
+    urdf = ROBOT.replace('<axis', '<origin xyz="0 0 -0.6"/><axis')
+    rows = [("/robot_description", EPOCH, text(urdf)),
+            *(("/joint_states", t, joints(t, ["elbow"], [0.3])) for t in times())]
+    replay = replay_of(read_bag(record(tmp_path / "run.mcap", rows)))
+    np.testing.assert_allclose(replay.trees[0].base, [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]])
+    assert any("stands at the origin" in note for note in replay.notes)
+
+
+def test_a_gap_is_said_and_drawn(tmp_path):
+    """Without messages for half a second curves break, and a sentence names the times."""
+    rows = [row for row in hardware() if not EPOCH + 1.0 < row[1] < EPOCH + 1.5]
+    replay = replay_of(read_bag(record(tmp_path / "run.mcap", rows)))
+    assert any("between 1.00 and 1.50 s" in note for note in replay.notes)
+    assert all(np.isnan(plot.curves[0].values).any() for plot in replay.plots)
+    support = next(mark for mark in replay.marks if mark.name == "ZMP")
+    within = (replay.stamps > EPOCH + 1.3) & (replay.stamps < EPOCH + 1.4)
+    assert np.isnan(support.places[within]).all()
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from([math.nan, math.inf, -math.inf]), st.sets(st.sampled_from(MOVING)),
+       st.booleans())
+def test_samples_that_are_no_numbers_are_left_out(tmp_path_factory, wrong, topics, all_of_them):
+    """A sensor that fails sends NaN: its samples are missing, and nothing else happens."""
+    makers = {"/joint_states": lambda t: joints(t, ["elbow"], [wrong]),
+              "/tf": lambda t: transform(t, "trunk", wrong, 0.0, 0.8),
+              "/door_angle": lambda t: joints(t, ["door_hinge"], [wrong]),
+              "/zmp": lambda t: place(t, wrong, 0.0, 0.0),
+              "/left_foot/wrench": lambda t: wrench(t, wrong)}
+    rows = [(topic, t, makers[topic](t)) if topic in topics and (all_of_them or t > EPOCH + 1.0)
+            else (topic, t, message) for topic, t, message in hardware()]
+    path = record(tmp_path_factory.mktemp("nan") / "run.mcap", rows)
+    shown = not (all_of_them and {"/joint_states", "/door_angle"} <= topics)
+    assert main([str(path)]) == (0 if shown else 1)
+    if shown:
+        data = data_of(path.with_suffix(".html"))
+        for tree in data["trees"]:
+            assert np.isfinite(tree["positions"]).all()
+            assert np.isfinite(tree["base"]).all()
+
+
+def test_after_a_reset_the_recording_begins_anew(tmp_path):
+    """Two runs whose stamps are the same are not mixed: the later one is shown."""
+    first = [(topic, t, message) for topic, t, message in hardware(10.0)]
+    second = [("/joint_states", t, joints(t, ["elbow"], [-1.0])) for t in times(10.0, 1.0)]
+    replay = replay_of(read_bag(record(tmp_path / "run.mcap", [*first, *second])))
+    assert replay.stamps[-1] < 11.0
+    np.testing.assert_allclose(replay.trees[0].positions, -1.0)
+
+
+def test_several_publishers_of_joint_states_are_taken_together(tmp_path):
+    """A gripper's driver may publish its own joints at its own rate."""
+    rows = [*hardware(), *(("/joint_states", t, joints(t, ["finger"], [2.0]))
+                           for t in times()[::7])]
+    bag = read_bag(record(tmp_path / "run.mcap", sorted(rows, key=lambda row: row[1])))
+    assert [angles.names for angles in bag.joints] == [("elbow",), ("finger",)]
+    np.testing.assert_allclose(replay_of(bag).trees[0].positions[-1, 0], 1.99, atol=1e-6)
+
+
+@pytest.mark.parametrize("content", [b"", b"no MCAP", b"cut off"])
+def test_a_broken_recording_is_one_sentence_and_no_page(recording, tmp_path, capsys, content):
+    """Status 1, nothing on the disk, no traceback."""
+    path = tmp_path / "broken.mcap"
+    path.write_bytes(recording.read_bytes()[:3000] if content == b"cut off" else content)
+    assert main([str(path)]) == 1
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"report: .*broken\.mcap: .*\n", said), said
+    assert [file.name for file in tmp_path.iterdir()] == ["broken.mcap"]
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("none.mcap",), "none.mcap: cannot be read: no such file"),
+    (("{run}", "--start", "5", "--end", "6"), "lasts 2.0 s"),
+    (("{run}", "--start", "1", "--end", "0.5"), "0 samples"),
+    (("{run}", "--out", "{run}"), "would replace the recording"),
+    (("{run}", "--out", "/proc/none/page.html"), "cannot be written"),
+])  # fmt: skip
+def test_what_cannot_be_done_is_one_sentence(recording, tmp_path, capsys, monkeypatch, arguments,
+                                             words):
+    monkeypatch.chdir(tmp_path)
+    before = recording.read_bytes()
+    assert main([argument.format(run=recording) for argument in arguments]) == 1
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+    assert recording.read_bytes() == before
+
+
+@pytest.mark.parametrize("time", ["nan", "-1", "soon"])
+def test_a_time_that_is_none_is_refused(recording, capsys, time):
+    with pytest.raises(SystemExit):
+        main([str(recording), f"--start={time}"])
+    assert "it must be a number from 0 s on" in capsys.readouterr().err
+
+
+def test_a_description_that_is_no_urdf_is_one_sentence(tmp_path, capsys):
+    """Whatever stands on /robot_description."""
+    rows = [("/robot_description", EPOCH, text("<robot")), *hardware()[1:]]
+    assert main([str(record(Path(tmp_path / "run.mcap"), rows))]) == 1
+    assert "the URDF cannot be drawn" in capsys.readouterr().err

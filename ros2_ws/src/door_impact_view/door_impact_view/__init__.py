@@ -1,0 +1,1 @@
+"""Robot and door in a browser: live, and as a replay."""

@@ -1,0 +1,166 @@
+"""Makes the page: one HTML text that needs no network, no server and no other file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.files import read_file
+
+from door_impact_view.replay.recording import (
+    Curve,
+    Mark,
+    Phase,
+    Plot,
+    Replay,
+    Slow,
+    Tree,
+    cameras_around,
+)
+from door_impact_view.scene.colors import css
+from door_impact_view.scene.urdf import SLIDING, TURNING
+
+_SCRIPTS = ("scene.js", "plots.js", "replay.js")
+_STYLES = ("uPlot.min.css", "style.css")
+_DRAWN = ("box", "cylinder", "sphere")  # kinds of shapes; meshes are left out
+_POINT_SIZE = 0.018  # radius of a mark [m]
+_KINDS = {".gif": "image/gif", ".png": "image/png"}
+
+
+def page(title: str, replay: Replay, *, before: str = "", after: str = "",
+         begin: float | None = None) -> str:
+    """Makes the page of a replay.
+
+    Args:
+        title: Title of the page, any text.
+        replay: What it shows.
+        before: HTML above the replay.
+        after: HTML below it.
+        begin: Time that is shown at first [s]; None: the start.
+    """
+    shown = replay.stamps[0] if begin is None else begin
+    data = json.dumps(_data(replay, float(shown)), allow_nan=False, separators=(",", ":"))
+    section = _filled("replay.html", {
+        "LIBRARY": _text("replay_lib.min.js"),
+        "DATA": data.replace("<", "\\u003c"),  # no text of the recording can end the element
+        "SCRIPT": "\n".join(_text(name) for name in _SCRIPTS),
+    })
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in _notes(replay))
+    return _filled("template.html", {
+        "TITLE": html.escape(title),
+        "STYLE": "\n".join(_text(name) for name in _STYLES),
+        "BEFORE": before,
+        "REPLAY": section + (f"<ul>{notes}</ul>" if notes else ""),
+        "AFTER": after,
+    })
+
+
+def picture(path: Path, caption: str) -> str:
+    """Returns a picture, a GIF or a PNG, as HTML that contains the picture itself.
+
+    Args:
+        path: The picture.
+        caption: Text below it.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    content = base64.b64encode(read_file(path)).decode()
+    text = html.escape(caption)
+    return (f'<figure><img src="data:{_KINDS[path.suffix]};base64,{content}" alt="{text}">'
+            f"<figcaption>{text}</figcaption></figure>")
+
+
+def _text(name: str) -> str:
+    return (files(__package__) / "web" / name).read_text(encoding="utf-8")
+
+
+def _filled(name: str, parts: Mapping[str, str]) -> str:
+    """Returns a template with texts in the places of their names; the texts may contain names."""
+    return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _text(name))
+
+
+def _floats(values: Any) -> dict[str, str]:
+    data = np.ascontiguousarray(values, dtype="<f4").tobytes()
+    return {"float32": base64.b64encode(data).decode()}
+
+
+def _data(replay: Replay, begin: float) -> dict[str, Any]:
+    """Returns what the scripts read; times count from the first stamp."""
+    zero = float(replay.stamps[0])
+    return {
+        "begin": begin - zero,
+        "stamps": _floats(replay.stamps - zero),
+        "trees": [_tree(tree) for tree in replay.trees],
+        "marks": [_mark(mark) for mark in replay.marks],
+        "phases": [_shifted(phase, zero) for phase in replay.phases],
+        "slow": [_shifted(slow, zero) for slow in replay.slow],
+        "events": [{"name": event.name, "time": event.time - zero} for event in replay.events],
+        "plots": [_plot(plot, zero) for plot in replay.plots],
+        "views": [asdict(camera) for camera in replay.cameras or cameras_around(replay)],
+    }
+
+
+def _shifted(part: Phase | Slow, zero: float) -> dict[str, Any]:
+    return asdict(part) | {"start": part.start - zero, "end": part.end - zero}
+
+
+def _tree(tree: Tree) -> dict[str, Any]:
+    scene = tree.scene
+    column = {name: index for index, name in enumerate(tree.joints)}
+    return {
+        "root": scene.root,
+        "columns": len(tree.joints),
+        "positions": _floats(tree.positions),
+        "base": _floats(tree.base),
+        "joints": [{
+            "parent": joint.parent, "child": joint.child, "place": _rounded(joint.place),
+            "orientation": _rounded(joint.orientation), "axis": _rounded(joint.axis),
+            "slides": joint.kind in SLIDING,
+            "column": column.get(joint.name, -1) if joint.kind in TURNING + SLIDING else -1,
+        } for joint in scene.joints],
+        "shapes": [{
+            "link": shape.link, "kind": shape.kind, "size": shape.size,
+            "place": _rounded(shape.place), "orientation": _rounded(shape.orientation),
+            "color": shape.color,
+        } for shape in scene.shapes if shape.kind in _DRAWN],
+    }
+
+
+def _rounded(values: Array) -> list[float]:
+    return [round(float(value), 9) for value in values]
+
+
+def _mark(mark: Mark) -> dict[str, Any]:
+    return {"name": mark.name, "color": css(mark.color), "size": _POINT_SIZE,
+            "corners": 1 if mark.places.ndim == 2 else mark.places.shape[1],
+            "places": _floats(mark.places)}
+
+
+def _plot(plot: Plot, zero: float) -> dict[str, Any]:
+    return {
+        "title": plot.title, "unit": plot.unit,
+        "curves": [_curve(curve, zero) for curve in plot.curves],
+        "limits": [{"label": limit.label, "value": limit.value, "color": css(limit.color)}
+                   for limit in plot.limits],
+    }
+
+
+def _curve(curve: Curve, zero: float) -> dict[str, Any]:
+    return {"label": curve.label, "color": css(curve.color), "dashed": curve.dashed,
+            "t": _floats(curve.t - zero), "values": _floats(curve.values)}
+
+
+def _notes(replay: Replay) -> list[str]:
+    missing = sum(shape.kind not in _DRAWN for tree in replay.trees for shape in tree.scene.shapes)
+    meshes = [f"{missing} shapes are meshes, which are not drawn."] if missing else []
+    return [*replay.notes, *meshes]

@@ -1,0 +1,1 @@
+"""What there is to draw of a robot or a door: shapes, joints, poses and colours."""

@@ -1,0 +1,125 @@
+"""The page of a replay: complete in itself, and with the data that was recorded."""
+
+import base64
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_impact_view.replay.page import page, picture
+from door_impact_view.replay.recording import (
+    Curve,
+    Event,
+    Limit,
+    Mark,
+    Phase,
+    Plot,
+    Replay,
+    Tree,
+)
+from door_impact_view.scene.urdf import read_urdf
+
+URDF = """<robot name="arm"><link name="base"/><link name="tip"><visual><geometry>
+<box size="0.1 0.2 0.3"/></geometry></visual></link><joint name="hinge" type="revolute">
+<parent link="base"/><child link="tip"/><origin xyz="0 0 1"/><axis xyz="0 0 1"/></joint></robot>"""
+START = 1.7e9  # of a hardware's clock: seconds since 1970
+
+
+@pytest.fixture
+def replay():
+    """An arm with one joint, a point, a polygon, and one plot."""
+    stamps = START + np.arange(5) / 10.0
+    base = np.tile([0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], (5, 1))
+    angle = np.linspace(0.0, 1.0, 5)[:, None]
+    return Replay(
+        stamps=stamps,
+        trees=(Tree(read_urdf(URDF), ("hinge",), angle, base),),
+        marks=(Mark("ZMP", (213, 94, 0), np.full((5, 3), np.nan)),
+               Mark("support", (86, 180, 233), np.zeros((5, 4, 3)))),
+        phases=(Phase("cam", START, START + 0.2),),
+        events=(Event("contact", START + 0.2),),
+        plots=(Plot("Angle", "rad", (Curve("arm", (0, 0, 0), stamps, angle[:, 0]),),
+                    (Limit("desired", 0.5),)),),
+    )
+
+
+def data_of(text):
+    """The data in a page, with the arrays decoded."""
+    found = re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)
+
+    def decode(node):
+        if "float32" in node:
+            return np.frombuffer(base64.b64decode(node["float32"]), dtype="<f4")
+        return node
+
+    return json.loads(found[1], object_hook=decode)
+
+
+def test_the_page_refers_to_nothing_outside_itself(replay):
+    """Neither the network nor another file is named; the policy forbids the browser both."""
+    text = page("A replay", replay)
+    assert "https://" not in text
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert "default-src 'none'" in text
+    assert "@@" not in text
+
+
+def test_recorded_data_come_back(replay):
+    """Angles, places, times and limits are in the page as they were recorded."""
+    data = data_of(page("A replay", replay))
+    (tree,), (zmp, support), (plot,) = data["trees"], data["marks"], data["plots"]
+    np.testing.assert_allclose(data["stamps"], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-6)
+    np.testing.assert_allclose(tree["positions"], replay.trees[0].positions[:, 0], atol=1e-6)
+    np.testing.assert_allclose(tree["base"].reshape(5, 7), replay.trees[0].base, atol=1e-6)
+    assert [joint["column"] for joint in tree["joints"]] == [0]
+    assert np.isnan(zmp["places"]).all()
+    assert (zmp["corners"], support["corners"]) == (1, 4)
+    np.testing.assert_allclose(plot["curves"][0]["values"], replay.plots[0].curves[0].values)
+    assert plot["limits"][0]["value"] == 0.5
+    assert data["events"] == [{"name": "contact", "time": pytest.approx(0.2, abs=1e-6)}]
+
+
+def test_slow_motion_surrounds_the_contact(replay):
+    """The contact lies in each slow part; without a contact nothing is slow."""
+    slow = data_of(page("A replay", replay))["slow"]
+    assert slow
+    assert all(part["start"] < 0.2 < part["end"] and part["speed"] < 1.0 for part in slow)
+    assert data_of(page("A replay", replace(replay, events=())))["slow"] == []
+
+
+def test_no_text_of_a_recording_becomes_html(replay):
+    """Names and titles may contain any character."""
+    evil = '</script><script>alert(1)</script>&"'
+    text = page(evil, replace(replay, phases=(Phase(evil, START, START + 0.1),), notes=(evil,)))
+    assert "alert(1)</script>" not in text
+    assert data_of(text)["phases"][0]["name"] == evil
+
+
+def test_texts_that_look_like_placeholders_stay(replay):
+    """Only the template's own names are replaced."""
+    assert "<p>@@DATA@@</p>" in page("A replay", replay, before="<p>@@DATA@@</p>")
+
+
+def test_a_recording_of_nothing_but_a_time_has_a_page():
+    """No robot, no door, no plot: the page is made nevertheless."""
+    assert data_of(page("Empty", Replay(np.array([0.0, 1.0]))))["trees"] == []
+
+
+def test_meshes_are_left_out_and_said_so(replay):
+    """A kind of shape that the scripts cannot draw does not stop them."""
+    urdf = URDF.replace('<box size="0.1 0.2 0.3"/>', '<mesh filename="package://a/b.stl"/>')
+    text = page("A replay", replace(replay, trees=(
+        replace(replay.trees[0], scene=read_urdf(urdf)),)))
+    assert data_of(text)["trees"][0]["shapes"] == []
+    assert "1 shapes are meshes" in text
+
+
+def test_a_picture_is_part_of_the_page(tmp_path):
+    """Its bytes come back from the address, and its caption is escaped."""
+    path = tmp_path / "a.png"
+    path.write_bytes(b"\x89PNG\r\n")
+    found = picture(path, "a < b")
+    content = re.search(r'data:image/png;base64,([^"]*)', found)[1]
+    assert base64.b64decode(content) == path.read_bytes()
+    assert "a &lt; b" in found
