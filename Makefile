@@ -28,6 +28,7 @@ RUN_UP ?= mcv50
 ENGINE ?= pybullet
 OUT ?= out/demo
 GUI ?= 0
+VIEW ?= 1
 HITS ?= 1
 N ?= 50
 SEED ?= 1
@@ -41,7 +42,7 @@ help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
 	@echo "             ENDING=hold|retreat ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
-	@echo "make up      the same nodes, left running until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1"
+	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
@@ -90,7 +91,7 @@ demo: $(READY)
 
 up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
-	  gui:="$(GUI)" experience:=out/experience.yaml
+	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)
