@@ -16,7 +16,7 @@ from door_impact_view.scene.urdf import UrdfScene, read_urdf
 from door_impact_view.scene.wall import wall_shapes
 
 _FLOOR = 6.0  # side of the floor's grid [m]
-_CAMERA, _LOOK_AT = (2.6, 1.6, 1.7), (0.0, -0.3, 0.75)  # in the world [m]
+_CAMERA, _LOOK_AT = (3.0, 0.6, 1.6), (0.0, -0.2, 0.75)  # in the world [m]
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Page:
             self._shown["plan"] = gui.add_html(texts.plan_html(None))
         self._plots = Plots(gui, gui.add_folder("The last 20 s", order=3.0))
         panels = Panels(Gate(token, listening.local), give,
-                        lambda html: self._show("answer", html))
+                        lambda html: self._show("answer", html), self._server.get_clients)
         self._server.on_client_connect(panels.connect)
 
     @property

@@ -10,7 +10,7 @@ import hmac
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from door_impact_view.live import texts
@@ -79,10 +79,14 @@ class Panels:
         gate: Who gets buttons.
         give: Takes the orders.
         show: Shows the line about the last order to every browser, as HTML.
+        connected: Returns the identifiers of the browsers that are connected.
     """
 
-    def __init__(self, gate: Gate, give: GiveOrder, show: Callable[[str], None]) -> None:
-        self._gate, self._give, self._show = gate, give, show
+    def __init__(
+        self, gate: Gate, give: GiveOrder, show: Callable[[str], None],
+        connected: Callable[[], Collection[int]],
+    ) -> None:
+        self._gate, self._give, self._show, self._connected = gate, give, show, connected
 
     def connect(self, client: Any) -> None:
         """Build the panel of a browser that has connected."""
@@ -112,7 +116,8 @@ class Panels:
 
         def reply(answer: Answer) -> None:
             self._show(texts.answer_html(order, answer))
-            _notify(client, texts.order_text(order), answer.text, done=answer.done)
+            if client.client_id in self._connected():  # it may have gone meanwhile
+                _notify(client, texts.order_text(order), answer.text, done=answer.done)
 
         self._give(order, reply)
 

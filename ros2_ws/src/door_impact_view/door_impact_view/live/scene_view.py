@@ -125,6 +125,8 @@ class ModelView:
 class BalanceView:
     """ZMP, CoM, capture point and support polygon in the scene.
 
+    A line hangs from the CoM, which is inside the robot, down to the floor.
+
     Args:
         scene: viser's scene.
     """
@@ -138,6 +140,9 @@ class BalanceView:
             for name, radius, color in (
                 ("zmp", 0.02, colors.ZMP), ("com", 0.035, colors.COM),
                 ("capture_point", 0.02, colors.CAPTURE_POINT))}
+        self._plumb = scene.add_line_segments(
+            "/balance/com/plumb", np.zeros((1, 2, 3)), colors.COM, thickness=0.01)
+        self._height = 0.0  # of the CoM above the floor [m]
         self._polygon = scene.add_line_segments(
             "/balance/support_polygon", np.zeros((1, 2, 3)), colors.SUPPORT, thickness=0.008,
             visible=False)
@@ -151,6 +156,9 @@ class BalanceView:
             capture = self._capture.update(state.com.time, com)
         self._put("zmp", zmp)
         self._put("com", com)
+        if com is not None and abs(com[2] - self._height) > 10.0 * _MOVED:
+            self._height = float(com[2])
+            self._plumb.points = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, -self._height]]])
         self._put("capture_point", capture)
         corners = state.fresh(state.polygon)
         shown = corners is not None and len(corners) >= 3

@@ -37,28 +37,27 @@ class Listening:
     Attributes:
         socket: The socket.
         host: Name or address that was asked for.
-        taken: Ports that other programs had already.
+        address: Its address.
+        port: Its port.
+        taken: Ports before it that other programs had already.
     """
 
     socket: socket.socket
     host: str
+    address: str
+    port: int
     taken: tuple[int, ...]
-
-    @property
-    def port(self) -> int:
-        """The port."""
-        return int(self.socket.getsockname()[1])
 
     @property
     def local(self) -> bool:
         """Whether only programs on this machine can connect."""
-        return ipaddress.ip_address(self.socket.getsockname()[0]).is_loopback
+        return ipaddress.ip_address(self.address).is_loopback
 
     @property
     def url(self) -> str:
         """What to enter in a browser, on this machine or, if it is not local, on another."""
-        address = ipaddress.ip_address(self.socket.getsockname()[0])
-        name = socket.gethostname() if address.is_unspecified else self.host
+        anywhere = ipaddress.ip_address(self.address).is_unspecified
+        name = socket.gethostname() if anywhere else self.host
         return f"http://{f'[{name}]' if ':' in name else name}:{self.port}"
 
 
@@ -89,7 +88,8 @@ def listen(host: str, port: int) -> Listening:
                 raise AddressError(
                     "view_host", host, "this is no address of this machine") from error
             raise AddressError("view_port", candidate, error.strerror or str(error)) from error
-        return Listening(made, host, tuple(taken))
+        found_address, found_port = made.getsockname()[:2]
+        return Listening(made, host, found_address, found_port, tuple(taken))
     raise AddressError("view_port", port, f"this port and the next {len(taken) - 1} are taken")
 
 
@@ -124,7 +124,6 @@ def start_server(listening: Listening, label: str) -> viser.ViserServer:
         listening: The socket.
         label: Title of the page.
     """
-    host, port = listening.socket.getsockname()[:2]
     names = frozenset(name.lower() for name in (
         "localhost", listening.host, socket.gethostname(), socket.getfqdn()))
     module: Any = websockets.asyncio.server
@@ -152,7 +151,8 @@ def start_server(listening: Listening, label: str) -> viser.ViserServer:
     module.serve = serve_here
     try:
         with _silent():
-            server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+            server = viser.ViserServer(
+                host=listening.address, port=listening.port, label=label, verbose=False)
     finally:
         module.serve = serve
     # Its reports of refused connections, with tracebacks, are of no use to who runs the graph.
