@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -36,7 +34,6 @@ class _Pending:
 
     future: Any
     client: Any
-    read: Callable[[Any], Answer]
     reply: Reply
     until: float
 
@@ -94,30 +91,28 @@ class Operator:
     def _carry_out(self, order: Order, reply: Reply) -> None:
         match order:
             case Push():
-                self._call(self._push, PushDoor.Request(impulse=order.impulse), _outcome, reply)
+                self._call(self._push, PushDoor.Request(impulse=order.impulse), reply)
             case Identify():
-                self._call(self._identify, IdentifyCloser.Request(), _identified, reply)
+                self._call(self._identify, IdentifyCloser.Request(), reply)
             case Plan():
                 request = PlanDoorImpact.Request(
                     desired_opening_angle=order.angle, run_up=order.run_up, ending=order.ending)
-                self._call(self._plan, request, _planned, reply)
+                self._call(self._plan, request, reply)
             case Stop():
-                self._call(self._stop, Trigger.Request(), _outcome, reply)
+                self._call(self._stop, Trigger.Request(), reply)
             case Reset():
-                self._call(self._reset, Trigger.Request(), _outcome, reply)
+                self._call(self._reset, Trigger.Request(), reply)
             case Run():
                 self._run(reply)
 
-    def _call(
-        self, client: Any, request: Any, read: Callable[[Any], Answer], reply: Reply
-    ) -> None:
+    def _call(self, client: Any, request: Any, reply: Reply) -> None:
         if not client.service_is_ready():
             reply(Answer(False, f"The service {client.srv_name} is not there: no node that serves "
                                 "it is running."))
             return
         future = client.call_async(request)
         until = time.monotonic() + self._patience
-        self._pending.append(_Pending(future, client, read, reply, until))
+        self._pending.append(_Pending(future, client, reply, until))
 
     def _run(self, reply: Reply) -> None:
         if not self._execute.server_is_ready():
@@ -149,29 +144,11 @@ class Operator:
 def _answer(item: _Pending) -> Answer:
     """Return the answer of a request that is done."""
     try:
-        return item.read(item.future.result())
+        return _outcome(item.future.result())
     except Exception as error:  # the middleware's own
         return Answer(False, f"The service {item.client.srv_name} failed: {error}.")
 
 
 def _outcome(response: Any) -> Answer:
+    # Every answer has these fields, and its message says what was found.
     return Answer(response.success, response.message)
-
-
-def _identified(response: Any) -> Answer:
-    if not response.success:
-        return _outcome(response)
-    found = response.parameters
-    return Answer(True, f"k_c = {found.k_c:.3f} ± {found.k_c_std:.3f} N m/rad, "
-                        f"c_c = {found.c_c:.3f} ± {found.c_c_std:.3f} N m s/rad, "
-                        f"tau'_c0 = {found.tau_c0_prime:.3f} ± {found.tau_c0_prime_std:.3f} N m. "
-                        f"{response.message}")
-
-
-def _planned(response: Any) -> Answer:
-    if not response.success:
-        return _outcome(response)
-    plan = response.plan
-    text = (f"The elbow hits the door at {plan.v_rb:.3f} m/s; it opens up to "
-            f"{math.degrees(plan.peak_angle):.1f} deg. {response.message}")
-    return Answer(True, text.strip())
