@@ -55,6 +55,7 @@ class State:
         robot: URDF of the robot.
         door: URDF of the door.
         joints: Positions of the robot's joints by name [rad] or [m].
+        now: Stamp of these positions [s].
         base: Pose of the robot's root link in the world.
         door_joints: Positions of the door's joints by name [rad].
         door_frame: Pose of the door's root link in the world.
@@ -72,6 +73,7 @@ class State:
     robot: str = ""
     door: str = ""
     joints: Mapping[str, float] = field(default_factory=dict)
+    now: float | None = None
     base: Pose | None = None
     door_joints: Mapping[str, float] = field(default_factory=dict)
     door_frame: Pose | None = None
@@ -84,15 +86,13 @@ class State:
     plan: PlanSummary | None = None
     phase: str = ""
 
-    def time(self) -> float | None:
-        """Return the newest stamp of all [s]."""
-        stamped = (self.door_angle, self.zmp, self.com, self.polygon, *self.forces.values())
-        return max((item.time for item in stamped if item is not None), default=None)
-
     def fresh(self, item: Stamped | None) -> Array | None:
-        """Return the value of an item unless it is old beside the newest one."""
-        now = self.time()
-        if item is None or now is None or now - item.time > STALE:
+        """Return the value of an item, or None if it is old.
+
+        The joints' positions, which a driver publishes all the time, tell what time it is. An item
+        from after that is from before a reset of the clock. Without joints every item is fresh.
+        """
+        if item is None or (self.now is not None and abs(self.now - item.time) > STALE):
             return None
         return item.value
 

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from door_impact_common.node import GuardedNode
+from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import ImpactPlan
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -115,6 +116,7 @@ class Watcher:
                 return False
             case "/joint_states":
                 state.joints = messages.positions(message)
+                state.now = seconds(message.header.stamp)
             case "/door_angle":
                 state.door_joints = messages.positions(message)
                 state.door_angle = messages.first_position(message)

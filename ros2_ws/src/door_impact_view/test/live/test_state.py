@@ -13,21 +13,24 @@ from hypothesis import strategies as st
 SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
 
 
-def state(zmp_time: float, polygon_time: float, zmp=(0.0, 0.03)) -> State:
-    """A state with a ZMP and a square support polygon."""
-    return State(zmp=Stamped(zmp_time, np.array(zmp)), polygon=Stamped(polygon_time, SQUARE))
+def state(now: float | None, zmp_time: float, zmp=(0.0, 0.03)) -> State:
+    """A state with joints of a time, a ZMP of a time, and a square support polygon."""
+    polygon = Stamped(zmp_time if now is None else now, SQUARE)
+    return State(now=now, zmp=Stamped(zmp_time, np.array(zmp)), polygon=polygon)
 
 
-def test_margin_is_the_distance_to_the_nearest_edge():
-    """Positive inside, negative outside."""
-    assert state(1.0, 1.0).margin() == pytest.approx(0.07)
-    assert state(1.0, 1.0, (0.0, 0.13)).margin() == pytest.approx(-0.03)
+@pytest.mark.parametrize("now", [1.0, None])
+def test_margin_is_the_distance_to_the_nearest_edge(now):
+    """Positive inside, negative outside; also where no joints are published."""
+    assert state(now, 1.0).margin() == pytest.approx(0.07)
+    assert state(now, 1.0, (0.0, 0.13)).margin() == pytest.approx(-0.03)
 
 
 def test_an_old_zmp_has_no_margin():
-    """When the feet bear no load the last ZMP is not shown for ever."""
-    assert state(1.0, 1.0 + 0.9 * STALE).margin() is not None
-    assert state(1.0, 1.0 + 1.1 * STALE).margin() is None
+    """When the feet bear no load the last ZMP is not shown for ever, nor after a reset."""
+    assert state(10.0, 10.0 - 0.9 * STALE).margin() is not None
+    assert state(10.0, 10.0 - 1.1 * STALE).margin() is None
+    assert state(0.1, 10.0).margin() is None
     assert State().margin() is None
 
 

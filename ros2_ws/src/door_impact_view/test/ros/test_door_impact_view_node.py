@@ -2,6 +2,8 @@
 
 import math
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +17,7 @@ from door_impact_msgs.msg import ImpactPlan, PhaseMargin
 from door_impact_msgs.srv import PlanDoorImpact
 from door_impact_view.live.page_client import PageClient
 from door_impact_view.ros.door_impact_view_node import DoorImpactView
-from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, TransformStamped
+from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, TransformStamped, WrenchStamped
 from hrp2_description.data import data_path
 from rclpy.action import ActionServer
 from rclpy.executors import SingleThreadedExecutor
@@ -265,3 +267,76 @@ def test_a_page_for_other_machines_only_shows() -> None:
         other = r.open_page()
         r.until(lambda: other.has("view_token"))
         assert not other.has("Plan")
+
+
+def test_after_a_reset_of_the_clock_everything_is_shown_again() -> None:
+    """What was published before the reset and never again hides nothing."""
+    with rig() as r:
+        description = r.other.create_publisher(String, "/robot_description", LATCHED)
+        description.publish(String(data=HRP2))
+        late = WrenchStamped()
+        late.header.frame_id, late.header.stamp = "l_sole", stamp_of(100_000_000_000)
+        foot = r.other.create_publisher(WrenchStamped, "/left_foot/wrench", 10)
+        page = r.open_page()
+        r.until(foot.get_subscription_count)
+        foot.publish(late)
+        r.until(lambda: r.view._watcher.state.forces)
+        publish = publish_motion(r.other)
+        r.until(lambda: page.nodes.get("/balance/zmp", {}).get("visible"), lambda: publish(0.0))
+
+
+def test_a_browser_that_stops_reading_delays_nothing() -> None:
+    """Ticks go on, and other pages get everything, while one connection is not read at all."""
+    with rig() as r:
+        description = r.other.create_publisher(String, "/robot_description", LATCHED)
+        description.publish(String(data=HRP2))
+        publish = publish_motion(r.other)
+        r.open_page()
+        stuck = r.pages.pop()  # never read from now on
+        page = r.open_page()
+        count = 0
+
+        def tick() -> None:
+            nonlocal count
+            count += 1
+            publish(0.001 * count)
+
+        r.until(lambda: count > 100 and page.nodes.get("/balance/zmp", {}).get("visible"), tick)
+        assert not r.view.failures
+        stuck.close()
+
+
+def test_a_token_of_digits_is_a_text() -> None:
+    """A token that looks like a number opens as it was typed."""
+    with rig(view_token="4711") as r:
+        page = r.open_page()
+        r.until(lambda: page.has("view_token"))
+        page.enter("view_token", "4711")
+        page.press("Unlock the buttons")
+        r.until(lambda: page.has("Plan"))
+
+
+def test_two_views_take_two_ports() -> None:
+    """The second one says which port is taken."""
+    with rig() as first:
+        port = int(first.view.url.rpartition(":")[2])
+        taken = subprocess.run(
+            [sys.executable, "-m", "door_impact_view.ros.door_impact_view_node", "--ros-args",
+             "-p", f"view_port:={port}"], capture_output=True, text=True, timeout=300,
+            env={**os.environ, "ROS_DOMAIN_ID": str(100 + os.getpid() % 50)}, check=False)
+    assert f"port {port} is taken" in taken.stderr
+    assert "another node named /door_impact_view is in the graph" in taken.stderr
+    assert taken.returncode == 1
+
+
+@pytest.mark.parametrize("module", ["viser", "websockets"])
+def test_without_viser_the_node_says_what_to_install(module: str) -> None:
+    """One sentence, and no traceback."""
+    code = (f"import sys; sys.modules['{module}'] = None\n"
+            "from door_impact_view.ros.door_impact_view_node import main\n"
+            "sys.exit(main([]))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          timeout=300, check=False)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert "pip install viser==1.1.1" in done.stderr
