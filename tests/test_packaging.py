@@ -18,8 +18,9 @@ KEYS = {  # rosdep's key of a module that is called otherwise
     "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
     "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
 SHIPPED = {"pybullet_utils"}  # comes with pybullet
-# viser and what comes with it: rosdep has no key, and only the view ends without it.
-BY_PIP = {"msgspec", "rich", "trimesh", "viser", "websockets", "zstandard"}
+# rosdep has no keys of viser and what comes with it; only the view ends without them. A test of
+# the page is skipped without playwright.
+BY_PIP = {"msgspec", "playwright", "rich", "trimesh", "viser", "websockets", "zstandard"}
 EMBEDDED = {"cyclonedds", "ros2_embedded"}  # peers of `make bench`, absent beside a ROS 2
 
 

@@ -1,7 +1,9 @@
 """Tests of the web server: ports, addresses, and which pages may connect."""
 
+import base64
 import errno
 import http.client
+import os
 import socket
 from collections.abc import Iterator
 
@@ -13,7 +15,7 @@ from door_impact_view.live.orders import Answer, Push
 from door_impact_view.live.page import Page
 from door_impact_view.live.page_client import PageClient
 from door_impact_view.live.server import Listening, listen, same_page
-from door_impact_view.live.state import State
+from door_impact_view.live.state import PlanSummary, State
 from viser._messages import ShareUrlRequest
 
 NAMES = frozenset({"localhost", "robot"})
@@ -175,3 +177,32 @@ def test_a_robot_that_changes_is_drawn_anew(page):
     client.read()
     assert "/robot/new" in client.nodes
     client.close()
+
+
+def test_a_browser_that_stops_reading_delays_nothing():
+    """Drawing goes on while a full connection waits, and another browser gets everything."""
+    listening = listen("localhost", 0)
+    made = Page(listening, "", lambda order, reply: None, plot_every=1)
+    stuck, client = PageClient(listening.port), PageClient(listening.port)
+    for page in (stuck, client):
+        page.until(lambda page=page: page.has("Plan"))
+
+    def waiting() -> int:
+        connections = made._server._websock_server._live_connections.values()
+        return max(item.transport.get_write_buffer_size() for item in connections)
+
+    count = 0
+    while waiting() < 100_000:  # until the system's own buffers are full
+        count += 1
+        noise = base64.b64encode(os.urandom(300_000)).decode()
+        made.draw(State(plan=PlanSummary(f"plan {count}", (("plan", f"no. {count} {noise}"),))))
+        client.read()
+        assert count < 1000, "nothing had to wait"
+    for _ in range(20):
+        count += 1
+        made.draw(State(plan=PlanSummary("", (("plan", f"no. {count}."),))))
+    client.until(lambda: f"no. {count}." in client.text())
+    assert f"no. {count}." not in stuck.text()
+    stuck._socket.socket.close()
+    client.close()
+    made.stop()

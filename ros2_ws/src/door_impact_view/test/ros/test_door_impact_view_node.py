@@ -275,7 +275,7 @@ def test_after_a_reset_of_the_clock_everything_is_shown_again() -> None:
         description = r.other.create_publisher(String, "/robot_description", LATCHED)
         description.publish(String(data=HRP2))
         late = WrenchStamped()
-        late.header.frame_id, late.header.stamp = "l_sole", stamp_of(100_000_000_000)
+        late.header.frame_id, late.header.stamp = "l_sole", stamp_of(10**18)
         foot = r.other.create_publisher(WrenchStamped, "/left_foot/wrench", 10)
         page = r.open_page()
         r.until(foot.get_subscription_count)
@@ -283,27 +283,6 @@ def test_after_a_reset_of_the_clock_everything_is_shown_again() -> None:
         r.until(lambda: r.view._watcher.state.forces)
         publish = publish_motion(r.other)
         r.until(lambda: page.nodes.get("/balance/zmp", {}).get("visible"), lambda: publish(0.0))
-
-
-def test_a_browser_that_stops_reading_delays_nothing() -> None:
-    """Ticks go on, and other pages get everything, while one connection is not read at all."""
-    with rig() as r:
-        description = r.other.create_publisher(String, "/robot_description", LATCHED)
-        description.publish(String(data=HRP2))
-        publish = publish_motion(r.other)
-        r.open_page()
-        stuck = r.pages.pop()  # never read from now on
-        page = r.open_page()
-        count = 0
-
-        def tick() -> None:
-            nonlocal count
-            count += 1
-            publish(0.001 * count)
-
-        r.until(lambda: count > 100 and page.nodes.get("/balance/zmp", {}).get("visible"), tick)
-        assert not r.view.failures
-        stuck.close()
 
 
 def test_a_token_of_digits_is_a_text() -> None:
