@@ -21,6 +21,8 @@ from door_impact_view.scene.urdf import SLIDING, TURNING, Shape, UrdfScene
 
 _MOVED = 1e-4  # smallest change of a joint or a place that is sent [rad] or [m]
 _ON_FLOOR = 0.004  # height at which flat things are drawn, above the floor's grid [m]
+# While the robot stands, ZMP and capture point are the same: the one lies on the other.
+_HEIGHTS = {"zmp": _ON_FLOOR, "capture_point": 0.04}  # at which points of the floor are drawn [m]
 _METRES_PER_NEWTON = 1.0 / 1000.0  # length of a force's arrow
 _LEAST_FORCE = 5.0  # force below which no arrow is drawn [N]
 
@@ -138,8 +140,8 @@ class BalanceView:
             name: scene.add_icosphere(
                 f"/balance/{name}", radius=radius, color=color, subdivisions=2, visible=False)
             for name, radius, color in (
-                ("zmp", 0.02, colors.ZMP), ("com", 0.035, colors.COM),
-                ("capture_point", 0.02, colors.CAPTURE_POINT))}
+                ("zmp", 0.025, colors.ZMP), ("com", 0.035, colors.COM),
+                ("capture_point", 0.018, colors.CAPTURE_POINT))}
         self._plumb = scene.add_line_segments(
             "/balance/com/plumb", np.zeros((1, 2, 3)), colors.COM, thickness=0.01)
         self._height = 0.0  # of the CoM above the floor [m]
@@ -176,7 +178,7 @@ class BalanceView:
         if point.visible != (place is not None):
             point.visible = place is not None
         if place is not None:
-            point.position = place if len(place) == 3 else (place[0], place[1], _ON_FLOOR)
+            point.position = (*place, *([_HEIGHTS[name]] if len(place) == 2 else ()))
 
 
 class ForceView:

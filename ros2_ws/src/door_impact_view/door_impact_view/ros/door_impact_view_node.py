@@ -7,6 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import rclpy
+from door_impact_common.errors import SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 
@@ -52,7 +53,9 @@ class DoorImpactView(GuardedNode):
         parameters = Parameters(self, PARAMETERS)
         rate = parameters.positive("view_rate")
         self.period = 1.0 / rate
-        token = parameters.text("view_token")
+        token = parameters.value("view_token")
+        if not isinstance(token, str):  # 0123 would be another number
+            raise SettingError("view_token", token, "a text with a letter in it")
         wanted = parameters.whole("view_port")
         listening = listen(parameters.text("view_host"), wanted)
         self._operator = Operator(self)
