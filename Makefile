@@ -28,6 +28,7 @@ RUN_UP ?= mcv50
 ENGINE ?= pybullet
 OUT ?= out/demo
 GUI ?= 0
+VIEW ?= 1
 HITS ?= 1
 N ?= 50
 SEED ?= 1
@@ -35,15 +36,16 @@ SEED ?= 1
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo up test test-all test-runtime lint bench sweep faults clean
+.PHONY: help setup demo up test test-all test-runtime test-view lint bench sweep faults clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
 	@echo "             ENDING=hold|retreat ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
-	@echo "make up      the same nodes, left running until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1"
+	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
+	@echo "make test-view   the page in a browser, if Chromium is installed"
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed doors, how far they open (out/sweep/, out/sweep_hit_mujoco/)   N=50 SEED=1 ENGINE=pybullet"
@@ -90,7 +92,7 @@ demo: $(READY)
 
 up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
-	  gui:="$(GUI)" experience:=out/experience.yaml
+	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)
@@ -102,6 +104,9 @@ test-all: $(READY)
 	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
 	@$(PYTHON) -m pytest --hypothesis-profile whole -m wall_clock tests ros2_ws/src
 	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests/conformance
+
+test-view: $(READY)
+	@$(PYTHON) -m pytest ros2_ws/src/door_impact_view/test/browser
 
 test-runtime: $(READY)
 	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests

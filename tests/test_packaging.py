@@ -18,6 +18,9 @@ KEYS = {  # rosdep's key of a module that is called otherwise
     "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
     "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
 SHIPPED = {"pybullet_utils"}  # comes with pybullet
+# rosdep has no keys of viser and what comes with it; only the view ends without them. A test of
+# the page is skipped without playwright.
+BY_PIP = {"msgspec", "playwright", "rich", "trimesh", "viser", "websockets", "zstandard"}
 EMBEDDED = {"cyclonedds", "ros2_embedded"}  # peers of `make bench`, absent beside a ROS 2
 
 
@@ -41,7 +44,8 @@ def imported(folder: Path) -> set[str]:
     for path in folder.rglob("*.py"):
         module = ast.parse(path.read_text(encoding="utf-8"))
         names |= names_in(ast.walk(module)) - EMBEDDED | names_in(module.body)
-    return {KEYS.get(name, name) for name in names - sys.stdlib_module_names - SHIPPED}
+    given = sys.stdlib_module_names | SHIPPED | BY_PIP
+    return {KEYS.get(name, name) for name in names - given}
 
 
 def declared(package: Path, *kinds: str) -> set[str]:
@@ -90,3 +94,13 @@ def test_the_container_pins_the_engines_of_the_requirements(engine: str) -> None
     (engines,) = re.findall('ARG ENGINES="(.*)"', dockerfile)
     assert pinned in engines.split()
     assert "pip install ${ENGINES} " in dockerfile
+
+
+def test_the_container_has_the_viewer_of_the_requirements() -> None:
+    """One version of viser on both ways of installing, and in the sentence about its absence."""
+    top = SOURCE.parents[1]
+    requirements = (top / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    pinned = next(line.split()[0] for line in requirements if line.startswith("viser=="))
+    assert f" {pinned} " in (top / "docker" / "Dockerfile").read_text(encoding="utf-8")
+    errors = SOURCE / "door_impact_view" / "door_impact_view" / "errors.py"
+    assert f"pip install {pinned}'" in errors.read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from action_msgs.msg import GoalInfo, GoalStatus
 from action_msgs.srv import CancelGoal
+from door_impact_msgs.action import ExecuteDoorImpact
 from goals import (
     ABORTED,
     ACCEPTED,
@@ -14,15 +15,19 @@ from goals import (
     SUCCEEDED,
     Action,
     Feedback,
+    Goal,
     Held,
     Result,
+    fresh_name,
     key,
 )
 from rclpy.action import (
+    ActionClient,
     CancelResponse,
     GoalResponse,
 )
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.task import Future
 from spinning import result, spin_until
 from std_msgs.msg import String
@@ -82,6 +87,29 @@ def test_an_error_aborts_a_goal(
     assert "Error raised in execute callback: as asked" in told
     assert "ZeroDivisionError" in told
     assert told.count("Goal state not set, assuming aborted") == 2
+
+
+def test_feedback_comes_whatever_the_node_does_with_its_subscriptions(
+    executor: SingleThreadedExecutor,
+) -> None:
+    """A node that overrides create_subscription takes no part in the action's own topics."""
+
+    class Closed(Node):
+        def create_subscription(self, *_: Any, **__: Any) -> Any:
+            raise AssertionError("the action's subscriptions are its own")
+
+    def execute(handle: Any) -> Any:
+        handle.publish_feedback(Feedback(phase="a"))
+        handle.succeed()
+        return Result()
+
+    action, node, got = Action(executor, execute), Closed(fresh_name()), []
+    executor.add_node(node)
+    client = ActionClient(node, ExecuteDoorImpact, action.name)
+    assert spin_until(executor, client.server_is_ready)
+    sent = client.send_goal_async(Goal(), feedback_callback=got.append)
+    assert spin_until(executor, lambda: got and sent.done())
+    node.destroy_node()
 
 
 def test_feedback_comes_in_order(executor: SingleThreadedExecutor) -> None:

@@ -18,4 +18,9 @@ setup(
     maintainer_email="maintainers@hrp2-door-impact.org",
     description="Robot and door in a browser: live, and as a replay.",
     license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "door_impact_view = door_impact_view.ros.door_impact_view_node:main",
+        ],
+    },
 )

@@ -14,6 +14,7 @@ from ros2_embedded.messages import message_class
 from rclpy.action.names import GoalStatus, check_action_type, part
 from rclpy.callback_groups import CallbackGroup
 from rclpy.executors import await_or_execute
+from rclpy.node import Node
 from rclpy.qos import (
     QoSProfile,
     qos_profile_action_status_default,
@@ -132,8 +133,9 @@ class ActionClient:
             )
         ]
         self._subscriptions = [
-            node.create_subscription(
-                kind, part(action_name, name), callback, qos, callback_group=callback_group
+            # Of the class itself: as in rclpy, a node that overrides the method takes no part.
+            Node.create_subscription(
+                node, kind, part(action_name, name), callback, qos, callback_group=callback_group
             )
             for kind, name, callback, qos in (
                 (impl.FeedbackMessage, "feedback", self._on_feedback,

@@ -151,12 +151,13 @@ def test_both_launch_files_pass_the_simulations_choices_on(
     assert passed in included["arg"]
 
 
-def test_every_node_is_required_but_the_recorder() -> None:
+def test_every_node_is_required_but_recorder_and_view() -> None:
     """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
     nodes = launched("node")
     ends = {node["name"]: node.get("on_exit") for node in nodes}
-    assert len(ends) == 8
-    assert {name for name, action in ends.items() if action != "shutdown"} == {"recorder"}
+    assert len(ends) == 9
+    assert {name for name, action in ends.items() if action != "shutdown"} == {
+        "recorder", "door_impact_view"}
 
 
 def test_each_node_that_reads_files_is_given_the_allowed_folders() -> None:
@@ -164,4 +165,5 @@ def test_each_node_that_reads_files_is_given_the_allowed_folders() -> None:
     nodes = launched("node")
     given = {node["name"] for node in nodes
              if "allowed_folders" in {each.get("name") for each in node["param"]}}
-    assert given == {node["name"] for node in nodes} - {"door_encoder", "recorder"}
+    others = {"door_encoder", "recorder", "door_impact_view"}
+    assert given == {node["name"] for node in nodes} - others

@@ -12,6 +12,7 @@ from door_impact_evaluation.bench import bridge as bench_bridge
 from door_impact_evaluation.bench import door as bench_door
 from door_impact_evaluation.bench import planner as bench_planner
 from door_impact_evaluation.bench import topics as bench_topics
+from door_impact_evaluation.bench import view as bench_view
 from door_impact_evaluation.errors import EvaluationError
 
 
@@ -124,6 +125,14 @@ def _real_time_factor(engine: str, target: float) -> Callable[[Path], Measuremen
     return benchmark
 
 
+def _view_cpu(out: Path) -> Measurement:
+    ours, peer = bench_view.view_cpu(out)
+    return Measurement(
+        ours, "% of a core, the view with a client at 20 Hz during a hit", False,
+        "the same without a client", peer,
+        "targets: at most 15 % with a client, 5 % without")
+
+
 def _talk(
     measure: Callable[[bench_topics.Layer], float], unit: str, reference: str,
     higher_is_better: bool = False,
@@ -173,6 +182,7 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "bridge_overhead_mujoco": _bridge_overhead("mujoco"),
     "real_time_factor": _real_time_factor("pybullet", 0.8),
     "real_time_factor_mujoco": _real_time_factor("mujoco", 1.0),
+    "view_cpu": _view_cpu,
     **TALKS,
 }
 

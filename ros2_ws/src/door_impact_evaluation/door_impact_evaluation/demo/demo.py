@@ -3,13 +3,10 @@
 import argparse
 import json
 import math
-import os
-import shutil
 import signal
 import subprocess
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,8 +19,8 @@ from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
 from door_impact_evaluation.demo.settings import LATER_ENDINGS, DemoSettings
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
+from door_impact_evaluation.run.launcher import start_nodes, stop_nodes
 
-_GRACE = 15.0  # time that the launcher has to stop its nodes before all are killed [s]
 _SHOWN = 2000  # characters of the nodes' log that an error shows at most
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -78,30 +75,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _ros2() -> str:
-    """Finds the ros2 command next to this interpreter, or else on the PATH.
-
-    Raises:
-        DemoError: There is none.
-    """
-    own = Path(sys.executable).parent / "ros2"
-    command = str(own) if own.exists() else shutil.which("ros2")
-    if command is None:
-        raise DemoError("the ros2 command was not found: run `make setup`, or source ROS 2")
-    return command
-
-
 def _stop(launcher: subprocess.Popen[bytes]) -> None:
-    """Stops the launcher and all its nodes, within `_GRACE` and whatever signals arrive."""
+    """Stops the launcher and all its nodes, whatever signals arrive meanwhile."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    if launcher.poll() is None:
-        launcher.send_signal(signal.SIGINT)
-        with suppress(subprocess.TimeoutExpired):
-            launcher.wait(_GRACE)
-    with suppress(ProcessLookupError):
-        os.killpg(launcher.pid, signal.SIGKILL)
-    launcher.wait()
+    stop_nodes(launcher)
 
 
 def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
@@ -140,23 +118,20 @@ def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> No
 
     simulation_log, recording = ((settings.out / name).resolve()
                                  for name in ("simulation.npz", report.RECORDING))
-    with (settings.out / LOG).open("wb") as log:
-        launcher = subprocess.Popen(
-            [_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
-             f"door:={settings.door}", "paced:=false",
-             *(f"{name}:={value}" for name, value in simulation.items()),
-             f"log_file:={simulation_log}", f"record:={recording}",
-             f"allowed_folders:={_allowed(settings.door)}"],
-            stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
-        try:
-            run(settings, nodes_alive=lambda: launcher.poll() is None)
-        except DemoError as error:
-            if launcher.poll() is None:
-                raise
-            _stop(launcher)
-            raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
-        finally:
-            _stop(launcher)
+    launcher = start_nodes(
+        settings.out / LOG, f"door:={settings.door}", "paced:=false",
+        *(f"{name}:={value}" for name, value in simulation.items()),
+        f"log_file:={simulation_log}", f"record:={recording}",
+        f"allowed_folders:={_allowed(settings.door)}")
+    try:
+        run(settings, nodes_alive=lambda: launcher.poll() is None)
+    except DemoError as error:
+        if launcher.poll() is None:
+            raise
+        _stop(launcher)
+        raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
+    finally:
+        _stop(launcher)
 
 
 def _allowed(door: str) -> str:

@@ -1,0 +1,130 @@
+"""A client of the page without a browser: for tests, and to measure what a browser costs."""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import viser
+import websockets.sync.client
+import zstandard
+
+_CAMERA: dict[str, Any] = {
+    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (2.0, 0.0, 1.0),
+    "fov": 1.0, "near": 0.1, "far": 100.0, "image_height": 600, "image_width": 1000,
+    "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0)}
+_HEAD = struct.Struct("<QQ")  # size of the messages, and of their compressed form
+
+
+class PageClient:
+    """A connection as a browser's page has it.
+
+    Args:
+        port: Port of the page on this machine.
+        origin: Header Origin; None leaves it out.
+
+    Attributes:
+        elements: Kind and properties of what is in the panels, by identifier.
+        nodes: Messages that made the nodes of the scene, by name; later changes are in them.
+        notifications: Title and text of each.
+        count: Number of messages.
+
+    Raises:
+        websockets.exceptions.InvalidStatus: The server refused the connection.
+    """
+
+    def __init__(self, port: int, origin: str | None = None) -> None:
+        self._socket = websockets.sync.client.connect(
+            f"ws://127.0.0.1:{port}", origin=origin,  # type: ignore[arg-type]
+            subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
+            max_size=None, compression=None)
+        self._zstd = zstandard.ZstdDecompressor()
+        self.elements: dict[str, dict[str, Any]] = {}
+        self.nodes: dict[str, dict[str, Any]] = {}
+        self.notifications: list[tuple[str, str]] = []
+        self.count = 0
+        self._send(_CAMERA)
+
+    def close(self) -> None:
+        """End the connection."""
+        self._socket.close()
+
+    def read(self, timeout: float = 0.1) -> int:
+        """Read what comes within a time [s]; return the number of messages."""
+        try:
+            data = self._socket.recv(timeout=timeout)
+        except TimeoutError:
+            return 0
+        assert isinstance(data, bytes)
+        size, packed = _HEAD.unpack_from(data)
+        plain = self._zstd.decompress(data[_HEAD.size : _HEAD.size + packed], size)
+        messages = msgspec.msgpack.decode(plain)["messages"]
+        for message in messages:
+            self._take(message)
+        self.count += len(messages)
+        return len(messages)
+
+    def until(self, done: Callable[[], Any], limit: float = 60.0) -> None:
+        """Read until a condition holds.
+
+        Raises:
+            TimeoutError: It does not hold within the limit [s].
+        """
+        end = time.monotonic() + limit
+        while not done():
+            if time.monotonic() > end:
+                raise TimeoutError("the page does not show what was waited for")
+            self.read()
+
+    def press(self, label: str) -> None:
+        """Press a button."""
+        self._change(label, True)
+
+    def enter(self, label: str, value: Any) -> None:
+        """Enter a value."""
+        self._change(label, value)
+
+    def has(self, label: str) -> bool:
+        """Whether there is a button or an input of this label."""
+        return self._find(label) is not None
+
+    def text(self) -> str:
+        """Return all texts of the panels."""
+        return "\n".join(str(item["content"]) for item in self.elements.values()
+                         if "content" in item)
+
+    def _take(self, message: dict[str, Any]) -> None:
+        kind = message["type"]
+        if kind == "GuiUpdateMessage":
+            self.elements.get(message["uuid"], {}).update(message["updates"])
+        elif kind == "GuiRemoveMessage":
+            self.elements.pop(message["uuid"], None)
+        elif kind == "NotificationShowMessage" or kind == "NotificationMessage":
+            props = message.get("props", message)
+            self.notifications.append((props["title"], props["body"]))
+        elif kind.startswith("Gui") and "uuid" in message and "props" in message:
+            self.elements[message["uuid"]] = {"kind": kind, **message["props"]}
+        elif "name" in message:
+            name = message["name"]
+            if kind == "RemoveSceneNodeMessage":
+                for below in [node for node in self.nodes if f"{node}/".startswith(f"{name}/")]:
+                    del self.nodes[below]
+            else:
+                self.nodes.setdefault(name, {}).update(
+                    {key: value for key, value in message.items() if key not in ("type", "name")})
+
+    def _find(self, label: str) -> str | None:
+        return next((uuid for uuid, item in self.elements.items()
+                     if item.get("label") == label and item["kind"] != "GuiFolderMessage"), None)
+
+    def _change(self, label: str, value: Any) -> None:
+        uuid = self._find(label)
+        if uuid is None:
+            raise LookupError(f"nothing on the page is named {label}")
+        self._send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._socket.send(msgspec.msgpack.encode(message))

@@ -1,0 +1,104 @@
+"""Tests of the state, of the history of a plot, and of meshes."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from door_impact_view.live import meshes
+from door_impact_view.live.state import SPAN, STALE, History, Stamped, State
+from hypothesis import given
+from hypothesis import strategies as st
+
+SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
+
+
+def state(now: float | None, zmp_time: float, zmp=(0.0, 0.03)) -> State:
+    """A state with joints of a time, a ZMP of a time, and a square support polygon."""
+    polygon = Stamped(zmp_time if now is None else now, SQUARE)
+    return State(now=now, zmp=Stamped(zmp_time, np.array(zmp)), polygon=polygon)
+
+
+@pytest.mark.parametrize("now", [1.0, None])
+def test_margin_is_the_distance_to_the_nearest_edge(now):
+    """Positive inside, negative outside; also where no joints are published."""
+    assert state(now, 1.0).margin() == pytest.approx(0.07)
+    assert state(now, 1.0, (0.0, 0.13)).margin() == pytest.approx(-0.03)
+
+
+def test_an_old_zmp_has_no_margin():
+    """When the feet bear no load the last ZMP is not shown for ever, nor after a reset."""
+    assert state(10.0, 10.0 - 0.9 * STALE).margin() is not None
+    assert state(10.0, 10.0 - 1.1 * STALE).margin() is None
+    assert state(0.1, 10.0).margin() is None
+    assert State().margin() is None
+
+
+@pytest.mark.parametrize("corners", [np.zeros((0, 2)), SQUARE[:2], SQUARE[::-1]])
+def test_a_polygon_without_area_has_no_margin(corners):
+    """Two corners, none, or corners in the wrong order are no error."""
+    known = State(zmp=Stamped(1.0, np.zeros(2)), polygon=Stamped(1.0, corners))
+    assert known.margin() is None
+
+
+@given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=60))
+def test_a_history_is_ordered_and_not_longer_than_its_span(times):
+    """Whatever stamps come, times increase up to 0 and reach back no further than the span."""
+    history = History()
+    for time in times:
+        history.add(time, 2.0 * time)
+        shown, values = history.curves()
+        assert shown[-1] == 0.0
+        assert (np.diff(shown) > 0.0).all()
+        assert shown[0] >= -SPAN
+        assert values[-1] == pytest.approx(2.0 * time)
+        np.testing.assert_allclose(values, 2.0 * (time + shown), atol=1e-9)
+
+
+def test_a_clock_that_goes_back_clears_the_history():
+    """After a reset of the simulation the curve begins anew."""
+    history = History()
+    for time in (10.0, 11.0, 0.5):
+        history.add(time, 1.0)
+    assert len(history.curves()[0]) == 1
+
+
+def test_several_curves_share_their_times():
+    """An empty history too has an array for each curve."""
+    history = History(2)
+    assert [len(row) for row in history.curves()] == [0, 0, 0]
+    history.add(1.0, 2.0, 3.0)
+    assert [row.tolist() for row in history.curves()] == [[0.0], [2.0], [3.0]]
+
+
+def triangle() -> bytes:
+    """A binary STL of one triangle."""
+    corners = (0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    return bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *corners, 0)
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch) -> Path:
+    """The folder of a package arm, with a mesh in it and a file beside it."""
+    folder = tmp_path / "arm"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "hand.stl").write_bytes(triangle())
+    (folder / "meshes" / "bad.stl").write_bytes(b"solid nonsense")
+    (tmp_path / "secret.stl").write_bytes(triangle())
+    monkeypatch.setattr(meshes, "share_folders", lambda name: [folder] if name == "arm" else [])
+    return folder
+
+
+def test_a_mesh_of_a_package_is_read(package):
+    """Its vertices and triangles."""
+    vertices, faces = meshes.load_mesh("package://arm/meshes/hand.stl")
+    assert (len(vertices), len(faces)) == (3, 1)
+
+
+@pytest.mark.parametrize("file", [
+    "package://arm/meshes/none.stl", "package://arm/meshes/bad.stl", "package://leg/hand.stl",
+    "package://arm/../secret.stl", "package://arm//etc/passwd", "package://../secret.stl",
+    "package://arm", "file:///etc/passwd", "meshes/hand.stl", ""])
+def test_what_is_no_mesh_of_a_package_is_left_out(package, file):
+    """Damaged, absent, or outside the package's folder: None, without an error."""
+    assert meshes.load_mesh(file) is None

@@ -1,0 +1,61 @@
+"""Tests of the capture point."""
+
+import math
+
+import numpy as np
+import pytest
+from door_impact_common.constants import GRAVITY
+from door_impact_view.scene.capture import WINDOW, CaptureEstimator, capture_point
+from hypothesis import given
+from hypothesis import strategies as st
+
+places = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+
+
+@given(places, places, st.floats(0.3, 1.2), st.lists(
+    st.floats(0.001, 0.05), min_size=2, max_size=9))
+def test_a_pendulum_on_its_capture_point_comes_to_rest_there(start, velocity, height, steps):
+    """The linear inverted pendulum about the point has no growing part of its motion."""
+    time = np.cumsum([5.0, *steps])
+    com = np.empty((len(time), 3))
+    com[:, :2] = np.array(start) + np.outer(time - time[-1], velocity)
+    com[:, 2] = height
+    point = capture_point(time, com)
+    omega = math.sqrt(GRAVITY / height)
+    growing = com[-1, :2] - point + np.array(velocity) / omega
+    np.testing.assert_allclose(growing, 0.0, atol=1e-9)
+
+
+def test_the_estimate_needs_three_samples_and_forgets_old_ones():
+    """No point of one or two samples; samples older than the window have no effect."""
+    estimator = CaptureEstimator()
+    assert estimator.update(0.0, np.array([9.0, 9.0, 0.8])) is None
+    assert estimator.update(0.02, np.array([9.0, 9.0, 0.8])) is None
+    for step in range(1, 8):
+        point = estimator.update(1.0 + 0.02 * step, np.array([0.3, 0.1, 0.8]))
+    assert point == pytest.approx([0.3, 0.1])
+
+
+def test_a_clock_that_goes_back_begins_anew():
+    """After a reset of the simulation the samples of before are gone, and no error comes."""
+    estimator = CaptureEstimator()
+    for step in range(5):
+        estimator.update(10.0 + 0.02 * step, np.array([1.0, 0.0, 0.8]))
+    assert estimator.update(0.0, np.array([0.0, 0.0, 0.8])) is None
+    estimator.update(0.02, np.array([0.0, 0.0, 0.8]))
+    assert estimator.update(0.04, np.array([0.0, 0.0, 0.8])) == pytest.approx([0.0, 0.0])
+
+
+def test_the_same_stamp_twice_is_one_sample():
+    """A message that is read twice gives no velocity without time."""
+    estimator = CaptureEstimator()
+    for _ in range(5):
+        assert estimator.update(1.0, np.array([1.0, 0.0, 0.8])) is None
+
+
+def test_a_pause_longer_than_the_window_leaves_no_velocity():
+    """After a pause the first sample is alone in the window."""
+    estimator = CaptureEstimator()
+    for step in range(5):
+        estimator.update(0.02 * step, np.array([step * 1.0, 0.0, 0.8]))
+    assert estimator.update(1.0 + WINDOW, np.array([0.0, 0.0, 0.8])) is None

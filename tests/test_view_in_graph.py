@@ -1,0 +1,47 @@
+"""The view among the other nodes, which do not need it."""
+
+import os
+import re
+import signal
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from door_impact_view.live import panels
+from impact_planner.task import settings
+from processes import GUARD, Started
+
+Start = Callable[..., Started]
+
+
+def wait_for(launched: Started, pattern: str) -> str:
+    """Wait for a line of the nodes, and return the group in it."""
+    end = time.monotonic() + GUARD
+    while (found := re.search(pattern, launched.text())) is None:
+        assert launched.process.poll() is None, launched.text()
+        assert time.monotonic() < end, launched.text()
+        time.sleep(0.1)
+    return found[1]
+
+
+def test_the_page_offers_what_the_planner_knows() -> None:
+    """The view does not import the planner; its choices are the planner's nevertheless."""
+    assert tuple(settings.RUN_UPS) == panels.RUN_UPS
+    assert tuple(settings.ENDINGS) == panels.ENDINGS
+
+
+@pytest.mark.nightly("starts every node but the simulation")
+def test_a_view_that_dies_does_not_end_the_graph(start: Start, ros2: Callable[..., Any]) -> None:
+    """After it was killed the launcher and the other nodes go on, also without a simulation."""
+    launched = start("launch", "door_impact_bringup", "bringup.launch.yaml", "driver:=none",
+                     "view:=true", "view_port:=0")
+    wait_for(launched, r"shown at (http://localhost:\d+)")
+    os.kill(int(wait_for(launched, r"\[door_impact_view-\d+\]: .*with pid \[(\d+)\]")),
+            signal.SIGKILL)
+    wait_for(launched, r"\[(door_impact_view-\d+)\]: process has died")
+    end = time.monotonic() + GUARD
+    while "/impact_executor" not in (nodes := ros2("node", "list")).out:  # it starts late
+        assert time.monotonic() < end, nodes
+    assert launched.process.poll() is None
+    assert "sending signal" not in launched.text()
