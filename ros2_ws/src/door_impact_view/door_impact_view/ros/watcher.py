@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from door_impact_view.live.state import State
+from door_impact_view.live.state import Pose, State
 from door_impact_view.ros import messages
 
 # Of a message that comes often only the last counts, and a lost one is followed by the next.
@@ -44,6 +44,7 @@ class Watcher:
         self._node, self._world, self._warn = node, world, warn
         self._subscriptions: list[Any] = []
         self._inbox: dict[str, deque[tuple[Any, bytes]]] = {}
+        self._poses: dict[str, Pose] = {}  # of frames in the world, by name
         self.state = State()
 
     @property
@@ -78,14 +79,15 @@ class Watcher:
         self._subscriptions.clear()
         self._inbox.clear()
         known = self.state
-        self.state = State(robot=known.robot, door=known.door, door_frame=known.door_frame,
-                           plan=known.plan)
+        self.state = State(robot=known.robot, door=known.door, plan=known.plan)
+        self._poses.clear()
 
     def update(self) -> State:
         """Read what has come since the last time, and return the state."""
         for topic, kept in self._inbox.items():
             while kept:
-                kind, data = kept.pop()  # the newest first
+                # The newest first, because it makes the others needless; all of those that last.
+                kind, data = kept.popleft() if topic == "/tf_static" else kept.pop()
                 try:
                     enough = self._read(topic, deserialize_message(data, kind))
                 except (ValueError, IndexError, TypeError) as error:
@@ -93,7 +95,11 @@ class Watcher:
                     continue
                 if enough:
                     kept.clear()
-        return self.state
+        # Only now: a description may come after the only message with the place.
+        state = self.state
+        state.base = self._poses.get(messages.root_of(state.robot))
+        state.door_frame = self._poses.get(messages.root_of(state.door))
+        return state
 
     def _store(self, topic: str, kind: Any, data: bytes) -> None:
         if topic in self._inbox:
@@ -110,10 +116,14 @@ class Watcher:
             case "/door_impact_plan":
                 state.plan = messages.plan_summary(message)
             case "/tf":
-                return self._read_transforms(message, static=False)
+                poses = messages.poses(message, self._world)
+                root = messages.root_of(state.robot)
+                if root not in poses:
+                    return False
+                self._poses[root] = poses[root]
             case "/tf_static":
-                self._read_transforms(message, static=True)
-                return False
+                self._poses.update(messages.poses(message, self._world))
+                return False  # each node publishes its own
             case "/joint_states":
                 state.joints = messages.positions(message)
                 state.now = seconds(message.header.stamp)
@@ -132,15 +142,3 @@ class Watcher:
                 if topic.strip("/").partition("/")[0] in _HANDS:
                     state.hands |= {link}
         return True
-
-    def _read_transforms(self, message: Any, *, static: bool) -> bool:
-        """Take the poses of the roots of robot and door in the world; return whether of one."""
-        poses = messages.poses(message, self._world)
-        found = False
-        for child, pose in poses.items():
-            if child == messages.root_of(self.state.door):
-                self.state.door_frame = pose
-            elif child == messages.root_of(self.state.robot) or not static:
-                self.state.base = pose
-                found = True
-        return found

@@ -103,11 +103,15 @@ def publish_motion(node: Any) -> Callable[[float], None]:
         base = TransformStamped()
         base.header.frame_id, base.child_frame_id = "odom", "base_link"
         base.transform.translation.z, base.transform.rotation.w = 0.65, 1.0
+        other = TransformStamped()  # of something that is neither robot nor door
+        other.header.frame_id, other.child_frame_id = "odom", "camera"
+        other.transform.translation.z, other.transform.rotation.w = 9.0, 1.0
         for name, message in {"/joint_states": joints, "/door_angle": door, "/zmp": zmp,
                               "/com": com, "/support_polygon": polygon}.items():
             message.header.stamp = stamp
             publishers[name].publish(message)
-        publishers["/tf"].publish(TFMessage(transforms=[base]))
+        for transform in (base, other):
+            publishers["/tf"].publish(TFMessage(transforms=[transform]))
 
     return publish
 
@@ -321,3 +325,21 @@ def test_without_viser_the_node_says_what_to_install(module: str) -> None:
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert "pip install viser==1.1.1" in done.stderr
+
+
+def test_the_door_stands_in_its_place_whatever_comes_first() -> None:
+    """Its place, which is published once, may come before its description."""
+    with rig() as r:
+        static = r.other.create_publisher(TFMessage, "/tf_static", LATCHED)
+        place = TransformStamped()
+        place.header.frame_id, place.child_frame_id = "odom", "door_frame"
+        place.transform.translation.y, place.transform.rotation.w = -0.738, 1.0
+        static.publish(TFMessage(transforms=[place]))
+        page = r.open_page()
+        r.until(static.get_subscription_count)
+        for _ in range(20):
+            r.until(lambda: True)
+            r.view.tick()
+        door = r.other.create_publisher(String, "/door_description", LATCHED)
+        door.publish(String(data='<robot name="d"><link name="door_frame"/></robot>'))
+        r.until(lambda: page.nodes.get("/door/door_frame", {}).get("position") == [0, -0.738, 0])
