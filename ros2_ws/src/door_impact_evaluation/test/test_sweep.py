@@ -12,6 +12,7 @@ from door_impact_evaluation.run.rehearsal import Rehearsal
 from door_impact_evaluation.sweep import report as sweep_report
 from door_impact_evaluation.sweep import sweep
 from door_impact_evaluation.sweep.cases import cases
+from hrp2_sim_bridge.errors import SimulatorMissingError
 from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -222,6 +223,18 @@ def test_an_incomplete_line_costs_that_case_alone(ran, tmp_path, left):
     ran.clear()
     assert sweep.run(cases(2, 1), tmp_path) == every(2)
     assert ran == []
+
+
+def test_an_engine_that_is_not_installed_is_named_and_nothing_is_recorded(
+        ran, tmp_path, monkeypatch, capsys):
+    """A refusal of the simulator is no refusal of the planner."""
+    def missing(name):
+        raise SimulatorMissingError("MuJoCo", "'pip install mujoco'")
+
+    monkeypatch.setattr(sweep, "make_engine", missing)
+    assert sweep.main(["-n", "1", "--engine", "mujoco", "--out", str(tmp_path / "out")]) == 1
+    assert "needs MuJoCo" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_each_engine_has_its_own_folder_and_summary(ran, tmp_path, monkeypatch):

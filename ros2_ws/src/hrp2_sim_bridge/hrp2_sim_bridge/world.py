@@ -37,7 +37,7 @@ from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
 
 _NEAR = 0.08  # distance between robot and leaf below which the physics steps are fine [m]
-_FASTEST = 4.0  # upper bound of the speed at which robot and leaf approach or part [m/s]
+_FASTEST = 4.0  # upper bound of the speed at which the robot and a resting leaf approach [m/s]
 _SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
 _RUBBER_SETTLING_TICKS = 140  # the same for rubber soles, on which the robot swings for a while
 _FARTHEST = 10.0  # largest coordinate of the door [m]
@@ -302,12 +302,13 @@ class World(Driver):
 
         They are fine near the leaf, where the solver treats robot and door as one problem.
         """
-        if self._ticks < self._same_until:
+        if self._ticks < self._same_until and not self.door.pushed:
             return self._fine
         distance = self.engine.leaf_distance(2.0 * _NEAR)
         self._fine = fine = distance < _NEAR
         # Before this tick nothing can cover the distance to the limit, from either side of it.
-        self._same_until = self._ticks + int(abs(distance - _NEAR) / (_FASTEST * TICK))
+        fastest = _FASTEST + self.door_config.leaf.width * abs(self._door_state.velocity)
+        self._same_until = self._ticks + int(abs(distance - _NEAR) / (fastest * TICK))
         settings = self.settings
         step = settings.time_step_fine if fine else settings.time_step_coarse
         if step != self.time_step:

@@ -11,7 +11,7 @@ from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque, Door
 from hrp2_sim_bridge.physics.pybullet.leaf import HINGE
 from hrp2_sim_bridge.physics.states import DoorState
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from hrp2_sim_bridge.world import World
 from hypothesis import given
 from hypothesis import strategies as st
@@ -194,3 +194,20 @@ def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) ->
     limit = world.door_config.linkage.opening_limit()
     assert angle.max() > 1.0
     assert angle.max() < limit
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_leaf_that_is_pushed_at_the_robot_is_looked_at_in_every_tick(make_world, engine) -> None:
+    """At 12 m/s a leaf covers the 8 cm within a tick and a half; no tick near it may be coarse."""
+    world = make_world(door_distance=2.0, engine=engine, sole="rigid")
+    asked: list[int] = []
+    look = world.engine.leaf_distance
+    world.engine.leaf_distance = lambda most: asked.append(world.tick) or look(most)
+    world.push_door(150.0, 0.05)
+    begin = world.tick
+    for _ in range(20):
+        world.step()
+    fast = range(begin, begin + 11)  # the push, and the tick in which its end is noticed
+    assert set(fast) <= set(asked)
+    assert abs(world.door_state.velocity) > 8.0
+    assert len([tick for tick in asked if tick > begin + 11]) >= 8  # the leaf is still fast

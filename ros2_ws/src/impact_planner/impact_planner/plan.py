@@ -186,6 +186,11 @@ def _warnings(robot: RobotModel, hit: HitDesign, branches: Branches) -> tuple[st
     """Sentences about what the plan does not achieve or check."""
     stance, posture = hit.stance, hit.stance.posture
     found = [*overload_warnings(hit.transfer.loads)]
+    config = robot.config
+    if config.brace is not None and config.drives is not None and (
+            hit.transfer.response.pad_preload == 0.0):
+        found.append("the braced posture does not press the pads of robot.yaml's brace on each "
+                     "other: the hit is planned without them")
     if stance.percussion_error:
         found.append(
             f"eq. (5) is not met within the legs' range: the CoM is "

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.errors import DoorImpactError
 from door_model.door.config import load_door
 from door_model.door.surface import reduced_mass
 from hrp2_description.robot import load_robot_config
@@ -210,7 +211,7 @@ def main(args: list[str] | None = None) -> int:
         parser.error(f"there is no sweep {unknown[0]}; there are {', '.join(SWEEPS)}")
     try:
         study(options.out, options.sweeps or list(SWEEPS))
-    except OSError as error:
+    except (DoorImpactError, OSError) as error:
         print(f"physics_study: {error}", file=sys.stderr)
         return 1
     print(f"written to {options.out}")

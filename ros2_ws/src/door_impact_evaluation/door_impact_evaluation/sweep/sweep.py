@@ -20,6 +20,8 @@ from door_impact_common.errors import DoorImpactError
 from door_model.data import data_path as door_data
 from hrp2_description.data import data_path as robot_data
 from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.errors import SimBridgeError
+from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from tqdm import tqdm
 
@@ -58,6 +60,8 @@ def run_case(case: Case, engine: str = WorldSettings.engine) -> list[dict[str, A
                     case.target_deg, Path(folder) / "log.npz", door=case.config(), known=known,
                     door_offset=case.door_offset, run_up=case.run_up, engine=engine,
                     **case.world(hit))
+            except SimBridgeError:  # no refusal of the planner, and no result
+                raise
             except DoorImpactError as error:
                 return [*records, record | {"refused": str(error)}]
             records.append(record | measured(run))
@@ -262,7 +266,8 @@ def main(args: list[str] | None = None) -> int:
         args: Command line without the program's name; None means the process's own.
 
     Returns:
-        0 when the sweep is complete, 1 if its folder cannot be written, 130 after Ctrl-C.
+        0 when the sweep is complete, 1 if the engine is not installed or the folder cannot be
+        written, 130 after Ctrl-C.
     """
     parser = argparse.ArgumentParser(
         prog="sweep", description="Hits perturbed doors in the simulation and reports how far they "
@@ -282,11 +287,12 @@ def main(args: list[str] | None = None) -> int:
                      "it must be 0 or more")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
+        make_engine(options.engine)  # before anything is written
         records = run(cases(options.n, options.seed), out, options.engine)
         from door_impact_evaluation.sweep import report as sweep_report
 
         sweep_report.write(summary(records, options.n, options.seed, options.engine), out)
-    except OSError as error:
+    except (SimBridgeError, OSError) as error:
         print(f"sweep: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import RobotConfig, needed
@@ -98,7 +100,9 @@ class Actuation:
             self._apart -= 1
             return
         self.pads.linearize(self._state[0])
-        self._apart = int(self.pads.clearance / (_FASTEST_PAD * SAMPLE))
+        # Positions that are not finite end the tick with an error of the engine.
+        if math.isfinite(self.pads.clearance):
+            self._apart = int(self.pads.clearance / (_FASTEST_PAD * SAMPLE))
 
     def step(self, reference: Array, rate: Array, door_torque: float) -> Reactions:
         """Take a physics step.

@@ -13,6 +13,7 @@ import math
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import Brace, RobotConfig
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
@@ -46,6 +47,10 @@ class BracePads:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
         self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
+        for pad in (brace.arm, brace.trunk):
+            if not self._model.existFrame(pad.link):
+                raise RobotConfigError(
+                    "a pad of the brace", value=pad.link, limit="a link of the URDF")
         self._frames = [self._model.getFrameId(pad.link) for pad in (brace.arm, brace.trunk)]
         self._places = [np.array(pad.place) for pad in (brace.arm, brace.trunk)]
         self._ball, self._disc = brace.arm.size, brace.trunk.size

@@ -99,6 +99,11 @@ class DoorLoad:
                 f"at most {FASTEST_PUSHED:g} rad/s")
         self._pushes.append((now, duration, impulse))
 
+    @property
+    def pushed(self) -> bool:
+        """Whether a push by hand acts."""
+        return bool(self._pushes)
+
     def torque(self, state: DoorState, now: float, duration: float) -> float:
         """Return the torque of closer, friction, stops and pushes on the leaf [N m].
 

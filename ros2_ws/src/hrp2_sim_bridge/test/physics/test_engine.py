@@ -5,9 +5,11 @@ import inspect
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
+from hrp2_sim_bridge.errors import DivergedError
 from hrp2_sim_bridge.physics import engine as interface
 from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.physics.states import NO_TOUCH, BodyState, DoorState
+from hrp2_sim_bridge.settings import ENGINES
 from hrp2_sim_bridge.world import World
 
 
@@ -135,3 +137,14 @@ def test_steps_are_fine_in_just_those_ticks_in_which_the_leaf_is_near(robot, pap
     assert 0.2 < near.mean() < 0.8
     np.testing.assert_array_equal(world.log()["tick_fine"], near)
     assert len(asked) < 0.6 * len(gaps)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_simulation_that_diverges_says_so_in_any_engine(robot, paper_door, engine) -> None:
+    """Joints at positions that are no numbers end in DivergedError, with pads or without."""
+    for brace in ("contact", "none"):
+        world = World(robot, paper_door, 2.0, -0.42, engine=engine, sole="rigid", brace=brace)
+        world.joints.drives.position[:] = np.nan
+        with pytest.raises(DivergedError, match="diverged"):
+            world.step()
+        world.close()

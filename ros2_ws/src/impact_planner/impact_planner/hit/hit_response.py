@@ -22,7 +22,7 @@ from impact_planner.hit.hit_contacts import ROWS, Contacts, ContactState
 from impact_planner.hit.hit_structure import HitStructure, reduced
 
 _STEP = 5e-4  # integration step [s]
-_LONGEST = 0.06  # longest contact that is simulated [s]
+_LONGEST = 0.25  # longest contact that is simulated [s]; the settings allow 0.1 s on a rigid arm
 _AFTER = 0.01  # time after the contact over which the speed of B is the mean of v'_rB [s]
 _PEAK = 1e-3  # time over which the largest force is a mean [s]
 _TOUCHES = 5.0  # force above which elbow and leaf are in contact [N]

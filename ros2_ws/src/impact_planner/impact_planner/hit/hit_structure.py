@@ -63,7 +63,7 @@ class HitStructure:
         run_up: Pinocchio's velocity for 1 m/s of point B along the leaf's normal, (nv,).
         touch: Derivatives of point B along the leaf's normal and two tangents, (3, nv).
         approach: Velocity of B along the normal and the tangents for 1 m/s along the normal, (3,).
-        pads: The pads; None without a brace, or where the ball is not before the disc.
+        pads: The pads; None without a brace, or where the posture does not press them.
         columns: Columns of the joints in Pinocchio's velocity, (J,).
         drives: Motors and gears; None means rigid joints.
         torque: Torques of the gears before the hit, (J,) [N m].
@@ -173,7 +173,7 @@ def _at_rest(
     if brace is None or drives is None:
         return held, None
     found = pad_contact(robot, q, brace)
-    if found.beside > 0.0:
+    if found.beside > 0.0 or found.offset[0] >= 0.0:  # nothing presses the pads
         return held, None
     row = found.jacobian.copy()
     row[0] *= -1.0  # the depth grows as the ball comes nearer
@@ -183,7 +183,7 @@ def _at_rest(
     force = np.array([1.0, *(brace.friction * slide)])
     gives = 1.0 / drives.stiffness + 1.0 / drives.position_gain
     yields = float((gives * of_joints[0]) @ (of_joints.T @ force))
-    preload = max(0.0, -float(found.offset[0]) / (1.0 / brace.stiffness + yields)) * force
+    preload = -float(found.offset[0]) / (1.0 / brace.stiffness + yields) * force
     share = np.array([1.0, TANGENTIAL, TANGENTIAL])
     return held + of_joints.T @ preload, PadRow(
         row, brace.stiffness * share, brace.damping * share, brace.friction, preload)

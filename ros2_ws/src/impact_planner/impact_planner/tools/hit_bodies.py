@@ -93,6 +93,10 @@ def bodies(config: RobotConfig, distances: Iterable[float], links: Iterable[str]
     yield Body(f"{config.contact_link}, as configured", config)
     if config.brace is not None:
         for distance in distances:
+            if not math.isfinite(distance):
+                raise InvalidRequest(
+                    "the distance of the elbow is not finite", quantity="distance [m]",
+                    value=distance, limit="a finite number")
             name = f"elbow at {distance:.3f} m"
             try:
                 arm = braced_arm(robot, distance)

@@ -313,3 +313,11 @@ def test_w_is_that_of_an_instant_hit_that_opens_the_door_as_far(robot, stance, n
     opened = peak(door, found.angle_end, found.omega_end).angle
     assert peak(door, 0.0, found.omega).angle == pytest.approx(opened, rel=5e-3)
     assert opened > 1.005 * peak(door, 0.0, found.omega_end).angle
+
+
+@pytest.mark.parametrize("duration", [0.06, 0.08, 0.1])
+def test_the_longest_contact_that_settings_allow_is_simulated_to_its_end(robot, stance, duration):
+    """Elbow and leaf part within the simulated time; the impulse is the whole one."""
+    found = simulation(robot, stance, duration=duration).hit(0.4, SWITCH)
+    assert 0.85 * duration < found.duration < 0.2  # the legs slow down meanwhile
+    assert found.v_rb_post < 0.42 * found.omega_end

@@ -110,3 +110,18 @@ def test_a_robot_without_drives_has_no_loads_of_gears(robot, known):
     assert found.joint_loads == ()
     assert found.pad_force == 0.0
     assert abs(found.brace_impulse) > 0.5
+
+
+@pytest.mark.parametrize("gap", [0.003, 0.05])
+def test_pads_that_the_posture_does_not_press_are_no_brace(robot, known, gap):
+    """With a pad that is farther in, the plan warns and counts on the free arm alone."""
+    brace = robot.config.brace
+    place = np.array(brace.trunk.place) - gap * np.array(brace.normal)
+    far = RobotModel(replace(robot.config, brace=replace(
+        brace, trunk=replace(brace.trunk, place=tuple(place.tolist())))))
+    request = PlanRequest(math.radians(7.5), ending="retreat")
+    found = plan_impact(request, known, far)
+    bare = plan_impact(request, known, RobotModel(replace(robot.config, brace=None)))
+    assert [each for each in found.warnings if "does not press the pads" in each]
+    assert found.v_rb == pytest.approx(bare.v_rb)
+    assert found.pad_force == 0.0

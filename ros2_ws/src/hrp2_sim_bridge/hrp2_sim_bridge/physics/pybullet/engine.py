@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from operator import itemgetter
 from time import perf_counter
@@ -9,8 +10,9 @@ from typing import Any
 
 from door_impact_common.arrays import Array
 
+from hrp2_sim_bridge.errors import DivergedError
 from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
+from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
 from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
 from hrp2_sim_bridge.physics.pybullet.robot_body import FRAME_VALUES, RobotBody
 from hrp2_sim_bridge.physics.scene import Scene
@@ -41,6 +43,12 @@ class PyBulletEngine(Engine):
     frame_values = FRAME_VALUES
 
     def __init__(self) -> None:
+        """Import PyBullet.
+
+        Raises:
+            SimulatorMissingError: It is not installed.
+        """
+        load_pybullet()
         self.client: Any = None
         self.stepping_time = 0.0
 
@@ -59,8 +67,8 @@ class PyBulletEngine(Engine):
         if self.client is None:
             # Nothing of the last run can remain in a new physics server.
             self.client = connect(settings.gui)
-        step = settings.time_step_coarse
-        self.floor = prepare(self.client, step, settings.iterations, settings.friction)
+        self._time, self._step = 0.0, settings.time_step_coarse
+        self.floor = prepare(self.client, self._step, settings.iterations, settings.friction)
         self.robot = RobotBody(
             self.client, scene.robot, scene.posture, rubber=settings.rubber
         )
@@ -73,6 +81,7 @@ class PyBulletEngine(Engine):
 
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
+        self._step = step
         self.client.setTimeStep(step)
 
     def hold(self, joints: Sequence[int]) -> None:
@@ -86,6 +95,7 @@ class PyBulletEngine(Engine):
         begin = perf_counter()
         self.client.stepSimulation()
         self.stepping_time += perf_counter() - begin
+        self._time += self._step
         return self.robot.read_reactions()
 
     def joint_state(self) -> Array:
@@ -93,8 +103,15 @@ class PyBulletEngine(Engine):
         return self.robot.joint_state()
 
     def read_frames(self) -> list[float]:
-        """Return PyBullet's own numbers for the links that matter and the base."""
-        return self.robot.read_frames()
+        """Return PyBullet's own numbers for the links that matter and the base.
+
+        Raises:
+            DivergedError: One of them is not finite.
+        """
+        row = self.robot.read_frames()
+        if not all(map(math.isfinite, row)):
+            raise DivergedError("PyBullet", self._time)
+        return row
 
     def link_states(self, rows: Array) -> BodyState:
         """Return states (T, 4) of left sole, right sole, contact link and IMU."""
