@@ -163,6 +163,10 @@ def _drives(data: dict[str, Any], names: tuple[str, ...]) -> Drives:
             for key in ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")}
     columns = {key: _per_joint(table, names, key) for key, table in rows.items()}
     sizes, decay = data["gear_sizes"], _positive(data, "gear_damping_time")
+    for name, size in zip(names, columns["size"], strict=True):
+        if size not in sizes:
+            raise RobotConfigError(
+                f"size of the gear of {name}", value=float(size), limit=f"one of {sorted(sizes)}")
     gears = {key: np.array([float(sizes[int(size)][key]) for size in columns["size"]])
              for key in ("stiffness", "peak_torque", "ratcheting_torque")}
     drives = Drives(
@@ -173,6 +177,13 @@ def _drives(data: dict[str, Any], names: tuple[str, ...]) -> Drives:
         speed_gain=_frozen(columns["speed_gain"]),
         **{key: _frozen(values) for key, values in gears.items()},
     )
+    weak = np.flatnonzero(gears["ratcheting_torque"] < gears["peak_torque"])
+    if weak.size:
+        at = int(weak[0])
+        raise RobotConfigError(
+            f"ratcheting_torque of the gear of {names[at]}",
+            value=float(gears["ratcheting_torque"][at]),
+            limit=f"at least its peak_torque, {gears['peak_torque'][at]:g}")
     for name, values in asdict(drives).items():
         wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
         if wrong.size:

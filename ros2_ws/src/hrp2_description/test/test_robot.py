@@ -1,5 +1,7 @@
 """Tests of the robot's configuration."""
 
+import copy
+
 import numpy as np
 import pytest
 import yaml
@@ -163,6 +165,21 @@ def test_without_drives_rotors_weigh_nothing_and_encoders_resolve_nothing(tmp_pa
     assert not robot.armature.any()
     with pytest.raises(RobotConfigError, match="drives"):
         robot.joint_resolution
+
+
+@pytest.mark.parametrize(("place", "value", "message"), [
+    (("drives", "RARM", "size"), [25.7, 17, 14, 17, 11, 11, 11], "size of the gear of RARM_JOINT0"),
+    (("drives", "RARM", "size"), [25, 17, 13, 17, 11, 11, 11], "size of the gear of RARM_JOINT2"),
+    (("gear_sizes", 17, "peak_torque"), 500.0, "ratcheting_torque of the gear of RLEG_JOINT0"),
+])
+def test_a_gear_of_no_size_or_whose_teeth_skip_below_its_peak_torque_is_refused(
+        tmp_path, place, value, message):
+    """The error names the joint and the limit."""
+    data = yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))
+    changed = copy.deepcopy(data[place[0]])  # RARM and LARM are one table in the file
+    changed[place[1]][place[2]] = value
+    with pytest.raises(RobotConfigError, match=message):
+        _load_edited(tmp_path, **{place[0]: changed})
 
 
 def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import TrajectoryArrays
 
-from hrp2_sim_bridge.settings import SensorSettings
+from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
 from hrp2_sim_bridge.world import World
 
 _DESCRIPTION = "Repeat a run from its log and report whether both runs are the same."
@@ -49,8 +50,10 @@ def _give(world: World, order: dict[str, Any]) -> None:
         world.follow(TrajectoryArrays(**order["trajectory"]), order["stamp"])
     elif kind == "stop":
         world.stop()
-    else:
+    elif kind == "push":
         world.push_door(order["impulse"], order["duration"])
+    else:
+        raise SettingError("kind of an order in the log", kind, "trajectory, stop or push")
 
 
 def replay_log(log: dict[str, Any]) -> dict[str, Any]:
@@ -63,10 +66,16 @@ def replay_log(log: dict[str, Any]) -> dict[str, Any]:
         Log of the repeated run.
 
     Raises:
-        SettingError: The log has lost orders.
+        SettingError: The log has lost orders, or is of a version with other settings.
         DoorModelError: There is no door of the log's name.
+        ValueError: Settings or orders are no JSON.
     """
     settings = json.loads(str(log["settings"])) | {"gui": False}
+    other = settings.keys() ^ {field.name for field in fields(WorldSettings)}
+    if other:
+        raise SettingError(
+            "settings that only the log or only this version has", ", ".join(sorted(other)),
+            "none")
     settings["sensors"] = SensorSettings(**settings["sensors"])
     place = float(log["door_distance"]), float(log["hinge_x"])
     world = World(load_robot_config(), load_door(str(log["door"])), *place, **settings)
@@ -111,6 +120,9 @@ def main(args: list[str] | None = None) -> int:
         return 1
     except (DoorImpactError, OSError) as error:
         print(f"replay: {path}: {error}", file=sys.stderr)
+        return 1
+    except (ValueError, TypeError) as error:  # no archive, or other contents
+        print(f"replay: {path} is not a log of the simulation: {error}", file=sys.stderr)
         return 1
     seconds = float(log["time"][-1])
     if different:

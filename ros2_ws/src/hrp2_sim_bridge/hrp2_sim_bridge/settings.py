@@ -16,6 +16,7 @@ BRACES = ("contact", "rigid", "none")
 _SCALES = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale")
 SHORTEST_STEP = 1e-5  # shortest physics step [s]
 CONTACT_DURATIONS = (0.002, 0.1)  # shortest and longest contact of robot and leaf [s]
+_LONGEST_LOG = 86_400.0  # longest log, far more than a memory holds [s]
 MOST_ITERATIONS = 10_000  # largest number of the solver's iterations
 _WHOLE_TOLERANCE = 1e-9  # rounding error of a whole number of steps in a millisecond
 
@@ -163,6 +164,8 @@ class WorldSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
+        if self.log_seconds > _LONGEST_LOG:
+            raise SettingError("log_seconds", self.log_seconds, f"at most {_LONGEST_LOG:g} s")
         if not (math.isfinite(self.leaf_friction) and self.leaf_friction >= 0.0):
             raise SettingError("leaf_friction", self.leaf_friction, "0 or more")
         if self.brace not in BRACES:

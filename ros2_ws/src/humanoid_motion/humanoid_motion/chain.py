@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from hrp2_description.errors import RobotConfigError
+
+_UNIT = 1e-6  # largest deviation of a unit vector's length
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,9 @@ class Chain:
 
     Attributes:
         columns: Columns of the chain's joints in the robot's order, from the base outwards, (C,).
+
+    Raises:
+        RobotConfigError: A joint has no axis.
     """
 
     def __init__(self, model: Any, joint_names: Sequence[str], frame: str) -> None:
@@ -91,7 +97,11 @@ class Chain:
 
 def _axis(joint: Any) -> Array:
     """Return the axis of a revolute joint in its own frame, (3,)."""
-    return np.array(joint.createData().S).reshape(6)[3:]
+    axis = np.array(joint.createData().S).reshape(6)[3:]
+    length = float(np.linalg.norm(axis))
+    if not abs(length - 1.0) <= _UNIT:
+        raise RobotConfigError("length of a joint's axis in the URDF", value=length, limit=1)
+    return axis
 
 
 def _times(matrices: Array, constant: Array) -> Array:

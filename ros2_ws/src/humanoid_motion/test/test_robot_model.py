@@ -116,9 +116,10 @@ def test_waist_heights_go_from_a_squat_to_stretched_legs(robot):
         ("LLEG_JOINT4", "origin", {"xyz": "0 0 0.3"}, "LLEG_JOINT4 .*offset.*not upwards"),
         ("LLEG_JOINT0", "origin", {"rpy": "0 0 0.1"}, "LLEG_JOINT0 .*frame.*parallel"),
         ("r_sole_joint", "origin", {"rpy": "0 0 0.1"}, "r_sole is not parallel"),
+        ("RARM_JOINT2", "axis", {"xyz": "0 0 0"}, "axis"),
     ],
 )
-def test_a_leg_of_another_kind_is_refused_by_the_joint_and_what_differs(
+def test_a_leg_of_another_kind_or_a_joint_without_an_axis_is_refused(
     robot, tmp_path, joint, tag, changes, message
 ):
     """The closed form would place the foot wrongly."""

@@ -1,11 +1,14 @@
 import json
+import re
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log.command_log import CommandLog
-from hrp2_sim_bridge.replay import replay
+from hrp2_sim_bridge.replay import main, replay
 from humanoid_motion.driver_interface import TrajectoryArrays
 
 
@@ -77,3 +80,38 @@ def test_replay_wants_a_world_at_its_start(make_world) -> None:
     world.step()
     with pytest.raises(SettingError, match="tick"):
         replay(world, CommandLog().text(), 1)
+
+
+def test_an_order_of_an_unknown_kind_is_refused(make_world) -> None:
+    """It is named; nothing is guessed."""
+    log = json.dumps({"lost": 0, "orders": [{"tick": 0, "kind": "dance"}]})
+    with pytest.raises(SettingError, match="dance"):
+        replay(make_world(), log, 1)
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"settings": json.dumps({"sensors": {}, "glue": 1})}, "engine, .*glue"),
+    ({"settings": "{"}, "not a log"),
+    ({"commands": "no"}, "not a log"),
+    ({"ticks": "many"}, "not a log"),
+])
+def test_logs_of_other_versions_and_broken_ones_are_refused_in_one_line(
+        make_world, tmp_path: Path, capsys: Any, changes: dict[str, str], message: str) -> None:
+    """Exit status 1 and a sentence that names the file."""
+    world = make_world()
+    world.step()
+    path = tmp_path / "log.npz"
+    np.savez(path, **{**world.log(), **changes})
+    assert main([str(path)]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert str(path) in said
+    assert re.search(message, said)
+
+
+def test_a_file_that_is_no_archive_is_refused_in_one_line(tmp_path: Path, capsys: Any) -> None:
+    """Exit status 1 and a sentence."""
+    path = tmp_path / "log.npz"
+    path.write_text("hello", encoding="utf-8")
+    assert main([str(path)]) == 1
+    assert capsys.readouterr().err.startswith(f"replay: {path}")

@@ -19,7 +19,7 @@ from impact_planner.execution.types import ExecutionSettings
 _BEFORE = 8  # number of readings whose median is expected of the next ones
 _IN_CONTACT = 2  # number of the newest readings, which may be in the contact
 _RISE = 0.2  # share of the threshold that the first reading in the contact must reach
-_TOGETHER = 0.02  # longest time between two readings of which none or few were lost [s]
+_TOGETHER = 0.022  # longest time between two readings: three of 200 Hz may be lost between them [s]
 
 
 class Sensor(enum.Enum):

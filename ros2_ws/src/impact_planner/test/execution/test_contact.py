@@ -103,6 +103,18 @@ def test_a_reading_that_is_lost_in_the_hit_only_delays_the_decision() -> None:
     assert found.begin == pytest.approx(now, abs=TICK)
 
 
+def test_three_readings_that_are_lost_before_the_hit_do_not_hide_it() -> None:
+    """Whatever the clock's rounding: 20 ms may pass between two readings."""
+    for start in (0.0, 0.1, 17.3, 1e4 / 3.0):
+        made = ContactDetector(ExecutionSettings(), AWAY)
+        for number in range(20):
+            assert made.on_imu(start + number * TICK, QUIET) is None
+        now = start + 19 * TICK
+        assert made.on_imu(now + 4 * TICK, QUIET) is None
+        assert made.on_imu(now + 5 * TICK, QUIET + 20.0 * AWAY) is None
+        assert made.on_imu(now + 6 * TICK, QUIET + 20.0 * AWAY) is not None
+
+
 def test_the_feet_and_the_door_show_a_contact_alone() -> None:
     made = ContactDetector(ExecutionSettings(), AWAY)
     assert made.on_feet(1.0, 0.99 * ExecutionSettings().felt_force) is None
