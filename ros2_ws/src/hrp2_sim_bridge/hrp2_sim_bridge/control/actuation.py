@@ -100,6 +100,8 @@ class Actuation:
             self._apart -= 1
             return
         self.pads.linearize(self._state[0])
+        if self.pads.clearance == 0.0:
+            self.pads.soften(self._step, self.drives.link_inertia)
         # Positions that are not finite end the tick with an error of the engine.
         if math.isfinite(self.pads.clearance):
             self._apart = int(self.pads.clearance / (_FASTEST_PAD * SAMPLE))

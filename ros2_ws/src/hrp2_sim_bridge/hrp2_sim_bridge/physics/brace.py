@@ -19,6 +19,9 @@ from humanoid_motion.pads import TANGENTIAL, normal_and_tangents
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 _NEAR = 0.01  # distance of the pads' surfaces below which their contact is computed [m]
+# Spring k and damper c at a mass m are stable over steps h up to k h^2 + 2 c h = 4 m.
+_STABLE = 2.0
+_IMMOBILE = 1e-9  # smallest inverse mass of the pads [1/kg]
 
 
 class BracePads:
@@ -55,8 +58,9 @@ class BracePads:
         self._places = [np.array(pad.place) for pad in (brace.arm, brace.trunk)]
         self._ball, self._disc = brace.arm.size, brace.trunk.size
         self._axes = normal_and_tangents(np.array(brace.normal))
-        self._stiffness = scale * brace.stiffness * np.array([1.0, TANGENTIAL, TANGENTIAL])
-        self._damping = scale * brace.damping * np.array([1.0, TANGENTIAL, TANGENTIAL])
+        share = np.array([1.0, TANGENTIAL, TANGENTIAL])
+        self._wanted = scale * brace.stiffness * share, scale * brace.damping * share
+        self._stiffness, self._damping = self._wanted
         self._friction = brace.friction
         self._q = pin.neutral(self._model)
         self.force = np.zeros(3)
@@ -101,6 +105,19 @@ class BracePads:
         jacobian = axes.dot(jacobians[0] - jacobians[1])
         self.jacobian = np.ascontiguousarray(jacobian[:, self._v_index])
         self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian.dot(position)
+
+    def soften(self, step: float, inertia: Array) -> None:
+        """Make the pads as stiff as wanted, or as physics steps can follow.
+
+        Args:
+            step: Length of the steps [s].
+            inertia: Least inertia that each joint can show, (30,) [kg m^2].
+        """
+        stiffness, damping = self._wanted
+        mass = 1.0 / max(float((self.jacobian[0] ** 2).dot(1.0 / inertia)), _IMMOBILE)
+        heaviest = step * (step * stiffness[0] + 2.0 * damping[0])
+        share = min(1.0, _STABLE * mass / heaviest)
+        self._stiffness, self._damping = share * stiffness, share * damping
 
     def torque(self, position: Array, speed: Array, step: float) -> Array | float:
         """Return the torques on the joints, (30,) [N m]; 0 without contact.

@@ -3,8 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 from hrp2_sim_bridge.control.actuation import Actuation
+from hrp2_sim_bridge.control.drives import JointDrives
 from hrp2_sim_bridge.physics.brace import BracePads
-from hrp2_sim_bridge.settings import SAMPLE, WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, SAMPLE, WorldSettings
+from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from hypothesis import given
 from hypothesis import strategies as st
@@ -144,3 +146,31 @@ def test_pads_that_are_apart_are_looked_at_before_they_can_meet(robot, braced) -
             assert actuation.pads.clearance == 0.0
     assert met > 2
     assert len(looks) < 0.7 * len(shares)
+
+
+@pytest.mark.parametrize("settings", [
+    {"pad_scale": 5.0}, {"pad_scale": 1e4}, {"time_step_coarse": 1e-3}], ids=str)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_pads_that_are_too_stiff_for_a_step_press_quietly(
+        robot, braced, paper_door, engine, settings) -> None:
+    """Standing in the braced posture, the force stays within 5 N and the joints stand still."""
+    world = World(robot, paper_door, 0.9, -0.42, engine=engine, posture=braced, **settings)
+    forces = []
+    for _ in range(40):
+        world.step()
+        forces.append(world.joints.pads.force[0])
+    assert 40.0 < min(forces) < max(forces) < 62.0
+    assert max(forces) - min(forces) < 5.0
+    assert np.abs(world.joints.joints[1]).max() < 0.02
+    world.close()
+
+
+def test_default_pads_are_not_softened_in_the_default_steps(robot, braced) -> None:
+    """They have the stiffness of the robot's configuration, far from the leaf and near it."""
+    pads = pads_of(robot)
+    pads.linearize(braced)
+    drives = JointDrives(robot, robot.drives, braced)
+    for step in (WorldSettings.time_step_coarse, WorldSettings.time_step_fine):
+        drives.set_step(step, braced)
+        pads.soften(step, drives.link_inertia)
+        assert pads._stiffness[0] == robot.brace.stiffness
