@@ -15,6 +15,7 @@ from door_model.door.closer import LIMIT_MARGIN, FourBarCloser
 from door_model.door.door import Door
 from door_model.errors import DoorModelError, LinkageError
 
+_INSTANT = 1e-9  # shortest time for which friction frees the door [s]
 _RTOL = 1e-10  # relative tolerance of the solver
 _ATOL = 1e-12  # absolute tolerance of the solver [rad], [rad/s]
 
@@ -112,7 +113,13 @@ class DrivenIntegrator:
                 theta[held], omega[held] = state[0], 0.0
                 now = end
                 continue
-            now, state, shut = self._piece(now, duration, state, direction, theta, omega)
+            begin = now
+            now, state, shut = self._piece(begin, duration, state, direction, theta, omega)
+            if now - begin < _INSTANT and not state[1] and not shut:
+                # The torque exceeds the friction by its rounding alone, and falls below it again.
+                held = self.times >= now
+                theta[held], omega[held] = state[0], 0.0
+                now = min(duration, *self.times[self.times > now + _INSTANT][:1].tolist())
         if not shut:
             return SampledMotion(self.times, theta, omega)
         before = self.times < now

@@ -86,3 +86,15 @@ def test_what_the_frame_takes_shows_in_the_residual() -> None:
     stopped = replace(swing, omega=np.append(swing.omega[:-1], 0.0))
     balance = energy_balance(PAPER, stopped)
     assert balance.residual[-1] == pytest.approx(-balance.kinetic[-2], rel=0.05)
+
+
+def test_a_door_that_friction_holds_as_soon_as_it_turns_round_is_held() -> None:
+    """The pull exceeds the friction by rounding alone where the door turns; the motion goes on."""
+    door = replace(PAPER, c_c=0.0, k_c=1.0, tau_c0_prime=8.0, friction=2.75)
+
+    def torque(t: float) -> float:
+        return 1.5 * door.i_a * math.sin(2.375 * t)
+
+    swing = simulate(door, 0.75, 0.1, 1.0, torque=torque, stop=True)
+    assert swing.t[-1] == pytest.approx(1.0)
+    assert missed(energy_balance(door, swing, torque)) < 1e-5
