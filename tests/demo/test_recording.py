@@ -222,7 +222,7 @@ def test_foxgloves_layout_places_every_panel(recording: Recording) -> None:
 
 
 def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_path: Path) -> None:
-    """From topics alone: contact and peak are the simulation's, by 20 and 60 ms."""
+    """The report of the topics has the simulation's contact to 20 ms, and its peak to 60 ms."""
     out = tmp_path / "run.html"
     done = called("door_impact_evaluation", "report", str(demo.out / "run.mcap"), "--out", str(out))
     assert done.status == 0, done.err

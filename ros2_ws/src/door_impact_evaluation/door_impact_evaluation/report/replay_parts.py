@@ -20,6 +20,7 @@ from door_impact_view.scene.urdf import SLIDING, TURNING
 
 PEAK = "peak"
 """Name of the moment of the door's largest angle after a hit."""
+_ABOVE_FLOOR = 0.003  # height of marks above the floor [m]
 FORCE_COLORS = (colors.COM, colors.FORCE, colors.CAPTURE_POINT, colors.DOOR)
 
 
@@ -67,9 +68,6 @@ def margin_plot(t: Array, margin: Array, planned: Mapping[str, float],
 def on_floor(places: Array) -> Array:
     """Returns places (N, 2) as places on the floor (N, 3) [m], a little above it to be seen."""
     return np.column_stack([places, np.full(len(places), _ABOVE_FLOOR)])
-
-
-_ABOVE_FLOOR = 0.003  # height of marks above the floor [m]
 
 
 def padded(polygons: Sequence[Array]) -> Array:
@@ -129,7 +127,7 @@ def _leaf_middle(door: Tree) -> Array | None:
 
 
 def _level(direction: Array) -> Array:
-    """Returns the unit vector of a direction's horizontal part; x where it has none."""
+    """Returns a direction (3,) made horizontal and of length 1; x if the direction is vertical."""
     level = np.array([direction[0], direction[1], 0.0])
     length = float(np.linalg.norm(level))
     return level / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""What the buttons of the page ask for, and the answers."""
+"""The orders that the page's buttons give to the nodes, and the nodes' answers."""
 
 from __future__ import annotations
 

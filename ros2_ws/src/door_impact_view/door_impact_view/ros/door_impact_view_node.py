@@ -111,7 +111,7 @@ class DoorImpactView(GuardedNode):
 
 
 def run(node: DoorImpactView) -> None:
-    """Let a node tick until the context is shut down; a tick that would be late is left out.
+    """Call a node's `tick` at its period until the context is shut down; skip calls that are late.
 
     Raises:
         ExternalShutdownException: The context was shut down.

@@ -62,7 +62,7 @@ def test_every_millisecond_of_a_contact_is_kept_and_few_samples_elsewhere(contac
 
 
 def test_a_recording_of_an_hour_stays_small():
-    """The number of samples is bounded, however long it lasts."""
+    """A replay keeps a bounded number of samples of a recording of any length."""
     assert len(choose_stamps(np.arange(0.0, 3600.0, 5e-3), [])) <= resampling.MOST + 2
 
 

@@ -107,19 +107,18 @@ class DrivenIntegrator:
         now, state, shut = 0.0, (theta0, omega0), False
         while now < duration and not shut:
             direction, wait = self._direction(now, state)
-            if not direction:
-                end = min(duration, now + wait)
-                held = self.times >= now
-                theta[held], omega[held] = state[0], 0.0
-                now = end
-                continue
-            begin = now
-            now, state, shut = self._piece(begin, duration, state, direction, theta, omega)
-            if now - begin < _INSTANT and not state[1] and not shut:
-                # The torque exceeds the friction by its rounding alone, and falls below it again.
-                held = self.times >= now
-                theta[held], omega[held] = state[0], 0.0
-                now = min(duration, *self.times[self.times > now + _INSTANT][:1].tolist())
+            if direction:
+                begin = now
+                now, state, shut = self._piece(begin, duration, state, direction, theta, omega)
+                if now - begin >= _INSTANT or state[1] or shut:
+                    continue
+                # The torque exceeds the friction by its rounding alone, and falls below it again:
+                # friction holds the door, at least to the next sample.
+                later = self.times[self.times > now + _INSTANT]
+                wait = later[0] - now if later.size else math.inf
+            held = self.times >= now
+            theta[held], omega[held] = state[0], 0.0
+            now = min(duration, now + wait)
         if not shut:
             return SampledMotion(self.times, theta, omega)
         before = self.times < now

@@ -141,7 +141,7 @@ def test_steps_are_fine_in_just_those_ticks_in_which_the_leaf_is_near(robot, pap
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_simulation_that_diverges_says_so_in_any_engine(robot, paper_door, engine) -> None:
-    """Joints at positions that are no numbers end in DivergedError, with pads or without."""
+    """A step with a motor at an angle of NaN raises DivergedError, with pads and without."""
     for brace in ("contact", "none"):
         world = World(robot, paper_door, 2.0, -0.42, engine=engine, sole="rigid", brace=brace)
         world.joints.drives.position[:] = np.nan
