@@ -12,10 +12,12 @@ from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.zmp import edge_margin
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit.leaf import LeafFrame
-from impact_planner.hit.stance import initial_feet
+from impact_planner.hit.stance import initial_feet, sole_edges
+from impact_planner.motion.cam_curve import CamRunUp
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
@@ -74,6 +76,20 @@ def test_its_legs_have_the_closed_form(talos, side, angles):
     again, turned = pose(leg_ik(talos.legs[side], ankle, rotation)[0])
     np.testing.assert_allclose(again, ankle, atol=1e-9)
     np.testing.assert_allclose(turned, rotation, atol=1e-9)
+
+
+def test_no_nearer_start_of_the_run_up_has_the_same_margin(talos, talos_plan):
+    """Many starts have the largest margin, since the end of the run-up decides it."""
+    chosen, edges = talos_plan.hit.run_up, sole_edges(talos, talos_plan.hit.stance.feet)
+
+    def margin(y_start):
+        law = CamRunUp(speed=chosen.law.speed, distance=y_start - chosen.y_hit)
+        course = law.at(np.linspace(0.0, law.duration, 200))
+        return edge_margin(chosen.table.zmp(y_start - course.s, -course.v, -course.a), edges)
+
+    largest = margin(chosen.y_start)
+    assert margin(chosen.y_start - 0.03) == pytest.approx(largest, abs=1e-7)
+    assert margin(chosen.y_start + 0.002) < largest - 1e-4
 
 
 def test_the_papers_door_is_planned_for(talos, talos_plan):

@@ -38,6 +38,7 @@ _STOP = 0.3  # longest stop after a missed contact [s]
 # Distance that the overrun leaves for this stop, unless `RunUpWish.steady` needs it [m].
 _STOP_DISTANCE = 0.02
 _OVERRUN_SAMPLES = 33  # number of places at which the overrun's joint speeds are checked
+_NEARER = 1e-6  # margin that a start may cost for being nearer to the left foot [m/m]
 
 
 @dataclass(frozen=True)
@@ -247,8 +248,10 @@ def _mcv50(
 
     if wish.y_start is not None:
         return candidate(_highest(table, wish))
+    # Where the end of the run-up decides the margin, many starts have the same margin but for
+    # rounding. The slight slope prefers the start that is nearest to the left foot.
     result = minimize_scalar(
-        lambda y0: -candidate(y0).margin,
+        lambda y0: -candidate(y0).margin - _NEARER * y0,
         bounds=(table.y_hit + _SHORTEST, table.high),
         method="bounded",
         options={"xatol": 5e-4},
