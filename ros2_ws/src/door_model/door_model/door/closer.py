@@ -31,7 +31,10 @@ def four_bar(
 
     Args:
         theta: Opening angles [rad].
-        l, l1, l2, l3: Lengths of the links, as in `FourBarCloser` [m].
+        l: Distance between the fixed pivots, as in `FourBarCloser` [m].
+        l1: Length of link 1, on the leaf [m].
+        l2: Length of link 2 [m].
+        l3: Length of link 3 [m].
         theta_i0: Angle at the closed door, as in `FourBarCloser` [rad].
         assembly: Assembly mode, as in `FourBarCloser`.
             All arguments are numbers, or arrays that broadcast.
