@@ -15,7 +15,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 sys.path.insert(0, str(Path(__file__).parent))  # MkDocs loads a hook without its folder
-import api  # noqa: E402
+import api
 
 ROOT = Path(__file__).resolve().parents[2]
 # Pages outside docs/, by their path in the repository, and their places in the site.
