@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from door_impact_common.palette import BLUE, LINES, VERMILION
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from door_model.door.config import load_door
 from door_model.motion.dynamics import follow_free, initial_velocity
@@ -17,8 +18,7 @@ from matplotlib.figure import Figure
 ANGLE = 25.0  # desired opening angle [deg]
 SHOWN = (-10.0, 60.0)  # time around the first contact that is drawn [ms]
 ANGLES = (10.0, 20.0, 25.0, 30.0)  # peaks of the free swings that are drawn [deg]
-BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"  # Okabe and Ito
-STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
+STYLES = tuple(zip(LINES, ("-", "--", "-.", ":"), strict=False))
 
 
 def main(args: list[str] | None = None) -> None:
@@ -47,11 +47,11 @@ def draw_hit(run: Rehearsal, path: Path) -> None:
     force.plot(time, motion.contact_force[rows], color=BLUE)
     force.set_ylabel("force on the leaf [N]")
     speed.plot(time, motion.point_b_velocity[rows], color=BLUE, label="elbow, B")
-    speed.plot(time, motion.door_velocity[rows] * l_b, color=ORANGE, linestyle="--",
+    speed.plot(time, motion.door_velocity[rows] * l_b, color=VERMILION, linestyle="--",
                label="leaf at B")
     speed.set_ylabel("speed [m/s]")
     speed.legend(loc="upper right")
-    angle.plot(time, np.degrees(motion.door_angle[rows]), color=ORANGE, linestyle="--")
+    angle.plot(time, np.degrees(motion.door_angle[rows]), color=VERMILION, linestyle="--")
     angle.set(ylabel="opening angle [deg]", xlabel="time after the first contact [ms]")
     for axes in (force, speed, angle):
         axes.axvspan(0.0, 1e3 * run.impact.duration, color="0.9")
