@@ -39,4 +39,4 @@ def label_spans(axes: Any, spans: Sequence[tuple[str, float, float]], size: floa
         row = free[0] if free else len(rows)
         rows[row:row + 1] = [float(box.x1)]
         label.xyann = (0.0, 3.0 + row * _LINE * size)
-    return 3.0 + len(rows) * _LINE * size
+    return 6.0 + len(rows) * _LINE * size

@@ -29,7 +29,7 @@ def lab(color: str, seen: list[list[float]]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seen", SEEN)
-@pytest.mark.parametrize(("one", "other"), combinations(palette.LINES, 2))
+@pytest.mark.parametrize(("one", "other"), [*combinations(palette.LINES, 2)])
 def test_two_colours_of_lines_differ(one: str, other: str, seen: str) -> None:
     matrix = np.array(SEEN[seen])
     assert np.linalg.norm(lab(one, matrix) - lab(other, matrix)) > APART
