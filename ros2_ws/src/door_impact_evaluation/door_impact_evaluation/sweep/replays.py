@@ -133,8 +133,15 @@ def make(order: Order) -> None:
         raise found
     replay = replay_of_rehearsal(found, order.case.config())
     title = f"{order.run.name}, hit {order.run.hit + 1}: {order.run.why}"
-    settings = ", ".join(f"{name} {value}" for name, value in order.case.as_json().items())
+    settings = "; ".join(f"{name} {_short(value)}" for name, value in order.case.as_json().items())
     write_whole(order.path, page(
         title, replay, begin=replay.events[0].time if replay.events else None,
-        before=f"<h1>{html.escape(title)}</h1><p>{order.engine}; {html.escape(settings)}</p>"
-               f"<!-- {order.key} -->"))
+        before=f"<h1>{html.escape(title)}</h1><!-- {order.key} -->",
+        after=f"<p>The case, in {order.engine}: {html.escape(settings)}.</p>"))
+
+
+def _short(value: Any) -> str:
+    """Formats a setting of a case for people."""
+    if isinstance(value, list):
+        return ", ".join(map(_short, value)) or "none"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
