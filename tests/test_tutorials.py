@@ -1,4 +1,4 @@
-"""The tutorials do what they say: their commands run, and print the lines that are shown."""
+"""Pages do what they say: their commands run, and print the lines that are shown."""
 
 import os
 import sys
@@ -7,19 +7,20 @@ from pathlib import Path
 import pytest
 import tutorial
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs" / "tutorials"
-PAGES = sorted(FOLDER.glob("*.md"))
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGES = [page for page in sorted(DOCS.rglob("*.md"))
+         if any(block.runs for block in tutorial.blocks(page.read_text(encoding="utf-8")))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_the_code_of_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
+def test_the_code_of_a_page_runs(page: Path, tmp_path: Path) -> None:
     programs = Path(sys.executable).parent  # where `ros2` is, without a sourced ROS 2
     environment = os.environ | {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     tutorial.run(page.read_text(encoding="utf-8"), tmp_path, environment)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_block_of_a_tutorial_is_run_or_says_why_not(page: Path) -> None:
+@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.stem)
+def test_every_block_of_a_page_is_run_or_says_why_not(page: Path) -> None:
     unknown = [block.note for block in tutorial.blocks(page.read_text(encoding="utf-8"))
                if block.note not in ("", tutorial.FAILS, tutorial.IN_PROJECT)
                and not block.note.startswith(tutorial.NOT_RUN)]
