@@ -1,0 +1,161 @@
+"""From footsteps to a walk: schedule, preview control, whole body, correction, checks, knots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import Dynamics, inverse_dynamics
+from humanoid_motion.knots import Knots
+from humanoid_motion.motion import Motion, min_jerk_course
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.whole_body import solve
+
+from walking.footsteps.footstep import Footstep, Stance, stances
+from walking.pattern.checks import check_walk
+from walking.pattern.course import Course
+from walking.pattern.preview import CartCourse, PreviewControl, preview_control
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState, rest_height
+from walking.pattern.swing import feet_courses
+from walking.pattern.timing import Schedule, schedule
+from walking.pattern.walk_plan import WalkPlan
+from walking.pattern.whole_body import BodyCourses, whole_body
+from walking.pattern.zmp_reference import rest_point, zmp_reference
+
+
+def plan_walk(
+    robot: RobotModel,
+    state: WalkState,
+    footsteps: Sequence[Footstep],
+    settings: WalkSettings | None = None,
+    *,
+    upper: Knots | None = None,
+    clearance: bool = True,
+) -> WalkPlan:
+    """Plan a walk over footsteps that ends at rest.
+
+    Args:
+        robot: The robot.
+        state: State in which the walk begins: `standing`, or a state of an earlier plan.
+        footsteps: The footsteps; without any, the robot comes to rest on its present stance.
+        settings: Settings; None means the defaults.
+        upper: Course of the upper body, with times from the beginning of the walk; the legs'
+            columns are ignored. None keeps the upper body as it is in `state`.
+        clearance: Whether the distances between the robot's bodies are checked.
+
+    Raises:
+        InvalidFootsteps: The footsteps are bad.
+        WalkInfeasible: The ZMP or friction would not be as required.
+        HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
+            to each other.
+    """
+    settings = settings or WalkSettings()
+    plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
+    body = _body_courses(robot, state, footsteps, plan, settings, upper)
+    reference = zmp_reference(robot, plan, state.zmp)
+    control = preview_control(
+        settings.period, _com_height(robot, settings.waist_height), settings.horizon,
+        settings.jerk_weight)
+    cart = control.follow(state.cart, reference)
+    correction = _correction(robot, state, plan, body, control, cart, reference)
+    last = stances(state.stance, footsteps)[-1]
+    com = _ending_at_rest(
+        cart.com + correction.com, rest_point(robot, last), plan, settings.period)
+    motion = whole_body(robot, plan.time, com, body)
+    dynamics = inverse_dynamics(robot, motion)
+    checks = check_walk(robot, motion, dynamics, plan, settings, clearance=clearance)
+    knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
+    first = WalkState(
+        last, cart.state(-1), correction.state(-1), reference[-1], float(body.waist.value[-1]),
+        body.upper.value[-1], motion.joints[-1], at_rest=True)
+    return WalkPlan(
+        knots=knots, motion=motion, com=dynamics.com, zmp=dynamics.zmp, zmp_reference=reference,
+        schedule=plan, footsteps=tuple(footsteps),
+        boundaries=tuple(
+            replace(
+                first, stance=phase.stance, cart=cart.state(phase.first),
+                correction=correction.state(phase.first), zmp=reference[phase.first],
+                waist_height=float(body.waist.value[phase.first]),
+                upper=body.upper.value[phase.first], joints=motion.joints[phase.first],
+                at_rest=False)
+            for phase in plan.phases if phase.kind in ("double", "end")),
+        final=first, checks=checks)
+
+
+def _correction(
+    robot: RobotModel, state: WalkState, plan: Schedule, body: BodyCourses,
+    control: PreviewControl, cart: CartCourse, reference: Array,
+) -> CartCourse:
+    """Preview control on what the whole body's ZMP lacks when the CoM moves like the cart."""
+    com = Course(*np.moveaxis(cart.com, 1, 0))
+    found = inverse_dynamics(robot, whole_body(robot, plan.time, com, body))
+    return control.follow(state.correction, reference - found.zmp)
+
+
+def _ending_at_rest(com: Array, rest: Array, plan: Schedule, period: float) -> Course:
+    """Let the course of the CoM (N, 3, 2) end exactly at rest; what is left to correct is small."""
+    end = plan.phases[-1]
+    first, last = (end.first + end.last) // 2, end.last
+    time = period * np.arange(last - first + 1)
+    rise, speed, acceleration = min_jerk_course(time, time[-1])
+    # What a constant speed and acceleration would still change fades out with the position.
+    left = com[last].copy()
+    left[0] -= rest
+    off = Course(*(np.stack(rows) for rows in (
+        left[0] + (time - time[-1])[:, None] * left[1]
+        + 0.5 * (time - time[-1])[:, None] ** 2 * left[2],
+        left[1] + (time - time[-1])[:, None] * left[2],
+        np.tile(left[2], (len(time), 1)))))
+    fade = Course(*(np.repeat(rows[:, None], 2, axis=1) for rows in (rise, speed, acceleration)))
+    out = com.copy()
+    out[first:] -= np.stack(off.times(fade), axis=1)
+    return Course(*np.moveaxis(out, 1, 0))
+
+
+def _body_courses(
+    robot: RobotModel, state: WalkState, footsteps: Sequence[Footstep], plan: Schedule,
+    settings: WalkSettings, upper: Knots | None,
+) -> BodyCourses:
+    return BodyCourses(
+        feet=feet_courses(plan, footsteps, state.stance, settings),
+        waist=_waist_course(robot, state, plan, settings),
+        upper=Course.constant(state.upper, len(plan.time)) if upper is None
+        else Course(*upper.at(plan.time)),
+        chest_swing=settings.chest_swing)
+
+
+def _waist_course(
+    robot: RobotModel, state: WalkState, plan: Schedule, settings: WalkSettings
+) -> Course:
+    """The waist sinks before the first step and rises in the end."""
+    time = plan.time
+    found = Course.constant(np.float64(state.waist_height), len(time))
+    start, end = plan.phases[0], plan.phases[-1]
+    moves = [(end, rest_height(robot))]
+    if start.kind == "start":
+        moves.insert(0, (start, settings.waist_height))
+    now = state.waist_height
+    for phase, target in moves:
+        begin, last = time[phase.first], time[phase.last]
+        course = Course(*min_jerk_course(time - begin, last - begin))
+        found = found.plus(Course(*((target - now) * rows for rows in course)))
+        now = target
+    return found
+
+
+def _com_height(robot: RobotModel, waist_height: float) -> float:
+    """Height of the CoM above the floor with the feet beside each other [m]."""
+    half = robot.config.half_sitting
+    q = robot.configuration(np.zeros(3), half)
+    feet = {side: robot.frame_position(q, robot.feet[side].frame) * [1.0, 1.0, 0.0]
+            for side in SIDES}
+    com = robot.com(q)
+    joints, base = solve(robot, upper=half, com_xy=com[:2], waist_z=waist_height, feet=feet)
+    return float(robot.com(robot.configuration(base[0], joints[0]))[2])
+
+
+__all__ = ["Dynamics", "Motion", "Stance", "plan_walk"]
