@@ -37,6 +37,8 @@ def solve(
     feet: dict[str, Array],
     strict: bool = True,
     near: Array | None = None,
+    tolerance: float = _TOLERANCE,
+    waist_per_com: float | None = None,
     base_yaw: ArrayLike | None = None,
     feet_yaw: Mapping[str, ArrayLike] | None = None,
 ) -> tuple[Array, Array]:
@@ -52,6 +54,9 @@ def solve(
         strict: Whether to raise an error if a leg does not reach; otherwise that sample is NaN.
         near: Positions of base_link in odom where the search begins, (N, 3) [m]; None begins
             above the CoM.
+        tolerance: Largest error of the CoM [m].
+        waist_per_com: Displacement of the waist per displacement of the CoM, where it is known to a
+            few percent; None means that the search finds it.
         base_yaw: Headings of the upright base_link, (N,) or a number [rad]; with `feet_yaw`.
         feet_yaw: Headings of the soles by side, (N,) or numbers [rad]; None means that soles and
             base_link stay parallel to odom.
@@ -74,16 +79,17 @@ def solve(
         heading = np.array(np.broadcast_to(np.asarray(base_yaw, dtype=float), n))
         q[:, 5], q[:, 6] = np.sin(0.5 * heading), np.cos(0.5 * heading)
         turns = _LegTurns(robot, heading, feet_yaw)
-    slope = np.full((n, 2), _WAIST_PER_COM)
+    slope = np.full((n, 2), waist_per_com or _WAIST_PER_COM)
     before, step = None, np.zeros((n, 2))
     for _ in range(_MAX_ITERATIONS):
         _place_legs(robot, joints, base, feet, strict, turns)
         q[:, :3] = base
         q[:, robot.q_index] = joints
         error = target - _com_xy(robot, q)
-        if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
+        if np.nanmax(np.abs(error), initial=0.0) < tolerance:
             return joints, base
-        if before is not None:  # secant, where the step was long enough for a reliable slope
+        if before is not None and waist_per_com is None:
+            # Secant, where the step was long enough for a reliable slope.
             gained = before - error
             clear = np.abs(gained) > 1e-7
             slope[clear] = (step[clear] / gained[clear]).clip(*_SLOPES)
@@ -92,10 +98,10 @@ def solve(
     worst = float(np.nanmax(np.abs(error)))
     raise PostureUnreachable(
         f"no position of the waist puts the CoM where it should be: an error of {worst:.2e} m "
-        f"remains, {_TOLERANCE:.0e} m are allowed",
+        f"remains, {tolerance:.0e} m are allowed",
         quantity="CoM error [m]",
         value=worst,
-        limit=_TOLERANCE,
+        limit=tolerance,
     )
 
 

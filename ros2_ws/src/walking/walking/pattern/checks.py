@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -19,6 +20,7 @@ from walking.pattern.timing import Phase, Schedule
 from walking.pattern.walk_plan import WalkChecks
 
 _NAME = "walk"
+_STILL = 1e-3  # speed below which a joint counts as at rest [rad/s]
 
 
 def check_walk(
@@ -58,7 +60,8 @@ def check_walk(
             robot, _part(motion, rows), _part_dynamics(dynamics, rows), feet, phase.sides, yaw)
         torque[rows] = np.where(np.abs(found) > np.abs(torque[rows]), found, torque[rows])
     _require_margin(margin, motion.time, settings.required_margin)
-    friction = float(np.max(dynamics.friction))
+    _require_rest(robot, motion)
+    friction = float(np.max(needed_friction(robot, dynamics)))
     if not friction <= settings.friction:
         raise WalkInfeasible(
             f"the soles would need a coefficient of friction of {friction:.2f}, "
@@ -76,6 +79,36 @@ def check_walk(
         friction=friction,
         clearance=nearest,
     )
+
+
+def needed_friction(robot: RobotModel, dynamics: Dynamics) -> Array:
+    """Compute the coefficient of friction that one sole would need for force and yaw moment, (N,).
+
+    A sole under even pressure bears the yaw moment mu F_z r, with the mean distance r of its points
+    from its middle. Force and moment share the friction like the semi-axes of an ellipse.
+    """
+    x_min, x_max, y_min, y_max = robot.feet["left"].rectangle
+    lever = _mean_distance(x_max - x_min, y_max - y_min)
+    return np.asarray(
+        np.hypot(dynamics.friction, dynamics.moment_z / (lever * dynamics.force[:, 2])))
+
+
+@lru_cache
+def _mean_distance(length: float, width: float) -> float:
+    """Mean distance of a rectangle's points from its middle [m], on a fine grid."""
+    share = (np.arange(200) + 0.5) / 200 - 0.5
+    return float(np.hypot(length * share[:, None], width * share).mean())
+
+
+def _require_rest(robot: RobotModel, motion: Motion) -> None:
+    speed = np.abs(motion.joint_speed[-1])
+    fastest = int(np.argmax(speed))
+    if not speed[fastest] <= _STILL:
+        raise WalkInfeasible(
+            f"{robot.joint_names[fastest]} would still turn at {speed[fastest]:.3g} rad/s at the "
+            f"end of the walk, {_STILL:g} rad/s are allowed",
+            quantity="speed at the end [rad/s]", value=float(speed[fastest]), limit=_STILL,
+            phase=_NAME)
 
 
 def _require_margin(margin: Array, time: Array, limit: float) -> None:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from door_impact_common.arrays import Array
+from numpy.typing import ArrayLike
 
 
 class Course(NamedTuple):
@@ -22,9 +23,9 @@ class Course(NamedTuple):
     acceleration: Array
 
     @classmethod
-    def constant(cls, value: Array, count: int) -> Course:
-        """Return values (M,) that stay the same at all samples."""
-        rows = np.tile(value, (count, *[1] * np.ndim(value)))
+    def constant(cls, value: ArrayLike, count: int) -> Course:
+        """Return values (M,) or a number that stay the same at all samples."""
+        rows = np.tile(np.asarray(value, dtype=float), (count, *[1] * np.ndim(value)))
         return cls(rows, np.zeros_like(rows), np.zeros_like(rows))
 
     def around(self, step: float) -> Array:

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
-from humanoid_motion.dynamics import Dynamics, inverse_dynamics
+from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.knots import Knots
-from humanoid_motion.motion import Motion, min_jerk_course
+from humanoid_motion.motion import min_jerk_course
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import solve
 
-from walking.footsteps.footstep import Footstep, Stance, stances
+from walking.footsteps.checks import check_footsteps
+from walking.footsteps.footstep import Footstep, stances
 from walking.pattern.checks import check_walk
 from walking.pattern.course import Course
-from walking.pattern.preview import CartCourse, PreviewControl, preview_control
+from walking.pattern.preview import preview_control
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, rest_height
+from walking.pattern.state import WalkState, rest_height, standing
 from walking.pattern.swing import feet_courses
 from walking.pattern.timing import Schedule, schedule
 from walking.pattern.walk_plan import WalkPlan
-from walking.pattern.whole_body import BodyCourses, whole_body
+from walking.pattern.whole_body import WAIST_PER_COM, BodyCourses, whole_body
 from walking.pattern.zmp_reference import rest_point, zmp_reference
 
 
@@ -54,6 +55,7 @@ def plan_walk(
             to each other.
     """
     settings = settings or WalkSettings()
+    check_footsteps(robot.config, state.stance, footsteps)
     plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
     body = _body_courses(robot, state, footsteps, plan, settings, upper)
     reference = zmp_reference(robot, plan, state.zmp)
@@ -61,58 +63,49 @@ def plan_walk(
         settings.period, _com_height(robot, settings.waist_height), settings.horizon,
         settings.jerk_weight)
     cart = control.follow(state.cart, reference)
-    correction = _correction(robot, state, plan, body, control, cart, reference)
+    # A whole body that moves with the cart, and preview control on what its ZMP lacks.
+    rolling = Course(*np.moveaxis(cart.com, 1, 0))
+    rough = whole_body(robot, plan.time, rolling, body)
+    lack = reference - inverse_dynamics(robot, rough).zmp
+    correction = control.follow(state.correction, lack)
     last = stances(state.stance, footsteps)[-1]
-    com = _ending_at_rest(
-        cart.com + correction.com, rest_point(robot, last), plan, settings.period)
-    motion = whole_body(robot, plan.time, com, body)
+    com = _ending_at_rest(cart.com + correction.com, rest_point(robot, last), plan)
+    near = (base[:, :2] + WAIST_PER_COM * (new - old) for base, new, old in zip(
+        (rough.base, rough.base_speed, rough.base_acceleration), com, rolling, strict=True))
+    motion = whole_body(robot, plan.time, com, body, Course(*near))
     dynamics = inverse_dynamics(robot, motion)
     checks = check_walk(robot, motion, dynamics, plan, settings, clearance=clearance)
     knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
-    first = WalkState(
-        last, cart.state(-1), correction.state(-1), reference[-1], float(body.waist.value[-1]),
-        body.upper.value[-1], motion.joints[-1], at_rest=True)
     return WalkPlan(
         knots=knots, motion=motion, com=dynamics.com, zmp=dynamics.zmp, zmp_reference=reference,
         schedule=plan, footsteps=tuple(footsteps),
         boundaries=tuple(
-            replace(
-                first, stance=phase.stance, cart=cart.state(phase.first),
-                correction=correction.state(phase.first), zmp=reference[phase.first],
-                waist_height=float(body.waist.value[phase.first]),
-                upper=body.upper.value[phase.first], joints=motion.joints[phase.first],
-                at_rest=False)
+            WalkState(
+                phase.stance, cart.state(phase.first), correction.state(phase.first),
+                reference[phase.first], float(body.waist.value[phase.first]),
+                body.upper.value[phase.first], at_rest=False)
             for phase in plan.phases if phase.kind in ("double", "end")),
-        final=first, checks=checks)
+        final=standing(robot, last, body.upper.value[-1]), checks=checks)
 
 
-def _correction(
-    robot: RobotModel, state: WalkState, plan: Schedule, body: BodyCourses,
-    control: PreviewControl, cart: CartCourse, reference: Array,
-) -> CartCourse:
-    """Preview control on what the whole body's ZMP lacks when the CoM moves like the cart."""
-    com = Course(*np.moveaxis(cart.com, 1, 0))
-    found = inverse_dynamics(robot, whole_body(robot, plan.time, com, body))
-    return control.follow(state.correction, reference - found.zmp)
+def _ending_at_rest(com: Array, rest: Array, plan: Schedule) -> Course:
+    """Let the course of the CoM (N, 3, 2) end exactly at rest at a place (2,) [m].
 
-
-def _ending_at_rest(com: Array, rest: Array, plan: Schedule, period: float) -> Course:
-    """Let the course of the CoM (N, 3, 2) end exactly at rest; what is left to correct is small."""
+    In the second half of the end, what is left of the approach is taken away more and more: the
+    motion that the last position, speed and acceleration would be part of.
+    """
     end = plan.phases[-1]
-    first, last = (end.first + end.last) // 2, end.last
-    time = period * np.arange(last - first + 1)
-    rise, speed, acceleration = min_jerk_course(time, time[-1])
-    # What a constant speed and acceleration would still change fades out with the position.
-    left = com[last].copy()
-    left[0] -= rest
-    off = Course(*(np.stack(rows) for rows in (
-        left[0] + (time - time[-1])[:, None] * left[1]
-        + 0.5 * (time - time[-1])[:, None] ** 2 * left[2],
-        left[1] + (time - time[-1])[:, None] * left[2],
-        np.tile(left[2], (len(time), 1)))))
-    fade = Course(*(np.repeat(rows[:, None], 2, axis=1) for rows in (rise, speed, acceleration)))
+    first = (end.first + end.last) // 2
+    before_end = (plan.time[first:] - plan.time[-1])[:, None]
+    position, speed, acceleration = com[-1] - np.vstack([rest, np.zeros((2, 2))])
+    left = Course(
+        position + before_end * speed + 0.5 * before_end**2 * acceleration,
+        speed + before_end * acceleration,
+        np.tile(acceleration, (len(before_end), 1)))
+    rise = min_jerk_course(plan.time[first:] - plan.time[first], -float(before_end[0, 0]))
+    taken = left.times(Course(*(rows[:, None] for rows in rise)))
     out = com.copy()
-    out[first:] -= np.stack(off.times(fade), axis=1)
+    out[first:] -= np.stack(list(taken), axis=1)
     return Course(*np.moveaxis(out, 1, 0))
 
 
@@ -121,7 +114,7 @@ def _body_courses(
     settings: WalkSettings, upper: Knots | None,
 ) -> BodyCourses:
     return BodyCourses(
-        feet=feet_courses(plan, footsteps, state.stance, settings),
+        feet=feet_courses(robot.config, plan, footsteps, state.stance, settings.lift),
         waist=_waist_course(robot, state, plan, settings),
         upper=Course.constant(state.upper, len(plan.time)) if upper is None
         else Course(*upper.at(plan.time)),
@@ -133,7 +126,7 @@ def _waist_course(
 ) -> Course:
     """The waist sinks before the first step and rises in the end."""
     time = plan.time
-    found = Course.constant(np.float64(state.waist_height), len(time))
+    found = Course.constant(state.waist_height, len(time))
     start, end = plan.phases[0], plan.phases[-1]
     moves = [(end, rest_height(robot))]
     if start.kind == "start":
@@ -147,6 +140,7 @@ def _waist_course(
     return found
 
 
+@lru_cache(maxsize=8)
 def _com_height(robot: RobotModel, waist_height: float) -> float:
     """Height of the CoM above the floor with the feet beside each other [m]."""
     half = robot.config.half_sitting
@@ -157,5 +151,3 @@ def _com_height(robot: RobotModel, waist_height: float) -> float:
     joints, base = solve(robot, upper=half, com_xy=com[:2], waist_z=waist_height, feet=feet)
     return float(robot.com(robot.configuration(base[0], joints[0]))[2])
 
-
-__all__ = ["Dynamics", "Motion", "Stance", "plan_walk"]

@@ -25,13 +25,16 @@ from scipy.linalg import solve_discrete_are
 class CartState:
     """State of the cart and of its controller at one time.
 
+    The controller continues from the last jerk and not from its sum of errors: the sum belongs to
+    one reference, so that a plan with another future would begin with a jump of the jerk.
+
     Attributes:
         com: Position [m], velocity [m/s] and acceleration [m/s^2] of the CoM, (3, 2).
-        error_sum: Sum of the ZMP's errors at the samples before this one, (2,) [m].
+        jerk: Jerk in the period before, (2,) [m/s^3].
     """
 
     com: Array
-    error_sum: Array
+    jerk: Array
 
     @classmethod
     def at_rest(cls, com: Array) -> CartState:
@@ -45,15 +48,15 @@ class CartCourse:
 
     Attributes:
         com: Position, velocity and acceleration of the CoM, (N, 3, 2).
-        error_sum: Sum of the ZMP's errors before each sample, (N, 2) [m].
+        jerk: Jerk in the period before each sample, (N, 2) [m/s^3].
     """
 
     com: Array
-    error_sum: Array
+    jerk: Array
 
     def state(self, sample: int) -> CartState:
         """Return the state at a sample, from which the same course continues."""
-        return CartState(self.com[sample], self.error_sum[sample])
+        return CartState(self.com[sample], self.jerk[sample])
 
 
 @dataclass(frozen=True)
@@ -61,15 +64,17 @@ class PreviewControl:
     """A cart with its controller.
 
     Attributes:
-        loop: Matrix of the closed loop for the error sum, position, velocity, acceleration, (4, 4).
-        reference: Effect of the present reference, (4,).
-        preview: Effect of the previewed reference on the jerk's share, (4,).
-        weights: Weights of the reference 1, 2, ... samples ahead, (H,).
+        period: Time between two samples [s].
+        output: Row c that gives the ZMP of position, velocity and acceleration, (3,).
+        error_gain: Gain G_i.
+        state_gain: Gain G_x, (3,).
+        weights: Gains G_d of the reference 1, 2, ... samples ahead, (H,).
     """
 
-    loop: Array
-    reference: Array
-    preview: Array
+    period: float
+    output: Array
+    error_gain: float
+    state_gain: Array
     weights: Array
 
     def follow(self, start: CartState, reference: Array) -> CartCourse:
@@ -79,18 +84,35 @@ class PreviewControl:
             start: State at the first sample.
             reference: Reference of the ZMP, (N, 2) [m].
         """
-        count, ahead = len(reference), len(self.weights)
-        padded = np.vstack([reference, np.repeat(reference[-1:], ahead, axis=0)])
+        count = len(reference)
+        A, b = _cart(self.period)
+        padded = np.vstack([reference, np.repeat(reference[-1:], len(self.weights), axis=0)])
         previewed = np.column_stack([
-            np.correlate(column[1:], self.weights)[:count] for column in padded.T])
-        inputs = (self.reference[:, None] * reference[:, None, :]
-                  + self.preview[:, None] * previewed[:, None, :])
+            np.correlate(column, self.weights)[: count + 1] for column in padded.T])
+        # The sum of the errors with which this reference would have led to the start's jerk.
+        before = np.linalg.solve(A, start.com - np.outer(b, start.jerk))
+        error_sum = -(start.jerk + self.state_gain @ before + previewed[0]) / self.error_gain
+        # Closed loop of error sum, position, velocity and acceleration, with the sum s of errors
+        # before sample k: s(k+1) = s(k) + c x(k) - r(k), u(k) = - G_i s(k+1) - G_x x(k) - f(k).
+        drive = np.concatenate([[self.error_gain], self.error_gain * self.output + self.state_gain])
+        loop = np.zeros((4, 4))
+        loop[0, 0], loop[0, 1:], loop[1:, 1:] = 1.0, self.output, A
+        loop[1:] -= np.outer(b, drive)
+        jerk_input = self.error_gain * reference - previewed[1:]
+        inputs = np.concatenate([-reference[:, None], b[:, None] * jerk_input[:, None]], axis=1)
         states = np.empty((count, 4, 2))
-        now = states[0] = np.vstack([start.error_sum, start.com])
-        loop = self.loop
+        now = states[0] = np.vstack([error_sum, start.com])
         for k in range(count - 1):
             now = states[k + 1] = loop.dot(now) + inputs[k]
-        return CartCourse(states[:, 1:], states[:, 0])
+        jerk = np.vstack([start.jerk, jerk_input[:-1] - drive @ states[:-1]])
+        return CartCourse(states[:, 1:], jerk)
+
+
+def _cart(period: float) -> tuple[Array, Array]:
+    """Transition of position, velocity and acceleration over a period, and effect of the jerk."""
+    t = period
+    return (np.array([[1.0, t, t * t / 2.0], [0.0, 1.0, t], [0.0, 0.0, 1.0]]),
+            np.array([t**3 / 6.0, t * t / 2.0, t]))
 
 
 @lru_cache(maxsize=8)
@@ -105,9 +127,7 @@ def preview_control(
         horizon: Time that the control looks ahead [s].
         jerk_weight: Weight of the squared jerk against the squared error of the ZMP [s^6].
     """
-    t = period
-    A = np.array([[1.0, t, t * t / 2.0], [0.0, 1.0, t], [0.0, 0.0, 1.0]])
-    b = np.array([t**3 / 6.0, t * t / 2.0, t])
+    A, b = _cart(period)
     c = np.array([1.0, 0.0, -height / GRAVITY])
     # The state of the regulator: the ZMP's error, and the differences of the cart's state.
     whole = np.zeros((4, 4))
@@ -126,12 +146,4 @@ def preview_control(
         ahead = closed.T @ ahead
     # What lies beyond the horizon counts as equal to its end, so that a robot at rest stays so.
     weights[-1] -= gains[1] + weights.sum()
-    # With the sum s of the errors before sample k: s(k+1) = s(k) + c x(k) - r(k), and the jerk is
-    # u(k) = - G_i s(k+1) - G_x x(k) - f(k).
-    g_i, g_x = gains[0], gains[1:]
-    loop = np.zeros((4, 4))
-    loop[0, 0], loop[0, 1:] = 1.0, c
-    loop[1:, 0] = -b * g_i
-    loop[1:, 1:] = A - np.outer(b, g_i * c + g_x)
-    return PreviewControl(
-        loop, np.concatenate([[-1.0], b * g_i]), np.concatenate([[0.0], -b]), weights)
+    return PreviewControl(period, c, float(gains[0]), gains[1:], weights)

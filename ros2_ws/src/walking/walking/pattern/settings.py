@@ -31,10 +31,10 @@ class WalkSettings:
 
     double_support: float = 0.1
     start: float = 1.2
-    end: float = 1.8
+    end: float = 1.5
     waist_height: float = 0.62
     lift: float = 0.045
-    chest_swing: float = 0.3
+    chest_swing: float = 0.75
     period: float = 0.02
     horizon: float = 2.0
     jerk_weight: float = 1e-6
@@ -47,10 +47,15 @@ class WalkSettings:
         """Check the settings.
 
         Raises:
-            SettingError: A setting is not a positive number; `chest_swing` may be 0.
+            SettingError: A setting is not finite or not positive; `chest_swing` may be 0, and
+                `required_margin` negative.
         """
         for name in (field.name for field in fields(self)):
-            value = getattr(self, name)
-            least = 0.0 if name == "chest_swing" else math.ulp(0.0)
-            if not (math.isfinite(value) and value >= least):
-                raise SettingError(name, value, "a positive number")
+            value, limit = getattr(self, name), "a positive number"
+            fits = value > 0.0
+            if name == "required_margin":
+                limit, fits = "a finite number", True
+            elif name == "chest_swing":
+                limit, fits = "0 or more", value >= 0.0
+            if not (math.isfinite(value) and fits):
+                raise SettingError(name, value, limit)

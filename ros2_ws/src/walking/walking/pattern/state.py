@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.whole_body import solve
 
-from walking.footsteps.footstep import Stance
+from walking.errors import WalkInfeasible
+from walking.footsteps.footstep import Pose, Stance, as_array, wrapped
 from walking.pattern.preview import CartState
+from walking.pattern.settings import WalkSettings
+from walking.pattern.whole_body import TWIST_JOINT, feet_ahead
 from walking.pattern.zmp_reference import rest_point
+
+_FITS = 1e-3  # by how much a posture may miss the soles [m, rad]
 
 
 @dataclass(frozen=True)
 class WalkState:
     """Reference state of the robot at rest or at the beginning of a double support.
 
-    Feet, base yaw and chest follow from the stance.
+    Heading of the base and twist of the chest follow from the stance, and so the joints' reference
+    does.
 
     Attributes:
         stance: The soles.
@@ -27,8 +34,8 @@ class WalkState:
             CoM adds to that of `cart`.
         zmp: Reference of the ZMP, (2,) [m].
         waist_height: Height of base_link [m].
-        upper: Joints in the robot's order, of which those of the upper body count, (J,) [rad].
-        joints: Reference of all joints, (J,) [rad].
+        upper: Joints in the robot's order, of which those of the upper body count, without the
+            twist of the chest, (J,) [rad].
         at_rest: Whether the robot stands still.
     """
 
@@ -38,7 +45,6 @@ class WalkState:
     zmp: Array
     waist_height: float
     upper: Array
-    joints: Array
     at_rest: bool
 
     @property
@@ -54,24 +60,57 @@ def rest_height(robot: RobotModel) -> float:
 
 
 def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> WalkState:
-    """Return the state of a robot that stands still as high as in half-sitting.
+    """Return the state in which every walk ends: at rest, as high as in half-sitting.
 
     Args:
         robot: The robot.
         stance: The soles.
         upper: Joints of which those of the upper body count, (J,) [rad]; the default is
             half-sitting.
-
-    Raises:
-        PostureUnreachable: A leg does not reach its sole.
     """
     chosen = np.array(robot.config.half_sitting if upper is None else upper, dtype=float)
-    com, height = rest_point(robot, stance), rest_height(robot)
+    return _resting(stance, rest_point(robot, stance), rest_height(robot), chosen)
+
+
+def resting(
+    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings
+) -> WalkState:
+    """Return the state of a robot that stands still in a posture, for instance after a hit.
+
+    Args:
+        robot: The robot.
+        stance: The soles.
+        joints: All joints, (J,) [rad].
+        settings: Settings of the walk that begins there.
+
+    Raises:
+        WalkInfeasible: The posture does not put the soles where they are, or the base does not
+            point in their mean heading.
+    """
+    upper = np.array(joints, dtype=float)
+    q = robot.configuration(np.zeros(3), upper)
+    (left, turn), (right, _) = (robot.frame_pose(q, robot.feet[side].frame) for side in SIDES)
     yaw = stance.middle.yaw
-    joints, _ = solve(
-        robot, upper=chosen, com_xy=com, waist_z=height,
-        feet={side: np.array([*stance.foot(side)[:2], 0.0]) for side in ("left", "right")},
-        base_yaw=yaw, feet_yaw={side: stance.foot(side).yaw for side in ("left", "right")})
+    base = Pose(0.0, 0.0, yaw).moved(float(left[0]), float(left[1]))
+    place = np.array([stance.left.x - base.x, stance.left.y - base.y, -left[2]])
+    other = Pose(float(place[0]), float(place[1]), yaw).moved(float(right[0]), float(right[1]))
+    off = max(
+        math.hypot(other.x - stance.right.x, other.y - stance.right.y), abs(right[2] - left[2]),
+        abs(wrapped(yaw + math.atan2(turn[1, 0], turn[0, 0]) - stance.left.yaw)),
+        float(np.abs(turn[2, :2]).max()))
+    if not off <= _FITS:
+        raise WalkInfeasible(
+            f"the posture does not fit the soles: they are off by {off:.4f} m or rad, "
+            f"{_FITS:g} are allowed",
+            quantity="posture of the legs [m, rad]", value=off, limit=_FITS)
+    q = robot.configuration(place, upper)
+    q[5], q[6] = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    upper[robot.config.index(TWIST_JOINT)] -= settings.chest_swing * feet_ahead(
+        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw))
+    return _resting(stance, robot.com(q)[:2], float(place[2]), upper)
+
+
+def _resting(stance: Stance, com: Array, height: float, upper: Array) -> WalkState:
     return WalkState(
-        stance, CartState.at_rest(com), CartState.at_rest(np.zeros(2)), com, height, chosen,
-        joints[0], at_rest=True)
+        stance, CartState.at_rest(com), CartState.at_rest(np.zeros(2)), com, height, upper,
+        at_rest=True)

@@ -6,25 +6,29 @@ from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES
+from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.motion import min_jerk_course
 
-from walking.footsteps.footstep import Footstep, Stance, as_array, wrapped
+from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
+from walking.footsteps.soles import sole_distances
 from walking.pattern.course import Course
-from walking.pattern.settings import WalkSettings
 from walking.pattern.timing import Schedule
 
 # Start and end of the horizontal travel as shares of the swing's time: near the floor the foot
 # moves up and down only.
 _TRAVEL = (0.06, 0.94)
+_TRIES = 8  # largest number of detours that are tried
+_NEAR = 1e-4  # by how much a foot may come nearer to the other than its clearance [m]
 
 
-def swing(begin: Array, end: Array, lift: float, share: Array, duration: float) -> Course:
+def swing(begin: Array, end: Array, detour: Array, lift: float, share: Array,
+          duration: float) -> Course:
     """Compute the course of a swing foot, which begins and ends at rest on the floor.
 
     Args:
         begin: x, y [m] and yaw [rad] before the step, (3,).
         end: x, y [m] and yaw [rad] after the step, (3,).
+        detour: By how much the foot is aside of the straight way in the middle, (2,) [m].
         lift: Height in the middle of the swing [m].
         share: Time since the beginning of the swing as a share of its duration, (N,).
         duration: Duration of the swing [s].
@@ -33,32 +37,37 @@ def swing(begin: Array, end: Array, lift: float, share: Array, duration: float) 
         x, y, z [m] and yaw [rad] of the sole with its derivatives, (N, 4) each.
     """
     first, last = _TRAVEL
-    rise, speed, acceleration = min_jerk_course(
-        duration * (share - first), duration * (last - first))
-    whole = np.asarray(end - begin)[None, :]
+    travel = Course(*min_jerk_course(duration * (share - first), duration * (last - first)))
+    aside = _hump((share - first) / (last - first), duration * (last - first))
+    height = _hump(share, duration)
     out = Course(*(np.empty((len(share), 4)) for _ in range(3)))
-    for rows, course in zip(out, (rise, speed, acceleration), strict=True):
-        rows[:, [0, 1, 3]] = course[:, None] * whole
+    for rows, along, away, up in zip(out, travel, aside, height, strict=True):
+        rows[:, [0, 1, 3]] = along[:, None] * (end - begin)
+        rows[:, :2] += away[:, None] * detour
+        rows[:, 2] = lift * up
     out.value[:, [0, 1, 3]] += begin
-    # The height is a polynomial with three zeros at each end: no speed or acceleration there.
-    u = np.clip(share, 0.0, 1.0)
-    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
-    out.value[:, 2] = lift * hump**3
-    out.speed[:, 2] = lift * 3.0 * hump**2 * slope / duration
-    out.acceleration[:, 2] = lift * (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2
     return out
 
 
+def _hump(share: Array, duration: float) -> Course:
+    """Rise from 0 to 1 and back: a polynomial with three zeros at each end, at rest there."""
+    u = np.clip(share, 0.0, 1.0)
+    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
+    return Course(hump**3, 3.0 * hump**2 * slope / duration,
+                  (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
+
+
 def feet_courses(
-    plan: Schedule, footsteps: Sequence[Footstep], stance: Stance, settings: WalkSettings
+    robot: RobotConfig, plan: Schedule, footsteps: Sequence[Footstep], stance: Stance, lift: float
 ) -> dict[str, Course]:
     """Compute the courses of both soles through a walk.
 
     Args:
+        robot: The robot.
         plan: The schedule.
         footsteps: The footsteps.
         stance: The soles at the beginning.
-        settings: Settings.
+        lift: Height of the swing foot in the middle of a step [m].
 
     Returns:
         x, y, z [m] and yaw [rad] of each sole in odom with derivatives, (N, 4) each, by side; yaw
@@ -74,15 +83,35 @@ def feet_courses(
     for phase in plan.phases:
         if phase.kind != "single":
             continue
-        begin = now[phase.swing]
+        begin, standing = now[phase.swing], now[other(phase.swing)]
         end = as_array(footsteps[phase.step].pose)
         end[2] = begin[2] + wrapped(end[2] - begin[2])
         steps = phase.last - phase.first
-        course = swing(
-            begin, end, settings.lift, np.arange(steps + 1) / steps, steps * plan.period)
+        course = _clear_swing(
+            robot, phase.swing, begin, end, standing, lift, steps, steps * plan.period)
         foot = found[phase.swing]
         for rows, new in zip(foot, course, strict=True):
             rows[phase.first : phase.last + 1] = new
         foot.value[phase.last :] = np.insert(end, 2, 0.0)
         now[phase.swing] = end
     return found
+
+
+def _clear_swing(
+    robot: RobotConfig, side: str, begin: Array, end: Array, standing: Array, lift: float,
+    steps: int, duration: float,
+) -> Course:
+    """Swing a foot around the standing one, as far outward as its clearance demands."""
+    share = np.arange(steps + 1) / steps
+    still = np.tile(standing, (steps + 1, 1))
+    outward = OUTWARD[side] * np.array([-np.sin(standing[2]), np.cos(standing[2])])
+    detour = 0.0
+    for _ in range(_TRIES):
+        course = swing(begin, end, detour * outward, lift, share, duration)
+        gap = sole_distances(robot, side, course.value[:, [0, 1, 3]], still)
+        required = min(needed(robot.footsteps, "footsteps").clearance, gap[0], gap[-1])
+        lack = required - float(gap.min())
+        if lack < _NEAR:
+            break
+        detour += 1.5 * lack
+    return course

@@ -54,7 +54,7 @@ class Schedule:
     @property
     def time(self) -> Array:
         """Times of all samples since the beginning, (N,) [s]."""
-        return self.period * np.arange(self.phases[-1].last + 1)
+        return np.asarray(self.period * np.arange(self.phases[-1].last + 1))
 
 
 def schedule(

@@ -17,9 +17,13 @@ from humanoid_motion.whole_body import solve
 
 from walking.pattern.course import Course, central
 
-# Step of the central differences [s]; the search for the waist is right to 1e-8 m.
-_STEP = 0.004
-_TWIST_JOINT = "CHEST_JOINT0"
+_STEP = 0.004  # step of the central differences [s]
+# Largest error of the CoM [m]; the differences turn it into an error of the ZMP of 0.005 mm.
+_TOLERANCE = 1e-9
+WAIST_PER_COM = 1.166
+"""Displacement of the waist per displacement of the CoM; 1.155 to 1.178 in walks of HRP-2."""
+TWIST_JOINT = "CHEST_JOINT0"
+"""Joint that turns the upper body against the legs."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,9 @@ class BodyCourses:
     chest_swing: float
 
 
-def whole_body(robot: RobotModel, time: Array, com: Course, body: BodyCourses) -> Motion:
+def whole_body(
+    robot: RobotModel, time: Array, com: Course, body: BodyCourses, near: Course | None = None
+) -> Motion:
     """Compute the motion of base and joints.
 
     The base's heading is the mean of the feet's. The upper body turns against the legs: its yaw
@@ -51,6 +57,7 @@ def whole_body(robot: RobotModel, time: Array, com: Course, body: BodyCourses) -
         time: Times of the samples, (N,) [s].
         com: x and y of the CoM in odom, (N, 2) [m].
         body: Everything else.
+        near: Nearly known x and y of base_link in odom, (N, 2) [m]; they shorten the search.
 
     Raises:
         PostureUnreachable: A leg does not reach.
@@ -59,8 +66,9 @@ def whole_body(robot: RobotModel, time: Array, com: Course, body: BodyCourses) -
     yaw = 0.5 * (feet["left"][..., 3] + feet["right"][..., 3])
     upper = body.upper.around(_STEP)
     apart = feet["left"][..., :2] - feet["right"][..., :2]
-    ahead = np.cos(yaw) * apart[..., 0] + np.sin(yaw) * apart[..., 1]
-    upper[..., robot.config.index(_TWIST_JOINT)] += body.chest_swing * ahead
+    upper[..., robot.config.index(TWIST_JOINT)] += body.chest_swing * feet_ahead(apart, yaw)
+    targets = com.around(_STEP)
+    guess = targets if near is None else near.around(_STEP)
 
     def rows(values: Array) -> Array:
         return values.reshape(-1, *values.shape[2:])
@@ -68,13 +76,25 @@ def whole_body(robot: RobotModel, time: Array, com: Course, body: BodyCourses) -
     joints, base = solve(
         robot,
         upper=rows(upper),
-        com_xy=rows(com.around(_STEP)),
+        com_xy=rows(targets),
         waist_z=rows(body.waist.around(_STEP)),
-        feet={side: rows(feet[side][..., :3]) for side in SIDES},
+        feet={side: rows(feet[side])[:, :3] for side in SIDES},
+        near=rows(guess),
+        tolerance=_TOLERANCE,
+        waist_per_com=WAIST_PER_COM,
         base_yaw=rows(yaw),
-        feet_yaw={side: rows(feet[side][..., 3]) for side in SIDES},
+        feet_yaw={side: rows(feet[side])[:, 3] for side in SIDES},
     )
     joint = central(joints.reshape(3, len(time), -1), _STEP)
     place = central(base.reshape(3, len(time), 3), _STEP)
-    heading = central(yaw, _STEP)
-    return Motion(time, *joint, *place, base_yaw=BaseYaw(*heading))
+    return Motion(time, *joint, *place, base_yaw=BaseYaw(*central(yaw, _STEP)))
+
+
+def feet_ahead(apart: Array, yaw: Array) -> Array:
+    """Compute how far the left foot is ahead of the right one along a heading, (...) [m].
+
+    Args:
+        apart: x and y from the right to the left sole in odom, (..., 2) [m].
+        yaw: Headings in odom, (...) [rad].
+    """
+    return np.asarray(np.cos(yaw) * apart[..., 0] + np.sin(yaw) * apart[..., 1])

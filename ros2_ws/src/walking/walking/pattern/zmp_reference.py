@@ -1,4 +1,4 @@
-"""The reference of the ZMP: in the middle of the sole that stands, and between the soles at rest."""
+"""The reference of the ZMP: in the middle of the standing sole, between the soles at rest."""
 
 from __future__ import annotations
 

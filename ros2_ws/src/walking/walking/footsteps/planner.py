@@ -1,0 +1,184 @@
+"""Footsteps to a goal pose: the fewest of several ways to go there.
+
+A way consists of straight pieces. On a piece the middle between the soles moves along a line while
+its heading turns evenly, and each foot is placed beside the middle. Sideways motion and turns
+advance only when the foot of that side steps (`leading`), so that the soles never come nearer to
+each other than in the stance; ahead and back every step advances.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
+
+from walking.errors import InvalidFootsteps
+from walking.footsteps.checks import check_footsteps, fits
+from walking.footsteps.footstep import (
+    OUTWARD,
+    Footstep,
+    Pose,
+    Stance,
+    other,
+    stances,
+    wrapped,
+)
+
+_REACHED = 1e-9  # distance below which a foot is where it should be [m, rad]
+_FARTHEST = 50.0  # largest distance of a goal [m]
+_MOST = 400  # largest number of steps on one piece of a way
+_LONGER = 12  # further numbers of steps that are tried on a piece where the fewest do not do
+
+
+def plan_footsteps(
+    robot: RobotConfig, stance: Stance, goal: Pose, duration: float = 0.8, *,
+    keep_heading: bool = False, whole_turns: bool = False,
+) -> list[Footstep]:
+    """Plan footsteps that end with the feet beside each other, their middle at a goal.
+
+    The fewest footsteps of these ways are chosen: straight to the goal while the heading turns
+    evenly; and turn, walk ahead or backwards, turn.
+
+    Args:
+        robot: The robot, for the limits of its footsteps.
+        stance: The soles at the beginning.
+        goal: Pose of the middle between the soles at the end, in odom.
+        duration: Duration of each step [s].
+        keep_heading: Whether only the straight way is taken, on which the heading does not turn
+            towards the goal and back.
+        whole_turns: Whether a goal's heading of more than half a turn from the present one means
+            that the robot turns so far.
+
+    Returns:
+        The footsteps; none if the feet are at the goal already.
+
+    Raises:
+        InvalidFootsteps: The goal is no number or too far away, or no way leads there.
+        RobotConfigError: The robot has no limits of footsteps.
+    """
+    limits = needed(robot.footsteps, "footsteps")
+    _check_goal(stance, goal)
+    begin = stance.middle
+    if not whole_turns:
+        goal = Pose(goal.x, goal.y, begin.yaw + wrapped(goal.yaw - begin.yaw))
+    if _at(stance, Stance.around(goal, limits.width)) and abs(goal.yaw - begin.yaw) < _REACHED:
+        return []
+    found: list[Footstep] | None = None
+    for way in itertools.islice(_ways(begin, goal), 1 if keep_heading else None):
+        most = _MOST if found is None else len(found) - 1
+        steps = _along(robot, limits, stance, way, duration, most)
+        if steps is not None:
+            found = steps
+    if found is None:
+        raise InvalidFootsteps(
+            f"no footsteps lead to x {goal.x:.3f} m, y {goal.y:.3f} m, yaw "
+            f"{math.degrees(goal.yaw):.1f} deg from the present stance",
+            quantity="goal", value=tuple(goal), limit="a pose that the feet can reach")
+    check_footsteps(robot, stance, found)
+    return found
+
+
+def _check_goal(stance: Stance, goal: Pose) -> None:
+    for name, value in zip(("x [m]", "y [m]", "yaw [rad]"), goal, strict=True):
+        if not math.isfinite(value):
+            raise InvalidFootsteps(
+                f"the goal's {name} is {value}, a finite number is needed",
+                quantity=name, value=value, limit="a finite number")
+    distance = math.hypot(goal.x - stance.middle.x, goal.y - stance.middle.y)
+    if not distance <= _FARTHEST:
+        raise InvalidFootsteps(
+            f"the goal is {distance:.1f} m away, at most {_FARTHEST:g} m are allowed",
+            quantity="distance [m]", value=distance, limit=_FARTHEST)
+
+
+def _ways(begin: Pose, goal: Pose) -> Iterator[tuple[Pose, ...]]:
+    """Yield the ways to a goal as places through which the middle goes."""
+    yield (begin, goal)
+    bearing = math.atan2(goal.y - begin.y, goal.x - begin.x)
+    for heading in (bearing, bearing + math.pi):
+        turned = Pose(begin.x, begin.y, begin.yaw + wrapped(heading - begin.yaw))
+        arrived = Pose(goal.x, goal.y, turned.yaw)
+        last = Pose(goal.x, goal.y, turned.yaw + wrapped(goal.yaw - turned.yaw))
+        yield (begin, turned, arrived, last)
+        yield (begin, turned, last)
+        yield (begin, arrived, last)
+
+
+def _along(
+    robot: RobotConfig, limits: StepLimits, stance: Stance, way: tuple[Pose, ...],
+    duration: float, most: int,
+) -> list[Footstep] | None:
+    """Return the fewest footsteps along a way that keep every limit, at most a number of them."""
+    steps: list[Footstep] = []
+    for begin, end in itertools.pairwise(way):
+        now = stances(stance, steps[-2:])[-1]
+        if _at(now, Stance.around(end, limits.width)) and abs(end.yaw - begin.yaw) < _REACHED:
+            continue
+        first = (other(steps[-1].side),) if steps else SIDES
+        piece = _piece(robot, limits, now, begin, end, first, duration, most - len(steps))
+        if piece is None:
+            return None
+        steps += piece
+    return steps
+
+
+def _piece(
+    robot: RobotConfig, limits: StepLimits, stance: Stance, begin: Pose, end: Pose,
+    first: Sequence[str], duration: float, most: int,
+) -> list[Footstep] | None:
+    # Towards the middle of the piece, so that left and right are treated alike.
+    half = Pose(begin.x, begin.y, begin.yaw + 0.5 * (end.yaw - begin.yaw))
+    way = end.seen_from(half)
+    along = max(way.x / limits.ahead, -way.x / limits.back)
+    aside, turn = abs(way.y), abs(end.yaw - begin.yaw)
+    across = max(aside / (limits.widest - limits.width), turn / limits.turn)
+    fewest = max(2, math.ceil(max(along, across) - 1e-9) + 1)
+    for count in range(fewest, min(max(2 * fewest, fewest + _LONGER), most) + 1):
+        for leading, side in itertools.product(("", *SIDES), first):
+            steps = _placed(limits, begin, end, count, side, leading, duration)
+            if fits(robot, stance, steps):
+                return steps
+    return None
+
+
+def _placed(
+    limits: StepLimits, begin: Pose, end: Pose, count: int, first: str, leading: str,
+    duration: float,
+) -> list[Footstep]:
+    """Place a number of footsteps evenly along a piece; the last two are at its end.
+
+    Args:
+        limits: For the distance between the feet.
+        begin: Pose of the middle before the piece.
+        end: Pose of the middle after it.
+        count: Number of footsteps.
+        first: Foot of the first step.
+        leading: Foot whose steps alone advance sideways and turn; empty if each step does.
+        duration: Duration of a step [s].
+    """
+    sides = [first if index % 2 == 0 else other(first) for index in range(count)]
+    advances = [index for index in range(count - 1) if leading in ("", sides[index])]
+    # With a foot that leads, its last step may be the last but one or the last but two.
+    shares, done = [], 0
+    for index in range(count):
+        done += index in advances
+        shares.append(done / len(advances) if advances else 1.0)
+    heading = Pose(0.0, 0.0, begin.yaw)
+    way = Pose(end.x - begin.x, end.y - begin.y, 0.0).seen_from(heading)
+    steps = []
+    for index, (side, share) in enumerate(zip(sides, shares, strict=True)):
+        ahead = min(1.0, (index + 1) / (count - 1))
+        middle = begin.moved(way.x * ahead, way.y * share)
+        yaw = begin.yaw + share * (end.yaw - begin.yaw)
+        if index >= count - 2 and share == 1.0:
+            middle = end
+        pose = Pose(middle.x, middle.y, yaw).moved(0.0, OUTWARD[side] * 0.5 * limits.width)
+        steps.append(Footstep(side, *pose, duration))
+    return steps
+
+
+def _at(stance: Stance, wanted: Stance) -> bool:
+    return all(max(map(abs, stance.foot(side).seen_from(wanted.foot(side)))) < _REACHED
+               for side in SIDES)
