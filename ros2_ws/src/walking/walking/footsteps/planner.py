@@ -34,20 +34,22 @@ _LONGER = 12  # further numbers of steps that are tried on a piece where the few
 
 def plan_footsteps(
     robot: RobotConfig, stance: Stance, goal: Pose, duration: float = 0.8, *,
-    keep_heading: bool = False, whole_turns: bool = False,
+    first: str | None = None, keep_heading: bool = False, whole_turns: bool = False,
 ) -> list[Footstep]:
     """Plan footsteps that end with the feet beside each other, their middle at a goal.
 
-    The fewest footsteps of these ways are chosen: straight to the goal while the heading turns
-    evenly; and turn, walk ahead or backwards, turn.
+    The fewest footsteps of these ways are chosen: straight to the goal, while the heading turns
+    evenly, before it or after it; and turn along the way, walk ahead or backwards, turn.
 
     Args:
         robot: The robot, for the limits of its footsteps.
         stance: The soles at the beginning.
         goal: Pose of the middle between the soles at the end, in odom.
         duration: Duration of each step [s].
-        keep_heading: Whether only the straight way is taken, on which the heading does not turn
-            towards the goal and back.
+        first: Foot of the first step; None chooses it. While walking it is the foot that landed
+            before the last one.
+        keep_heading: Whether the robot does not turn along the way, but walks sideways or
+            diagonally.
         whole_turns: Whether a goal's heading of more than half a turn from the present one means
             that the robot turns so far.
 
@@ -65,12 +67,16 @@ def plan_footsteps(
         goal = Pose(goal.x, goal.y, begin.yaw + wrapped(goal.yaw - begin.yaw))
     if _at(stance, Stance.around(goal, limits.width)) and abs(goal.yaw - begin.yaw) < _REACHED:
         return []
-    found: list[Footstep] | None = None
-    for way in itertools.islice(_ways(begin, goal), 1 if keep_heading else None):
-        most = _MOST if found is None else len(found) - 1
-        steps = _along(robot, limits, stance, way, duration, most)
-        if steps is not None:
-            found = steps
+    ways = list(_ways(begin, goal, facing=not keep_heading, whole_turns=whole_turns))
+    found = _fewest(robot, limits, stance, ways, first, duration)
+    if found is None:  # from feet that stand far apart: first one of them goes beside the other
+        side = first or SIDES[0]
+        pose = stance.foot(other(side)).moved(0.0, OUTWARD[side] * limits.width)
+        step = Footstep(side, *pose, duration)
+        beside = stance.after(step)
+        ways = list(_ways(beside.middle, goal, facing=not keep_heading, whole_turns=whole_turns))
+        rest = _fewest(robot, limits, beside, ways, other(side), duration)
+        found = None if rest is None else [step, *rest]
     if found is None:
         raise InvalidFootsteps(
             f"no footsteps lead to x {goal.x:.3f} m, y {goal.y:.3f} m, yaw "
@@ -93,22 +99,50 @@ def _check_goal(stance: Stance, goal: Pose) -> None:
             quantity="distance [m]", value=distance, limit=_FARTHEST)
 
 
-def _ways(begin: Pose, goal: Pose) -> Iterator[tuple[Pose, ...]]:
-    """Yield the ways to a goal as places through which the middle goes."""
+def _ways(
+    begin: Pose, goal: Pose, *, facing: bool, whole_turns: bool
+) -> Iterator[tuple[Pose, ...]]:
+    """Yield the ways to a goal as places through which the middle goes.
+
+    Args:
+        begin: Pose of the middle at the beginning.
+        goal: Pose of the middle at the end.
+        facing: Whether ways on which the robot turns along the way are among them.
+        whole_turns: Whether the goal's heading must not change by whole turns.
+    """
     yield (begin, goal)
+    yield (begin, Pose(begin.x, begin.y, goal.yaw), goal)
+    yield (begin, Pose(goal.x, goal.y, begin.yaw), goal)
+    if not facing:
+        return
     bearing = math.atan2(goal.y - begin.y, goal.x - begin.x)
     for heading in (bearing, bearing + math.pi):
         turned = Pose(begin.x, begin.y, begin.yaw + wrapped(heading - begin.yaw))
         arrived = Pose(goal.x, goal.y, turned.yaw)
-        last = Pose(goal.x, goal.y, turned.yaw + wrapped(goal.yaw - turned.yaw))
+        nearest = turned.yaw + wrapped(goal.yaw - turned.yaw)
+        last = Pose(goal.x, goal.y, goal.yaw if whole_turns else nearest)
         yield (begin, turned, arrived, last)
         yield (begin, turned, last)
         yield (begin, arrived, last)
 
 
+def _fewest(
+    robot: RobotConfig, limits: StepLimits, stance: Stance, ways: Sequence[tuple[Pose, ...]],
+    first: str | None, duration: float,
+) -> list[Footstep] | None:
+    """Return the fewest footsteps along one of several ways; None if no way can be gone."""
+    found: list[Footstep] | None = None
+    for way in ways:
+        most = _MOST if found is None else len(found) - 1
+        steps = _along(robot, limits, stance, way, first, duration, most)
+        if steps is not None:
+            found = steps
+    return found
+
+
 def _along(
     robot: RobotConfig, limits: StepLimits, stance: Stance, way: tuple[Pose, ...],
-    duration: float, most: int,
+    first: str | None, duration: float, most: int,
 ) -> list[Footstep] | None:
     """Return the fewest footsteps along a way that keep every limit, at most a number of them."""
     steps: list[Footstep] = []
@@ -116,17 +150,18 @@ def _along(
         now = stances(stance, steps[-2:])[-1]
         if _at(now, Stance.around(end, limits.width)) and abs(end.yaw - begin.yaw) < _REACHED:
             continue
-        first = (other(steps[-1].side),) if steps else SIDES
-        piece = _piece(robot, limits, now, begin, end, first, duration, most - len(steps))
+        feet = SIDES if first is None else (first,)
+        piece = _piece(robot, limits, now, begin, end, feet, duration, most - len(steps))
         if piece is None:
             return None
         steps += piece
+        first = other(steps[-1].side)
     return steps
 
 
 def _piece(
     robot: RobotConfig, limits: StepLimits, stance: Stance, begin: Pose, end: Pose,
-    first: Sequence[str], duration: float, most: int,
+    feet: Sequence[str], duration: float, most: int,
 ) -> list[Footstep] | None:
     # Towards the middle of the piece, so that left and right are treated alike.
     half = Pose(begin.x, begin.y, begin.yaw + 0.5 * (end.yaw - begin.yaw))
@@ -136,7 +171,7 @@ def _piece(
     across = max(aside / (limits.widest - limits.width), turn / limits.turn)
     fewest = max(2, math.ceil(max(along, across) - 1e-9) + 1)
     for count in range(fewest, min(max(2 * fewest, fewest + _LONGER), most) + 1):
-        for leading, side in itertools.product(("", *SIDES), first):
+        for leading, side in itertools.product(("", *SIDES), feet):
             steps = _placed(limits, begin, end, count, side, leading, duration)
             if fits(robot, stance, steps):
                 return steps

@@ -14,15 +14,16 @@ from walking.footsteps.soles import sole_distances
 from walking.pattern.course import Course
 from walking.pattern.timing import Schedule
 
-# Start and end of the horizontal travel as shares of the swing's time: near the floor the foot
-# moves up and down only.
-_TRAVEL = (0.06, 0.94)
+# Time after lift-off and before touchdown in which the foot moves up and down only [s]. It counts in
+# whole samples, because the jerk jumps where the travel begins and ends.
+_UPRIGHT = 0.04
 _TRIES = 8  # largest number of detours that are tried
 _NEAR = 1e-4  # by how much a foot may come nearer to the other than its clearance [m]
 
 
-def swing(begin: Array, end: Array, detour: Array, lift: float, share: Array,
-          duration: float) -> Course:
+def swing(
+    begin: Array, end: Array, detour: Array, lift: float, time: Array, upright: float
+) -> Course:
     """Compute the course of a swing foot, which begins and ends at rest on the floor.
 
     Args:
@@ -30,17 +31,17 @@ def swing(begin: Array, end: Array, detour: Array, lift: float, share: Array,
         end: x, y [m] and yaw [rad] after the step, (3,).
         detour: By how much the foot is aside of the straight way in the middle, (2,) [m].
         lift: Height in the middle of the swing [m].
-        share: Time since the beginning of the swing as a share of its duration, (N,).
-        duration: Duration of the swing [s].
+        time: Times since the beginning of the swing, up to its end, (N,) [s].
+        upright: Time at both ends in which the foot moves up and down only [s].
 
     Returns:
         x, y, z [m] and yaw [rad] of the sole with its derivatives, (N, 4) each.
     """
-    first, last = _TRAVEL
-    travel = Course(*min_jerk_course(duration * (share - first), duration * (last - first)))
-    aside = _hump((share - first) / (last - first), duration * (last - first))
-    height = _hump(share, duration)
-    out = Course(*(np.empty((len(share), 4)) for _ in range(3)))
+    duration = float(time[-1])
+    travelling = duration - 2.0 * upright
+    travel = min_jerk_course(time - upright, travelling)
+    aside, height = _hump(time - upright, travelling), _hump(time, duration)
+    out = Course(*(np.empty((len(time), 4)) for _ in range(3)))
     for rows, along, away, up in zip(out, travel, aside, height, strict=True):
         rows[:, [0, 1, 3]] = along[:, None] * (end - begin)
         rows[:, :2] += away[:, None] * detour
@@ -49,9 +50,9 @@ def swing(begin: Array, end: Array, detour: Array, lift: float, share: Array,
     return out
 
 
-def _hump(share: Array, duration: float) -> Course:
+def _hump(time: Array, duration: float) -> Course:
     """Rise from 0 to 1 and back: a polynomial with three zeros at each end, at rest there."""
-    u = np.clip(share, 0.0, 1.0)
+    u = np.clip(time / duration, 0.0, 1.0)
     hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
     return Course(hump**3, 3.0 * hump**2 * slope / duration,
                   (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
@@ -88,7 +89,7 @@ def feet_courses(
         end[2] = begin[2] + wrapped(end[2] - begin[2])
         steps = phase.last - phase.first
         course = _clear_swing(
-            robot, phase.swing, begin, end, standing, lift, steps, steps * plan.period)
+            robot, phase.swing, begin, end, standing, lift, plan.time[: steps + 1])
         foot = found[phase.swing]
         for rows, new in zip(foot, course, strict=True):
             rows[phase.first : phase.last + 1] = new
@@ -99,15 +100,15 @@ def feet_courses(
 
 def _clear_swing(
     robot: RobotConfig, side: str, begin: Array, end: Array, standing: Array, lift: float,
-    steps: int, duration: float,
+    time: Array,
 ) -> Course:
     """Swing a foot around the standing one, as far outward as its clearance demands."""
-    share = np.arange(steps + 1) / steps
-    still = np.tile(standing, (steps + 1, 1))
+    upright = float(time[min(round(_UPRIGHT / (time[1] - time[0])), len(time) // 4)])
+    still = np.tile(standing, (len(time), 1))
     outward = OUTWARD[side] * np.array([-np.sin(standing[2]), np.cos(standing[2])])
     detour = 0.0
     for _ in range(_TRIES):
-        course = swing(begin, end, detour * outward, lift, share, duration)
+        course = swing(begin, end, detour * outward, lift, time, upright)
         gap = sole_distances(robot, side, course.value[:, [0, 1, 3]], still)
         required = min(needed(robot.footsteps, "footsteps").clearance, gap[0], gap[-1])
         lack = required - float(gap.min())
