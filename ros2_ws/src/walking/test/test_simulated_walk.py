@@ -103,7 +103,7 @@ def assert_walked(found, way):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_four_steps_ahead_end_where_they_were_planned(robot, walk_to, engine):
-    """A short walk with a turn of 20 deg: upright, without slip, with a margin above 15 mm."""
+    """A short walk: upright, without slip, with a ZMP margin above 15 mm."""
     plan = walk_to(0.6, 0.0, 0.0)
     assert len(plan.footsteps) == 4
     assert_walked(simulate(robot, plan, engine), 0.6)

@@ -1,5 +1,6 @@
 """Footsteps to a goal."""
 
+import itertools
 import math
 
 import numpy as np
@@ -39,7 +40,7 @@ def test_every_goal_is_reached_exactly_within_every_limit(robot, begin, goal, ke
         assert limits.narrowest - 1e-9 <= OUTWARD[step.side] * y <= limits.widest + 1e-9
         assert abs(yaw) <= limits.turn + 1e-9
         assert distance_of_soles(robot, after) >= limits.clearance - 1e-9
-    for one, two in zip(steps, steps[1:], strict=False):
+    for one, two in itertools.pairwise(steps):
         assert one.side != two.side
     for side in ("left", "right"):
         wanted = Stance.around(goal, limits.width).foot(side)

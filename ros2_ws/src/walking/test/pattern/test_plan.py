@@ -220,5 +220,6 @@ def test_the_chest_takes_up_most_of_the_legs_yaw_moment(robot, walk_to, half_sit
     still = plan_walk(robot, standing(robot, half_sitting), plan.footsteps,
                       WalkSettings(chest_swing=0.0))
     swung, unswung = (
-        np.sqrt(np.mean(inverse_dynamics(robot, each.motion).moment_z**2)) for each in (plan, still))
+        np.sqrt(np.mean(inverse_dynamics(robot, each.motion).moment_z**2))
+        for each in (plan, still))
     assert swung < 0.5 * unswung

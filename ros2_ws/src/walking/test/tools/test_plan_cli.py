@@ -1,5 +1,6 @@
 """The command `plan`."""
 
+import itertools
 import json
 
 import pytest
@@ -23,7 +24,7 @@ def test_the_json_object_has_every_footstep_with_its_times(capsys):
     assert [step["side"] for step in steps] == ["left", "right"] * 2
     assert steps[-1]["touchdown"] < found["duration"]
     assert all(one["touchdown"] == pytest.approx(two["begin"])
-               for one, two in zip(steps, steps[1:], strict=False))
+               for one, two in itertools.pairwise(steps))
     assert min(step["min_margin_mm"] for step in steps) >= found["min_margin_mm"]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -11,7 +11,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
 
 from walking.errors import InvalidFootsteps
-from walking.footsteps.footstep import OUTWARD, Footstep, Pose, Stance, other, wrapped
+from walking.footsteps.footstep import OUTWARD, Footstep, Pose, Stance, other
 from walking.footsteps.soles import sole_distances
 
 _ROUNDING = 1e-9  # by how much a step may exceed a limit [m, rad]
@@ -47,70 +47,48 @@ def check_footsteps(
                     "side", footsteps[number].side, other(footsteps[number].side))
     if not footsteps:
         return
-    placed, standing = _feet(stance, footsteps)
-    for name, excess, value, limit in step_excess(robot, limits, footsteps, placed, standing):
-        worst = int(np.argmax(excess))
-        if excess[worst] > _ROUNDING:
-            _refuse(f"footstep {worst + 1}: {name}", name, float(value[worst]), float(limit[worst]))
+    placed = np.array([step.pose for step in footsteps])
+    sides = [step.side for step in footsteps]
+    for name, value, limit, sign in _distances(robot, limits, stance, sides, placed):
+        worst = int(np.argmax(sign * value))
+        if sign * (value[worst] - limit) > _ROUNDING:
+            _refuse(f"footstep {worst + 1}: {name}", name, float(value[worst]), limit)
 
 
-def fits(robot: RobotConfig, stance: Stance, footsteps: Sequence[Footstep]) -> bool:
-    """Whether footsteps that are numbers of alternating sides keep every limit of distances."""
-    placed, standing = _feet(stance, footsteps)
-    limits = needed(robot.footsteps, "footsteps")
-    return all(float(excess.max()) <= _ROUNDING for _, excess, _, _ in step_excess(
-        robot, limits, footsteps, placed, standing))
-
-
-def step_excess(
-    robot: RobotConfig, limits: StepLimits, footsteps: Sequence[Footstep],
-    placed: Array, standing: Array,
-) -> list[tuple[str, Array, Array, Array]]:
-    """Compute by how much each of N footsteps exceeds each limit.
+def fits(robot: RobotConfig, stance: Stance, sides: Sequence[str], placed: Array) -> bool:
+    """Return whether soles of alternating sides keep every limit of distances.
 
     Args:
-        robot: The robot, for its soles.
-        limits: Limits.
-        footsteps: The footsteps, for their sides.
-        placed: x, y [m] and yaw [rad] of the soles that are placed, (N, 3).
-        standing: The same of the soles that stand meanwhile, (N, 3).
-
-    Returns:
-        For each limit its name with unit, excesses, values and limits, (N,) each.
+        robot: The robot.
+        stance: The soles before the first footstep.
+        sides: Sides of the N footsteps.
+        placed: x, y [m] and yaw [rad] of the soles after them, (N, 3).
     """
-    out = np.array([OUTWARD[step.side] for step in footsteps])
+    limits = needed(robot.footsteps, "footsteps")
+    return all(float((sign * (value - limit)).max()) <= _ROUNDING
+               for _, value, limit, sign in _distances(robot, limits, stance, sides, placed))
+
+
+def _distances(
+    robot: RobotConfig, limits: StepLimits, stance: Stance, sides: Sequence[str], placed: Array
+) -> Iterator[tuple[str, Array, float, float]]:
+    """Yield what has a limit: name with unit, values (N,), limit, and -1.0 for a lower limit."""
+    standing = np.vstack([stance.foot(other(sides[0])), placed[:-1]])
+    out = np.array([OUTWARD[side] for side in sides])
     cos, sin = np.cos(standing[:, 2]), np.sin(standing[:, 2])
     dx, dy = (placed - standing)[:, :2].T
     ahead, aside = cos * dx + sin * dy, out * (cos * dy - sin * dx)
-    turn = np.array([wrapped(float(angle)) for angle in placed[:, 2] - standing[:, 2]])
-    rows = [
-        ("distance ahead of the other foot [m]", ahead, limits.ahead, 1.0),
-        ("distance behind the other foot [m]", -ahead, limits.back, 1.0),
-        ("distance to the other foot's side [m]", aside, limits.widest, 1.0),
-        ("smallest distance to the other foot's side [m]", aside, limits.narrowest, -1.0),
-        ("turn to the other foot [rad]", np.abs(turn), limits.turn, 1.0),
-        ("distance between the soles [m]",
-         _sole_distances(robot, footsteps, placed, standing), limits.clearance, -1.0),
-    ]
-    return [(name, sign * (value - limit), value, np.full(len(value), limit))
-            for name, value, limit, sign in rows]
-
-
-def _sole_distances(
-    robot: RobotConfig, footsteps: Sequence[Footstep], placed: Array, standing: Array
-) -> Array:
+    turn = placed[:, 2] - standing[:, 2]
+    turn = np.abs(turn - 2.0 * math.pi * np.round(turn / (2.0 * math.pi)))
+    yield "distance ahead of the other foot [m]", ahead, limits.ahead, 1.0
+    yield "distance behind the other foot [m]", -ahead, limits.back, 1.0
+    yield "distance to the other foot's side [m]", aside, limits.widest, 1.0
+    yield "smallest distance to the other foot's side [m]", aside, limits.narrowest, -1.0
+    yield "turn to the other foot [rad]", turn, limits.turn, 1.0
     gap = np.empty(len(placed))
-    for side in SIDES:
-        rows = [index for index, step in enumerate(footsteps) if step.side == side]
-        gap[rows] = sole_distances(robot, side, placed[rows], standing[rows])
-    return gap
-
-
-def _feet(stance: Stance, footsteps: Sequence[Footstep]) -> tuple[Array, Array]:
-    """Poses of the placed and of the standing soles, (N, 3) each."""
-    placed = np.array([step.pose for step in footsteps])
-    first = np.array([stance.foot(other(footsteps[0].side))])
-    return placed, np.vstack([first, placed[:-1]])
+    for first, side in enumerate(sides[:2]):
+        gap[first::2] = sole_distances(robot, side, placed[first::2], standing[first::2])
+    yield "distance between the soles [m]", gap, limits.clearance, -1.0
 
 
 def _require_plain(number: int, step: Footstep) -> None:

@@ -12,6 +12,8 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
 
 from walking.errors import InvalidFootsteps
@@ -172,16 +174,16 @@ def _piece(
     fewest = max(2, math.ceil(max(along, across) - 1e-9) + 1)
     for count in range(fewest, min(max(2 * fewest, fewest + _LONGER), most) + 1):
         for leading, side in itertools.product(("", *SIDES), feet):
-            steps = _placed(limits, begin, end, count, side, leading, duration)
-            if fits(robot, stance, steps):
-                return steps
+            sides, placed = _placed(limits, begin, end, count, side, leading)
+            if fits(robot, stance, sides, placed):
+                return [Footstep(foot, x, y, yaw, duration)
+                        for foot, (x, y, yaw) in zip(sides, placed.tolist(), strict=True)]
     return None
 
 
 def _placed(
-    limits: StepLimits, begin: Pose, end: Pose, count: int, first: str, leading: str,
-    duration: float,
-) -> list[Footstep]:
+    limits: StepLimits, begin: Pose, end: Pose, count: int, first: str, leading: str
+) -> tuple[list[str], Array]:
     """Place a number of footsteps evenly along a piece; the last two are at its end.
 
     Args:
@@ -191,27 +193,25 @@ def _placed(
         count: Number of footsteps.
         first: Foot of the first step.
         leading: Foot whose steps alone advance sideways and turn; empty if each step does.
-        duration: Duration of a step [s].
+
+    Returns:
+        Sides of the footsteps, and x, y [m] and yaw [rad] of the soles, (N, 3).
     """
     sides = [first if index % 2 == 0 else other(first) for index in range(count)]
-    advances = [index for index in range(count - 1) if leading in ("", sides[index])]
+    advances = np.array([leading in ("", side) for side in sides])
+    advances[-1] = False
     # With a foot that leads, its last step may be the last but one or the last but two.
-    shares, done = [], 0
-    for index in range(count):
-        done += index in advances
-        shares.append(done / len(advances) if advances else 1.0)
-    heading = Pose(0.0, 0.0, begin.yaw)
-    way = Pose(end.x - begin.x, end.y - begin.y, 0.0).seen_from(heading)
-    steps = []
-    for index, (side, share) in enumerate(zip(sides, shares, strict=True)):
-        ahead = min(1.0, (index + 1) / (count - 1))
-        middle = begin.moved(way.x * ahead, way.y * share)
-        yaw = begin.yaw + share * (end.yaw - begin.yaw)
-        if index >= count - 2 and share == 1.0:
-            middle = end
-        pose = Pose(middle.x, middle.y, yaw).moved(0.0, OUTWARD[side] * 0.5 * limits.width)
-        steps.append(Footstep(side, *pose, duration))
-    return steps
+    share = np.cumsum(advances) / advances.sum() if advances.any() else np.ones(count)
+    ahead = np.minimum(1.0, np.arange(1, count + 1) / (count - 1))
+    way = Pose(end.x, end.y, begin.yaw).seen_from(begin)
+    cos, sin = math.cos(begin.yaw), math.sin(begin.yaw)
+    x, y = way.x * ahead, way.y * share
+    yaw = begin.yaw + share * (end.yaw - begin.yaw)
+    aside = 0.5 * limits.width * np.array([OUTWARD[side] for side in sides])
+    placed = np.column_stack([
+        begin.x + cos * x - sin * y - aside * np.sin(yaw),
+        begin.y + sin * x + cos * y + aside * np.cos(yaw), yaw])
+    return sides, placed
 
 
 def _at(stance: Stance, wanted: Stance) -> bool:

@@ -14,8 +14,8 @@ from walking.footsteps.soles import sole_distances
 from walking.pattern.course import Course
 from walking.pattern.timing import Schedule
 
-# Time after lift-off and before touchdown in which the foot moves up and down only [s]. It counts in
-# whole samples, because the jerk jumps where the travel begins and ends.
+# Time after lift-off and before touchdown in which the foot moves up and down only [s]. It is a
+# whole number of samples, because the jerk jumps where the travel begins and ends.
 _UPRIGHT = 0.04
 _TRIES = 8  # largest number of detours that are tried
 _NEAR = 1e-4  # by how much a foot may come nearer to the other than its clearance [m]
