@@ -13,6 +13,7 @@ from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.zmp import zmp_of
 from walking.footsteps.footstep import Pose
+from walking.pattern.plan import plan_walk
 
 ENGINES = ("pybullet", "mujoco")
 
@@ -59,22 +60,34 @@ def zmp_margins(robot, log, rows, window=20):
     return np.array(found)
 
 
-def simulate(robot, plan, engine, **settings):
-    """Walk a plan from time 0 and judge it two seconds after its end."""
+def simulate(robot, plan, engine, later=(), **settings):
+    """Walk a plan from time 0 and judge it two seconds after its end.
+
+    Each of `later` is a time [s] and a plan that replaces what is followed from that time on; it is
+    sent 20 ms before.
+    """
     world = World(robot.config, load_door("paper"), 8.0, -8.0, engine=engine, **settings)
     try:
-        knots = plan.knots
-        world.follow(TrajectoryArrays(
-            robot.joint_names, knots.time.tolist(), knots.position.tolist(),
-            knots.velocity.tolist(), knots.acceleration.tolist()), 0.0)
-        while world.time < plan.duration + 2.0 and not world.fell:
+        waiting = [(0.0, plan), *later]
+        end = waiting[-1][0] + waiting[-1][1].duration
+        while world.time < end + 2.0 and not world.fell:
+            if waiting and world.time >= waiting[0][0] - 0.021:
+                start, new = waiting.pop(0)
+                knots = new.knots
+                world.follow(TrajectoryArrays(
+                    robot.joint_names, knots.time.tolist(), knots.position.tolist(),
+                    knots.velocity.tolist(), knots.acceleration.tolist()), start)
             world.step()
         log = world.log(with_com=False)
     finally:
         world.close()
+    return judged(robot, log, later[-1][1].stance.middle if later else plan.stance.middle, plan)
+
+
+def judged(robot, log, goal, plan):
+    """Judge a log by the goal; slip is that of the single supports of the first plan."""
     places = {side: log[f"{side}_sole_position"] for side in SIDES}
     start, end = (0.5 * sum(places[side][row, :2] for side in SIDES) for row in (0, -1))
-    goal = plan.stance.middle
     yaw = float(np.mean([heading(log[f"{side}_sole_quaternion"])[-1] for side in SIDES]))
     off = Pose(*(end - start), yaw).seen_from(goal)
     slips = []
@@ -127,3 +140,19 @@ def test_friction_of_the_floor_hardly_matters(robot, walk_to, friction):
     """The friction that the plan checks for is enough, also in a turn."""
     plan = walk_to(0.4, 0.2, 60.0)
     assert_walked(simulate(robot, plan, "mujoco", friction=friction), 0.6)
+
+
+@pytest.mark.nightly("tens of seconds")
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_to, engine):
+    """Two steps ahead at a time, each plan ends at rest; the last one has no further step."""
+    whole = walk_to(1.6, 0.3, 40.0)
+    later, state, time = [], whole.boundaries[0], whole.begin_of(0)
+    stop = 6
+    for step in range(stop):
+        plan = plan_walk(robot, state, whole.footsteps[step : step + 2])
+        later.append((time, plan))
+        state, time = plan.boundaries[1], time + plan.begin_of(1)
+    later.append((time, plan_walk(robot, state, [])))
+    found = simulate(robot, whole, engine, later)
+    assert_walked(found, 1.0)

@@ -97,7 +97,7 @@ def _plan_retime(_: Path) -> Measurement:
 def _plan_walk(_: Path) -> Measurement:
     ours, peer, duration = bench_walking.plan_walk()
     return Measurement(
-        ours, f"ms for a walk of {duration:.1f} s, footsteps included", False,
+        ours, f"ms of processor time for a walk of {duration:.1f} s, footsteps included", False,
         "inverse kinematics, Newton-Euler and ZMP sample by sample, without control and checks",
         peer, "target: at most 500 ms for 15 s")
 
@@ -105,7 +105,7 @@ def _plan_walk(_: Path) -> Measurement:
 def _plan_step(_: Path) -> Measurement:
     ours, largest = bench_walking.plan_step()
     return Measurement(
-        ours, "ms for two steps and the end from a state of a walk, median", False,
+        ours, "ms of processor time for two steps and the end from within a walk, median", False,
         reference=f"largest {largest:.1f} ms; target: at most 20 ms")
 
 

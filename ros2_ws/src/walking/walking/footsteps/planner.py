@@ -64,6 +64,8 @@ def plan_footsteps(
     """
     limits = needed(robot.footsteps, "footsteps")
     _check_goal(stance, goal)
+    if first not in (None, *SIDES):
+        raise InvalidFootsteps(quantity="first", value=first, limit=" or ".join(SIDES))
     begin = stance.middle
     if not whole_turns:
         goal = Pose(goal.x, goal.y, begin.yaw + wrapped(goal.yaw - begin.yaw))

