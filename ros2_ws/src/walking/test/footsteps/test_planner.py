@@ -103,3 +103,20 @@ def test_goals_that_are_no_numbers_or_too_far_are_refused(robot, half_sitting, g
         plan_footsteps(robot.config, half_sitting, goal)
     assert caught.value.limit is not None
     assert value is None or caught.value.value == value
+
+
+def test_a_stance_of_no_numbers_is_refused(robot):
+    """The error names the foot."""
+    stance = Stance(Pose(0.0, 0.1, math.inf), Pose(0.0, -0.1, 0.0))
+    with pytest.raises(InvalidFootsteps, match="left foot"):
+        plan_footsteps(robot.config, stance, Pose(1.0, 0.0, 0.0))
+
+
+def test_feet_that_stand_far_apart_come_together_first(robot):
+    """From the widest and most turned stances every near goal is reached, with either foot."""
+    stance = Stance(Pose(0.1, 0.17, 0.17), Pose(-0.1, -0.16, -0.17))
+    for first in ("left", "right"):
+        for goal in (Pose(0.0, 0.0, 0.0), Pose(0.05, -0.1, -0.3), Pose(-0.4, 0.3, 1.0)):
+            steps = plan_footsteps(robot.config, stance, goal, first=first)
+            last = stances(stance, steps)[-1]
+            np.testing.assert_allclose(last.middle.seen_from(goal), 0.0, atol=1e-9)

@@ -38,7 +38,7 @@ def check_footsteps(
     if len(footsteps) > _MOST:
         _refuse("there are too many footsteps", "footsteps", len(footsteps), _MOST)
     for side in SIDES:
-        _require_numbers(f"the {side} foot before the first step", stance.foot(side))
+        require_numbers(f"the {side} foot before the first step", stance.foot(side))
     for number, step in enumerate(footsteps, start=1):
         _require_plain(number, step)
     for number in range(1, len(footsteps)):
@@ -94,13 +94,22 @@ def _distances(
 def _require_plain(number: int, step: Footstep) -> None:
     if step.side not in SIDES:
         _refuse(f"footstep {number} has an unknown side", "side", step.side, " or ".join(SIDES))
-    _require_numbers(f"footstep {number}", step.pose)
+    require_numbers(f"footstep {number}", step.pose)
     if not _SHORTEST <= step.duration <= _LONGEST:
         _refuse(f"footstep {number} has a duration out of range", "duration [s]", step.duration,
                 (_SHORTEST, _LONGEST))
 
 
-def _require_numbers(what: str, pose: Pose) -> None:
+def require_numbers(what: str, pose: Pose) -> None:
+    """Check that a pose consists of finite numbers.
+
+    Args:
+        what: What the pose is, for the message.
+        pose: The pose.
+
+    Raises:
+        InvalidFootsteps: A coordinate is not finite.
+    """
     for name, value in zip(("x [m]", "y [m]", "yaw [rad]"), pose, strict=True):
         if not math.isfinite(value):
             _refuse(f"{what} has a {name} that is not a number", name, value, "a finite number")

@@ -17,7 +17,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
 
 from walking.errors import InvalidFootsteps
-from walking.footsteps.checks import check_footsteps, fits
+from walking.footsteps.checks import check_footsteps, fits, require_numbers
 from walking.footsteps.footstep import (
     OUTWARD,
     Footstep,
@@ -59,11 +59,12 @@ def plan_footsteps(
         The footsteps; none if the feet are at the goal already.
 
     Raises:
-        InvalidFootsteps: The goal is no number or too far away, or no way leads there.
+        InvalidFootsteps: Stance or goal are no numbers, the goal is too far away, or no way leads
+            there.
         RobotConfigError: The robot has no limits of footsteps.
     """
     limits = needed(robot.footsteps, "footsteps")
-    _check_goal(stance, goal)
+    _check_poses(stance, goal)
     if first not in (None, *SIDES):
         raise InvalidFootsteps(quantity="first", value=first, limit=" or ".join(SIDES))
     begin = stance.middle
@@ -90,12 +91,10 @@ def plan_footsteps(
     return found
 
 
-def _check_goal(stance: Stance, goal: Pose) -> None:
-    for name, value in zip(("x [m]", "y [m]", "yaw [rad]"), goal, strict=True):
-        if not math.isfinite(value):
-            raise InvalidFootsteps(
-                f"the goal's {name} is {value}, a finite number is needed",
-                quantity=name, value=value, limit="a finite number")
+def _check_poses(stance: Stance, goal: Pose) -> None:
+    for side in SIDES:
+        require_numbers(f"the {side} foot", stance.foot(side))
+    require_numbers("the goal", goal)
     distance = math.hypot(goal.x - stance.middle.x, goal.y - stance.middle.y)
     if not distance <= _FARTHEST:
         raise InvalidFootsteps(
