@@ -39,7 +39,7 @@ def test_an_unknown_benchmark_is_refused_with_the_known_names(capsys):
 def test_the_contracts_benchmarks_exist_for_both_engines():
     """Those without an engine's name in them are PyBullet's."""
     assert {"engine_step", "bridge_overhead", "bridge_overhead_mujoco", "real_time_factor",
-            "real_time_factor_mujoco", "view_cpu"} <= set(bench.BENCHMARKS)
+            "real_time_factor_mujoco", "view_cpu", "plan_walk"} <= set(bench.BENCHMARKS)
 
 
 @pytest.mark.parametrize(("name", "engine"), [

@@ -28,8 +28,11 @@ from hrp2_description.robot_types import (
     Step,
     needed,
 )
+from hrp2_description.step_limits import StepLimits, read_step_limits
 
-__all__ = ["Brace", "Drives", "RobotConfig", "SoleRubber", "load_robot_config", "needed"]
+__all__ = [
+    "Brace", "Drives", "RobotConfig", "SoleRubber", "StepLimits", "load_robot_config", "needed",
+]
 
 T = TypeVar("T")
 SIDES = ("left", "right")  # the order of the sides in every array
@@ -143,6 +146,8 @@ def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
         found["sole_rubber"] = _sole_rubber(data["sole_rubber"])
     if "disabled_collisions" in data:
         found["disabled_collisions"] = tuple((a, b) for a, b in data["disabled_collisions"])
+    if "footsteps" in data:
+        found["footsteps"] = read_step_limits(data["footsteps"])
     if "imu_frame" in data:
         found["imu_frame"] = data["imu_frame"]
     return found

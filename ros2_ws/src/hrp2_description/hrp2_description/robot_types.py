@@ -11,6 +11,7 @@ import numpy as np
 from door_impact_common.arrays import Array
 
 from hrp2_description.errors import RobotConfigError
+from hrp2_description.step_limits import StepLimits
 
 Rect = tuple[float, float, float, float]
 T = TypeVar("T")
@@ -204,6 +205,7 @@ class RobotConfig:
         brace: Contact through which the hitting arm leans on the trunk.
         sole_rubber: Rubber between an ankle and the floor.
         imu_frame: Link that contains the IMU.
+        footsteps: Limits of the footsteps of a walk.
     """
 
     name: str
@@ -234,6 +236,7 @@ class RobotConfig:
     brace: Brace | None = None
     sole_rubber: SoleRubber | None = None
     imu_frame: str | None = None
+    footsteps: StepLimits | None = None
 
     @property
     def armature(self) -> Array:

@@ -76,13 +76,20 @@ class Chain:
         self._skews = [np.array(pin.skew(axis)) for axis in self._axes]
         self._end = np.array(end.placement.translation)
 
-    def place(self, joints: Array, base: Array) -> ChainPose:
-        """Compute the pose for joints (N, J) [rad] and an upright base_link at (N, 3) [m]."""
+    def place(self, joints: Array, base: Array, base_yaw: Array | None = None) -> ChainPose:
+        """Compute the pose of the chain on an upright base_link.
+
+        Args:
+            joints: Joints in the robot's order, (N, J) [rad].
+            base: Positions of base_link in odom, (N, 3) [m].
+            base_yaw: Headings of base_link, (N,) [rad]; None means parallel to odom.
+        """
         n, count = len(joints), len(self.columns)
         axes, origins = np.empty((n, count, 3)), np.empty((n, count, 3))
         angle = joints[:, self.columns]
         sine, versed = np.sin(angle)[:, :, None, None], (1.0 - np.cos(angle))[:, :, None, None]
-        rotation, place = np.tile(np.eye(3), (n, 1, 1)), np.asarray(base, dtype=float)
+        rotation = np.tile(np.eye(3), (n, 1, 1)) if base_yaw is None else yaw_matrices(base_yaw)
+        place = np.asarray(base, dtype=float)
         for i, (turned, axis, skew) in enumerate(
             zip(self._turned, self._axes, self._skews, strict=True)
         ):
@@ -93,6 +100,15 @@ class Chain:
             across = _times(rotation, skew)  # Rodrigues' formula
             rotation = rotation + sine[:, i] * across + versed[:, i] * _times(across, skew)
         return ChainPose(axes, origins, place + _times(rotation, self._end))
+
+
+def yaw_matrices(angle: Array) -> Array:
+    """Compute the rotation matrices (N, 3, 3) of turns about z by angles (N,) [rad]."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    out = np.zeros((len(cos), 3, 3))
+    out[:, 0, 0], out[:, 0, 1], out[:, 1, 0], out[:, 1, 1] = cos, -sin, sin, cos
+    out[:, 2, 2] = 1.0
+    return out
 
 
 def _axis(joint: Any) -> Array:

@@ -90,8 +90,10 @@ class BodyGeometry:
         self._model, self.left_out = load_shapes(robot)
         objects = list(self._model.geometryObjects)
         self.links = tuple(robot.model.frames[item.parentFrame].name for item in objects)
-        self._levers = np.array([levers(robot, item) for item in objects])
+        found = [levers(robot, item) for item in objects]
+        self._levers = np.array([joint for joint, _ in found])
         self._levers = self._levers.reshape(len(objects), len(robot.joint_names))
+        self._base_levers = np.array([base for _, base in found])
         joints = [int(item.parentJoint) for item in objects]
         joined = joined_bodies(robot.model, set(joints))
         counted, excluded = [], set()
@@ -146,6 +148,7 @@ class BodyGeometry:
             motion: The motion.
             limit: Distance that bodies must keep [m]; the pairs of `resting` must keep less.
         """
+        # The heading of the base moves all bodies alike.
         at = self._distances(self._pairs, self._configurations(motion.base, motion.joints))
         return nearest(self._pairs, motion.joints, at, self._required(limit), motion.time)
 
@@ -169,14 +172,17 @@ class BodyGeometry:
         """
         count = max(1, int(np.searchsorted(motion.time, until + 1e-9)))
         base, joints = motion.base[:count], motion.joints[:count]
-        pairs, box = self._leaf_pairs(leaf, may_touch)
-        distances = self._distances(pairs, self._configurations(base, joints))
+        yaw = None if motion.base_yaw is None else motion.base_yaw.angle[:count]
+        pairs, box = self._leaf_pairs(leaf, may_touch, turns=yaw is not None)
+        distances = self._distances(pairs, self._configurations(base, joints, yaw))
 
         def at(sample: int, which: Indices) -> Array:
             box.placement = leaf.pose(sample)
             return distances(sample, which)
 
         course = np.column_stack([joints, base, leaf.angle[:count]])
+        if yaw is not None:
+            course = np.column_stack([course, yaw])
         return nearest(pairs, course, at, np.full(len(pairs.names), limit), motion.time)
 
     def _self_pairs(self, counted: list[tuple[int, int]]) -> Pairs:
@@ -189,12 +195,20 @@ class BodyGeometry:
         names = [(self.links[a], self.links[b]) for a, b in counted]
         return Pairs(self._model, self._model.createData(), names, slopes)
 
-    def _leaf_pairs(self, leaf: LeafCourse, may_touch: Collection[str]) -> tuple[Pairs, Any]:
-        """Pair every shape that must not touch with the leaf; return the pairs and the leaf."""
+    def _leaf_pairs(
+        self, leaf: LeafCourse, may_touch: Collection[str], *, turns: bool = False
+    ) -> tuple[Pairs, Any]:
+        """Pair every shape that must not touch with the leaf; return the pairs and the leaf.
+
+        If the base turns, its heading is the last coordinate.
+        """
         geometry, names, slopes = self._with_leaf(
             leaf.width, leaf.thickness, leaf.height, frozenset(may_touch))
         # The work space is new each time, because coal starts each search from its last result:
         # a used one would make a plan depend on the plans before it, by less than 1e-6 m.
+        if turns:
+            kept = [i for i, name in enumerate(self.links) if name not in may_touch]
+            slopes = np.column_stack([slopes, self._base_levers[kept]])
         pairs = Pairs(geometry, geometry.createData(), names, slopes)
         return pairs, geometry.geometryObjects[len(self.links)]
 
@@ -232,9 +246,11 @@ class BodyGeometry:
         every = np.arange(len(pairs.names))
         return np.minimum(at(0, every), at(1, every))
 
-    def _configurations(self, base: Array, joints: Array) -> Array:
+    def _configurations(self, base: Array, joints: Array, yaw: Array | None = None) -> Array:
         q = np.tile(np.array(pin.neutral(self._robot.model)), (len(base), 1))
         q[:, :3] = base
+        if yaw is not None:
+            q[:, 5], q[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)
         q[:, self._robot.q_index] = joints
         return q
 

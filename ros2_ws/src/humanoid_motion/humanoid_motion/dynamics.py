@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 
-from humanoid_motion.motion import Motion
+from humanoid_motion.chain import yaw_matrices
+from humanoid_motion.motion import BaseYaw, Motion
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.zmp import zmp_of
 
@@ -56,14 +57,14 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
 
     Args:
         robot: The robot.
-        motion: The motion; base_link stays upright, so its axes are those of odom.
+        motion: The motion; base_link stays upright.
         load: External force on the hand, e.g. that of the door.
     """
     com, force, moment, torque = _newton_euler(robot, motion)
     if load is not None:
         force = force - load.force
         moment = moment - np.cross(load.point, load.force)
-        hand = robot.hand_chain.place(motion.joints, motion.base)
+        hand = robot.hand_chain.place(motion.joints, motion.base, _heading(motion))
         torque[:, robot.hand_chain.columns] -= hand.torques(load.force, np.zeros_like(load.force))
     zmp = zmp_of(force, moment)
     moment_z = moment[:, 2] - (zmp[:, 0] * force[:, 1] - zmp[:, 1] * force[:, 0])
@@ -88,14 +89,41 @@ def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Arra
     a = np.zeros((n, robot.model.nv))
     a[:, :3] = motion.base_acceleration
     a[:, robot.v_index] = motion.joint_acceleration
+    turn = None if motion.base_yaw is None else _turn_base(motion.base_yaw, q, v, a)
     tau, com = np.empty_like(v), np.empty((n, 3))
     model, data = robot.model, robot.data
     for i in range(n):
         tau[i] = pin.rnea(model, data, q[i], v[i], a[i])
         # The joints' placements are known from `rnea`, so this takes a fifth of a call with q.
         com[i] = pin.centerOfMass(model, data, pin.POSITION, False)
-    force = tau[:, :3]
-    return com, force, tau[:, 3:6] + np.cross(motion.base, force), tau[:, robot.v_index]
+    force, moment = tau[:, :3], tau[:, 3:6]
+    if turn is not None:
+        force, moment = _turned(turn, force), _turned(turn, moment)
+    return com, force, moment + np.cross(motion.base, force), tau[:, robot.v_index]
+
+
+def _heading(motion: Motion) -> Array | None:
+    return None if motion.base_yaw is None else motion.base_yaw.angle
+
+
+def _turn_base(yaw: BaseYaw, q: Array, v: Array, a: Array) -> Array:
+    """Turn the base in Pinocchio's q, v and a; return the rotation matrices, (N, 3, 3).
+
+    Pinocchio's velocity of a free base is in the base's own axes, and its acceleration is the
+    derivative of these components, which lacks the part omega x v of the acceleration in odom.
+    """
+    turn = yaw_matrices(yaw.angle)
+    q[:, 5], q[:, 6] = np.sin(0.5 * yaw.angle), np.cos(0.5 * yaw.angle)
+    back = np.swapaxes(turn, 1, 2)
+    v[:, :3], a[:, :3] = _turned(back, v[:, :3]), _turned(back, a[:, :3])
+    v[:, 5], a[:, 5] = yaw.speed, yaw.acceleration
+    a[:, 0] += yaw.speed * v[:, 1]
+    a[:, 1] -= yaw.speed * v[:, 0]
+    return turn
+
+
+def _turned(turn: Array, vectors: Array) -> Array:
+    return np.asarray(np.einsum("nij,nj->ni", turn, vectors))
 
 
 def joint_torques(
@@ -104,11 +132,12 @@ def joint_torques(
     dynamics: Dynamics,
     feet: dict[str, Array],
     sides: Sequence[str],
+    feet_yaw: Mapping[str, float] | None = None,
 ) -> Array:
     """Compute the joint torques with the floor's force distributed over the feet.
 
-    The share of each foot follows linearly from the position of the ZMP between the soles' centres
-    along y. The feet exert no internal force on each other.
+    The share of each foot follows linearly from the position of the ZMP along the line between
+    the soles' centres. The feet exert no internal force on each other.
 
     Args:
         robot: The robot.
@@ -116,11 +145,14 @@ def joint_torques(
         dynamics: Inverse dynamics of the motion.
         feet: Positions of the soles in odom, by side, (3,) each [m].
         sides: Sides of the soles that bear load.
+        feet_yaw: Headings of these soles in odom, by side [rad]; None means parallel to odom.
 
     Returns:
         Torques, (N, J) [N m].
     """
-    centres = {side: robot.feet[side].corners(feet[side]).mean(axis=0) for side in sides}
+    yaw = feet_yaw or dict.fromkeys(sides, 0.0)
+    centres = {side: robot.feet[side].corners(feet[side], yaw[side]).mean(axis=0)
+               for side in sides}
     share = _shares(dynamics.zmp, centres)
     centre = sum(share[side][:, None] * centres[side] for side in sides)
     out = dynamics.torque.copy()
@@ -130,7 +162,7 @@ def joint_torques(
         moment = np.cross(place - np.asarray(feet[side], dtype=float), force)
         moment[:, 2] += share[side] * dynamics.moment_z
         chain = robot.leg_chains[side]
-        pose = chain.place(motion.joints, motion.base)
+        pose = chain.place(motion.joints, motion.base, _heading(motion))
         out[:, chain.columns] -= pose.torques(force, moment)
     return out
 
@@ -139,6 +171,6 @@ def _shares(zmp: Array, centres: dict[str, Array]) -> dict[str, Array]:
     """Compute the share of the floor's force that each sole bears, (N,) each."""
     if len(centres) == 1:
         return {side: np.ones(len(zmp)) for side in centres}
-    right, left = centres["right"], centres["left"]
-    part = np.clip((zmp[:, 1] - right[1]) / (left[1] - right[1]), 0.0, 1.0)
+    right, line = centres["right"], centres["left"] - centres["right"]
+    part = np.clip((zmp - right) @ line / (line @ line), 0.0, 1.0)
     return {"left": part, "right": 1.0 - part}

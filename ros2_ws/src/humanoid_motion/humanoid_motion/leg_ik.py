@@ -155,7 +155,7 @@ def leg_ik(
     if foot is None:
         return np.column_stack([
             np.zeros_like(knee), -ankle_roll, -(knee + ankle_pitch), knee, ankle_pitch, ankle_roll])
-    hip = foot @ _rot_x(-ankle_roll) @ _rot_y(-(knee + ankle_pitch))
+    hip = np.broadcast_to(foot, (len(p), 3, 3)) @ _rot_xy(-ankle_roll, -(knee + ankle_pitch))
     return np.column_stack(
         [
             np.arctan2(-hip[:, 0, 1], hip[:, 1, 1]),
@@ -199,11 +199,11 @@ def _raise_unreached(geometry: LegGeometry, length2: Array) -> NoReturn:
     )
 
 
-def _rot_x(angle: Array) -> Array:
-    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-    return np.stack([one, zero, zero, zero, c, -s, zero, s, c], axis=-1).reshape(-1, 3, 3)
-
-
-def _rot_y(angle: Array) -> Array:
-    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-    return np.stack([c, zero, s, zero, one, zero, -s, zero, c], axis=-1).reshape(-1, 3, 3)
+def _rot_xy(roll: Array, pitch: Array) -> Array:
+    """Compute the matrices (N, 3, 3) of turns by pitch about y and then by roll about x."""
+    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+    out = np.empty((len(roll), 3, 3))
+    out[:, 0, 0], out[:, 0, 1], out[:, 0, 2] = cp, 0.0, sp
+    out[:, 1, 0], out[:, 1, 1], out[:, 1, 2] = sr * sp, cr, -sr * cp
+    out[:, 2, 0], out[:, 2, 1], out[:, 2, 2] = -cr * sp, sr, cr * cp
+    return out

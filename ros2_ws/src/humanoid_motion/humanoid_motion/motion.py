@@ -11,8 +11,23 @@ from scipy.interpolate import make_interp_spline
 
 
 @dataclass(frozen=True)
+class BaseYaw:
+    """The heading of an upright base_link at N samples: its turn about odom's z axis.
+
+    Attributes:
+        angle: Angles, without jumps by a whole turn, (N,) [rad].
+        speed: Angular velocities, (N,) [rad/s].
+        acceleration: Angular accelerations, (N,) [rad/s^2].
+    """
+
+    angle: Array
+    speed: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True)
 class Motion:
-    """A whole-body motion at N samples; base_link stays parallel to odom.
+    """A whole-body motion at N samples; base_link stays upright.
 
     Attributes:
         time: Times since the start of the phase, increasing, (N,) [s].
@@ -22,6 +37,7 @@ class Motion:
         base: Position of base_link in odom, (N, 3) [m].
         base_speed: Velocity of base_link in odom, (N, 3) [m/s].
         base_acceleration: Acceleration of base_link in odom, (N, 3) [m/s^2].
+        base_yaw: Heading of base_link; None if base_link stays parallel to odom.
     """
 
     time: Array
@@ -31,6 +47,7 @@ class Motion:
     base: Array
     base_speed: Array
     base_acceleration: Array
+    base_yaw: BaseYaw | None = None
 
     def __len__(self) -> int:
         """Return the number of samples."""

@@ -2,8 +2,8 @@
 
 Joint vectors are in the robot's own order, `RobotConfig.joint_names`; a shape (J,) has one entry
 for each joint. Joints of the URDF that are not in this list are fixed at zero. The base is a free
-joint; in every planned motion the axes of base_link stay parallel to those of odom. q and v are
-Pinocchio's vectors of configuration and velocity.
+joint; in every planned motion base_link stays upright, and in those of the hit its axes stay
+parallel to those of odom. q and v are Pinocchio's vectors of configuration and velocity.
 """
 
 from __future__ import annotations
@@ -46,10 +46,15 @@ class Foot:
     sole: Array
     rectangle: tuple[float, float, float, float]
 
-    def corners(self, position: ArrayLike) -> Array:
-        """Compute the corners of the support area, (4, 2) [m], of a sole at a position (3,) [m]."""
+    def corners(self, position: ArrayLike, yaw: float = 0.0) -> Array:
+        """Compute the corners of the support area, (4, 2) [m].
+
+        Args:
+            position: Position of the sole in odom, (3,) [m].
+            yaw: Heading of the sole in odom [rad].
+        """
         x, y = np.asarray(position, dtype=float)[:2]
-        return np.asarray(sole_corners(self.rectangle, (x, y, 0.0)))
+        return np.asarray(sole_corners(self.rectangle, (x, y, yaw)))
 
 
 class RobotModel:

@@ -6,12 +6,15 @@ The same solver serves every phase, with upper body, height and feet given for e
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from numpy.typing import ArrayLike, NDArray
 
+from humanoid_motion.chain import yaw_matrices
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.motion import Motion
@@ -34,6 +37,10 @@ def solve(
     feet: dict[str, Array],
     strict: bool = True,
     near: Array | None = None,
+    tolerance: float = _TOLERANCE,
+    waist_per_com: float | None = None,
+    base_yaw: ArrayLike | None = None,
+    feet_yaw: Mapping[str, ArrayLike] | None = None,
 ) -> tuple[Array, Array]:
     """Compute joints and base for a course of the CoM over the floor.
 
@@ -43,11 +50,16 @@ def solve(
             columns are ignored.
         com_xy: x and y of the CoM in odom, (N, 2) [m].
         waist_z: Height of base_link in odom, (N,) or a number [m].
-        feet: Position of the sole in odom for each side, (N, 3) or (3,) [m]; soles stay level and
-            parallel to odom.
+        feet: Position of the sole in odom for each side, (N, 3) or (3,) [m]; soles stay level.
         strict: Whether to raise an error if a leg does not reach; otherwise that sample is NaN.
         near: Positions of base_link in odom where the search begins, (N, 3) [m]; None begins
             above the CoM.
+        tolerance: Largest error of the CoM [m].
+        waist_per_com: Displacement of the waist per displacement of the CoM, where it is known to a
+            few percent; None means that the search finds it.
+        base_yaw: Headings of the upright base_link, (N,) or a number [rad]; with `feet_yaw`.
+        feet_yaw: Headings of the soles by side, (N,) or numbers [rad]; None means that soles and
+            base_link stay parallel to odom.
 
     Returns:
         Joints (N, J) [rad] and positions of base_link in odom (N, 3) [m].
@@ -62,16 +74,22 @@ def solve(
     base[:, :2] = target if near is None else near[:, :2]
     base[:, 2] = waist_z
     q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
-    slope = np.full((n, 2), _WAIST_PER_COM)
+    turns = None
+    if base_yaw is not None and feet_yaw is not None:
+        heading = np.array(np.broadcast_to(np.asarray(base_yaw, dtype=float), n))
+        q[:, 5], q[:, 6] = np.sin(0.5 * heading), np.cos(0.5 * heading)
+        turns = _LegTurns(robot, heading, feet_yaw)
+    slope = np.full((n, 2), waist_per_com or _WAIST_PER_COM)
     before, step = None, np.zeros((n, 2))
     for _ in range(_MAX_ITERATIONS):
-        _place_legs(robot, joints, base, feet, strict)
+        _place_legs(robot, joints, base, feet, strict, turns)
         q[:, :3] = base
         q[:, robot.q_index] = joints
         error = target - _com_xy(robot, q)
-        if np.nanmax(np.abs(error), initial=0.0) < _TOLERANCE:
+        if np.nanmax(np.abs(error), initial=0.0) < tolerance:
             return joints, base
-        if before is not None:  # secant, where the step was long enough for a reliable slope
+        if before is not None and waist_per_com is None:
+            # Secant, where the step was long enough for a reliable slope.
             gained = before - error
             clear = np.abs(gained) > 1e-7
             slope[clear] = (step[clear] / gained[clear]).clip(*_SLOPES)
@@ -80,20 +98,40 @@ def solve(
     worst = float(np.nanmax(np.abs(error)))
     raise PostureUnreachable(
         f"no position of the waist puts the CoM where it should be: an error of {worst:.2e} m "
-        f"remains, {_TOLERANCE:.0e} m are allowed",
+        f"remains, {tolerance:.0e} m are allowed",
         quantity="CoM error [m]",
         value=worst,
-        limit=_TOLERANCE,
+        limit=tolerance,
     )
 
 
+class _LegTurns:
+    """Turns of base and feet about the vertical that stay the same throughout the search."""
+
+    def __init__(
+        self, robot: RobotModel, base_yaw: Array, feet_yaw: Mapping[str, ArrayLike]
+    ) -> None:
+        self.to_base = yaw_matrices(-base_yaw)
+        self.sole, self.foot = {}, {}
+        for side in SIDES:
+            yaw = np.broadcast_to(np.asarray(feet_yaw[side], dtype=float), base_yaw.shape)
+            self.sole[side] = yaw_matrices(yaw) @ robot.feet[side].sole
+            self.foot[side] = yaw_matrices(yaw - base_yaw)
+
+
 def _place_legs(
-    robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array], strict: bool
+    robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array], strict: bool,
+    turns: _LegTurns | None,
 ) -> None:
     for side in SIDES:
-        ankle = np.asarray(feet[side], dtype=float) - robot.feet[side].sole
+        place, rotation = np.asarray(feet[side], dtype=float), None
+        if turns is None:
+            ankle = place - robot.feet[side].sole - base
+        else:
+            rotation = turns.foot[side]
+            ankle = np.einsum("nij,nj->ni", turns.to_base, place - turns.sole[side] - base)
         joints[:, robot.leg_columns[side]] = leg_ik(
-            robot.legs[side], ankle - base, strict=strict)
+            robot.legs[side], ankle, rotation, strict=strict)
 
 
 def _com_xy(robot: RobotModel, q: Array) -> Array:

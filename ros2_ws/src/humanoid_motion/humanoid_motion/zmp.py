@@ -7,7 +7,7 @@ The ZMP is the point of the floor about which the contact forces have no horizon
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -38,7 +38,13 @@ def zmp_of(force: ArrayLike, moment: ArrayLike, height: float = 0.0) -> Array:
     return np.stack([x, y], axis=-1)
 
 
-def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequence[str]) -> Array:
+def margins(
+    robot: RobotModel,
+    zmp: Array,
+    feet: dict[str, Array],
+    sides: Sequence[str],
+    feet_yaw: Mapping[str, float] | None = None,
+) -> Array:
     """Compute the distance of the ZMP to the nearest edge of the support polygon.
 
     Args:
@@ -46,11 +52,13 @@ def margins(robot: RobotModel, zmp: Array, feet: dict[str, Array], sides: Sequen
         zmp: x and y of the ZMP in odom, (N, 2) [m].
         feet: Positions of the soles that bear load in odom, by side, (3,) each [m].
         sides: Sides of the soles that bear load.
+        feet_yaw: Headings of these soles in odom, by side [rad]; None means parallel to odom.
 
     Returns:
         Distances (N,) [m]: positive inside, negative outside, minus infinity where the ZMP is NaN.
     """
-    hull = support_polygon(*(robot.feet[side].corners(feet[side]) for side in sides))
+    yaw = feet_yaw or dict.fromkeys(sides, 0.0)
+    hull = support_polygon(*(robot.feet[side].corners(feet[side], yaw[side]) for side in sides))
     distance = np.asarray(polygon_margin(zmp, hull), dtype=float)
     return np.where(np.isnan(distance), -np.inf, distance)
 

@@ -13,6 +13,7 @@ from door_impact_evaluation.bench import door as bench_door
 from door_impact_evaluation.bench import planner as bench_planner
 from door_impact_evaluation.bench import topics as bench_topics
 from door_impact_evaluation.bench import view as bench_view
+from door_impact_evaluation.bench import walking as bench_walking
 from door_impact_evaluation.errors import EvaluationError
 
 
@@ -91,6 +92,21 @@ def _plan_retime(_: Path) -> Measurement:
     return Measurement(
         ours, "ms to time the run-up anew for another v_rB, median", False,
         "inverse kinematics, Newton-Euler and ZMP sample by sample", peer, "target: under 10 ms")
+
+
+def _plan_walk(_: Path) -> Measurement:
+    ours, peer, duration = bench_walking.plan_walk()
+    return Measurement(
+        ours, f"ms of processor time for a walk of {duration:.1f} s, footsteps included", False,
+        "inverse kinematics, Newton-Euler and ZMP sample by sample, without control and checks",
+        peer, "target: at most 500 ms for 15 s")
+
+
+def _plan_step(_: Path) -> Measurement:
+    ours, largest = bench_walking.plan_step()
+    return Measurement(
+        ours, "ms of processor time for two steps and the end from within a walk, median", False,
+        reference=f"largest {largest:.1f} ms; target: at most 20 ms")
 
 
 def _engine_step(_: Path) -> Measurement:
@@ -177,6 +193,8 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "plan_service": _plan_service,
     "plan_longer": _plan_longer,
     "plan_retime": _plan_retime,
+    "plan_walk": _plan_walk,
+    "plan_walk_step": _plan_step,
     "engine_step": _engine_step,
     "bridge_overhead": _bridge_overhead("pybullet"),
     "bridge_overhead_mujoco": _bridge_overhead("mujoco"),

@@ -2,11 +2,13 @@
 
 The lower sole of the reference is assumed to stand flat and still on the floor, which determines
 the motion of base_link. All vectors are in the level frame: its origin is that of base_link, its
-axes are those of the lower sole.
+z axis is that of the lower sole, and its x axis points in the mean heading of the soles. So the
+frame does not jump when the other sole becomes the lower one, and it turns with a robot that turns.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,7 @@ from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 from humanoid_motion.spline import JointReference
 
 _LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
+_PARALLEL = 1e-6  # angle between the soles' headings below which they count as parallel [rad]
 _ON_FLOOR = 0.002  # largest height over the lower sole at which the other sole stands, too [m]
 
 
@@ -100,7 +103,7 @@ class ReferenceStanceModel:
         rotations, origins = [p.rotation for p in poses], [p.translation for p in poses]
         up = rotations[0][:, 2]
         lower = 0 if up.dot(origins[0]) <= up.dot(origins[1]) else 1
-        level = rotations[lower].T
+        level = _level_axes(rotations[lower].T, rotations[1 - lower])
         # The lower sole is at rest, so base_link has the opposite of the sole's relative motion.
         sole, world = self._soles[lower], pin.ReferenceFrame.WORLD
         v[:6] = -pin.getFrameVelocity(model, data, sole, world).vector
@@ -136,3 +139,13 @@ class ReferenceStanceModel:
             imu=level.dot(imu.rotation),
             imu_rate=np.array(imu_velocity.angular),
         )
+
+
+def _level_axes(lower: Array, other: Array) -> Array:
+    """Turn the transposed rotation matrix of the lower sole to the mean heading of both soles."""
+    x, y = lower[:2].dot(other[:, 0])
+    yaw = math.atan2(y, x)
+    if abs(yaw) < _PARALLEL:
+        return lower
+    cos, sin = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    return np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]).dot(lower)

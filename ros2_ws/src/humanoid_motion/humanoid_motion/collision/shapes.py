@@ -49,7 +49,7 @@ def load_shapes(robot: RobotModel) -> tuple[Any, tuple[str, ...]]:
     return geometry, tuple(dict.fromkeys(left_out))
 
 
-def levers(robot: RobotModel, item: Any) -> Array:
+def levers(robot: RobotModel, item: Any) -> tuple[Array, float]:
     """Bound the distance of a shape's points from the axis of each joint that moves it.
 
     Args:
@@ -58,6 +58,7 @@ def levers(robot: RobotModel, item: Any) -> Array:
 
     Returns:
         Upper bounds in the robot's joint order, (J,) [m]; 0 for joints that do not move the shape.
+        And an upper bound of the distance from base_link's origin [m].
     """
     model = robot.model
     item.geometry.computeLocalAABB()
@@ -69,7 +70,7 @@ def levers(robot: RobotModel, item: Any) -> Array:
         found[model.joints[joint].idx_v] = far
         far += float(np.linalg.norm(model.jointPlacements[joint].translation))
         joint = int(model.parents[joint])
-    return found[robot.v_index]
+    return found[robot.v_index], far
 
 
 def joined_bodies(model: Any, bodies: set[int]) -> set[tuple[int, int]]:

@@ -1,0 +1,34 @@
+"""The limits of footsteps in robot.yaml."""
+
+import math
+
+import pytest
+from hrp2_description.errors import RobotConfigError
+from hrp2_description.robot import load_robot_config
+from hrp2_description.step_limits import read_step_limits
+
+GOOD = {"ahead": 0.2, "back": 0.15, "width": 0.19, "narrowest": 0.17, "widest": 0.34,
+        "turn_deg": 20.0, "clearance": 0.02}
+
+
+def test_hrp2_has_limits_and_its_width_is_that_of_half_sitting():
+    """The feet of half-sitting are 0.19 m apart."""
+    limits = load_robot_config().footsteps
+    assert limits.width == pytest.approx(0.19)
+    assert limits.turn == pytest.approx(math.radians(20.0))
+
+
+@pytest.mark.parametrize(("change", "word"), [
+    ({"ahead": 0.0}, "ahead"), ({"clearance": math.nan}, "clearance"), ({"back": -0.1}, "back"),
+    ({"turn_deg": math.inf}, "turn"), ({"width": 0.4}, "narrowest to widest"),
+    ({"width": 0.1}, "narrowest to widest"), ({"stride": 1.0}, "stride")])
+def test_limits_that_cannot_be_are_refused(change, word):
+    """The error names the limit."""
+    with pytest.raises(RobotConfigError, match=word):
+        read_step_limits({**GOOD, **change})
+
+
+def test_a_missing_limit_is_refused():
+    """Each limit must be in the file."""
+    with pytest.raises(RobotConfigError, match="footsteps"):
+        read_step_limits({name: value for name, value in GOOD.items() if name != "ahead"})

@@ -1,0 +1,25 @@
+from setuptools import find_packages, setup
+
+PACKAGE = "walking"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "hypothesis"]},
+    zip_safe=True,
+    maintainer="hrp2_door_impact maintainers",
+    maintainer_email="maintainers@hrp2-door-impact.org",
+    description="Footsteps and whole-body walking motions by ZMP preview control.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "plan = walking.tools.plan_cli:main",
+        ],
+    },
+)

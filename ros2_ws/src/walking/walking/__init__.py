@@ -1,0 +1,1 @@
+"""Footsteps and whole-body walking motions, without ROS."""

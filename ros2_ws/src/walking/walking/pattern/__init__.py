@@ -1,0 +1,1 @@
+"""From footsteps to a whole-body motion that keeps the ZMP in the soles."""

@@ -1,0 +1,153 @@
+"""From footsteps to a walk: schedule, preview control, whole body, correction, checks, knots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
+from humanoid_motion.dynamics import inverse_dynamics
+from humanoid_motion.knots import Knots
+from humanoid_motion.motion import min_jerk_course
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.whole_body import solve
+
+from walking.footsteps.checks import check_footsteps
+from walking.footsteps.footstep import Footstep, stances
+from walking.pattern.checks import check_walk
+from walking.pattern.course import Course
+from walking.pattern.preview import preview_control
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState, rest_height, standing
+from walking.pattern.swing import feet_courses
+from walking.pattern.timing import Schedule, schedule
+from walking.pattern.walk_plan import WalkPlan
+from walking.pattern.whole_body import WAIST_PER_COM, BodyCourses, whole_body
+from walking.pattern.zmp_reference import rest_point, zmp_reference
+
+
+def plan_walk(
+    robot: RobotModel,
+    state: WalkState,
+    footsteps: Sequence[Footstep],
+    settings: WalkSettings | None = None,
+    *,
+    upper: Knots | None = None,
+    clearance: bool = True,
+) -> WalkPlan:
+    """Plan a walk over footsteps that ends at rest.
+
+    Args:
+        robot: The robot.
+        state: State in which the walk begins: `standing`, or a state of an earlier plan.
+        footsteps: The footsteps; without any, the robot comes to rest on its present stance.
+        settings: Settings; None means the defaults.
+        upper: Course of the upper body, with times from the beginning of the walk; the legs'
+            columns are ignored. None keeps the upper body as it is in `state`.
+        clearance: Whether the distances between the robot's bodies are checked.
+
+    Raises:
+        InvalidFootsteps: The footsteps are bad.
+        WalkInfeasible: The ZMP or friction would not be as required.
+        HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
+            to each other.
+    """
+    settings = settings or WalkSettings()
+    check_footsteps(robot.config, state.stance, footsteps)
+    plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
+    body = _body_courses(robot, state, footsteps, plan, settings, upper)
+    reference = zmp_reference(robot, plan, state.zmp)
+    control = preview_control(
+        settings.period, _com_height(robot, settings.waist_height), settings.horizon,
+        settings.jerk_weight)
+    cart = control.follow(state.cart, reference)
+    # A whole body that moves with the cart, and preview control on what its ZMP lacks.
+    rolling = Course(*np.moveaxis(cart.com, 1, 0))
+    rough = whole_body(robot, plan.time, rolling, body)
+    lack = reference - inverse_dynamics(robot, rough).zmp
+    correction = control.follow(state.correction, lack)
+    last = stances(state.stance, footsteps)[-1]
+    com = _ending_at_rest(cart.com + correction.com, rest_point(robot, last), plan)
+    near = (base[:, :2] + WAIST_PER_COM * (new - old) for base, new, old in zip(
+        (rough.base, rough.base_speed, rough.base_acceleration), com, rolling, strict=True))
+    motion = whole_body(robot, plan.time, com, body, Course(*near))
+    dynamics = inverse_dynamics(robot, motion)
+    checks = check_walk(robot, motion, dynamics, plan, settings, clearance=clearance)
+    knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
+    return WalkPlan(
+        knots=knots, motion=motion, com=dynamics.com, zmp=dynamics.zmp, zmp_reference=reference,
+        schedule=plan, footsteps=tuple(footsteps),
+        boundaries=tuple(
+            WalkState(
+                phase.stance, cart.state(phase.first), correction.state(phase.first),
+                reference[phase.first], float(body.waist.value[phase.first]),
+                body.upper.value[phase.first], at_rest=False)
+            for phase in plan.phases if phase.kind in ("double", "end")),
+        final=standing(robot, last, body.upper.value[-1]), checks=checks)
+
+
+def _ending_at_rest(com: Array, rest: Array, plan: Schedule) -> Course:
+    """Let the course of the CoM (N, 3, 2) end exactly at rest at a place (2,) [m].
+
+    In the second half of the end, what is left of the approach is taken away more and more: the
+    motion that the last position, speed and acceleration would be part of.
+    """
+    end = plan.phases[-1]
+    first = (end.first + end.last) // 2
+    before_end = (plan.time[first:] - plan.time[-1])[:, None]
+    position, speed, acceleration = com[-1] - np.vstack([rest, np.zeros((2, 2))])
+    left = Course(
+        position + before_end * speed + 0.5 * before_end**2 * acceleration,
+        speed + before_end * acceleration,
+        np.tile(acceleration, (len(before_end), 1)))
+    rise = min_jerk_course(plan.time[first:] - plan.time[first], -float(before_end[0, 0]))
+    taken = left.times(Course(*(rows[:, None] for rows in rise)))
+    out = com.copy()
+    out[first:] -= np.stack(list(taken), axis=1)
+    return Course(*np.moveaxis(out, 1, 0))
+
+
+def _body_courses(
+    robot: RobotModel, state: WalkState, footsteps: Sequence[Footstep], plan: Schedule,
+    settings: WalkSettings, upper: Knots | None,
+) -> BodyCourses:
+    return BodyCourses(
+        feet=feet_courses(robot.config, plan, footsteps, state.stance, settings.lift),
+        waist=_waist_course(robot, state, plan, settings),
+        upper=Course.constant(state.upper, len(plan.time)) if upper is None
+        else Course(*upper.at(plan.time)),
+        chest_swing=settings.chest_swing)
+
+
+def _waist_course(
+    robot: RobotModel, state: WalkState, plan: Schedule, settings: WalkSettings
+) -> Course:
+    """The waist sinks before the first step and rises in the end."""
+    time = plan.time
+    found = Course.constant(state.waist_height, len(time))
+    start, end = plan.phases[0], plan.phases[-1]
+    moves = [(end, rest_height(robot))]
+    if start.kind == "start":
+        moves.insert(0, (start, settings.waist_height))
+    now = state.waist_height
+    for phase, target in moves:
+        begin, last = time[phase.first], time[phase.last]
+        course = Course(*min_jerk_course(time - begin, last - begin))
+        found = found.plus(Course(*((target - now) * rows for rows in course)))
+        now = target
+    return found
+
+
+@lru_cache(maxsize=8)
+def _com_height(robot: RobotModel, waist_height: float) -> float:
+    """Height of the CoM above the floor with the feet beside each other [m]."""
+    half = robot.config.half_sitting
+    q = robot.configuration(np.zeros(3), half)
+    feet = {side: robot.frame_position(q, robot.feet[side].frame) * [1.0, 1.0, 0.0]
+            for side in SIDES}
+    com = robot.com(q)
+    joints, base = solve(robot, upper=half, com_xy=com[:2], waist_z=waist_height, feet=feet)
+    return float(robot.com(robot.configuration(base[0], joints[0]))[2])
+

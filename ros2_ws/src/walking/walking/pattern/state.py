@@ -1,0 +1,116 @@
+"""The state from which a walk is planned: at rest, or where an earlier walk begins a step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
+from humanoid_motion.robot_model import RobotModel
+
+from walking.errors import WalkInfeasible
+from walking.footsteps.footstep import Pose, Stance, as_array, wrapped
+from walking.pattern.preview import CartState
+from walking.pattern.settings import WalkSettings
+from walking.pattern.whole_body import TWIST_JOINT, feet_ahead
+from walking.pattern.zmp_reference import rest_point
+
+_FITS = 1e-3  # by how much a posture may miss the soles [m, rad]
+
+
+@dataclass(frozen=True)
+class WalkState:
+    """Reference state of the robot at rest or at the beginning of a double support.
+
+    Heading of the base and twist of the chest follow from the stance, and so the joints' reference
+    does.
+
+    Attributes:
+        stance: The soles.
+        cart: CoM and controller of the preview control on the reference.
+        correction: CoM and controller of the preview control on the error of the cart's ZMP; its
+            CoM adds to that of `cart`.
+        zmp: Reference of the ZMP, (2,) [m].
+        waist_height: Height of base_link [m].
+        upper: Joints in the robot's order, of which those of the upper body count, without the
+            twist of the chest, (J,) [rad].
+        at_rest: Whether the robot stands still.
+    """
+
+    stance: Stance
+    cart: CartState
+    correction: CartState
+    zmp: Array
+    waist_height: float
+    upper: Array
+    at_rest: bool
+
+    @property
+    def com(self) -> Array:
+        """Position, velocity and acceleration of the CoM, (3, 2) [m, m/s, m/s^2]."""
+        return self.cart.com + self.correction.com
+
+
+def rest_height(robot: RobotModel) -> float:
+    """Compute the height of base_link above the floor in half-sitting [m]."""
+    q = robot.configuration(np.zeros(3), robot.config.half_sitting)
+    return -float(robot.frame_position(q, robot.feet["right"].frame)[2])
+
+
+def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> WalkState:
+    """Return the state in which every walk ends: at rest, as high as in half-sitting.
+
+    Args:
+        robot: The robot.
+        stance: The soles.
+        upper: Joints of which those of the upper body count, (J,) [rad]; the default is
+            half-sitting.
+    """
+    chosen = np.array(robot.config.half_sitting if upper is None else upper, dtype=float)
+    return _resting(stance, rest_point(robot, stance), rest_height(robot), chosen)
+
+
+def resting(
+    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings
+) -> WalkState:
+    """Return the state of a robot that stands still in a posture, for instance after a hit.
+
+    Args:
+        robot: The robot.
+        stance: The soles.
+        joints: All joints, (J,) [rad].
+        settings: Settings of the walk that begins there.
+
+    Raises:
+        WalkInfeasible: The posture does not put the soles where they are, or the base does not
+            point in their mean heading.
+    """
+    upper = np.array(joints, dtype=float)
+    q = robot.configuration(np.zeros(3), upper)
+    (left, turn), (right, _) = (robot.frame_pose(q, robot.feet[side].frame) for side in SIDES)
+    yaw = stance.middle.yaw
+    base = Pose(0.0, 0.0, yaw).moved(float(left[0]), float(left[1]))
+    place = np.array([stance.left.x - base.x, stance.left.y - base.y, -left[2]])
+    other = Pose(float(place[0]), float(place[1]), yaw).moved(float(right[0]), float(right[1]))
+    off = max(
+        math.hypot(other.x - stance.right.x, other.y - stance.right.y), abs(right[2] - left[2]),
+        abs(wrapped(yaw + math.atan2(turn[1, 0], turn[0, 0]) - stance.left.yaw)),
+        float(np.abs(turn[2, :2]).max()))
+    if not off <= _FITS:
+        raise WalkInfeasible(
+            f"the posture does not fit the soles: they are off by {off:.4f} m or rad, "
+            f"{_FITS:g} are allowed",
+            quantity="posture of the legs [m, rad]", value=off, limit=_FITS)
+    q = robot.configuration(place, upper)
+    q[5], q[6] = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    upper[robot.config.index(TWIST_JOINT)] -= settings.chest_swing * feet_ahead(
+        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw))
+    return _resting(stance, robot.com(q)[:2], float(place[2]), upper)
+
+
+def _resting(stance: Stance, com: Array, height: float, upper: Array) -> WalkState:
+    return WalkState(
+        stance, CartState.at_rest(com), CartState.at_rest(np.zeros(2)), com, height, upper,
+        at_rest=True)

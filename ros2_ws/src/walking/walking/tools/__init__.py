@@ -1,0 +1,1 @@
+"""Command ``plan``, its text and its figures."""
