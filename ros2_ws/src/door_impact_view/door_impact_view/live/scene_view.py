@@ -177,6 +177,9 @@ class BalanceView:
 class ForceView:
     """Arrows of the forces on feet and hands, in the frames of their links.
 
+    An arrow ends where the force acts: what begins there would be hidden in the robot, because
+    the surroundings push.
+
     Args:
         scene: viser's scene.
         model: The robot in it.
@@ -197,17 +200,17 @@ class ForceView:
             if arrow.visible != (length > _LEAST_FORCE):
                 arrow.visible = length > _LEAST_FORCE
             if force is not None and arrow.visible:
-                tip = force * _METRES_PER_NEWTON
-                if np.abs(tip - arrow.points[0, 1]).max() > 10.0 * _MOVED:
-                    arrow.points = np.array([[np.zeros(3), tip]])
+                start = -force * _METRES_PER_NEWTON
+                if np.abs(start - arrow.points[0, 0]).max() > 10.0 * _MOVED:
+                    arrow.points = np.array([[start, np.zeros(3)]])
 
     def _add(self, link: str) -> Any:
         path = self._model.path(link)
         if path is None:
             return None
         self._arrows[link] = self._scene.add_arrows(
-            f"{path}/force", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.008,
-            head_radius=0.02, head_length=0.05, visible=False)
+            f"{path}/force", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.012,
+            head_radius=0.03, head_length=0.06, visible=False)
         return self._arrows[link]
 
 

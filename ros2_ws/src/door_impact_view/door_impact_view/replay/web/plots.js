@@ -1,6 +1,6 @@
 // The plots: their time axis shows the replay's time, and a click in a plot sets it.
 
-const PLOT_HEIGHT = 116; // fixed, because a height that follows the page's would grow for ever
+const PLOT_HEIGHT = 98; // fixed, because a height that follows the page's would grow for ever
 
 const SAME_TIME = 1e-3; // a sample that is this near counts, also at the edge of a gap [s]
 

@@ -176,6 +176,9 @@ class Replay {
   resize() {
     this.view.resize();
     for (const plot of this.plots) plot.resize(byId("plots").clientWidth);
+    for (const { classList, scrollWidth, clientWidth } of byId("phases").children) {
+      classList.toggle("narrow", scrollWidth > clientWidth); // no part of a name is shown
+    }
   }
 
   /** The place and orientation (w, x, y, z) of a tree's link in the world, for tests. */
