@@ -184,7 +184,8 @@ def test_a_refusal_appears_as_the_nodes_sentence(rig: Any) -> None:
     (request,) = asked
     assert request.desired_opening_angle == pytest.approx(math.radians(35.0))
     assert (request.run_up, request.ending) == ("", "retreat")
-    assert page.notifications[-1][1] == "no such angle: 35 deg is above <30> {deg}"
+    assert page.notifications[-1] == (
+        "Plan a hit for 35.0 deg: not done", "no such angle: 35 deg is above <30> {deg}")
     assert "35 deg is above &lt;30&gt; {deg}" in page.text()
 
 

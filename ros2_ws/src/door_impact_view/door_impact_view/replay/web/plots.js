@@ -69,7 +69,7 @@ class Plot {
       cursor: { show: false },
       scales: { x: { time: false, range: () => this.range } },
       axes: [{ size: 26, values: (_, ticks) => ticks.map((tick) => +tick.toFixed(4)) },
-             { size: 52, space: 22 }],
+             { size: 52, space: 16 }],
       padding: [8, 10, 0, 0],
       series: [{}, ...curves, ...limits.map((limit) => ({ ...limit, points: { show: false } }))],
       hooks: { draw: [(u) => this.lines(u, data)] },
