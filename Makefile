@@ -9,10 +9,12 @@ PYTHON := $(ENV) exec python3
 ROS2 := $(ENV) exec ros2
 RUNTIME :=
 WORKERS :=
+SITE_TOOLS :=
 else
 READY := .venv/.ready
 PYTHON := .venv/bin/python
 ROS2 := .venv/bin/ros2
+SITE_TOOLS := .venv/.site
 RUNTIME := embedded/tests
 # One worker more than cores: tests that wait for processes leave their core to others.
 WORKERS := -n $(shell expr $$(nproc) + 1) --maxprocesses 8 --dist loadscope --no-loadscope-reorder --max-worker-restart 0
@@ -36,7 +38,7 @@ SEED ?= 1
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo up test test-all test-runtime test-view screenshots lint bench sweep faults clean
+.PHONY: help setup demo up test test-all test-runtime test-view screenshots lint docs bench sweep faults clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
@@ -47,6 +49,7 @@ help:
 	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
 	@echo "make test-view   page and replay in a browser, if Chromium is installed; make screenshots  docs/view/"
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
+	@echo "make docs    the site of the documentation (out/site/index.html)"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed doors, how far they open (out/sweep/, out/sweep_hit_mujoco/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
@@ -76,6 +79,12 @@ $(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES) $
 	$(BIN)/python -m ros2_embedded.install ros2_ws/src
 	@touch $@
 
+# What only the site and the notebook need.
+$(VENV)/.site: docs/requirements.txt $(VENV)/.requirements
+	@echo "installing what the site needs into $(VENV)"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -r docs/requirements.txt
+	@touch $@
+
 ros2_ws/install/.ready: $(COLCON_FILES)
 	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, rosbags, tqdm' && \
 	  { python3 -c 'import pybullet' 2>/dev/null || python3 -c 'import mujoco'; } || \
@@ -99,7 +108,7 @@ test: $(READY)
 	@$(PYTHON) -m pytest $(WORKERS) -m "not nightly and not wall_clock" \
 	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
 
-test-all: $(READY)
+test-all: $(READY) $(SITE_TOOLS)
 	@$(PYTHON) -m pytest $(WORKERS) --hypothesis-profile whole -m "not wall_clock" \
 	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
 	@$(PYTHON) -m pytest --hypothesis-profile whole -m wall_clock tests ros2_ws/src
@@ -119,6 +128,10 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/.ready $(VENV)/.site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	@echo "written: out/site/index.html"
 
 bench: $(READY)
 	@$(ROS2) run door_impact_evaluation bench --out out/bench

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.palette import BLUE, PURPLE
 from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.robot_model import RobotModel
@@ -28,7 +29,7 @@ ANGLE = math.radians(25.0)  # desired opening angle [rad]
 FRONT, ABOVE = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])  # from the robot to the eye
 TOP = 1.55  # height at which the leaf is cut off in the front view [m]
 BODY, ARM, LEAF, SOLE = "#e8eaee", "#c3d5ea", "#e2c9a6", "#9aa3af"
-BROWN, RED, BLUE = "#7a4a1e", "#b5126f", "#1f5fa8"
+BROWN = "#7a4a1e"
 HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
 
 
@@ -41,7 +42,7 @@ def main(args: list[str] | None = None) -> None:
     plan = plan_impact(PlanRequest(ANGLE), KnownDoor.configured(load_door("paper")), robot)
     scene = plan_scene(plan, robot)
 
-    figure = Figure(figsize=(10.0, 5.6), layout="constrained")
+    figure = Figure(figsize=(10.0, 4.9), layout="constrained")
     FigureCanvasAgg(figure)
     front, above = figure.subplots(1, 2, width_ratios=[1.0, 1.12])
     draw_front(front, plan, robot, scene)
@@ -63,7 +64,7 @@ def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
     axis.axhline(0.0, color="k", linewidth=1.0)
     axis.plot([g[1], g[1]], [0.0, g[2]], color=BLUE, linewidth=1.0, linestyle="--", zorder=5)
     point(axis, (g[1], g[2]), "G", "center of mass", BLUE, (62, 24))
-    point(axis, (b[1], b[2]), "B", "elbow", RED, (-40, 14))
+    point(axis, (b[1], b[2]), "B", "elbow", PURPLE, (-40, 14))
     point(axis, (c[1], 0.0), "C", "center of percussion", "k", (-58, -24))
     edge = 0.40
     for height in (g[2], b[2]):
@@ -96,7 +97,7 @@ def draw_above(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
     hinge, b, g, c = (turned(place[None, :2])[0] for place in (
         scene.hinge, scene.b, scene.com, scene.c))
     point(axis, hinge, "A", "hinge", BROWN, (40, 6))
-    point(axis, b, "B", "", RED, (13, -10))
+    point(axis, b, "B", "", PURPLE, (13, -10))
     point(axis, g, "G", "", BLUE, (-10, 9))
     point(axis, c, "C", "", "k", (12, -10))
     beside = np.array([0.14, 0.0])

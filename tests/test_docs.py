@@ -10,10 +10,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "ros2_ws" / "src"
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
 FILES = {path.name for folder in ("ros2_ws/src", "tests", "docs", "examples", "embedded")
          for path in (ROOT / folder).rglob("*") if path.is_file()}
-MADE_BY_USERS = {"my_board.py", "my_params.yaml", "my_door.yaml"}
+MADE_BY_USERS = {"my_board.py", "my_params.yaml", "my_door.yaml", "my_linkage.yaml",
+                 "my_robot.yaml", "plan.png"}
 NAMED = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:\.(?:py|yaml|toml|csv|png)|/))(?:: [^`]*)?`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -82,7 +83,14 @@ def test_the_readme_has_at_most_1300_words() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1300
 
 
-def test_the_picture_of_robot_and_door_can_be_drawn_anew(tmp_path: Path) -> None:
-    draw = runpy.run_path(str(ROOT / "docs" / "robot_and_door.py"))["main"]
-    draw(["--out", str(tmp_path / "drawn.png")])
-    assert (tmp_path / "drawn.png").stat().st_size > 10_000
+@pytest.mark.parametrize(("script", "drawn"), [
+    ("docs/robot_and_door.py", "drawn.png"),
+    pytest.param("docs/tutorials/hit_explained.py", "drawn",
+                 marks=pytest.mark.nightly("it simulates a hit")),
+])
+def test_a_picture_of_the_docs_can_be_drawn_anew(script: str, drawn: str, tmp_path: Path) -> None:
+    out = tmp_path / drawn
+    runpy.run_path(str(ROOT / script))["main"](["--out", str(out)])
+    pictures = list(out.glob("*.png")) if out.is_dir() else [out]
+    assert pictures
+    assert all(picture.stat().st_size > 10_000 for picture in pictures)

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from door_impact_evaluation.run.rehearsal import Rehearsal
+from door_impact_evaluation.sweep import hits, replays, sweep
 from door_impact_evaluation.sweep import report as sweep_report
-from door_impact_evaluation.sweep import sweep
 from door_impact_evaluation.sweep.cases import cases
 from hrp2_sim_bridge.errors import SimulatorMissingError
 from hrp2_sim_bridge.settings import ENGINES
@@ -112,6 +112,14 @@ def test_a_robot_that_fell_does_not_count_as_standing():
     assert sweep.summary(records, 5, 1)["stood"] == 4
 
 
+class Rehearsed(Rehearsal):
+    """A run with a hit that taught something."""
+
+    def __init__(self, learned=None, impact=True):
+        object.__setattr__(self, "impact", impact)
+        object.__setattr__(self, "learned", lambda: learned)
+
+
 def test_a_refused_case_keeps_what_came_before(monkeypatch):
     """If the second hit is refused, its reason stands after the first hit's figures."""
     case = cases(1, 1)[0]
@@ -121,12 +129,12 @@ def test_a_refused_case_keeps_what_came_before(monkeypatch):
         asked.append(known)
         if len(asked) == 2:
             raise AngleUnreachable("too far")
-        return type("Run", (), {"impact": True, "learned": lambda self: learned})()
+        return Rehearsed(learned)
 
-    monkeypatch.setattr(sweep, "rehearse", rehearse)
-    monkeypatch.setattr(sweep, "measured", lambda run: {"error_deg": 0.2})
-    monkeypatch.setattr(sweep, "replace", lambda known, experience: experience)
-    first, second = sweep.run_case(case)
+    monkeypatch.setattr(hits, "rehearse", rehearse)
+    monkeypatch.setattr(hits, "measured", lambda run: {"error_deg": 0.2})
+    monkeypatch.setattr(hits, "replace", lambda known, experience: experience)
+    first, second = hits.run_case(case)
     assert (first["hit"], first["error_deg"]) == (0, 0.2)
     assert (second["hit"], second["refused"]) == (1, "too far")
     assert asked[1] is learned
@@ -177,6 +185,8 @@ def ran(monkeypatch):
     monkeypatch.setattr(sweep, "run_case", run_case)
     monkeypatch.setattr(sweep, "get_context", lambda _: SimpleNamespace(Pool=Pool))
     monkeypatch.setattr(sweep, "sources", lambda: "these")
+    monkeypatch.setattr(
+        replays, "make", lambda order: order.path.write_text(order.key, encoding="utf-8"))
     return names
 
 
@@ -260,12 +270,12 @@ def test_a_case_is_run_in_the_engine_of_the_sweep(monkeypatch):
 
     def rehearse(target, path, **settings):
         asked.append(settings["engine"])
-        return SimpleNamespace(impact=None)
+        return Rehearsed(impact=None)
 
-    monkeypatch.setattr(sweep, "rehearse", rehearse)
-    monkeypatch.setattr(sweep, "measured", lambda run: {})
+    monkeypatch.setattr(hits, "rehearse", rehearse)
+    monkeypatch.setattr(hits, "measured", lambda run: {})
     for engine in ENGINES:
-        sweep.run_case(cases(1, 1)[0], engine)
+        hits.run_case(cases(1, 1)[0], engine)
     assert asked == [*ENGINES]
 
 
@@ -311,6 +321,44 @@ def test_the_command_writes_summary_report_and_figure(ran, tmp_path, capsys):
     assert (tmp_path / "deep" / "report.txt").read_text() in capsys.readouterr().out
 
 
+@given(errors=st.lists(st.floats(-9.0, 9.0) | st.just(REFUSED) | st.just(MISSED), min_size=12,
+                       max_size=12), fallen=st.sets(st.integers(0, 11)))
+def test_the_worst_runs_are_those_that_fell_missed_erred_or_nearly_tilted(errors, fallen):
+    """Each is named once, with a reason, and nothing that was refused is among them."""
+    records = [record(cases(12, 1)[6 + index], 0, error) for index, error in enumerate(errors)]
+    for index in fallen:
+        if errors[index] != REFUSED:
+            records[index]["stood"] = False
+    bad = replays.worst(records)
+    assert len({(run.name, run.hit) for run in bad}) == len(bad) <= 7
+    by_name = {each["name"]: each for each in records}
+    assert not [run for run in bad if "refused" in by_name[run.name]]
+    hit = [each for each in records if "error_deg" in each]
+    largest = max((abs(each["error_deg"]) for each in hit), default=None)
+    assert largest is None or largest in [
+        abs(by_name[run.name].get("error_deg", 0.0)) for run in bad]
+    lost = [each for each in records if "refused" not in each
+            and not (each["stood"] and "error_deg" in each)]
+    assert sum(by_name[run.name] in lost for run in bad) >= min(len(lost), replays.FALLEN)
+
+
+def test_replays_are_made_once_and_those_of_other_runs_are_removed(ran, tmp_path, monkeypatch):
+    """A replay is made again if the code, the engine or the run is another."""
+    assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
+    listed = json.loads((tmp_path / "summary.json").read_text())["replays"]
+    folder = tmp_path / replays.FOLDER
+    assert {path.name for path in folder.iterdir()} == {run["file"] for run in listed} != set()
+    made = []
+    monkeypatch.setattr(replays, "make", made.append)
+    (folder / "old-hit1.html").write_text("")
+    assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
+    assert made == []
+    assert not (folder / "old-hit1.html").exists()
+    monkeypatch.setattr(sweep, "sources", lambda: "others")
+    assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
+    assert len(made) == len(listed)
+
+
 @pytest.mark.parametrize(("arguments", "word"), [
     (["-n", "0"], "1 or more"), (["-n", "-3"], "1 or more"), (["--seed", "-1"], "0 or more"),
     (["-n", "many"], "many"), (["-n", "1.5"], "1.5"), (["--engine", "bullet"], "mujoco")])
@@ -329,7 +377,8 @@ def test_the_table_names_the_worst_runs_first(tmp_path):
     records = every(9, perturbed_3=[-7.25], rough_2=[0.1, 6.5], perturbed_5=[REFUSED])
     for each in records:
         each["stood"] = each.get("stood", True) and each["name"] != "perturbed-3"
-    worst = sweep_report.table(sweep.summary(records, 9, 1)).split("worst runs\n")[1].splitlines()
+    table = sweep_report.table(sweep.summary(records, 9, 1))
+    worst = table.split("worst runs\n")[1].split("\n\nreplays")[0].splitlines()
     assert worst[0].startswith("  perturbed-3 hit 1: -7.25 deg, did not stand; door ")
     assert worst[1].startswith("  rough-2 hit 2: +6.50 deg")
     assert len(worst) == sweep_report.WORST + 1

@@ -28,16 +28,16 @@ class Velocity:
 class VelocityEstimator:
     r"""Least-squares slope over a window that grows until the count has moved.
 
-    The slope over :math:`N` samples of period :math:`T` is the velocity in the middle of the
-    window, so it lags by :math:`(N - 1) T / 2`. If :math:`n` counts fall into the window,
-    quantisation causes an error of up to about :math:`1.5 / n^2` of a steady speed; a fixed short
+    The slope over `N` samples of period `T` is the velocity in the middle of the
+    window, so it lags by `(N - 1) T / 2`. If `n` counts fall into the window,
+    quantisation causes an error of up to about `1.5 / n^2` of a steady speed; a fixed short
     window therefore cannot measure a slow door. The window used here is the shortest one that has
     at least `window` samples and contains a motion of `ENOUGH` counts, but it is never longer than
     `LONGEST`. With a shortest window of 50 ms and 14,400 counts per turn:
 
     - Above 0.044 rad/s (5 counts in 50 ms) the window is the shortest one. A slope that comes from
-      a longer window is below 0.065 rad/s, because the slope of a motion over :math:`R` counts is
-      at most :math:`1.5 R / (N T)`. A hit is therefore detected as early as by the shortest window
+      a longer window is below 0.065 rad/s, because the slope of a motion over `R` counts is
+      at most `1.5 R / (N T)`. A hit is therefore detected as early as by the shortest window
       alone.
     - Below 0.044 rad/s the delay is the time of 2.5 counts, up to half of `LONGEST`.
     - Below 0.0022 rad/s (5 counts in `LONGEST`) the error is up to 0.00065 rad/s (1.5 counts in

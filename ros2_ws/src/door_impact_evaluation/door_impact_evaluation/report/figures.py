@@ -8,19 +8,18 @@ mpl.use("Agg")  # no display is assumed
 
 import matplotlib.pyplot as plt
 import numpy as np
+from door_impact_common.palette import BLUE, GREEN, LIGHT_GREY, ORANGE, PURPLE, VERMILION
+from door_impact_common.span_labels import label_spans
 from door_model.door.closer import FourBarCloser
 from door_model.door.curves import largest_shown
 from door_model.door.door import Door
-from door_model.tools.drawing import PINK, draw_closer_angle, draw_restoring_torque
+from door_model.tools.drawing import draw_closer_angle, draw_restoring_torque
 from impact_planner.motion.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from door_impact_evaluation.run.record import DemoRecord, SwingFit
 
-BLUE, RED, GREEN, BROWN, GREY = "#1f5fa8", "#c0392b", "#2e8b57", "#8b5a2b", "#d9dce1"
-ORANGE = "#f0a33a"
-_WIDE_ENOUGH = 0.7  # duration of a phase whose name fits above it without being turned [s]
 _DOOR = r"angle of the door $\theta$ [deg]"
 
 
@@ -58,13 +57,13 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
         path: Picture to write.
     """
     figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
-    axes.axvspan(0, np.degrees(swung_to), color=GREY, alpha=0.6,
+    axes.axvspan(0, np.degrees(swung_to), color=LIGHT_GREY, alpha=0.6,
                  label="range of the pushes by hand")
     draw_restoring_torque(
         axes, true, np.linspace(0.0, largest_shown(true.closer), 200), color="k", lw=2.5,
         alpha=0.35, label="simulated door")
     draw_restoring_torque(
-        axes, identified, np.linspace(0.0, largest_shown(identified.closer), 200), color=PINK,
+        axes, identified, np.linspace(0.0, largest_shown(identified.closer), 200), color=PURPLE,
         ls="--", label="identified")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.legend()
@@ -85,7 +84,7 @@ def identification_fit(swings: list[SwingFit], rmse_deg: float, path: Path) -> N
     for index, swing in enumerate(swings):
         axes.plot(swing.t - swing.t[0], np.degrees(swing.measured), color="k", lw=2.5, alpha=0.35,
                   label="encoder" if index == 0 else None)
-        axes.plot(swing.t - swing.t[0], np.degrees(swing.fitted), color=RED, ls="--", lw=1.2,
+        axes.plot(swing.t - swing.t[0], np.degrees(swing.fitted), color=VERMILION, ls="--", lw=1.2,
                   label="eq. (1) with the identified parameters" if index == 0 else None)
     axes.legend()
     _save(figure, path)
@@ -99,7 +98,8 @@ def cam(path: Path) -> None:
     curves = (("displacement S", curve.s), ("velocity V", curve.v), ("acceleration A", curve.a))
     for axes, (name, values) in zip(panels, curves, strict=True):
         axes.plot(T, values, color=BLUE)
-        axes.axvspan(0.0, 0.5, color=GREY, alpha=0.6, label="first half: used as the run-up mcv50")
+        axes.axvspan(0.0, 0.5, color=LIGHT_GREY, alpha=0.6,
+                     label="first half: used as the run-up mcv50")
         axes.set_ylabel(name)
         axes.grid(alpha=0.3)
     panels[0].legend()
@@ -118,27 +118,27 @@ def zmp(record: DemoRecord, path: Path) -> None:
     figure, axes = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
     t0, motion, support = record.phases["prepare"][0], record.motion, record.support
     t = motion.t - t0
-    axes.fill_between(t, support.low, support.high, color=GREY, step="mid", label="support polygon")
+    axes.fill_between(t, support.low, support.high, color=LIGHT_GREY, step="mid",
+                      label="support polygon")
     axes.plot(t, -motion.left_sole[:, 1], color=BLUE, ls="--", lw=1, label="left ankle")
-    axes.plot(t, -motion.right_sole[:, 1], color=GREEN, ls="--", lw=1, label="right ankle")
+    axes.plot(t, -motion.right_sole[:, 1], color=GREEN, ls="-.", lw=1, label="right ankle")
     # The topic lies under the mean of the simulation's own wrenches: wide, so that it is seen.
     axes.plot(record.zmp_topic_t - t0, -record.zmp_topic[:, 1], color=ORANGE, lw=3.0,
               label="/zmp, every message")
     axes.plot(t, -support.zmp[:, 1], color="k", lw=0.9,
               label="ZMP from the simulation's log, 20 ms mean")
-    axes.axvline(record.contact_time - t0, color=BROWN, ls="--", label="impact")
-    for name, (start, end) in record.phases.items():
+    axes.axvline(record.contact_time - t0, color=PURPLE, ls="--", label="impact")
+    for start, _ in record.phases.values():
         axes.axvline(start - t0, color="k", lw=0.4, alpha=0.4)
-        axes.text((start + end) / 2 - t0, 1.01, name, transform=axes.get_xaxis_transform(),
-                  ha="center", va="bottom", fontsize=8,
-                  rotation=0 if end - start > _WIDE_ENOUGH else 60)
     axes.set(xlabel="time from the start of the motion [s]",
              ylabel="towards the door, -y in odom [m]",
              xlim=(0.0, record.phases[list(record.phases)[-1]][1] - t0))
-    axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=32)
     axes.set_ylim(support.low.min() - 0.05, support.high.max() + 0.05)
     figure.legend(fontsize=8, ncols=3, loc="outside lower center")
     axes.grid(alpha=0.3)
+    pad = label_spans(
+        axes, [(name, start - t0, end - t0) for name, (start, end) in record.phases.items()])
+    axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=pad)
     _save(figure, path)
 
 
@@ -155,7 +155,7 @@ def door_angle(record: DemoRecord, target_deg: float, path: Path) -> None:
     after = record.door_topic_t >= record.contact_time - 0.2
     axes.plot(record.door_topic_t[after] - record.contact_time,
               np.degrees(record.door_topic[after]), color=BLUE, label="/door_angle")
-    axes.axhline(target_deg, color=RED, ls=":", label=f"desired angle, {target_deg:g} deg")
-    axes.axvline(0.0, color=BROWN, ls="--", label="impact")
+    axes.axhline(target_deg, color=VERMILION, ls=":", label=f"desired angle, {target_deg:g} deg")
+    axes.axvline(0.0, color=PURPLE, ls="--", label="impact")
     axes.legend(loc="lower right")
     _save(figure, path)

@@ -33,13 +33,16 @@ def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: Robo
         robot: The robot, for its URDF.
         door: The door, for its leaf.
     """
-    motion, contact = record.motion, record.contact_time
+    motion = record.motion
+    contact, peak = (None if np.isnan(moment) else moment
+                     for moment in (record.contact_time, record.peak_time))
+    fine = [] if contact is None else [contact]
     spans = list(record.phases.values())
     start, end = spans[0][0], spans[-1][1]
     moving = np.flatnonzero((motion.t >= start) & (motion.t <= end))
     times = motion.t[moving]
-    kept = moving[np.isin(times, choose_stamps(times, [contact]))]
-    shown = moving[np.isin(times, choose_stamps(times, [contact], _PLOTTED))]
+    kept = moving[np.isin(times, choose_stamps(times, fine))]
+    shown = moving[np.isin(times, choose_stamps(times, fine, _PLOTTED))]
     body = Tree(
         read_urdf(robot.urdf_path.read_text(encoding="utf-8")), tuple(log.joint_names),
         motion.joints[kept],
@@ -54,7 +57,7 @@ def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: Robo
         trees=(body, leaf),
         marks=_marks(record, kept),
         phases=phases,
-        events=parts.events_of(contact, record.peak_time),
+        events=parts.events_of(contact, peak),
         plots=_plots(record, shown, plan, phases),
         cameras=parts.cameras(body, leaf, np.array([point.x, point.y, point.z])),
     )

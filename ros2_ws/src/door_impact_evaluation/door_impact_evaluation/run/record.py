@@ -87,8 +87,8 @@ class DemoRecord:
     Attributes:
         motion: The simulation's log.
         phases: Start and end of each phase [s], in order of time.
-        contact_time: Time of the first contact of robot and door [s].
-        peak_time: Time of the door's largest angle after this contact [s].
+        contact_time: Time of the first contact of robot and door [s]; NaN without one.
+        peak_time: Time of the door's largest angle after this contact [s]; NaN without one.
         support: ZMP of the 20 ms mean of the wrenches, and support polygon, at the motion's times.
         zmp_topic_t: Stamps of the messages on /zmp (k,) [s].
         zmp_topic: ZMP of these messages, x and y in odom (k, 2) [m].

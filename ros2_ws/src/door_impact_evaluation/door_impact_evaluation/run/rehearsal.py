@@ -57,6 +57,20 @@ class Rehearsal:
     impact: evaluation.Impact | None
     known: KnownDoor
 
+    def phases(self) -> dict[str, tuple[float, float]]:
+        """Returns start and end of each phase in order of time [s].
+
+        The run-up ends at the first contact, or where the motion turns back without one.
+        """
+        t, ending = self.log.motion.t, self.plan.ending
+        starts = [(start, name) for name, start in self.execution.starts.items()
+                  if self.impact is None or name not in ("post", ending)]
+        if self.impact is not None:
+            starts += [(float(t[self.impact.contact.start]), "post"),
+                       (float(t[self.impact.peak]), ending)]
+        ends = [start for start, _ in starts[1:]] + [float(t[-1])]
+        return {name: (start, end) for (start, name), end in zip(starts, ends, strict=True)}
+
     def learned(self) -> Experience:
         """Returns what the executor's measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)

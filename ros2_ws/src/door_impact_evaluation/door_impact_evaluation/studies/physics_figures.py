@@ -9,9 +9,8 @@ import matplotlib as mpl
 mpl.use("Agg")  # no display is assumed
 
 import matplotlib.pyplot as plt
+from door_impact_common.palette import BLUE, GREEN, VERMILION
 from matplotlib.axes import Axes
-
-from door_impact_evaluation.report.figures import BLUE, GREEN, RED
 
 MARKS = ("o-", "x--")  # line styles of the engines
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
@@ -60,8 +59,8 @@ def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
 def _drop_tests(tests: Mapping[str, Sequence[Mapping[str, float]]], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
         for (engine, rows), mark in zip(tests.items(), MARKS, strict=False):
-            for speed, color in zip(sorted({row["speed"] for row in rows}), (BLUE, GREEN, RED),
-                                    strict=True):
+            for speed, color in zip(sorted({row["speed"] for row in rows}),
+                                    (BLUE, GREEN, VERMILION), strict=True):
                 same = [row for row in rows if row["speed"] == speed]
                 wanted, shown = _column(same, "wanted"), _column(same, "shown")
                 left.plot(wanted, shown, mark, color=color, label=f"{speed:g} m/s, {engine}")
@@ -80,7 +79,7 @@ def _drop_tests(tests: Mapping[str, Sequence[Mapping[str, float]]], path: Path) 
 def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
     def fill(left: Axes, right: Axes) -> None:
         for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
-                                   ("both_steps", "everywhere", RED)):
+                                   ("both_steps", "everywhere", VERMILION)):
             for (engine, rows), mark in zip(summary["sweeps"][name].items(), MARKS, strict=False):
                 step = [1e3 * value for value in _column(rows, "time_step_fine")]
                 left.semilogx(step, _column(rows, "peak_deg"), mark, color=color,
@@ -101,7 +100,7 @@ def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
     for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=True):
         axes.axhline(summary["target_deg"], color=GREEN, ls=":", label="desired")
         for (engine, rows), mark, color in zip(
-                summary["sweeps"][name].items(), MARKS, (BLUE, RED), strict=False):
+                summary["sweeps"][name].items(), MARKS, (BLUE, VERMILION), strict=False):
             axes.plot([scale * value for value in _column(rows, name)],
                       _column(rows, "peak_deg"), mark, color=color, label=engine)
         axes.set(xlabel=label)

@@ -9,8 +9,14 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from door_impact_common.palette import BLUE, GREEN, ORANGE
+
+from door_impact_evaluation.sweep.replays import FOLDER
 
 WORST = 5  # runs with the largest errors that the table lists
+_PERTURBED = {"color": BLUE, "mark": "o", "line": "-"}
+_ROUGH = {"color": ORANGE, "mark": "x", "line": "--"}
+_LEARNED = {"color": GREEN, "mark": "^", "line": "-."}
 AFTER = ("post", "hold", "retreat")  # phases after the hit
 _CAUSES = (
     ("door farther than surveyed [mm]", lambda case: 1e3 * case["door_offset"]),
@@ -78,6 +84,9 @@ def table(found: dict[str, Any]) -> str:
     worst += [r for r in found["runs"] if r not in worst
               and ("refused" in r or not r.get("stood", True))]
     lines += [_worst(record) for record in worst]
+    if found["replays"]:
+        lines += ["", f"replays, in {FOLDER}/"]
+        lines += [f"  {bad['file']}: {bad['why']}" for bad in found["replays"]]
     return "\n".join(lines)
 
 
@@ -117,36 +126,39 @@ def figure(found: dict[str, Any], path: Path) -> None:
         path: Picture to write.
     """
     runs = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
-    series = [(label, colour, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
-              for label, colour, key in (
-                  ("perturbed, first hit", "tab:blue", ("perturbed", 0)),
-                  ("rough, first hit", "tab:orange", ("rough", 0)),
-                  ("rough, after a hit", "tab:green", ("rough", 1)))]
-    drawing, axes = plt.subplots(2, 5, figsize=(18.0, 7.0), layout="constrained")
+    series = [(label, style, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
+              for label, style, key in (
+                  ("perturbed, first hit", _PERTURBED, ("perturbed", 0)),
+                  ("rough, first hit", _ROUGH, ("rough", 0)),
+                  ("rough, after a hit", _LEARNED, ("rough", 1)))]
+    drawing, axes = plt.subplots(4, 3, figsize=(9.6, 11.0), layout="constrained")
     spread = axes[0, 0]
     errors = [[r["error_deg"] for r in rows] for _, _, rows in series]
     every = [value for each in errors for value in each] or [0.0]
     bins = np.linspace(min(*every, -1.0) - 0.1, max(*every, 1.0) + 0.1, 25).tolist()
-    for (label, colour, _), values in zip(series, errors, strict=True):
-        spread.hist(values, bins, histtype="step", color=colour, label=label, linewidth=1.5)
+    for (label, style, _), values in zip(series, errors, strict=True):
+        spread.hist(values, bins, histtype="step", color=style["color"], label=label,
+                    linewidth=1.5, linestyle=style["line"])
     spread.set(xlabel="error: largest less desired angle [deg]", ylabel="runs")
     spread.set_ylim(top=1.35 * spread.get_ylim()[1])  # room for the legend
     spread.legend(fontsize=8)
     for axis, (name, value) in zip(axes.flat[1:8], _CAUSES, strict=True):
-        for _, colour, rows in series:
-            axis.plot([value(r["case"]) for r in rows], [r["error_deg"] for r in rows], ".",
-                      color=colour)
+        for _, style, rows in series:
+            axis.plot([value(r["case"]) for r in rows], [r["error_deg"] for r in rows],
+                      style["mark"], color=style["color"], markersize=4.0)
         axis.axhline(0.0, color="0.7", linewidth=0.8)
         axis.set(xlabel=name, ylabel="error [deg]")
-    margins = axes[1, 3]
+    margins = axes.flat[8]
     names = list(found["min_margin_mm"])
     margins.boxplot([[r["margin_mm"][name] for r in runs if name in r["margin_mm"]] or [np.nan]
                      for name in names], whis=(0.0, 100.0))
     margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
     margins.set(ylabel="smallest ZMP margin of a run [mm]")
-    late = axes[1, 4]
+    late = axes.flat[9]
     latencies = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
-    late.hist(latencies, 20, color="tab:blue")
+    late.hist(latencies, 20, color=BLUE)
     late.set(xlabel="time from contact to switch [ms]", ylabel="runs")
+    for unused in axes.flat[10:]:
+        unused.set_axis_off()
     drawing.savefig(path, dpi=110)
     plt.close(drawing)

@@ -6,9 +6,8 @@ import json
 import os
 import signal
 import sys
-import tempfile
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import asdict
 from functools import partial
 from importlib import import_module
 from multiprocessing import get_context
@@ -19,15 +18,13 @@ import numpy as np
 from door_impact_common.errors import DoorImpactError
 from door_model.data import data_path as door_data
 from hrp2_description.data import data_path as robot_data
-from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.errors import SimBridgeError
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from tqdm import tqdm
 
-from door_impact_evaluation.run import evaluation
-from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
+from door_impact_evaluation.sweep import replays
 from door_impact_evaluation.sweep.cases import Case, cases
+from door_impact_evaluation.sweep.hits import run_case
 
 PACKAGES = ("door_encoder", "door_impact_common", "door_impact_evaluation", "door_model",
             "hrp2_description", "hrp2_sim_bridge", "humanoid_motion", "impact_planner")
@@ -36,89 +33,6 @@ RECORD = "runs.jsonl"
 FOLDERS = {engine: Path("out/sweep") if engine == WorldSettings.engine
            else Path(f"out/sweep_hit_{engine}") for engine in ENGINES}
 """Folder of the results of each physics engine."""
-UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
-HELD_OVER = 0.5            # time at the end over which the held angle is averaged [s]
-
-
-def run_case(case: Case, engine: str = WorldSettings.engine) -> list[dict[str, Any]]:
-    """Runs the hits of a case.
-
-    Args:
-        case: The case.
-        engine: Physics engine of the simulation.
-
-    Returns:
-        One record for each hit. A refused plan or a miss is the last.
-    """
-    known = case.known()
-    records: list[dict[str, Any]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        for hit in range(case.hits):
-            record: dict[str, Any] = {"name": case.name, "hit": hit, "case": case.as_json()}
-            try:
-                run = rehearse(
-                    case.target_deg, Path(folder) / "log.npz", door=case.config(), known=known,
-                    door_offset=case.door_offset, run_up=case.run_up, engine=engine,
-                    **case.world(hit))
-            except SimBridgeError:  # no refusal of the planner, and no result
-                raise
-            except DoorImpactError as error:
-                return [*records, record | {"refused": str(error)}]
-            records.append(record | measured(run))
-            if run.impact is None:
-                break
-            known = replace(known, experience=run.learned())
-    return records
-
-
-def measured(run: Rehearsal) -> dict[str, Any]:
-    """Evaluates a run by the simulation's log.
-
-    Args:
-        run: The run.
-
-    Returns:
-        Figures of the run in SI units; angles in degrees, lengths in millimetres and times in
-        milliseconds where the key says so.
-    """
-    plan, motion, execution = run.plan, run.log.motion, run.execution
-    found: dict[str, Any] = {
-        "outcome": execution.outcome.value,
-        "stood": not run.log.fell and bool(
-            evaluation.tilt(motion.base_orientation[-1:])[0] < UPRIGHT),
-        "planned": {"v_rb": plan.v_rb, "omega_door": plan.omega_door,
-                    "effective_mass": plan.effective_mass, "restitution": plan.restitution,
-                    "impulse": plan.required_impulse, "learned_hits": plan.learned_hits},
-    }
-    if run.impact is None:
-        return found
-    hit, t = run.impact, motion.t
-    contact, peak = t[hit.contact.start], t[hit.peak]
-    starts = [(start, name) for name, start in execution.starts.items()
-              if name not in ("post", plan.ending)]
-    ends = [start for start, _ in starts[1:]] + [contact]
-    phases = {name: (start, end) for (start, name), end in zip(starts, ends, strict=True)}
-    phases |= {"post": (contact, peak), plan.ending: (peak, t[-1])}
-    margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
-    pushed = evaluation.centred_mean(motion.contact_force[hit.peak:, None], 20)
-    opened = float(np.degrees(motion.door_angle[hit.peak]))
-    by_robot = execution.measured
-    return found | {
-        "peak_deg": opened,
-        "error_deg": opened - float(np.degrees(plan.desired_opening_angle)),
-        "held_deg": float(np.degrees(motion.door_angle[t > t[-1] - HELD_OVER].mean())),
-        "margin_mm": {name: 1e3 * value for name, value in
-                      evaluation.smallest_margins(t, margin, phases).items()},
-        "contacts": hit.contacts_before_peak,
-        "v_rb": hit.v_rb,
-        "omega_door": hit.omega_door,
-        "momentum_ratio": plan.effective_mass * (hit.v_rb - hit.v_rb_post) * plan.l_b / (
-            run.known.door.i_a * hit.omega_door),
-        "slip_mm": 1e3 * evaluation.slip(motion, contact, contact + 0.1),
-        "hand_force_n": float(pushed.max()),
-        "switch_latency_ms": float(
-            1e3 * (by_robot.contact_time + by_robot.switch_latency - contact)),
-    }
 
 
 def sources() -> str:
@@ -183,10 +97,7 @@ def run(
     missing = [case for case in wanted if keys[case] not in done]
     bar = tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="door",
                disable=not missing)
-    # Each process is a new interpreter, because PyBullet and its threads cannot be forked. After an
-    # interrupt the pool ends the cases that are running.
-    with path.open("a", encoding="utf-8") as file, bar, get_context("spawn").Pool(
-            os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+    with path.open("a", encoding="utf-8") as file, bar, _pool() as pool:
         if file.tell() and not path.read_bytes().endswith(b"\n"):
             file.write("\n")  # ends an incomplete line
         for case, records in pool.imap_unordered(partial(_with_case, engine), missing):
@@ -197,6 +108,33 @@ def run(
             file.flush()
             bar.update()
     return [record for case in wanted for record in done[keys[case]]]
+
+
+def _pool() -> Any:
+    """Makes a pool of processes, one for each core.
+
+    Each process is a new interpreter, because PyBullet and its threads cannot be forked. After an
+    interrupt the pool ends what is running.
+    """
+    return get_context("spawn").Pool(
+        os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN))
+
+
+def make_replays(
+    bad: list[replays.BadRun], wanted: list[Case], out: Path, engine: str = WorldSettings.engine,
+) -> None:
+    """Makes a replay of each bad run that has none yet, and removes those of other runs.
+
+    Args:
+        bad: The bad runs.
+        wanted: The cases of the sweep.
+        out: Folder of the sweep's results.
+        engine: Physics engine of the simulation.
+    """
+    orders = replays.orders(bad, wanted, out, engine, sources())
+    with tqdm(total=len(orders), unit="replay", disable=not orders) as bar, _pool() as pool:
+        for _ in pool.imap_unordered(replays.make, orders):
+            bar.update()
 
 
 def _with_case(engine: str, case: Case) -> tuple[Case, list[dict[str, Any]]]:
@@ -255,6 +193,7 @@ def summary(
                           for name, each in margins.items()},
         "contacts_one": sum(r.get("contacts") == 1 for r in first),
         "nominal": of("nominal", 0) + of("nominal", 1),
+        "replays": [asdict(bad) for bad in replays.worst(records)],
         "runs": records,
     }
 
@@ -288,11 +227,13 @@ def main(args: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         make_engine(options.engine)  # before anything is written
-        records = run(cases(options.n, options.seed), out, options.engine)
+        wanted = cases(options.n, options.seed)
+        records = run(wanted, out, options.engine)
         from door_impact_evaluation.sweep import report as sweep_report
 
         sweep_report.write(summary(records, options.n, options.seed, options.engine), out)
-    except (SimBridgeError, OSError) as error:
+        make_replays(replays.worst(records), wanted, out, options.engine)
+    except (DoorImpactError, OSError) as error:
         print(f"sweep: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -1,10 +1,10 @@
 r"""Linkage of the door closer: eqs. (7) to (9) of the paper.
 
-The fixed pivots are a distance :math:`l` apart. Link 1, of length :math:`l_1`, lies on the leaf;
-link 2, of length :math:`l_2`, turns with the closer's joint; link 3, of length :math:`l_3`, leads
-back to the frame. :math:`D` is the distance between the two pivots that links 2 and 3 connect. The
-linkage closes if the sides :math:`D, l_2, l_3` form a triangle. Two such triangles exist, mirrored
-about the line of :math:`D`: the assembly modes. Eq. (8) describes one of them.
+The fixed pivots are a distance `l` apart. Link 1, of length `l_1`, lies on the leaf;
+link 2, of length `l_2`, turns with the closer's joint; link 3, of length `l_3`, leads
+back to the frame. `D` is the distance between the two pivots that links 2 and 3 connect. The
+linkage closes if the sides `D, l_2, l_3` form a triangle. Two such triangles exist, mirrored
+about the line of `D`: the assembly modes. Eq. (8) describes one of them.
 
 The paper's appendix prints ``theta_0 = 0.34 rad`` for the angle that eq. (7) calls ``theta_i0``.
 """
@@ -31,7 +31,10 @@ def four_bar(
 
     Args:
         theta: Opening angles [rad].
-        l, l1, l2, l3: Lengths of the links, as in `FourBarCloser` [m].
+        l: Distance between the fixed pivots, as in `FourBarCloser` [m].
+        l1: Length of link 1, on the leaf [m].
+        l2: Length of link 2 [m].
+        l3: Length of link 3 [m].
         theta_i0: Angle at the closed door, as in `FourBarCloser` [rad].
         assembly: Assembly mode, as in `FourBarCloser`.
             All arguments are numbers, or arrays that broadcast.

@@ -1,8 +1,8 @@
 r"""The leaf's surface: the spring and damper that show two free masses a wanted restitution.
 
-Two bodies of reduced mass :math:`\mu` that meet with a speed v press a spring and damper between
-them which cannot pull. With a natural frequency :math:`\omega_0 = \sqrt{k / \mu}` and a damping
-ratio :math:`\zeta = c / (2 \sqrt{k \mu})` the contact ends when the force becomes zero, which is
+Two bodies of reduced mass `mu` that meet with a speed v press a spring and damper between
+them which cannot pull. With a natural frequency `omega_0 = sqrt(k / mu)` and a damping
+ratio `zeta = c / (2 sqrt(k mu))` the contact ends when the force becomes zero, which is
 before the spring is relaxed. Duration and restitution have a closed form: T. Schwager and
 T. Poeschel, Coefficient of restitution and linear-dashpot model revisited, Granular Matter 9,
 2007. "Restitution" and "duration of contact" of a leaf are those of such free masses. They

@@ -1,8 +1,8 @@
 r"""Coefficients of collocation at Radau points, for long and exact steps of integration.
 
-During a step of length :math:`h` the solution is a polynomial that fulfils the differential
-equation at the times :math:`c_1 h \dots c_N h`; the last of them is the end of the step. This is
-the implicit Runge-Kutta method Radau IIA of order :math:`2 N - 1`, which is stable for any damping
+During a step of length `h` the solution is a polynomial that fulfils the differential
+equation at the times `c_1 h to c_N h`; the last of them is the end of the step. This is
+the implicit Runge-Kutta method Radau IIA of order `2 N - 1`, which is stable for any damping
 (Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.5). All points of a step
 and many motions are computed together with numpy. docs/free_motion.md derives the equations.
 """

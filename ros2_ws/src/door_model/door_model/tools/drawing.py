@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE
 
 from door_model.door.closer import FourBarCloser
 from door_model.door.curves import CloserCurves, closer_curves, with_borders
@@ -16,8 +17,6 @@ from door_model.motion.energy import EnergyBalance
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-BLUE, PINK, GREEN, ORANGE, GREY = "#1f5fa8", "#c2187a", "#2e8b57", "#d9822b", "#8a9099"
 
 _POINTS = 501  # number of points of a curve
 _LOG_FROM = 10.0  # ratio of two viscosities from which the axis of damping is logarithmic
@@ -95,7 +94,7 @@ def curves_figure(name: str, door: Door, end: float) -> "Figure":
     figure = _figure(15.0, 5.0)
     angle, torque, damping = figure.subplots(1, 3)
     draw_closer_angle(angle, door.closer, curves.theta)
-    draw_restoring_torque(torque, door, curves.theta, color=PINK, lw=2)
+    draw_restoring_torque(torque, door, curves.theta, color=PURPLE, lw=2)
     torque.axhline(0.0, color="k", lw=0.8)
     torque.set_ylim(bottom=min(0.0, 1.1 * float(curves.torque.min())))
     if door.friction:
@@ -145,7 +144,7 @@ def swing_figure(
     energy.stackplot(
         swing.t, balance.kinetic, balance.spring, balance.damper, balance.friction,
         labels=("leaf, kinetic", "spring", "heat in the damper", "heat in the hinge"),
-        colors=(GREEN, PINK, ORANGE, GREY), alpha=0.8)
+        colors=(GREEN, PURPLE, ORANGE, GREY), alpha=0.8)
     energy.set(xlabel="time from the hit [s]", ylabel="energy [J]", xlim=(0.0, swing.t[-1]))
     energy.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
     for axes in (angle, velocity, energy):

@@ -4,9 +4,9 @@ PyBullet's `restitution` has no effect between these bodies, but its contact sti
 have one. Its solver treats them as an implicit spring-damper that cannot pull. This scheme loses
 some speed by itself, so the damping is found by simulating the same scheme for two free masses
 before the world is built (`door_model.door.surface` is the limit of short steps). For a reduced
-mass :math:`\mu`, a penetration :math:`x` and a step :math:`h`,
+mass `mu`, a penetration `x` and a step `h`,
 
-.. math:: \mu (v_{n+1} - v_n) / h = -\max(0, k (x_n + h v_{n+1}) + c v_{n+1}).
+    mu (v_{n+1} - v_n) / h = -max(0, k (x_n + h v_{n+1}) + c v_{n+1}).
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_model.tools.drawing import BLUE, GREEN, GREY, ORANGE, PINK
+from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 
@@ -61,9 +61,9 @@ def _front_door(axis: Any, plan: ImpactPlan, scene: PlanScene, top: float) -> No
     axis.axhline(0.0, color="k", linewidth=1.0, zorder=1)
     start, end = b[1] - depth - 0.01, b[1] - depth - 0.17
     axis.annotate("", (end, b[2]), (start, b[2]),
-                  arrowprops={"arrowstyle": "-|>", "color": PINK, "linewidth": 2.2,
+                  arrowprops={"arrowstyle": "-|>", "color": PURPLE, "linewidth": 2.2,
                               "shrinkA": 0.0, "shrinkB": 0.0})
-    axis.text(start - 0.01, b[2] + 0.03, f"impulse\n{plan.required_impulse:.1f} N s", color=PINK,
+    axis.text(start - 0.01, b[2] + 0.03, f"impulse\n{plan.required_impulse:.1f} N s", color=PURPLE,
               ha="left", va="bottom")
     axis.text(start - 0.01, 0.25, "leaf", color=BROWN, ha="left")
 
@@ -89,10 +89,10 @@ def _front_letters(axis: Any, plan: ImpactPlan, scene: PlanScene, left: float) -
     axis.plot([g[1], g[1]], [0.0, g[2]], color=BLUE, linewidth=1.0, linestyle="--", zorder=5)
     _com_symbol(axis, g[1], g[2])
     axis.plot(g[1], 0.0, "v", color=BLUE, markersize=6, zorder=7)
-    axis.plot(b[1], b[2], "o", color=PINK, markersize=6, zorder=7)
+    axis.plot(b[1], b[2], "o", color=PURPLE, markersize=6, zorder=7)
     axis.plot(c[1], 0.0, "o", color="k", markersize=5, zorder=7)
     _label(axis, "G", (g[1], g[2]), (8, 7), BLUE)
-    _label(axis, "B", (b[1], b[2]), (-9, 9), PINK)
+    _label(axis, "B", (b[1], b[2]), (-9, 9), PURPLE)
     _label(axis, "projection of G", (g[1], 0.0), (26, -16), BLUE, leader=True)
     _label(axis, "C", (c[1], 0.0), (-22, -16), "k", leader=True)
 
@@ -106,10 +106,10 @@ def draw_top(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -
     _soles(axis, robot, scene)
     _top_door(axis, plan, scene)
     ending = _top_ending(axis, plan, robot, scene)
-    axis.plot(scene.b[1], scene.b[0], "o", color=PINK, markersize=6, zorder=8)
+    axis.plot(scene.b[1], scene.b[0], "o", color=PURPLE, markersize=6, zorder=8)
     _com_symbol(axis, scene.com[1], scene.com[0])
     _label(axis, "G", (scene.com[1], scene.com[0]), (2, 9), BLUE)
-    _label(axis, "B", (scene.b[1], scene.b[0]), (-9, 8), PINK)
+    _label(axis, "B", (scene.b[1], scene.b[0]), (-9, 8), PURPLE)
     leaf = [scene.leaf_corners(angle)[:, ::-1] for angle in (0.0, plan.desired_opening_angle)]
     points = np.vstack([ending, *leaf, *(outline.points for outline in outlines)])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -191,7 +191,7 @@ def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
               _step_x(robot, scene), f"step {plan.hit.stance.step:.3f} m", ha="center",
               va="center", zorder=9, bbox=_HALO)
     axis.add_patch(Rectangle(
-        (last[1], last[0] - 0.02), first[1] - last[1], 0.04, color=PINK, alpha=0.4,
+        (last[1], last[0] - 0.02), first[1] - last[1], 0.04, color=PURPLE, alpha=0.4,
         linewidth=0.0, zorder=5, label="steady stretch"))
     axis.plot(com[:, 1], com[:, 0], color=BLUE, linewidth=5.0, alpha=0.45, zorder=6,
               label="CoM, run-up")

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_model.tools.drawing import BLUE, GREEN, GREY, ORANGE, PINK
+from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE
+from door_impact_common.span_labels import label_spans
 from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
 from humanoid_motion.robot_model import RobotModel
@@ -84,12 +85,12 @@ def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
     y = cam.com_samples[:, 1]
     speed = -np.gradient(y, cam.time)
     ends = [float(np.interp(-end, -y, cam.time)) for end in scene.steady[:, 1]]
-    axis.axvspan(*ends, color=PINK, alpha=0.25, linewidth=0.0, label="steady stretch")
+    axis.axvspan(*ends, color=PURPLE, alpha=0.25, linewidth=0.0, label="steady stretch")
     axis.plot(cam.time, -(y - y[0]), color=BLUE, label="distance of the CoM [m]")
     axis.plot(cam.time, speed, color=GREEN, label="speed [m/s]")
     axis.plot(cam.time, np.gradient(speed, cam.time) / 10.0, color=ORANGE,
               label="acceleration / 10 [m/s²]")
-    axis.axvline(plan.contact_time, color=PINK, linestyle="--", label="nominal contact")
+    axis.axvline(plan.contact_time, color=PURPLE, linestyle="--", label="nominal contact")
     axis.axvline(plan.contact_time - plan.point_of_no_return, color="k", linestyle=":",
                  label="point of no return")
     course = "first half of MCV50 (Fig. 6)" if plan.run_up == "mcv50" else "largest ZMP margin"
@@ -102,7 +103,7 @@ def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
 
 def _draw_zmp(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) -> None:
     """Draw CoM and ZMP towards the door over the whole motion, Fig. 8."""
-    offset = 0.0
+    offset, spans = 0.0, []
     for number, phase in enumerate(plan.phases):
         # The run-up continues past the switch to `post` as a reserve, which is not shown.
         shown = phase.time <= (plan.switch_time if phase.name == "cam" else np.inf)
@@ -114,15 +115,14 @@ def _draw_zmp(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) 
         axis.plot(time, -phase.com_samples[shown, 1], color=BLUE, label=None if number else "CoM")
         axis.plot(time, -phase.zmp_samples[shown, 1], color=ORANGE, label=None if number else "ZMP")
         axis.axvline(offset, color="0.8", linewidth=0.8)
-        axis.text(offset + 0.5 * end, 1.01, phase.name, transform=axis.get_xaxis_transform(),
-                  ha="center", fontsize=8)
+        spans.append((phase.name, offset, offset + end))
         offset += end
         if phase.name == "cam":
-            axis.axvline(offset, color=PINK, linestyle="--", label="nominal contact")
-    axis.set_title("(e) ZMP (Fig. 8)", pad=18.0)
+            axis.axvline(offset, color=PURPLE, linestyle="--", label="nominal contact")
     axis.set(xlabel="time [s]", ylabel="-y [m], towards the door", xlim=(0.0, offset))
     axis.grid(alpha=0.3)
     legend_below(axis, 4)
+    axis.set_title("(e) ZMP (Fig. 8)", pad=label_spans(axis, spans))
 
 
 def _support_range(phase: PhasePlan, robot: RobotModel, scene: PlanScene) -> tuple[float, float]:
@@ -138,7 +138,7 @@ def _draw_door(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     time, angle, start = door_course(plan)
     degrees = np.degrees(angle)
     desired = math.degrees(plan.desired_opening_angle)
-    axis.axhline(desired, color=PINK, linestyle=":", label=f"desired, {desired:.1f}°")
+    axis.axhline(desired, color=PURPLE, linestyle=":", label=f"desired, {desired:.1f}°")
     axis.plot(time, degrees, color=BLUE, label="eq. (1)")
     ends = [0.0, plan.peak_time, start, float(time[-1])]
     names = ["post", "", plan.phases[-1].name]
@@ -148,15 +148,14 @@ def _draw_door(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
                   label="caught")
         axis.plot(time[time >= caught], degrees[time >= caught], color=GREEN,
                   label="led by the hand")
-    for low, high, name in zip(ends, ends[1:], names, strict=False):
+    for high in ends[1:]:
         axis.axvline(high, color="0.8", linewidth=0.8)
-        axis.text(0.5 * (low + high), 1.01, name, transform=axis.get_xaxis_transform(),
-                  ha="center", fontsize=8)
-    axis.set_title("(f) door (Fig. 9)", pad=18.0)
     axis.set(xlabel=f"time after the hit [s]; {names[-1]}: peak detected {LATE:.2f} s late",
              ylabel="opening angle [°]", xlim=(0.0, time[-1]), ylim=(0.0, 1.15 * desired))
     axis.grid(alpha=0.3)
     legend_below(axis, 4)
+    spans = list(zip(names, ends, ends[1:], strict=False))
+    axis.set_title("(f) door (Fig. 9)", pad=label_spans(axis, spans))
 
 
 def _draw_margins(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> None:
@@ -168,7 +167,7 @@ def _draw_margins(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> Non
     colors = [BLUE] * len(plan.phases) + [GREY] * 2
     bars = axis.bar(list(margins), [1e3 * each for each in margins.values()], color=colors)
     axis.bar_label(bars, fmt="%.0f", fontsize=8)
-    axis.axhline(1e3 * settings.required_margin, color=PINK, linestyle="--",
+    axis.axhline(1e3 * settings.required_margin, color=PURPLE, linestyle="--",
                  label=f"required: {1e3 * settings.required_margin:.0f} mm")
     axis.set(title="(g) smallest ZMP margin; grey: post, the door elsewhere", ylabel="[mm]")
     axis.margins(y=0.3)
@@ -185,7 +184,7 @@ def _draw_shares(axis: Any, plan: ImpactPlan, settings: PlannerSettings) -> None
         bars = axis.bar(place + shift, values, 0.4, color=color, label=name)
         axis.bar_label(bars, fmt="%.0f", fontsize=8, padding=1.0, zorder=4, bbox={
             "facecolor": "white", "edgecolor": "none", "pad": 0.5})
-    axis.axhline(100.0 * settings.limit_share, color=PINK, linestyle="--",
+    axis.axhline(100.0 * settings.limit_share, color=PURPLE, linestyle="--",
                  label=f"allowed: {100.0 * settings.limit_share:.0f} %")
     axis.set_xticks(place, [phase.name for phase in plan.phases])
     axis.set(title="(h) largest joint speed and torque", ylabel="[% of the limit]",

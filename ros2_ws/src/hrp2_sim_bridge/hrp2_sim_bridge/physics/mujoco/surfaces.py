@@ -1,18 +1,18 @@
 r"""Contacts as spring-dampers in N/m and N s/m.
 
-MuJoCo's contacts are soft constraints. With an acceleration :math:`a`, a velocity :math:`v` and a
-penetration :math:`x` along the normal, the normal force of a contact that presses obeys
+MuJoCo's contacts are soft constraints. With an acceleration `a`, a velocity `v` and a
+penetration `x` along the normal, the normal force of a contact that presses obeys
 
-.. math:: f = D (-a_n - b v_n + k x),
+    f = D (-a_n - b v_n + k x),
 
-where v_n is the speed of separation, and MuJoCo computes :math:`D = d / ((1 - d) A)` from the
+where v_n is the speed of separation, and MuJoCo computes `D = d / ((1 - d) A)` from the
 impedance d (`solimp`) and an inverse mass A that it assigns to the pair of bodies. Given A, any
 virtual mass D can be chosen by d, and any stiffness D k and damping D b by `solref`. The scheme of
 `hrp2_sim_bridge.physics.contact`, which is implicit in the velocity, is met exactly by
-:math:`D = h (c + h k_0)` for a stiffness :math:`k_0`, a damping c and a step h.
+`D = h (c + h k_0)` for a stiffness `k_0`, a damping c and a step h.
 
 A contact that slides with a speed u along the surface gets an additional force
-:math:`\mu D u / h`, because MuJoCo's cone of friction couples normal and tangent. Where that force
+`mu D u / h`, because MuJoCo's cone of friction couples normal and tangent. Where that force
 matters, in a hit, the virtual mass must be small. The damping is then explicit, and stiffness and
 damping are smaller by the ratio of the moved masses, so that two bodies with the reduced mass for
 which the surface was designed move exactly as before.
