@@ -38,7 +38,7 @@ SEED ?= 1
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo up test test-all test-runtime test-view lint docs bench sweep faults clean
+.PHONY: help setup demo up test test-all test-runtime test-view screenshots lint docs bench sweep faults clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
@@ -47,7 +47,7 @@ help:
 	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
-	@echo "make test-view   the page in a browser, if Chromium is installed"
+	@echo "make test-view   page and replay in a browser, if Chromium is installed; make screenshots  docs/view/"
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make docs    the site of the documentation (out/site/index.html)"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
@@ -115,7 +115,11 @@ test-all: $(READY) $(SITE_TOOLS)
 	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests/conformance
 
 test-view: $(READY)
-	@$(PYTHON) -m pytest ros2_ws/src/door_impact_view/test/browser
+	@$(PYTHON) -m pytest ros2_ws/src/door_impact_view/test/browser tests/test_hit_in_browser.py
+
+# The test takes the pictures of docs/view.md on its way.
+screenshots: $(READY)
+	@SCREENSHOTS=$(CURDIR)/docs/view $(PYTHON) -m pytest tests/test_hit_in_browser.py
 
 test-runtime: $(READY)
 	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests

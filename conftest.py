@@ -1,10 +1,12 @@
 """What holds for every test: a DDS domain of its own for each worker, two profiles of hypothesis,
-two marks with a reason, and which tests share a worker."""
+two marks with a reason, which tests share a worker, and a browser."""
 
 import os
 import random
+import shutil
 import signal
 import socket
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -67,3 +69,45 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return next((folder for folder in SHARING if file.startswith(folder)), file)
 
     return ByFileOrFolder(config, log)
+
+
+BROWSER_GUARD = 180e3  # longest wait in the browser, without a graphics card and busy [ms]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium without a window and without a graphics card."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("Chromium is not installed, so nothing is tried in it: apt install chromium")
+    driver = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed, so nothing is tried in a "
+        "browser: pip install playwright")
+    with driver.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=chromium, args=[
+            "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        yield started
+        started.close()
+
+
+@pytest.fixture(scope="module")
+def open_tab(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Opens a page in a tab of its own; in the end no console may have shown an error."""
+    contexts, errors = [], []
+
+    def open_one(url: str, size: tuple[int, int] = (1000, 600), **options: Any) -> Any:
+        context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, **options)
+        contexts.append(context)
+        tab = context.new_page()
+        tab.set_default_timeout(BROWSER_GUARD)
+        tab.on("console", lambda message: errors.append((url, message.text))
+               if message.type == "error" else None)
+        tab.on("pageerror", lambda error: errors.append((url, str(error))))
+        tab.goto(url)
+        return tab
+
+    yield open_one
+    for context in contexts:
+        context.close()
+    assert errors == []

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from door_impact_view.live import panels
+from door_impact_view.live.page_client import PageClient
 from impact_planner.task import settings
 from processes import GUARD, Started
 
@@ -29,6 +30,30 @@ def test_the_page_offers_what_the_planner_knows() -> None:
     """The view does not import the planner; its choices are the planner's nevertheless."""
     assert tuple(settings.RUN_UPS) == panels.RUN_UPS
     assert tuple(settings.ENDINGS) == panels.ENDINGS
+
+
+@pytest.mark.nightly("starts every node but the simulation")
+def test_without_a_driver_the_page_works_and_shows_refusals(start: Start) -> None:
+    """What the planner refuses appears as its sentence; the simulation's buttons say what lacks."""
+    launched = start("launch", "door_impact_bringup", "bringup.launch.yaml", "driver:=none",
+                     "view:=true", "view_port:=0")
+    page = PageClient(int(wait_for(launched, r"shown at http://localhost:(\d+)")))
+    page.until(lambda: page.has("Plan"), GUARD)
+
+    def answer(button: str, wanted: str) -> None:
+        end = time.monotonic() + GUARD
+        while not any(wanted in text for _, text in page.notifications):  # servers start late
+            assert time.monotonic() < end, page.notifications
+            count = len(page.notifications)
+            page.press(button)
+            page.until(lambda count=count: len(page.notifications) > count, GUARD)
+
+    answer("Plan", "nothing is known of the door: no message has arrived on /closer_parameters")
+    answer("Run", "there is no plan yet")
+    answer("Push the door", "/sim/push_door is not there")
+    answer("Reset", "/sim/reset is not there")
+    assert "not done" in page.text()
+    page.close()
 
 
 @pytest.mark.nightly("starts every node but the simulation")

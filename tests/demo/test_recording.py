@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from door_impact_evaluation.report.bag import read_bag
+from door_impact_evaluation.report.bag import read_runs
 from door_impact_evaluation.report.bag_replay import replay_of
 from door_impact_evaluation.run import evaluation, simulation_log
 from rosbags.highlevel import AnyReader
@@ -227,7 +227,8 @@ def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_p
     done = called("door_impact_evaluation", "report", str(demo.out / "run.mcap"), "--out", str(out))
     assert done.status == 0, done.err
     assert "1 hit," in done.out
-    replay = replay_of(read_bag(demo.out / "run.mcap"))
+    (run,) = read_runs(demo.out / "run.mcap")
+    replay = replay_of(run)
     assert [phase.name for phase in replay.phases] == [
         "prepare", "shift", "step", "back", "cam", "post", "hold"]
     contact, peak = (event.time for event in replay.events)

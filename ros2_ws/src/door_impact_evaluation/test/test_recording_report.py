@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from door_impact_bringup.mcap_file import McapFile
 from door_impact_bringup.message_definitions import MessageDefinitions
-from door_impact_evaluation.report.bag import read_bag
+from door_impact_evaluation.report.bag import read_runs
 from door_impact_evaluation.report.bag_replay import replay_of
 from door_impact_evaluation.report.command import main
 from hypothesis import HealthCheck, given, settings
@@ -121,10 +121,22 @@ def recording(tmp_path_factory):
     return record(tmp_path_factory.mktemp("bag") / "run.mcap", hardware())
 
 
-def data_of(page):
-    found = re.search(r'id="replay-data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
+def only_run(path):
+    (run,) = read_runs(path)
+    return run
+
+
+def page_of(path):
+    """Everything that the page at a path knows."""
+    found = re.search(r'id="replay-data">(.*?)</script>', path.read_text("utf-8"), re.DOTALL)
     return json.loads(found[1], object_hook=lambda node: np.frombuffer(
         base64.b64decode(node["float32"]), dtype="<f4") if "float32" in node else node)
+
+
+def data_of(path):
+    """The only run in the page at a path."""
+    (run,) = page_of(path)["runs"]
+    return run
 
 
 def test_a_recording_of_hardware_becomes_a_page(recording, tmp_path, capsys):
@@ -201,7 +213,7 @@ def test_a_robot_without_transforms_stands_on_the_floor(tmp_path):
     urdf = ROBOT.replace('<axis', '<origin xyz="0 0 -0.6"/><axis')
     rows = [("/robot_description", EPOCH, text(urdf)),
             *(("/joint_states", t, joints(t, ["elbow"], [0.3])) for t in times())]
-    replay = replay_of(read_bag(record(tmp_path / "run.mcap", rows)))
+    replay = replay_of(only_run(record(tmp_path / "run.mcap", rows)))
     np.testing.assert_allclose(replay.trees[0].base, [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]])
     assert any("stands at the origin" in note for note in replay.notes)
 
@@ -209,7 +221,7 @@ def test_a_robot_without_transforms_stands_on_the_floor(tmp_path):
 def test_a_gap_is_said_and_drawn(tmp_path):
     """Without messages for half a second curves break, and a sentence names the times."""
     rows = [row for row in hardware() if not EPOCH + 1.0 < row[1] < EPOCH + 1.5]
-    replay = replay_of(read_bag(record(tmp_path / "run.mcap", rows)))
+    replay = replay_of(only_run(record(tmp_path / "run.mcap", rows)))
     assert any("between 1.00 and 1.50 s" in note for note in replay.notes)
     assert all(np.isnan(plot.curves[0].values).any() for plot in replay.plots)
     support = next(mark for mark in replay.marks if mark.name == "ZMP")
@@ -239,20 +251,58 @@ def test_samples_that_are_no_numbers_are_left_out(tmp_path_factory, wrong, topic
             assert np.isfinite(tree["base"]).all()
 
 
-def test_after_a_reset_the_recording_begins_anew(tmp_path):
-    """Two runs whose stamps are the same are not mixed: the later one is shown."""
+def test_after_a_reset_a_new_run_begins(tmp_path, capsys):
+    """Two runs with the same stamps are not mixed: each can be chosen, the later one is shown."""
     first = [(topic, t, message) for topic, t, message in hardware(10.0)]
     second = [("/joint_states", t, joints(t, ["elbow"], [-1.0])) for t in times(10.0, 1.0)]
-    replay = replay_of(read_bag(record(tmp_path / "run.mcap", [*first, *second])))
-    assert replay.stamps[-1] < 11.0
-    np.testing.assert_allclose(replay.trees[0].positions, -1.0)
+    path = record(tmp_path / "run.mcap", [*first, *second])
+    assert main([str(path)]) == 0
+    assert "2 runs between resets (2.0 s, 0 hits; 1.0 s, 0 hits)" in capsys.readouterr().out
+    page = page_of(path.with_suffix(".html"))
+    assert page["first"] == 1
+    assert [run["name"] for run in page["runs"]] == [
+        "1 of 2: 2.0 s, 0 hits", "2 of 2: 1.0 s, 0 hits"]
+    before, after = page["runs"]
+    np.testing.assert_allclose(before["trees"][0]["positions"], before["stamps"], atol=1e-3)
+    assert (before["stamps"][-1], after["stamps"][-1]) == pytest.approx((1.99, 0.99), abs=1e-3)
+    np.testing.assert_allclose(after["trees"][0]["positions"], -1.0)
+    assert before["notes"] == []
+    assert any("has no door" in note for note in after["notes"])
+
+
+@given(st.integers(0, 5), st.integers(0, 2))
+def test_a_message_that_comes_after_the_reset_belongs_before_it(tmp_path_factory, late, which):
+    """Topics of several nodes do not begin anew at the same message."""
+    first = hardware(10.0)
+    end = len(first) - 7 * late
+    held = [row for row in first[end:] if row[0] == ("/door_angle", "/zmp", "/tf")[which]]
+    kept = [row for row in first if not any(row is other for other in held)]
+    second = hardware(1.0)
+    path = record(tmp_path_factory.mktemp("late") / "run.mcap",
+                  [*kept, *second[:13], *held, *second[13:]])
+    for run, start in zip(read_runs(path), (10.0, 1.0), strict=True):
+        t = run.door.positions.t
+        np.testing.assert_allclose(t, times(start), atol=1e-6)
+        np.testing.assert_allclose(run.door.positions.values[:, 0], 0.1 * (t - start), atol=1e-6)
+        assert run.points["/zmp"].t[-1] < start + 2.0
+        assert run.poses["trunk"].t[-1] < start + 2.0
+
+
+def test_a_part_is_that_part_of_each_run_that_lasts_so_long(tmp_path, capsys):
+    """A shorter run is left out; if none is left that is one sentence."""
+    path = record(tmp_path / "run.mcap", [*hardware(10.0), *hardware(0.5)[:700]])
+    assert main([str(path), "--start", "1.2", "--end", "1.8"]) == 0
+    assert [run["name"] for run in page_of(path.with_suffix(".html"))["runs"]] == [
+        "1 of 2: 0.6 s, 0 hits"]
+    assert main([str(path), "--start", "5"]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_several_publishers_of_joint_states_are_taken_together(tmp_path):
     """A gripper's driver may publish its own joints at its own rate."""
     rows = [*hardware(), *(("/joint_states", t, joints(t, ["finger"], [2.0]))
                            for t in times()[::7])]
-    bag = read_bag(record(tmp_path / "run.mcap", sorted(rows, key=lambda row: row[1])))
+    bag = only_run(record(tmp_path / "run.mcap", sorted(rows, key=lambda row: row[1])))
     assert [angles.names for angles in bag.joints] == [("elbow",), ("finger",)]
     np.testing.assert_allclose(replay_of(bag).trees[0].positions[-1, 0], 1.99, atol=1e-6)
 

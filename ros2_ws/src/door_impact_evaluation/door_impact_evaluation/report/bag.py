@@ -1,9 +1,10 @@
 """Reads what a replay shows from a recording: an MCAP file, or a folder of `ros2 bag record`.
 
-Stamps are those of the messages; a message without one gets the time at which it was recorded. If
-the time goes back, because a simulation was reset, the recording begins anew.
+Stamps are those of the messages; a message without one gets the time at which it was recorded. A
+new run begins where the time goes back, because a simulation was reset.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -32,7 +33,8 @@ _TYPES = {
     "/door_impact_plan": "door_impact_msgs/msg/ImpactPlan",
     "/hit_report": "door_impact_msgs/msg/HitReport",
 }
-_LASTING = ("/door_impact_plan", "/tf_static")  # published once: they outlast a reset
+_OWN_TIME = ("/door_impact_plan", "/tf_static", "/joint_trajectory", "/hit_report")
+"""Topics whose stamps need not be of the moment at which they are published."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class Angles:
 
 @dataclass(frozen=True)
 class Bag:
-    """What was recorded; everything may be missing.
+    """What was recorded of a run; everything may be missing.
 
     Attributes:
         descriptions: URDFs, by ``robot`` and ``door``.
@@ -70,7 +72,8 @@ class Bag:
         points: Places by topic, ``/zmp`` and ``/com``.
         polygons: Stamps and corners (K, 2) of the support polygons [m].
         wrenches: Forces by topic, (n, 3) [N].
-        plans: Messages ImpactPlan, with the times at which they were recorded [s].
+        plans: Messages ImpactPlan, with the times at which they were recorded [s]; minus infinity
+            for the last one of before the run.
         trajectories: Messages JointTrajectory, with their starts [s].
         reports: Messages HitReport, with their stamps [s].
     """
@@ -87,11 +90,15 @@ class Bag:
     reports: list[tuple[float, Any]] = field(default_factory=list)
 
 
-def read_bag(path: Path) -> Bag:
+def read_runs(path: Path) -> list[Bag]:
     """Reads a recording.
 
     Args:
         path: An MCAP file, or a folder that `ros2 bag record` has made.
+
+    Returns:
+        What was recorded between two resets of the simulation, in order; those parts that have
+        neither joint angles nor the angle of a door are left out.
 
     Raises:
         BadRecordingError: The file cannot be read.
@@ -103,12 +110,12 @@ def read_bag(path: Path) -> Bag:
             found.add(topic, kind, received, message)
         topics = sorted({connection.topic for connection in reader.connections
                          if connection.msgcount})
-    bag = found.bag()
-    if not bag.joints and bag.door is None:
+    runs = [bag for bag in found.bags() if bag.joints or bag.door is not None]
+    if not runs:
         raise RecordingError(
             f"{shown(path)}: has no messages on {JOINTS} or {DOOR}; topics with messages: "
             f"{', '.join(topics) or 'none'}", value=topics, limit=(JOINTS, DOOR))
-    return bag
+    return runs
 
 
 def _messages(bag: Any) -> Iterator[tuple[str, str, float, Any]]:
@@ -126,13 +133,17 @@ def _messages(bag: Any) -> Iterator[tuple[str, str, float, Any]]:
             yield connection.topic, connection.msgtype, 1e-9 * received, message
 
 
+_Rows = dict[str, list[tuple[float, Any]]]
+
+
 class _Messages:
-    """Sorts messages by what they are."""
+    """Sorts messages by runs and by what they are."""
 
     def __init__(self) -> None:
         self._descriptions: dict[str, str] = {}
-        self._kept: dict[str, list[tuple[float, Any]]] = defaultdict(list)
-        self._last: dict[str, float] = {}
+        self._runs: list[_Rows] = [defaultdict(list)]
+        self._clock = DOOR  # topic whose stamps tell the time: that of the joints if there is one
+        self._now = -math.inf  # its last stamp [s]
         self._wrenches: set[str] = set()
 
     def add(self, topic: str, kind: str, received: float, message: Any) -> None:
@@ -145,39 +156,50 @@ class _Messages:
             return
         if kind == _WRENCH:
             self._wrenches.add(topic)
-        stamp = _stamp(message, received)
-        if topic in (JOINTS, DOOR):
-            if stamp < self._last.get(topic, stamp) - _RESET:
-                self._kept = defaultdict(
-                    list, {name: self._kept[name] for name in _LASTING})
-                self._last.clear()
-            self._last[topic] = stamp
-        self._keep(topic, received if topic == "/door_impact_plan" else stamp, message)
+        stamp = received if topic == "/door_impact_plan" else _stamp(message, received)
+        if topic == JOINTS:
+            self._clock = JOINTS
+        if topic == self._clock:
+            if stamp < self._now - _RESET:
+                self._begin_run()
+            self._now = stamp
+        self._keep(topic, stamp, message)
+
+    def _begin_run(self) -> None:
+        last = self._runs[-1]
+        plans = [(-math.inf, plan) for _, plan in last["/door_impact_plan"][-1:]]
+        self._runs.append(defaultdict(list, {
+            "/door_impact_plan": plans, "/tf_static": list(last["/tf_static"])}))
 
     def _keep(self, topic: str, stamp: float, message: Any) -> None:
-        self._kept[topic].append((stamp, message))
+        # A message of before the reset may come a little after it.
+        late = topic not in _OWN_TIME and len(self._runs) > 1 and stamp > self._now + _RESET
+        self._runs[-2 if late else -1][topic].append((stamp, message))
 
-    def bag(self) -> Bag:
-        """Returns what was found."""
+    def bags(self) -> list[Bag]:
+        """Returns what was found in each run."""
+        return [self._bag(run) for run in self._runs]
+
+    def _bag(self, rows: _Rows) -> Bag:
         poses: dict[str, list[tuple[float, Any]]] = defaultdict(list)
-        for stamp, transform in (*self._kept["/tf_static"], *self._kept["/tf"]):
+        for stamp, transform in (*rows["/tf_static"], *rows["/tf"]):
             poses[transform.child_frame_id].append((stamp, transform.transform))
-        doors = _angles(self._kept[DOOR])
+        doors = _angles(rows[DOOR])
         return Bag(
             descriptions=self._descriptions,
-            joints=_angles(self._kept[JOINTS]),
+            joints=_angles(rows[JOINTS]),
             door=doors[0] if doors else None,
-            poses=_known({name: _series(rows, _pose) for name, rows in poses.items()}),
-            points=_known({topic: _series(self._kept[topic], lambda m: _xyz(m.point))
+            poses=_known({name: _series(found, _pose) for name, found in poses.items()}),
+            points=_known({topic: _series(rows[topic], lambda m: _xyz(m.point))
                            for topic in _POINTS}),
             polygons=[(t, np.array([[p.x, p.y] for p in message.polygon.points]))
-                      for t, message in self._kept["/support_polygon"]
+                      for t, message in rows["/support_polygon"]
                       if len(message.polygon.points) >= 3],
-            wrenches=_known({topic: _series(self._kept[topic], lambda m: _xyz(m.wrench.force))
+            wrenches=_known({topic: _series(rows[topic], lambda m: _xyz(m.wrench.force))
                              for topic in sorted(self._wrenches)}),
-            plans=self._kept["/door_impact_plan"],
-            trajectories=self._kept["/joint_trajectory"],
-            reports=self._kept["/hit_report"],
+            plans=rows["/door_impact_plan"],
+            trajectories=rows["/joint_trajectory"],
+            reports=rows["/hit_report"],
         )
 
 

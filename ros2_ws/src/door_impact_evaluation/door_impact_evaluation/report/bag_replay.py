@@ -1,8 +1,11 @@
 """Turns a recording of topics into a replay: of the simulation or of hardware, whatever it has."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_view.replay.recording import Curve, Mark, Plot, Replay, Tree
+from door_impact_view.replay.recording import CONTACT, Curve, Mark, Plot, Replay, Tree
 from door_impact_view.replay.resampling import (
     at_stamps,
     between,
@@ -13,8 +16,10 @@ from door_impact_view.replay.resampling import (
     poses_at_stamps,
 )
 from door_impact_view.scene import colors
+from door_impact_view.scene.floor import on_floor
 from door_impact_view.scene.poses import IDENTITY, link_poses
 from door_impact_view.scene.urdf import UrdfScene, read_urdf
+from door_impact_view.scene.wall import with_wall
 from hrp2_description.support import DegeneratePolygonError, polygon_margin, support_polygon
 
 from door_impact_evaluation.errors import RecordingError
@@ -25,11 +30,45 @@ from door_impact_evaluation.report.hits import Hit, find_hits
 _LONGEST = 0.2  # longest time between two samples that are joined [s]
 
 
-def replay_of(bag: Bag, start: float | None = None, end: float | None = None) -> Replay:
-    """Makes a replay of a recording.
+def replays_of(runs: Sequence[Bag], start: float | None = None,
+               end: float | None = None) -> list[Replay]:
+    """Makes a replay of each run of a recording that lasts long enough.
 
     Args:
-        bag: The recording.
+        runs: The runs, at least one.
+        start: As for `replay_of`.
+        end: As for `replay_of`.
+
+    Raises:
+        RecordingError: In no run was anything recorded between `start` and `end`.
+        UrdfError: The description of robot or door cannot be read.
+    """
+    made: list[Replay] = []
+    problem: RecordingError | None = None
+    for number, run in enumerate(runs, start=1):
+        try:
+            replay = replay_of(run, start, end)
+        except RecordingError as error:
+            problem = error
+        else:
+            made.append(replace(replay, name=f"{number} of {len(runs)}: {summary(replay)}"))
+    if not made and problem is not None:
+        raise problem
+    return made
+
+
+def summary(replay: Replay) -> str:
+    """Returns how long a replay is and how many hits it shows, as text."""
+    hits = sum(event.name == CONTACT for event in replay.events)
+    duration = replay.stamps[-1] - replay.stamps[0]
+    return f"{duration:.1f} s, {hits} hit{'' if hits == 1 else 's'}"
+
+
+def replay_of(bag: Bag, start: float | None = None, end: float | None = None) -> Replay:
+    """Makes a replay of a run.
+
+    Args:
+        bag: What was recorded of it.
         start: Time after its first sample at which the replay begins [s]; None: there.
         end: Time after its first sample at which it ends [s]; None: at its last sample.
 
@@ -103,7 +142,7 @@ def _door_tree(bag: Bag, stamps: Array) -> Tree | None:
     if "door" not in bag.descriptions or bag.door is None:
         return None
     angle = bag.door.positions
-    scene = read_urdf(bag.descriptions["door"])
+    scene = with_wall(read_urdf(bag.descriptions["door"]))
     return Tree(scene, bag.door.names, at_stamps(angle.t, angle.values, stamps),
                 _base(bag, scene, stamps))
 
@@ -118,13 +157,13 @@ def _marks(bag: Bag, stamps: Array) -> tuple[Mark, ...]:
     if "/zmp" in bag.points:
         zmp = bag.points["/zmp"]
         places = between(zmp.t, zmp.values, stamps, _LONGEST)
-        marks.append(Mark("ZMP", colors.ZMP, parts.on_floor(places[:, :2])))
+        marks.append(Mark("ZMP", colors.ZMP, on_floor(places[:, :2])))
     if "/com" in bag.points:
         com = bag.points["/com"]
         places = between(com.t, com.values, stamps, _LONGEST)
         marks.append(Mark("CoM", colors.COM, places))
-        marks.append(Mark("CoM on the floor", colors.CAPTURE_POINT,
-                          parts.on_floor(places[:, :2])))
+        marks.append(Mark("CoM on the floor", colors.COM,
+                          on_floor(places[:, :2])))
     return tuple(marks)
 
 

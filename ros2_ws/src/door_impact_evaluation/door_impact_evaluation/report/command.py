@@ -8,11 +8,10 @@ from pathlib import Path
 
 from door_impact_common.files import run_command, write_whole
 from door_impact_view.replay.page import page
-from door_impact_view.replay.recording import CONTACT
 
 from door_impact_evaluation.errors import RecordingError
-from door_impact_evaluation.report.bag import read_bag
-from door_impact_evaluation.report.bag_replay import replay_of
+from door_impact_evaluation.report.bag import read_runs
+from door_impact_evaluation.report.bag_replay import replays_of, summary
 
 
 def make_report(recording: Path, out: Path, start: float | None = None,
@@ -22,8 +21,8 @@ def make_report(recording: Path, out: Path, start: float | None = None,
     Args:
         recording: An MCAP file, or a folder that `ros2 bag record` has made.
         out: HTML file to write; an older one is replaced.
-        start: Time after the recording's first sample at which the page begins [s].
-        end: Time after the recording's first sample at which it ends [s].
+        start: Time after the first sample of each run at which the page begins [s].
+        end: Time after the first sample of each run at which it ends [s].
 
     Returns:
         A sentence that names the page and what it shows.
@@ -32,15 +31,13 @@ def make_report(recording: Path, out: Path, start: float | None = None,
         DoorImpactError: The recording cannot be read or shows nothing, or the page cannot be
             written.
     """
-    replay = replay_of(read_bag(recording), start, end)
-    contacts = [event.time for event in replay.events if event.name == CONTACT]
+    replays = replays_of(read_runs(recording), start, end)
     title = f"Replay of {recording.name}"
-    text = page(title, replay, before=f"<h1>{html.escape(title)}</h1>",
-                begin=contacts[-1] if contacts else None)
+    text = page(title, *replays, before=f"<h1>{html.escape(title)}</h1>")
     write_whole(out, text)
-    duration = replay.stamps[-1] - replay.stamps[0]
-    hits = f"{len(contacts)} hit{'' if len(contacts) == 1 else 's'}"
-    return f"{out}: {duration:.1f} s, {hits}, {1e-6 * len(text):.1f} MB"
+    shown = [summary(replay) for replay in replays]
+    runs = f"{len(shown)} runs between resets ({'; '.join(shown)})" if shown[1:] else shown[0]
+    return f"{out}: {runs}, {1e-6 * len(text):.1f} MB"
 
 
 def _time(text: str) -> float:
@@ -63,9 +60,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path,
                         help="page to write (default: the recording's name with .html)")
     parser.add_argument("--start", type=_time,
-                        help="begin of the page after the recording's first sample [s]")
+                        help="begin of the page after the first sample of each run [s]")
     parser.add_argument("--end", type=_time,
-                        help="end of the page after the recording's first sample [s]")
+                        help="end of the page after the first sample of each run [s]")
     return parser
 
 

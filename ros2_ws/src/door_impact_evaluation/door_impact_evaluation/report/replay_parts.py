@@ -15,12 +15,12 @@ from door_impact_view.replay.recording import (
     Tree,
 )
 from door_impact_view.scene import colors
+from door_impact_view.scene.floor import on_floor
 from door_impact_view.scene.poses import rotate
 from door_impact_view.scene.urdf import SLIDING, TURNING
 
 PEAK = "peak"
 """Name of the moment of the door's largest angle after a hit."""
-_ABOVE_FLOOR = 0.003  # height of marks above the floor [m]
 FORCE_COLORS = (colors.COM, colors.FORCE, colors.CAPTURE_POINT, colors.DOOR)
 
 
@@ -63,11 +63,6 @@ def margin_plot(t: Array, margin: Array, planned: Mapping[str, float],
         values = np.ravel([(value, value, np.nan) for _, _, value in steps])
         curves.append(Curve("least planned", colors.COM, times, 1e3 * values, dashed=True))
     return Plot("ZMP margin", "mm", tuple(curves), (Limit("edge", 0.0),))
-
-
-def on_floor(places: Array) -> Array:
-    """Returns places (N, 2) as places on the floor (N, 3) [m], a little above it to be seen."""
-    return np.column_stack([places, np.full(len(places), _ABOVE_FLOOR)])
 
 
 def padded(polygons: Sequence[Array]) -> Array:

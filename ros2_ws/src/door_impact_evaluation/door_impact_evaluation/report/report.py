@@ -7,7 +7,7 @@ from pathlib import Path
 from door_impact_bringup.mcap_file import partial_folder
 from door_impact_common.files import write_whole
 from door_impact_view.replay.page import page, picture
-from door_impact_view.replay.recording import CONTACT, Replay
+from door_impact_view.replay.recording import Replay
 
 from door_impact_evaluation.report.table import NOTES, Row
 
@@ -52,11 +52,10 @@ def write(rows: Sequence[Row], heading: str, notes: Sequence[str], replay: Repla
         InputError: A picture cannot be read.
         OutputError: The page cannot be written.
     """
-    contact = next((event.time for event in replay.events if event.name == CONTACT), None)
     pictures = "".join(picture(path.with_name(name), text) for name, text in PICTURES
                        if path.with_name(name).exists())
     write_whole(path, page(
-        "hrp2_door_impact: demo", replay, begin=contact,
+        "hrp2_door_impact: demo", replay,
         before=f"<h1>Opening a door by an impact</h1><p>{html.escape(heading)}</p>",
         after=f"{_table(rows)}{_warnings(notes)}<h2>Figures</h2>{pictures}{_others(path)}"))
 

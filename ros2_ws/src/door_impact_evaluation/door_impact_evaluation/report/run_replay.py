@@ -8,7 +8,9 @@ from door_impact_common.arrays import Array
 from door_impact_view.replay.recording import Curve, Limit, Mark, Plot, Replay, Tree
 from door_impact_view.replay.resampling import choose_stamps
 from door_impact_view.scene import colors
+from door_impact_view.scene.floor import on_floor
 from door_impact_view.scene.urdf import read_urdf
+from door_impact_view.scene.wall import with_wall
 from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
 from numpy.typing import NDArray
@@ -46,7 +48,7 @@ def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: Robo
         motion.joints[kept],
         _poses(motion.base_position[kept], motion.base_orientation[kept]))
     place = np.array(door_scene.frame_pose(log.door_distance, log.hinge_x))
-    leaf = Tree(read_urdf(door_scene.door_urdf(door)), (door_scene.JOINT,),
+    leaf = Tree(with_wall(read_urdf(door_scene.door_urdf(door))), (door_scene.JOINT,),
                 motion.door_angle[kept, None], _poses(place[None, :3], place[None, 3:]))
     point = plan.contact_point
     phases = parts.phases_of([(begin, name) for name, (begin, _) in record.phases.items()], end)
@@ -71,9 +73,9 @@ def _marks(record: DemoRecord, kept: NDArray[np.intp]) -> tuple[Mark, ...]:
     corners = parts.padded(support.polygons)[support.polygon[kept]]
     return (
         Mark("support polygon", colors.SUPPORT, corners),
-        Mark("ZMP", colors.ZMP, parts.on_floor(support.zmp[kept])),
+        Mark("ZMP", colors.ZMP, on_floor(support.zmp[kept])),
         Mark("CoM", colors.COM, com),
-        Mark("CoM on the floor", colors.CAPTURE_POINT, parts.on_floor(com[:, :2])),
+        Mark("CoM on the floor", colors.COM, on_floor(com[:, :2])),
     )
 
 

@@ -135,8 +135,7 @@ def make(order: Order) -> None:
     title = f"{order.run.name}, hit {order.run.hit + 1}: {order.run.why}"
     settings = "; ".join(f"{name} {_short(value)}" for name, value in order.case.as_json().items())
     write_whole(order.path, page(
-        title, replay, begin=replay.events[0].time if replay.events else None,
-        before=f"<h1>{html.escape(title)}</h1><!-- {order.key} -->",
+        title, replay, before=f"<h1>{html.escape(title)}</h1><!-- {order.key} -->",
         after=f"<p>The case, in {order.engine}: {html.escape(settings)}.</p>"))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from door_impact_view.errors import UrdfError
@@ -12,11 +13,12 @@ from door_impact_view.live.plots import Plots
 from door_impact_view.live.scene_view import BalanceView, ForceView, ModelView
 from door_impact_view.live.server import Listening, start_server, stop_server
 from door_impact_view.live.state import State
+from door_impact_view.scene.meshes import load_meshes
 from door_impact_view.scene.urdf import UrdfScene, read_urdf
-from door_impact_view.scene.wall import wall_shapes
+from door_impact_view.scene.wall import with_wall
 
 _FLOOR = 6.0  # side of the floor's grid [m]
-_CAMERA, _LOOK_AT = (3.0, 0.6, 1.6), (0.0, -0.2, 0.75)  # in the world [m]
+_CAMERA, _LOOK_AT = (2.2, 0.55, 1.5), (0.0, -0.15, 0.8)  # in the world [m]
 
 
 @dataclass
@@ -57,10 +59,10 @@ class Page:
         self._balance = BalanceView(scene)
         self._shown = {
             "answer": gui.add_html("", order=1.0),
-            "state": gui.add_html(texts.state_html("", None, ""), order=1.1)}
-        with gui.add_folder("Plan", order=2.0):
+            "state": gui.add_html(texts.state_html("", None, None, ""), order=1.1)}
+        self._plots = Plots(gui, gui.add_folder("The last 20 s", order=2.0))
+        with gui.add_folder("Plan", order=3.0):
             self._shown["plan"] = gui.add_html(texts.plan_html(None))
-        self._plots = Plots(gui, gui.add_folder("The last 20 s", order=3.0))
         panels = Panels(Gate(token, listening.local), give,
                         lambda html: self._show("answer", html), self._server.get_clients)
         self._server.on_client_connect(panels.connect)
@@ -80,7 +82,7 @@ class Page:
         with self._server.atomic():  # a browser never shows half of it
             if self._update("/robot", self._robot, state.robot) and self._robot.view is not None:
                 self._forces = ForceView(self._server.scene, self._robot.view)
-            self._update("/door", self._door, state.door)
+            self._update("/door", self._door, state.door, with_wall)
             if self._robot.view is not None:
                 self._robot.view.place(state.base)
                 self._robot.view.move(state.joints)
@@ -93,7 +95,9 @@ class Page:
         self._plots.add(state)
         if self._ticks % self._plot_every == 0:
             self._plots.send()
-            self._show("state", texts.state_html(state.phase, state.margin(), self.problem))
+            angle = None if state.door_angle is None else float(state.door_angle.value[0])
+            self._show("state", texts.state_html(
+                state.phase, angle, state.margin(), self.problem))
             self._show("plan", texts.plan_html(state.plan))
         self._ticks += 1
 
@@ -105,26 +109,21 @@ class Page:
         if self._shown[name].content != html:
             self._shown[name].content = html
 
-    def _update(self, path: str, drawn: _Drawn, text: str) -> bool:
-        """Draw a URDF anew if it has changed; return whether it has."""
+    def _update(
+        self, path: str, drawn: _Drawn, text: str,
+        complete: Callable[[UrdfScene], UrdfScene] = lambda model: model,
+    ) -> bool:
+        """Draw a URDF, made complete, anew if it has changed; return whether it has."""
         if text == drawn.text:
             return False
         drawn.text, drawn.problem = text, ""
         try:
-            model = read_urdf(text)
+            model = complete(read_urdf(text))
         except UrdfError as error:  # what was drawn before stays
             drawn.problem = str(error)
             return False
         if drawn.view is not None:
             drawn.view.remove()
-        drawn.view = _add(self._server.scene, path, model)
-        if drawn.view.left_out:
-            drawn.problem = (
-                f"{len(drawn.view.left_out)} meshes of the URDF cannot be read and are left out, "
-                f"the first is {drawn.view.left_out[0]}")
+        meshes, drawn.problem = load_meshes([model])
+        drawn.view = ModelView(self._server.scene, path, model, meshes)
         return True
-
-
-def _add(scene: object, path: str, model: UrdfScene) -> ModelView:
-    """Draw a model; a door gets its wall."""
-    return ModelView(scene, path, model, wall_shapes(model) if path == "/door" else ())

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import msgspec
+import numpy as np
 import viser
 import websockets.sync.client
 import zstandard
@@ -17,6 +18,7 @@ _CAMERA: dict[str, Any] = {
     "fov": 1.0, "near": 0.1, "far": 100.0, "image_height": 600, "image_width": 1000,
     "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0)}
 _HEAD = struct.Struct("<QQ")  # size of the messages, and of their compressed form
+_ALIGNED = 8  # arrays, which follow the messages, begin at a multiple of so many bytes
 
 
 class PageClient:
@@ -60,10 +62,16 @@ class PageClient:
             return 0
         assert isinstance(data, bytes)
         size, packed = _HEAD.unpack_from(data)
-        plain = self._zstd.decompress(data[_HEAD.size : _HEAD.size + packed], size)
-        messages = msgspec.msgpack.decode(plain)["messages"]
+        end = _HEAD.size + packed
+        plain = msgspec.msgpack.decode(self._zstd.decompress(data[_HEAD.size : end], size))
+        arrays = []
+        for length in plain["binaryBufferLengths"]:
+            start = end + -end % _ALIGNED
+            end = start + length
+            arrays.append(data[start:end])
+        messages = plain["messages"]
         for message in messages:
-            self._take(message)
+            self._take(_with_arrays(message, arrays))
         self.count += len(messages)
         return len(messages)
 
@@ -128,3 +136,14 @@ class PageClient:
 
     def _send(self, message: dict[str, Any]) -> None:
         self._socket.send(msgspec.msgpack.encode(message))
+
+
+def _with_arrays(part: Any, arrays: list[bytes]) -> Any:
+    """Return a part of a message with its arrays, flat, in the places of their numbers."""
+    if isinstance(part, list):
+        return [_with_arrays(each, arrays) for each in part]
+    if not isinstance(part, dict):
+        return part
+    if "__binary_index" in part:
+        return np.frombuffer(arrays[part["__binary_index"]], dtype=part["dtype"])
+    return {key: _with_arrays(value, arrays) for key, value in part.items()}

@@ -117,7 +117,9 @@ class Panels:
         def reply(answer: Answer) -> None:
             self._show(texts.answer_html(order, answer))
             if client.client_id in self._connected():  # it may have gone meanwhile
-                _notify(client, texts.order_text(order), answer.text, done=answer.done)
+                state = "done" if answer.done else "not done"  # not told by the colour alone
+                _notify(client, f"{texts.order_text(order)}: {state}", answer.text,
+                        done=answer.done)
 
         self._give(order, reply)
 

@@ -35,7 +35,7 @@ class Plot:
             for name, line in zip(names, lines, strict=True)]
         self._handle = gui.add_uplot(
             tuple(np.zeros((1 + len(names), 1))), tuple(series), title=title, height=_HEIGHT,
-            legend={"show": len(names) > 1},
+            legend={"show": len(names) > 1, "live": False},
             scales={"x": {"time": False, "range": (-SPAN, 0.0)}})
 
     def add(self, time: float, *values: float) -> None:
@@ -100,7 +100,8 @@ class Plots:
                 plot = Plot(self._gui, title, links, _LINES[:len(links)])
             self._forces[hands] = plot, links
         items = [state.forces[link] for link in links]
-        plot.add(max(item.time for item in items), *(_size(item, hands) for item in items))
+        plot.add(max(item.time for item in items), *(
+            np.nan if state.fresh(item) is None else _size(item, hands) for item in items))
 
 
 def _size(item: Stamped, hand: bool) -> float:

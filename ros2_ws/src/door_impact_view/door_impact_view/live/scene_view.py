@@ -6,23 +6,22 @@ a moving joint has to be sent.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
 
-from door_impact_view.live.meshes import load_mesh
 from door_impact_view.live.state import Pose, State
 from door_impact_view.scene import colors
 from door_impact_view.scene.capture import CaptureEstimator
+from door_impact_view.scene.floor import FLAT, RAISED, on_floor
+from door_impact_view.scene.meshes import Mesh
 from door_impact_view.scene.poses import joint_pose
 from door_impact_view.scene.urdf import SLIDING, TURNING, Shape, UrdfScene
 
 _MOVED = 1e-4  # smallest change of a joint or a place that is sent [rad] or [m]
-_ON_FLOOR = 0.004  # height at which flat things are drawn, above the floor's grid [m]
-# While the robot stands, ZMP and capture point are the same: the one lies on the other.
-_HEIGHTS = {"zmp": _ON_FLOOR, "capture_point": 0.04}  # at which points of the floor are drawn [m]
+_HEIGHTS = {"zmp": FLAT, "capture_point": RAISED}  # at which points of the floor are drawn [m]
 _METRES_PER_NEWTON = 1.0 / 1000.0  # length of a force's arrow
 _LEAST_FORCE = 5.0  # force below which no arrow is drawn [N]
 
@@ -34,17 +33,13 @@ class ModelView:
         scene: viser's scene.
         path: Name of its node in the scene, such as ``/robot``.
         model: What to draw.
-        extra: Shapes beyond those of the URDF.
-
-    Attributes:
-        left_out: Files of meshes that could not be drawn.
+        meshes: Its meshes by file; one that is not in it is left out.
     """
 
     def __init__(
-        self, scene: Any, path: str, model: UrdfScene, extra: Iterable[Shape] = ()
+        self, scene: Any, path: str, model: UrdfScene, meshes: Mapping[str, Mesh]
     ) -> None:
-        self._scene = scene
-        self.left_out: list[str] = []
+        self._scene, self._meshes = scene, meshes
         self._paths = {model.root: f"{path}/{_node(model.root)}"}
         self._base = scene.add_frame(self._paths[model.root], show_axes=False)
         self._pose: Pose | None = None
@@ -59,7 +54,7 @@ class ModelView:
                 frames.append(frame)
         self._moving, self._frames = moving, frames
         self._positions = np.zeros(len(moving))
-        for number, shape in enumerate((*model.shapes, *extra)):
+        for number, shape in enumerate(model.shapes):
             self._add(f"{self._paths[shape.link]}/shape{number}", shape)
 
     def path(self, link: str) -> str | None:
@@ -116,12 +111,10 @@ class ModelView:
             self._scene.add_cylinder(name, radius=shape.size[0], height=shape.size[1], **look)
         elif shape.kind == "sphere":
             self._scene.add_icosphere(name, radius=shape.size[0], subdivisions=2, **look)
-        else:
-            mesh = load_mesh(shape.file)
-            if mesh is None:
-                self.left_out.append(shape.file)
-            else:
-                self._scene.add_mesh_simple(name, *mesh, scale=shape.size, side="double", **look)
+        elif shape.file in self._meshes:
+            self._scene.add_mesh_simple(
+                name, *self._meshes[shape.file], scale=shape.size, side="double",
+                flat_shading=True, **look)
 
 
 class BalanceView:
@@ -170,7 +163,7 @@ class BalanceView:
             return
         if corners.shape != self._corners.shape or np.abs(corners - self._corners).max() > _MOVED:
             self._corners = corners
-            raised = np.column_stack([corners, np.full(len(corners), _ON_FLOOR)])
+            raised = on_floor(corners)
             self._polygon.points = np.stack([raised, np.roll(raised, -1, axis=0)], axis=1)
 
     def _put(self, name: str, place: Array | None) -> None:
@@ -183,6 +176,9 @@ class BalanceView:
 
 class ForceView:
     """Arrows of the forces on feet and hands, in the frames of their links.
+
+    An arrow ends where the force acts: what begins there would be hidden in the robot, because
+    the surroundings push.
 
     Args:
         scene: viser's scene.
@@ -204,17 +200,17 @@ class ForceView:
             if arrow.visible != (length > _LEAST_FORCE):
                 arrow.visible = length > _LEAST_FORCE
             if force is not None and arrow.visible:
-                tip = force * _METRES_PER_NEWTON
-                if np.abs(tip - arrow.points[0, 1]).max() > 10.0 * _MOVED:
-                    arrow.points = np.array([[np.zeros(3), tip]])
+                start = -force * _METRES_PER_NEWTON
+                if np.abs(start - arrow.points[0, 0]).max() > 10.0 * _MOVED:
+                    arrow.points = np.array([[start, np.zeros(3)]])
 
     def _add(self, link: str) -> Any:
         path = self._model.path(link)
         if path is None:
             return None
         self._arrows[link] = self._scene.add_arrows(
-            f"{path}/force", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.008,
-            head_radius=0.02, head_length=0.05, visible=False)
+            f"{path}/force", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.012,
+            head_radius=0.03, head_length=0.06, visible=False)
         return self._arrows[link]
 
 

@@ -63,22 +63,30 @@ def plan_html(plan: PlanSummary | None) -> str:
     return f'<table style="font-size:85%">{"".join(rows)}</table>{warnings}'
 
 
-def state_html(phase: str, margin: float | None, problem: str) -> str:
+def state_html(
+    phase: str, angle: float | None, margin: float | None, problem: str
+) -> str:
     """Return the line about the present state.
 
     Args:
         phase: What the executor does; empty: nothing.
+        angle: Opening angle of the door [rad], if known.
         margin: Distance of the ZMP to the edge of the support polygon [m], if known.
         problem: What cannot be drawn; empty: nothing.
     """
+    door = "door not known" if angle is None else f"door {_tenths(math.degrees(angle))} deg"
     known = "ZMP margin not known" if margin is None else f"ZMP margin {1e3 * margin:.0f} mm"
-    text = _paragraph(f"{phase or 'no motion'}; {known}")
+    text = _paragraph(f"{phase or 'no motion'}; {door}; {known}")
     return text + (_paragraph(problem, _BAD) if problem else "")
 
 
 def note_html(text: str) -> str:
     """Return a sentence as a paragraph."""
     return _paragraph(text)
+
+
+def _tenths(value: float) -> str:
+    return f"{round(value, 1) + 0.0:.1f}"  # the sum has no -0.0
 
 
 def _paragraph(text: str, color: str = "inherit") -> str:

@@ -6,7 +6,7 @@ import base64
 import html
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
@@ -27,39 +27,46 @@ from door_impact_view.replay.recording import (
     cameras_around,
 )
 from door_impact_view.scene.colors import css
+from door_impact_view.scene.meshes import Mesh, fit_meshes, load_meshes
 from door_impact_view.scene.urdf import SLIDING, TURNING
 
 _SCRIPTS = ("scene.js", "plots.js", "replay.js")
 _STYLES = ("uPlot.min.css", "style.css")
-_DRAWN = ("box", "cylinder", "sphere")  # kinds of shapes; meshes are left out
 _POINT_SIZE = 0.018  # radius of a mark [m]
 _KINDS = {".gif": "image/gif", ".png": "image/png"}
 
 
-def page(title: str, replay: Replay, *, before: str = "", after: str = "",
-         begin: float | None = None) -> str:
-    """Makes the page of a replay.
+def page(title: str, *replays: Replay, before: str = "", after: str = "") -> str:
+    """Makes the page of a recording.
+
+    Meshes are part of it; what is too large is made coarser (`fit_meshes`).
 
     Args:
         title: Title of the page, any text.
-        replay: What it shows.
+        replays: What it shows, one or several, of which the reader chooses one. At first it shows
+            the last one with a contact, or the last one.
         before: HTML above the replay.
         after: HTML below it.
-        begin: Time that is shown at first [s]; None: the start.
     """
-    shown = replay.stamps[0] if begin is None else begin
-    data = json.dumps(_data(replay, float(shown)), allow_nan=False, separators=(",", ":"))
+    meshes, notes = _meshes(replays)
+    first = max(range(len(replays)), key=lambda k: (bool(replays[k].slow), k))
+    data = json.dumps({
+        "first": first,
+        "meshes": {file: {"vertices": _packed("float32", vertices),
+                          "faces": _packed("uint32", faces)}
+                   for file, (vertices, faces) in meshes.items()},
+        "runs": [_data(replay, meshes, notes) for replay in replays],
+    }, allow_nan=False, separators=(",", ":"))
     section = _filled("replay.html", {
         "LIBRARY": _text("replay_lib.min.js"),
         "DATA": data.replace("<", "\\u003c"),  # no text of the recording can end the element
         "SCRIPT": "\n".join(_text(name) for name in _SCRIPTS),
     })
-    notes = "".join(f"<li>{html.escape(note)}</li>" for note in _notes(replay))
     return _filled("template.html", {
         "TITLE": html.escape(title),
         "STYLE": "\n".join(_text(name) for name in _STYLES),
         "BEFORE": before,
-        "REPLAY": section + (f"<ul>{notes}</ul>" if notes else ""),
+        "REPLAY": section,
         "AFTER": after,
     })
 
@@ -89,18 +96,36 @@ def _filled(name: str, parts: Mapping[str, str]) -> str:
     return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _text(name))
 
 
+def _packed(kind: str, values: Any) -> dict[str, str]:
+    data = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+    return {kind: base64.b64encode(data).decode()}
+
+
 def _floats(values: Any) -> dict[str, str]:
-    data = np.ascontiguousarray(values, dtype="<f4").tobytes()
-    return {"float32": base64.b64encode(data).decode()}
+    return _packed("float32", values)
 
 
-def _data(replay: Replay, begin: float) -> dict[str, Any]:
+def _meshes(replays: Sequence[Replay]) -> tuple[dict[str, Mesh], list[str]]:
+    """Returns the meshes of all replays by file, and sentences about what is not as it was."""
+    scenes = [tree.scene for replay in replays for tree in replay.trees]
+    read, missing = load_meshes(scenes)
+    scales: dict[str, float] = {}
+    for shape in (shape for scene in scenes for shape in scene.shapes if shape.file in read):
+        size = float(np.abs(shape.size).max())
+        scales[shape.file] = max(scales.get(shape.file, 0.0), size) or 1.0
+    meshes, coarser = fit_meshes(read, scales)
+    return meshes, [note for note in (missing, coarser) if note]
+
+
+def _data(replay: Replay, meshes: Mapping[str, Mesh], notes: Sequence[str]) -> dict[str, Any]:
     """Returns what the scripts read; times count from the first stamp."""
     zero = float(replay.stamps[0])
     return {
-        "begin": begin - zero,
+        "name": replay.name,
+        "notes": [*replay.notes, *notes],
+        "begin": replay.begin - zero,
         "stamps": _floats(replay.stamps - zero),
-        "trees": [_tree(tree) for tree in replay.trees],
+        "trees": [_tree(tree, meshes) for tree in replay.trees],
         "marks": [_mark(mark) for mark in replay.marks],
         "phases": [_shifted(phase, zero) for phase in replay.phases],
         "slow": [_shifted(slow, zero) for slow in replay.slow],
@@ -114,7 +139,7 @@ def _shifted(part: Phase | Slow, zero: float) -> dict[str, Any]:
     return asdict(part) | {"start": part.start - zero, "end": part.end - zero}
 
 
-def _tree(tree: Tree) -> dict[str, Any]:
+def _tree(tree: Tree, meshes: Mapping[str, Mesh]) -> dict[str, Any]:
     scene = tree.scene
     column = {name: index for index, name in enumerate(tree.joints)}
     return {
@@ -131,8 +156,8 @@ def _tree(tree: Tree) -> dict[str, Any]:
         "shapes": [{
             "link": shape.link, "kind": shape.kind, "size": shape.size,
             "place": _rounded(shape.place), "orientation": _rounded(shape.orientation),
-            "color": shape.color,
-        } for shape in scene.shapes if shape.kind in _DRAWN],
+            "color": shape.color, "file": shape.file,
+        } for shape in scene.shapes if shape.kind != "mesh" or shape.file in meshes],
     }
 
 
@@ -158,9 +183,3 @@ def _plot(plot: Plot, zero: float) -> dict[str, Any]:
 def _curve(curve: Curve, zero: float) -> dict[str, Any]:
     return {"label": curve.label, "color": css(curve.color), "dashed": curve.dashed,
             "t": _floats(curve.t - zero), "values": _floats(curve.values)}
-
-
-def _notes(replay: Replay) -> list[str]:
-    missing = sum(shape.kind not in _DRAWN for tree in replay.trees for shape in tree.scene.shapes)
-    meshes = [f"{missing} shapes are meshes, which are not drawn."] if missing else []
-    return [*replay.notes, *meshes]

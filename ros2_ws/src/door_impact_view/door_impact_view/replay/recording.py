@@ -140,6 +140,7 @@ class Replay:
         cameras: Places to look from, the first one at the start; empty for those of
             `cameras_around`.
         notes: Sentences that say what the recording lacks.
+        name: Name for readers, where a page shows several.
     """
 
     stamps: Array
@@ -150,13 +151,22 @@ class Replay:
     plots: tuple[Plot, ...] = ()
     cameras: tuple[Camera, ...] = ()
     notes: tuple[str, ...] = ()
+    name: str = ""
+
+    @property
+    def begin(self) -> float:
+        """Time that is shown at first [s]: that of the last contact, or the start."""
+        return self._contacts[-1] if self._contacts else float(self.stamps[0])
 
     @property
     def slow(self) -> list[Slow]:
         """Parts around the contacts that are played slowly; the slowest speed holds."""
-        contacts = [event.time for event in self.events if event.name == CONTACT]
         return [Slow(time - before, time + after, speed)
-                for time in contacts for before, after, speed in _SLOW]
+                for time in self._contacts for before, after, speed in _SLOW]
+
+    @property
+    def _contacts(self) -> list[float]:
+        return [event.time for event in self.events if event.name == CONTACT]
 
 
 _SLOW = ((0.4, 0.8, 0.25), (0.03, 0.09, 0.02))

@@ -1,13 +1,13 @@
 """The replay in a real browser: Chromium opens the page from the disk, without network."""
 
 import io
-import shutil
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from door_impact_view.replay.page import page
 from door_impact_view.replay.recording import (
+    Camera,
     Curve,
     Event,
     Limit,
@@ -17,18 +17,14 @@ from door_impact_view.replay.recording import (
     Replay,
     Tree,
 )
+from door_impact_view.scene import meshes
 from door_impact_view.scene.urdf import TURNING, read_urdf
 from hrp2_description.data import data_path
 from PIL import Image
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="playwright is not installed: no test in a browser")
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="Chromium is not installed (apt install chromium): no test in it")
+pytestmark = pytest.mark.nightly("starts a browser, which takes seconds and much memory")
 
-FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-GUARD = 60e3  # longest wait for the browser [ms]
+GUARD = 180e3  # longest wait for the browser [ms]
 URDF = data_path("urdf/hrp2.urdf")
 STAMPS = np.linspace(0.0, 4.0, 9)
 CONTACT = 2.0
@@ -55,32 +51,18 @@ def recording():
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
-
-
-@pytest.fixture(scope="module")
-def opened(browser, tmp_path_factory):
-    """The page, opened from a file, offline; at the end the console has shown no error."""
+def opened(open_tab, tmp_path_factory):
+    """The page, opened from a file, offline; in the end it has asked for nothing else."""
     path = tmp_path_factory.mktemp("replay") / "replay.html"
     path.write_text(page("Replay", recording()), encoding="utf-8")
-    context = browser.new_context(viewport={"width": 1000, "height": 600}, offline=True)
-    tab = context.new_page()
-    tab.set_default_timeout(GUARD)
-    errors, requests = [], []
-    tab.on("console", lambda message: errors.append(message.text) if message.type == "error"
-           else None)
-    tab.on("pageerror", lambda error: errors.append(str(error)))
+    requests = []
+    tab = open_tab(path.as_uri(), offline=True)
     tab.on("request", lambda request: requests.append(request.url))
-    tab.goto(path.as_uri())
+    tab.reload()
     wait(tab, "window.replay !== undefined")
     yield tab
-    assert errors == []
+    assert requests
     assert [url for url in requests if not url.startswith(("file:", "data:"))] == []
-    context.close()
 
 
 def wait(tab, condition):
@@ -188,6 +170,43 @@ def test_a_phone_shows_everything_in_its_width(opened):
     wait(opened, "document.querySelector('#view canvas').clientWidth < 390")
     assert opened.evaluate("document.documentElement.scrollWidth") <= 390
     opened.set_viewport_size({"width": 1000, "height": 600})
+
+
+MESHED = """<robot name="m"><link name="base"><visual><geometry>
+<mesh filename="package://arm/hand.stl" scale="1 -1 1"/></geometry>
+<material name="red"><color rgba="0.9 0.1 0.1 1"/></material></visual></link></robot>"""
+
+
+def standing(name, x):
+    """A triangle of a mesh, which stands upright at a place."""
+    base = np.array([[x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    return Replay(np.array([0.0, 1.0]), (Tree(read_urdf(MESHED), (), np.zeros((1, 0)), base),),
+                  cameras=(Camera("front", (3.0, 0.0, 0.5), (0.0, 0.0, 0.5)),),
+                  notes=(f"This is {name}.",), name=name)
+
+
+def test_meshes_are_drawn_and_each_run_can_be_chosen(open_tab, tmp_path, monkeypatch):
+    """The mesh appears in its colour, mirrored as its scale says; the other run is where it is."""
+    corners = np.array([[0, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
+    monkeypatch.setattr(meshes, "load_mesh",
+                        lambda _: (corners, np.array([[0, 1, 2]], dtype=np.uint32)))
+    path = tmp_path / "runs.html"
+    path.write_text(page("Runs", standing("one", 0.0), standing("two", -40.0)), encoding="utf-8")
+    tab = open_tab(path.as_uri(), offline=True)
+
+    def red():
+        shown = picture(tab)
+        return np.argwhere((shown[..., 0] > 100) & (shown[..., 1] < 80) & (shown[..., 2] < 80))
+
+    tab.locator("#notes li", has_text="This is two.").wait_for()
+    far = red()
+    tab.locator("#run").select_option(label="one")
+    tab.locator("#notes li", has_text="This is one.").wait_for()
+    wait(tab, "window.replay !== undefined")
+    near = red()
+    assert len(near) > 50 * max(1, len(far))
+    # Seen from the front y grows to the right; the mirrored triangle lies on the left.
+    assert (near[:, 1] <= picture(tab).shape[1] / 2 + 2).all()
 
 
 def test_without_webgl_the_plots_remain(browser, tmp_path):

@@ -180,7 +180,8 @@ def test_a_robot_that_changes_is_drawn_anew(page):
 
 
 def test_a_browser_that_stops_reading_delays_nothing():
-    """Drawing goes on while a full connection waits, and another browser gets everything."""
+    """Drawing goes on while a full connection waits, another browser gets everything, and what is
+    kept for the one that does not read does not grow."""
     listening = listen("localhost", 0)
     made = Page(listening, "", lambda order, reply: None, plot_every=1)
     stuck, client = PageClient(listening.port), PageClient(listening.port)
@@ -198,11 +199,15 @@ def test_a_browser_that_stops_reading_delays_nothing():
         made.draw(State(plan=PlanSummary(f"plan {count}", (("plan", f"no. {count} {noise}"),))))
         client.read()
         assert count < 1000, "nothing had to wait"
-    for _ in range(20):
+    held, kept = waiting(), len(made._server._websock_server._broadcast_buffer.message_from_id)
+    for _ in range(200):
         count += 1
-        made.draw(State(plan=PlanSummary("", (("plan", f"no. {count}."),))))
+        made.draw(State(plan=PlanSummary("", (("plan", f"no. {count}. {noise}"),))))
+        client.read(timeout=0.001)
     client.until(lambda: f"no. {count}." in client.text())
     assert f"no. {count}." not in stuck.text()
+    assert waiting() <= held + 2 * len(noise)
+    assert len(made._server._websock_server._broadcast_buffer.message_from_id) <= kept + 2
     stuck._socket.socket.close()
     client.close()
     made.stop()

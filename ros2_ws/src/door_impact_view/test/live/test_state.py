@@ -1,11 +1,7 @@
-"""Tests of the state, of the history of a plot, and of meshes."""
-
-import struct
-from pathlib import Path
+"""Tests of the state, and of the history of a plot."""
 
 import numpy as np
 import pytest
-from door_impact_view.live import meshes
 from door_impact_view.live.state import SPAN, STALE, History, Stamped, State
 from hypothesis import given
 from hypothesis import strategies as st
@@ -73,36 +69,3 @@ def test_several_curves_share_their_times():
     assert [len(row) for row in history.curves()] == [0, 0, 0]
     history.add(1.0, 2.0, 3.0)
     assert [row.tolist() for row in history.curves()] == [[0.0], [2.0], [3.0]]
-
-
-def triangle() -> bytes:
-    """A binary STL of one triangle."""
-    corners = (0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0)
-    return bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *corners, 0)
-
-
-@pytest.fixture
-def package(tmp_path, monkeypatch) -> Path:
-    """The folder of a package arm, with a mesh in it and a file beside it."""
-    folder = tmp_path / "arm"
-    (folder / "meshes").mkdir(parents=True)
-    (folder / "meshes" / "hand.stl").write_bytes(triangle())
-    (folder / "meshes" / "bad.stl").write_bytes(b"solid nonsense")
-    (tmp_path / "secret.stl").write_bytes(triangle())
-    monkeypatch.setattr(meshes, "share_folders", lambda name: [folder] if name == "arm" else [])
-    return folder
-
-
-def test_a_mesh_of_a_package_is_read(package):
-    """Its vertices and triangles."""
-    vertices, faces = meshes.load_mesh("package://arm/meshes/hand.stl")
-    assert (len(vertices), len(faces)) == (3, 1)
-
-
-@pytest.mark.parametrize("file", [
-    "package://arm/meshes/none.stl", "package://arm/meshes/bad.stl", "package://leg/hand.stl",
-    "package://arm/../secret.stl", "package://arm//etc/passwd", "package://../secret.stl",
-    "package://arm", "file:///etc/passwd", "meshes/hand.stl", ""])
-def test_what_is_no_mesh_of_a_package_is_left_out(package, file):
-    """Damaged, absent, or outside the package's folder: None, without an error."""
-    assert meshes.load_mesh(file) is None

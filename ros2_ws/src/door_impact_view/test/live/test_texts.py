@@ -17,7 +17,7 @@ def test_texts_of_nodes_are_shown_and_never_run():
     """A plan or an answer with HTML in it appears as text."""
     plan = PlanSummary(EVIL, ((EVIL, EVIL),), ((EVIL, 0.01),), (EVIL,))
     for html in (texts.plan_html(plan), texts.answer_html(Run(), Answer(False, EVIL)),
-                 texts.state_html(EVIL, None, EVIL)):
+                 texts.state_html(EVIL, 0.1, None, EVIL)):
         assert "<img" not in html
         assert "&lt;img src=x onerror=&quot;alert(1)&quot;&gt;" in html
 

@@ -18,6 +18,7 @@ from door_impact_view.replay.recording import (
     Replay,
     Tree,
 )
+from door_impact_view.scene import meshes
 from door_impact_view.scene.urdf import read_urdf
 
 URDF = """<robot name="arm"><link name="base"/><link name="tip"><visual><geometry>
@@ -44,16 +45,23 @@ def replay():
     )
 
 
-def data_of(text):
+def page_of(text):
     """The data in a page, with the arrays decoded."""
     found = re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)
 
     def decode(node):
-        if "float32" in node:
-            return np.frombuffer(base64.b64decode(node["float32"]), dtype="<f4")
+        kind = next(iter(node), "")
+        if kind in ("float32", "uint32"):
+            return np.frombuffer(base64.b64decode(node[kind]), dtype=kind)
         return node
 
     return json.loads(found[1], object_hook=decode)
+
+
+def data_of(text):
+    """The only run in a page."""
+    (run,) = page_of(text)["runs"]
+    return run
 
 
 def test_the_page_refers_to_nothing_outside_itself(replay):
@@ -106,13 +114,43 @@ def test_a_recording_of_nothing_but_a_time_has_a_page():
     assert data_of(page("Empty", Replay(np.array([0.0, 1.0]))))["trees"] == []
 
 
-def test_meshes_are_left_out_and_said_so(replay):
-    """A kind of shape that the scripts cannot draw does not stop them."""
-    urdf = URDF.replace('<box size="0.1 0.2 0.3"/>', '<mesh filename="package://a/b.stl"/>')
-    text = page("A replay", replace(replay, trees=(
-        replace(replay.trees[0], scene=read_urdf(urdf)),)))
-    assert data_of(text)["trees"][0]["shapes"] == []
-    assert "1 shapes are meshes" in text
+MESH = URDF.replace('<box size="0.1 0.2 0.3"/>',
+                    '<mesh filename="package://a/b.stl" scale="1 -1 1"/>')
+
+
+def test_a_mesh_that_cannot_be_read_is_left_out_and_said_so(replay):
+    """It does not stop the page."""
+    data = data_of(page("A replay", replace(replay, trees=(
+        replace(replay.trees[0], scene=read_urdf(MESH)),))))
+    assert data["trees"][0]["shapes"] == []
+    assert any("package://a/b.stl" in note for note in data["notes"])
+
+
+def test_meshes_are_part_of_the_page_once(replay, monkeypatch):
+    """Several runs share the geometry, and each shape keeps its scale."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=np.float32)
+    monkeypatch.setattr(meshes, "load_mesh",
+                        lambda _: (corners, np.array([[0, 1, 2]], dtype=np.uint32)))
+    shown = replace(replay, trees=(replace(replay.trees[0], scene=read_urdf(MESH)),))
+    text = page("A replay", shown, shown)
+    data = page_of(text)
+    (mesh,) = data["meshes"].values()
+    np.testing.assert_array_equal(mesh["vertices"].reshape(-1, 3), corners)
+    assert mesh["faces"].tolist() == [0, 1, 2]
+    for run in data["runs"]:
+        (shape,) = run["trees"][0]["shapes"]
+        assert (shape["kind"], shape["file"], shape["size"]) == (
+            "mesh", "package://a/b.stl", [1.0, -1.0, 1.0])
+        assert run["notes"] == []
+
+
+def test_the_run_that_is_shown_first_is_the_last_one_with_a_contact(replay):
+    """A recording may end with a reset, after which nothing happens."""
+    idle = replace(replay, events=(), name="idle")
+    for runs, first in (((replay, idle), 0), ((idle, replay, idle), 1), ((idle, idle), 1)):
+        data = page_of(page("Runs", *runs))
+        assert data["first"] == first
+        assert [run["name"] for run in data["runs"]] == [run.name for run in runs]
 
 
 def test_a_picture_is_part_of_the_page(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from door_impact_view.scene.urdf import read_urdf
-from door_impact_view.scene.wall import wall_shapes
+from door_impact_view.scene.wall import with_wall
 
 DOOR = """<robot name="d"><link name="frame">
 <visual><origin xyz="-0.05 -0.02 1"/><geometry><box size="0.1 0.04 2"/></geometry></visual>
@@ -13,7 +13,7 @@ DOOR = """<robot name="d"><link name="frame">
 
 def test_the_wall_begins_where_the_frame_ends():
     """Both pieces touch the frame's outer sides and have its height and thickness."""
-    left, right = wall_shapes(read_urdf(DOOR.format("")))
+    left, right = with_wall(read_urdf(DOOR.format(""))).shapes[2:]
     assert left.place[0] + 0.5 * left.size[0] == pytest.approx(-0.1)
     assert right.place[0] - 0.5 * right.size[0] == pytest.approx(1.0)
     for piece in (left, right):
@@ -24,4 +24,4 @@ def test_the_wall_begins_where_the_frame_ends():
 
 def test_a_door_without_boxes_has_no_wall():
     """Nothing is made up where the frame's extent is not known."""
-    assert wall_shapes(read_urdf('<robot name="d"><link name="frame"/></robot>')) == ()
+    assert with_wall(read_urdf('<robot name="d"><link name="frame"/></robot>')).shapes == ()

@@ -1,6 +1,6 @@
 // The plots: their time axis shows the replay's time, and a click in a plot sets it.
 
-const PLOT_HEIGHT = 116; // fixed, because a height that follows the page's would grow for ever
+const PLOT_HEIGHT = 98; // fixed, because a height that follows the page's would grow for ever
 
 const SAME_TIME = 1e-3; // a sample that is this near counts, also at the edge of a gap [s]
 
@@ -69,7 +69,7 @@ class Plot {
       cursor: { show: false },
       scales: { x: { time: false, range: () => this.range } },
       axes: [{ size: 26, values: (_, ticks) => ticks.map((tick) => +tick.toFixed(4)) },
-             { size: 52, space: 22 }],
+             { size: 52, space: 16 }],
       padding: [8, 10, 0, 0],
       series: [{}, ...curves, ...limits.map((limit) => ({ ...limit, points: { show: false } }))],
       hooks: { draw: [(u) => this.lines(u, data)] },

@@ -7,25 +7,28 @@ const RANGES = [["all", "whole time"], [2, "2 s"], [0.2, "0.2 s"]]; // of the pl
 const ROOM_FOR_LABEL = 8; // share of the track that an event's label needs on its left [%]
 const SLOWEST_FRAME = 0.1; // a longer time between two frames counts as this [s]
 
-/** Puts arrays of 32-bit floats in the place of their texts in base64, everywhere in `node`. */
+const ARRAYS = { float32: Float32Array, uint32: Uint32Array };
+
+/** Puts arrays of 32-bit numbers in the place of their texts in base64, everywhere in `node`. */
 function decode(node) {
   if (node === null || typeof node !== "object") return node;
-  if (typeof node.float32 === "string") {
-    const bytes = Uint8Array.from(atob(node.float32), (letter) => letter.charCodeAt(0));
-    return new Float32Array(bytes.buffer);
+  const kind = Object.keys(ARRAYS).find((name) => typeof node[name] === "string");
+  if (kind) {
+    const bytes = Uint8Array.from(atob(node[kind]), (letter) => letter.charCodeAt(0));
+    return new ARRAYS[kind](bytes.buffer);
   }
   for (const key of Object.keys(node)) node[key] = decode(node[key]);
   return node;
 }
 
 class Replay {
-  constructor(data) {
+  constructor(data, meshes) {
     this.data = data;
     this.stamps = data.stamps;
     data.end = this.stamps[this.stamps.length - 1];
     this.now = 0;
     this.playing = false;
-    this.view = new View(data, byId("view"), () => {
+    this.view = new View(data, meshes, byId("view"), () => {
       byId("view").classList.add("empty");
       byId("view").textContent = "This browser does not draw WebGL: the plots, the times and the "
         + "pictures below work without it.";
@@ -173,6 +176,9 @@ class Replay {
   resize() {
     this.view.resize();
     for (const plot of this.plots) plot.resize(byId("plots").clientWidth);
+    for (const { classList, scrollWidth, clientWidth } of byId("phases").children) {
+      classList.toggle("narrow", scrollWidth > clientWidth); // no part of a name is shown
+    }
   }
 
   /** The place and orientation (w, x, y, z) of a tree's link in the world, for tests. */
@@ -186,4 +192,22 @@ class Replay {
   }
 }
 
-window.replay = new Replay(decode(JSON.parse(byId("replay-data").textContent)));
+/** The number of the run to show: that of an address that ends with, for example, #run=1. */
+function chosenRun({ runs, first }) {
+  const named = Number((/^#run=(\d+)$/.exec(location.hash) ?? [])[1]) - 1;
+  return named in runs ? named : first;
+}
+
+const recorded = JSON.parse(byId("replay-data").textContent);
+const shownRun = chosenRun(recorded);
+recorded.runs.forEach(({ name }, k) =>
+  byId("run").append(new Option(name, k, false, k === shownRun)));
+byId("runs").hidden = recorded.runs.length < 2;
+byId("run").onchange = (event) => {
+  location.hash = `run=${Number(event.target.value) + 1}`;
+};
+addEventListener("hashchange", () => location.reload()); // another run is shown from anew
+for (const note of recorded.runs[shownRun].notes) {
+  byId("notes").append(Object.assign(document.createElement("li"), { textContent: note }));
+}
+window.replay = new Replay(decode(recorded.runs[shownRun]), decode(recorded.meshes));

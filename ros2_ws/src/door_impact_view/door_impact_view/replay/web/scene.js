@@ -13,12 +13,27 @@ const GEOMETRY = {
     new REPLAY.CylinderGeometry(radius, radius, length, 32).rotateX(Math.PI / 2),
 };
 
-/** A shape of a link; shapes of kinds that are not in GEOMETRY are left out by the page's maker. */
-function makeShape(shape) {
+/** The geometry of a mesh, of which several shapes may share one. */
+function meshGeometry({ vertices, faces }) {
+  const geometry = new REPLAY.BufferGeometry();
+  geometry.setAttribute("position", new REPLAY.BufferAttribute(vertices, 3));
+  geometry.setIndex(new REPLAY.BufferAttribute(faces, 1));
+  return geometry;
+}
+
+/** A shape of a link; `geometries` are those of meshes by file. */
+function makeShape(shape, geometries) {
   const [red, green, blue, opacity] = shape.color;
   const material = new REPLAY.MeshLambertMaterial({ transparent: opacity < 1, opacity });
   material.color.setRGB(red, green, blue, "srgb");
-  const mesh = new REPLAY.Mesh(GEOMETRY[shape.kind](shape.size), material);
+  const isMesh = shape.kind === "mesh";
+  const mesh = new REPLAY.Mesh(
+    isMesh ? geometries[shape.file] : GEOMETRY[shape.kind](shape.size), material);
+  if (isMesh) {
+    mesh.scale.set(...shape.size);
+    material.flatShading = true; // the meshes have no normals
+    material.side = REPLAY.DoubleSide; // a negative scale turns a mesh inside out
+  }
   mesh.position.set(...shape.place);
   mesh.quaternion.copy(quaternion(shape.orientation));
   return mesh;
@@ -26,7 +41,7 @@ function makeShape(shape) {
 
 /** A tree of links: nested groups, so that three.js itself does the forward kinematics. */
 class Tree {
-  constructor(tree) {
+  constructor(tree, geometries) {
     this.tree = tree;
     this.root = new REPLAY.Group();
     this.links = { [tree.root]: this.root };
@@ -40,7 +55,7 @@ class Tree {
       this.links[joint.child] = child;
       joint.vector = new REPLAY.Vector3(...joint.axis);
     }
-    for (const shape of tree.shapes) this.links[shape.link].add(makeShape(shape));
+    for (const shape of tree.shapes) this.links[shape.link].add(makeShape(shape, geometries));
     this.first = new REPLAY.Quaternion();
     this.second = new REPLAY.Quaternion();
   }
@@ -120,7 +135,7 @@ class Mark {
 
 /** Everything that is drawn in three dimensions. Without WebGL nothing is drawn. */
 class View {
-  constructor(data, place, failed) {
+  constructor(data, meshes, place, failed) {
     this.place = place;
     this.scene = new REPLAY.Scene();
     this.scene.background = new REPLAY.Color("#f4f5f7");
@@ -133,7 +148,9 @@ class View {
     const grid = new REPLAY.GridHelper(6, 24, "#a8adb5", "#d3d6db");
     grid.rotation.x = Math.PI / 2;
     this.scene.add(grid);
-    this.trees = data.trees.map((tree) => new Tree(tree));
+    const geometries = Object.fromEntries(
+      Object.entries(meshes).map(([file, mesh]) => [file, meshGeometry(mesh)]));
+    this.trees = data.trees.map((tree) => new Tree(tree, geometries));
     this.marks = data.marks.map((mark) => new Mark(mark));
     for (const { root } of this.trees) this.scene.add(root);
     for (const { object } of this.marks) this.scene.add(object);
