@@ -41,7 +41,7 @@ class Pose(NamedTuple):
 
 
 def wrapped(angle: float) -> float:
-    """Return an angle within half a turn, in [-pi, pi] [rad]."""
+    """Return an angle within half a turn, from -pi to pi [rad]."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
