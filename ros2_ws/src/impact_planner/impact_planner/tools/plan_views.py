@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE
+from door_impact_common.palette import BLUE, GREEN, GREY, PURPLE, VERMILION
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 
@@ -195,7 +195,7 @@ def draw_floor(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene)
         linewidth=0.0, zorder=5, label="steady stretch"))
     axis.plot(com[:, 1], com[:, 0], color=BLUE, linewidth=5.0, alpha=0.45, zorder=6,
               label="CoM, run-up")
-    axis.plot(zmp[:, 1], zmp[:, 0], color=ORANGE, linewidth=1.2, zorder=7, label="ZMP, run-up")
+    axis.plot(zmp[:, 1], zmp[:, 0], color=VERMILION, linewidth=1.2, zorder=7, label="ZMP, run-up")
     marks = [
         ("start", com[0], "o", BLUE, (0, 26)), ("hit", scene.com, "o", BLUE, (26, 20)),
         ("C", scene.c, "o", "k", (-16, 20))]

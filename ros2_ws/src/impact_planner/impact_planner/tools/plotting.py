@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE
+from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 from door_impact_common.span_labels import label_spans
 from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
@@ -113,7 +113,8 @@ def _draw_zmp(axis: Any, plan: ImpactPlan, robot: RobotModel, scene: PlanScene) 
         axis.fill_between([offset, offset + end], -high, -low, color=GREY, alpha=0.3, linewidth=0.0,
                           label=None if number else "support polygon")
         axis.plot(time, -phase.com_samples[shown, 1], color=BLUE, label=None if number else "CoM")
-        axis.plot(time, -phase.zmp_samples[shown, 1], color=ORANGE, label=None if number else "ZMP")
+        axis.plot(time, -phase.zmp_samples[shown, 1], color=VERMILION,
+                  label=None if number else "ZMP")
         axis.axvline(offset, color="0.8", linewidth=0.8)
         spans.append((phase.name, offset, offset + end))
         offset += end

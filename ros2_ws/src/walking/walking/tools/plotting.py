@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.palette import BLUE, GREEN, GREY, PURPLE, VERMILION
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 
 from walking.pattern.walk_plan import WalkPlan
 
 # Colours that people with any kind of colour vision can tell apart (Okabe and Ito, 2008).
-_COLOURS = {"left": "#0072B2", "right": "#D55E00"}
-_ZMP, _COM, _GREY = "#000000", "#009E73", "#999999"
+_COLOURS = {"left": GREEN, "right": PURPLE}
 _SIZE = (11.0, 8.5)  # width and height of the figure [in]
 _DPI = 90
 _FONT: Any = {"font.size": 9.0, "axes.titlesize": 10.0, "legend.fontsize": 8.0}
@@ -65,8 +65,8 @@ def _draw_floor(axis: Any, plan: WalkPlan, robot: RobotModel) -> None:
         middle = corners.mean(axis=0)
         axis.text(*middle, str(number), ha="center", va="center", color=_COLOURS[step.side],
                   rotation=math.degrees(step.yaw))
-    axis.plot(*plan.zmp.T, color=_ZMP, linewidth=0.9, label="ZMP")
-    axis.plot(*plan.com[:, :2].T, color=_COM, linewidth=1.6, label="CoM")
+    axis.plot(*plan.zmp.T, color=VERMILION, linewidth=0.9, label="ZMP")
+    axis.plot(*plan.com[:, :2].T, color=BLUE, linewidth=1.6, label="CoM")
     axis.set(xlabel="x [m]", ylabel="y [m]", aspect="equal",
              title="soles (dashed: at the start), CoM and ZMP")
     axis.set_adjustable("datalim")
@@ -76,11 +76,11 @@ def _draw_floor(axis: Any, plan: WalkPlan, robot: RobotModel) -> None:
 def _draw_course(axis: Any, plan: WalkPlan, robot: RobotModel, column: int, name: str) -> None:
     low, high = _edges(plan, robot, column)
     time = plan.motion.time
-    axis.fill_between(time, low, high, color=_GREY, alpha=0.25, linewidth=0.0,
+    axis.fill_between(time, low, high, color=GREY, alpha=0.25, linewidth=0.0,
                       label="between the edges of the soles that stand")
-    axis.plot(time, plan.zmp_reference[:, column], color=_GREY, linestyle=":", label="reference")
-    axis.plot(time, plan.zmp[:, column], color=_ZMP, linewidth=0.9, label="ZMP")
-    axis.plot(time, plan.com[:, column], color=_COM, linewidth=1.6, label="CoM")
+    axis.plot(time, plan.zmp_reference[:, column], color=GREY, linestyle=":", label="reference")
+    axis.plot(time, plan.zmp[:, column], color=VERMILION, linewidth=0.9, label="ZMP")
+    axis.plot(time, plan.com[:, column], color=BLUE, linewidth=1.6, label="CoM")
     axis.set(xlabel="time [s]", ylabel=f"{name} [m]", title=f"{name} of ZMP and CoM")
     axis.margins(x=0.0)
     if column == 0:
