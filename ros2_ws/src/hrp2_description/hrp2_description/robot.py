@@ -148,8 +148,7 @@ def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
         found["disabled_collisions"] = tuple((a, b) for a, b in data["disabled_collisions"])
     if "footsteps" in data:
         found["footsteps"] = read_step_limits(data["footsteps"])
-    if "imu_frame" in data:
-        found["imu_frame"] = data["imu_frame"]
+    found |= {name: data[name] for name in ("imu_frame", "chest_yaw") if name in data}
     return found
 
 
@@ -232,7 +231,8 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     named_links += [link for pair in config.disabled_collisions for link in pair]
     if config.brace is not None:
         named_links += [config.brace.arm.link, config.brace.trunk.link]
-    named_joints: list[str | None] = [*config.braced_joints, *config.braced_posture]
+    named_joints: list[str | None] = [
+        *config.braced_joints, *config.braced_posture, config.chest_yaw]
     for foot in config.feet.values():
         named_links += [foot.sole, foot.ankle]
         named_joints.append(foot.sensor_joint)

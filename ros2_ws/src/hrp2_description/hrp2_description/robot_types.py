@@ -206,6 +206,7 @@ class RobotConfig:
         sole_rubber: Rubber between an ankle and the floor.
         imu_frame: Link that contains the IMU.
         footsteps: Limits of the footsteps of a walk.
+        chest_yaw: Joint that turns the upper body against the legs; None if there is none.
     """
 
     name: str
@@ -237,6 +238,7 @@ class RobotConfig:
     sole_rubber: SoleRubber | None = None
     imu_frame: str | None = None
     footsteps: StepLimits | None = None
+    chest_yaw: str | None = None
 
     @property
     def armature(self) -> Array:

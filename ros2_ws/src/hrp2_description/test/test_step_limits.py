@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from hrp2_description.data import data_path
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import load_robot_config
 from hrp2_description.step_limits import read_step_limits
@@ -32,3 +33,14 @@ def test_a_missing_limit_is_refused():
     """Each limit must be in the file."""
     with pytest.raises(RobotConfigError, match="footsteps"):
         read_step_limits({name: value for name, value in GOOD.items() if name != "ahead"})
+
+
+def test_a_joint_of_the_chest_that_the_urdf_does_not_have_is_refused(tmp_path):
+    """The error names it."""
+    source = data_path("config/robot.yaml")
+    other = tmp_path / "robot.yaml"
+    text = source.read_text().replace("chest_yaw: CHEST_JOINT0", "chest_yaw: CHEST_JOINT7")
+    other.write_text(text.replace(
+        "urdf: urdf/hrp2.urdf", f"urdf: {data_path('urdf/hrp2.urdf')}"))
+    with pytest.raises(RobotConfigError, match="CHEST_JOINT7"):
+        load_robot_config(other)

@@ -14,7 +14,7 @@ from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose, Stance, as_array, wrapped
 from walking.pattern.preview import CartState
 from walking.pattern.settings import WalkSettings
-from walking.pattern.whole_body import TWIST_JOINT, feet_ahead
+from walking.pattern.whole_body import feet_ahead, twist
 from walking.pattern.zmp_reference import rest_point
 
 _FITS = 1e-3  # by how much a posture may miss the soles [m, rad]
@@ -105,8 +105,8 @@ def resting(
             quantity="posture of the legs [m, rad]", value=off, limit=_FITS)
     q = robot.configuration(place, upper)
     q[5], q[6] = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
-    upper[robot.config.index(TWIST_JOINT)] -= settings.chest_swing * feet_ahead(
-        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw))
+    twist(robot, upper, -settings.chest_swing * feet_ahead(
+        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw)))
     return _resting(stance, robot.com(q)[:2], float(place[2]), upper)
 
 

@@ -22,8 +22,6 @@ _STEP = 0.004  # step of the central differences [s]
 _TOLERANCE = 5e-9
 WAIST_PER_COM = 1.166
 """Displacement of the waist per displacement of the CoM; 1.155 to 1.178 in walks of HRP-2."""
-TWIST_JOINT = "CHEST_JOINT0"
-"""Joint that turns the upper body against the legs."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ def whole_body(
     yaw = 0.5 * (feet["left"][..., 3] + feet["right"][..., 3])
     upper = body.upper.around(_STEP)
     apart = feet["left"][..., :2] - feet["right"][..., :2]
-    upper[..., robot.config.index(TWIST_JOINT)] += body.chest_swing * feet_ahead(apart, yaw)
+    twist(robot, upper, body.chest_swing * feet_ahead(apart, yaw))
     targets = com.around(_STEP)
     guess = targets - _com_ahead(robot, yaw) if near is None else near.around(_STEP)
 
@@ -94,6 +92,12 @@ def _com_ahead(robot: RobotModel, yaw: Array) -> Array:
     """Place of the CoM from base_link in half-sitting, in odom at headings (...), (..., 2) [m]."""
     x, y = robot.com(robot.configuration(np.zeros(3), robot.config.half_sitting))[:2]
     return np.stack([np.cos(yaw) * x - np.sin(yaw) * y, np.sin(yaw) * x + np.cos(yaw) * y], axis=-1)
+
+
+def twist(robot: RobotModel, joints: Array, angle: Array) -> None:
+    """Turn the upper body by angles (...) [rad] in joints (..., J) if the robot's chest turns."""
+    if robot.config.chest_yaw is not None:
+        joints[..., robot.config.index(robot.config.chest_yaw)] += angle
 
 
 def feet_ahead(apart: Array, yaw: Array) -> Array:
