@@ -296,7 +296,8 @@ def test_the_report_is_one_file(demo: Any) -> None:
     assert set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text)) == {
         "summary.json", "simulation.npz", "run.mcap"}
     assert "https://" not in text
-    assert json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)[1])["trees"]
+    data = json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)[1])
+    assert [len(run["trees"]) for run in data["runs"]] == [2]  # the robot and the door
 
 
 @pytest.mark.parametrize(

@@ -75,12 +75,12 @@ def test_the_hit_after_one_is_right_to_one_percent(world, omega):
 
 @given(worlds, speeds, st.floats(0.6, 1.6))
 def test_more_hits_converge(world, omega, other):
-    """After five hits w' is right to 0.05 %, and another w' (0.6 to 1.6 times) to 0.5 %."""
+    """After five hits w' is right to 0.1 %, and another w' (0.6 to 1.6 times) to 0.5 %."""
     known = NEW
     for _ in range(5):
         known = learn(known, struck(known, omega, world))
     assert known.hits == 5
-    assert struck(known, omega, world).omega == pytest.approx(omega, rel=5e-4)
+    assert struck(known, omega, world).omega == pytest.approx(omega, rel=1e-3)
     assert struck(known, other * omega, world).omega == pytest.approx(other * omega, rel=5e-3)
 
 
