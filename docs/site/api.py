@@ -5,7 +5,10 @@ The pages are read from the tree, so that a new module or room needs no entry an
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+
+import griffe
 
 SOURCE = Path(__file__).resolve().parents[2] / "ros2_ws" / "src"
 FOLDER = "api"
@@ -67,3 +70,26 @@ def nav() -> list[object]:
         entries.append({package: [f"{FOLDER}/{package}/index.md", *rooms]})
     return entries
 
+
+
+def undocumented(package: str, folder: Path | None = None) -> list[str]:
+    """Dotted names of a package's public modules, classes and functions without a docstring.
+
+    Args:
+        package: Name of the package.
+        folder: Folder in which it lies; None means its place in the workspace.
+    """
+    tree = griffe.load(package, search_paths=[folder or SOURCE / package])
+    return [thing.path for thing in _public(tree) if not thing.has_docstring]
+
+
+def _public(thing: griffe.Object) -> Iterator[griffe.Object]:
+    """A module or class and everything public that is defined in it."""
+    yield thing
+    for name, member in thing.members.items():
+        if member.is_alias or name.startswith("_"):
+            continue
+        if member.is_module or member.is_class:
+            yield from _public(member)
+        elif member.is_function:
+            yield member

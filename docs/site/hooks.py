@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 sys.path.insert(0, str(Path(__file__).parent))  # MkDocs loads a hook without its folder
@@ -31,7 +32,14 @@ OTHER_FILES = "files"  # folder of the site for linked files that are no pages, 
 
 
 def on_config(config: Any) -> Any:
-    """Put the pages of the API into the table of contents."""
+    """Put the pages of the API into the table of contents.
+
+    Raises:
+        PluginError: A public name has no docstring.
+    """
+    missing = [name for package in api.packages() for name in api.undocumented(package)]
+    if missing:
+        raise PluginError(f"public names without a docstring: {', '.join(missing)}")
     for section in config.nav:
         if "API" in section:
             section["API"] = api.nav()
