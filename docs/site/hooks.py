@@ -84,12 +84,13 @@ def _targets(page: File) -> list[str]:
 
 
 def _in_repository(page: File, link: str) -> str | None:
-    """Path in the repository of the target of a page's link; None for an address of the web."""
-    if re.match(r"[a-z]+:", link):
+    """Path in the repository of the target of a page's link; None for one outside it."""
+    if re.match(r"[a-z]+:|/", link):
         return None
     outside = {place: source for source, place in PAGES.items()}
     source = outside.get(page.src_uri, f"docs/{page.src_uri}")
-    return posixpath.normpath(posixpath.join(posixpath.dirname(source), link))
+    path = posixpath.normpath(posixpath.join(posixpath.dirname(source), link))
+    return None if path.startswith("..") else path
 
 
 def _is_in_site(path: str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class DoorImpactError(Exception):
     """Base of every error that this project raises on purpose.
@@ -45,6 +47,19 @@ class DoorImpactError(Exception):
         self.phase = phase
         if reason:
             self.reason = reason
+
+    def __reduce__(self) -> Any:
+        """Let an error pass between processes, whatever the arguments of its class are."""
+        return _same_error, (type(self), self.args, self.__dict__)
+
+
+def _same_error(
+    kind: type[DoorImpactError], args: tuple[Any, ...], attributes: dict[str, Any]
+) -> DoorImpactError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 class InputError(DoorImpactError):

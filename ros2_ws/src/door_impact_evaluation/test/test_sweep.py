@@ -186,7 +186,8 @@ def ran(monkeypatch):
     monkeypatch.setattr(sweep, "get_context", lambda _: SimpleNamespace(Pool=Pool))
     monkeypatch.setattr(sweep, "sources", lambda: "these")
     monkeypatch.setattr(
-        replays, "make", lambda order: order.path.write_text(order.key, encoding="utf-8"))
+        replays, "make", lambda order: order.path.write_text(
+            f"{replays._MARK}{order.key} -->", encoding="utf-8"))
     return names
 
 
@@ -350,10 +351,12 @@ def test_replays_are_made_once_and_those_of_other_runs_are_removed(ran, tmp_path
     assert {path.name for path in folder.iterdir()} == {run["file"] for run in listed} != set()
     made = []
     monkeypatch.setattr(replays, "make", made.append)
-    (folder / "old-hit1.html").write_text("")
+    (folder / "old-hit1.html").write_text(replays._MARK)
+    (folder / "notes.html").write_bytes(b"\xff\xfe mine")
     assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
     assert made == []
     assert not (folder / "old-hit1.html").exists()
+    assert (folder / "notes.html").exists()
     monkeypatch.setattr(sweep, "sources", lambda: "others")
     assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
     assert len(made) == len(listed)

@@ -18,6 +18,7 @@ from door_impact_evaluation.sweep.hits import hits
 
 FOLDER = "replays"
 """Folder of the replays below that of the sweep's results."""
+_MARK = "<!-- a sweep's run: "  # before the digest that a page of a sweep contains
 ERRORS, MARGINS, FALLEN = 2, 2, 3  # most runs that are shown for each reason
 
 
@@ -106,14 +107,16 @@ def orders(
         content = json.dumps([digest, engine, case.as_json(), run.hit, run.why], sort_keys=True)
         key = hashlib.sha256(content.encode()).hexdigest()
         wanted.append(Order(run, case, engine, path, key))
+    kept = {order.path for order in wanted}
     for page_path in folder.glob("*.html"):
-        if page_path not in {order.path for order in wanted}:
+        if page_path not in kept and _MARK in _text(page_path):
             page_path.unlink()
-    return [order for order in wanted if not _is_made(order)]
+    return [order for order in wanted if order.key not in _text(order.path)]
 
 
-def _is_made(order: Order) -> bool:
-    return order.path.exists() and order.key in order.path.read_text(encoding="utf-8")
+def _text(path: Path) -> str:
+    """Reads a page; what is no text is read as something else, and so is not taken for one."""
+    return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
 
 
 def make(order: Order) -> None:
@@ -135,7 +138,7 @@ def make(order: Order) -> None:
     title = f"{order.run.name}, hit {order.run.hit + 1}: {order.run.why}"
     settings = "; ".join(f"{name} {_short(value)}" for name, value in order.case.as_json().items())
     write_whole(order.path, page(
-        title, replay, before=f"<h1>{html.escape(title)}</h1><!-- {order.key} -->",
+        title, replay, before=f"<h1>{html.escape(title)}</h1>{_MARK}{order.key} -->",
         after=f"<p>The case, in {order.engine}: {html.escape(settings)}.</p>"))
 
 
