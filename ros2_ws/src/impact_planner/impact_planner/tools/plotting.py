@@ -76,7 +76,7 @@ def _title(plan: ImpactPlan) -> str:
         f"Door {plan.door!r} to {peak:.1f}°, {plan.run_up}, {plan.ending}:  "
         rf"$\omega'$ = {plan.omega_door:.3f} rad/s,  $m_{{re}}$ = {plan.effective_mass:.1f} kg,  "
         rf"$v_{{rB}}$ = {plan.v_rb:.3f} m/s,  $v'_{{rB}}$ = {plan.v_rb_post:.3f} m/s,  "
-        rf"$e$ = {plan.restitution:.2f}")
+        rf"$e$ = {plan.apparent_restitution:.2f}")
 
 
 def _draw_run_up(axis: Any, plan: ImpactPlan, scene: PlanScene) -> None:
