@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from door_impact_common.drawing import is_drawn
 from door_impact_common.errors import DoorImpactError
 from door_model.door.config import door_names, load_door
 from hrp2_description.robot import load_robot_config
@@ -133,16 +134,12 @@ def _drawn(
     plan: ImpactPlan, robot: RobotModel, settings: PlannerSettings, path: Path
 ) -> bool:
     """Draw the plan, and return whether that succeeded; a failure is printed on stderr."""
-    try:
+    def draw() -> None:
         from impact_planner.tools.plotting import draw_plan
 
-        if path.is_dir() or not path.name:
-            raise IsADirectoryError("it is a folder")
         draw_plan(plan, robot, settings, path)
-    except (OSError, ValueError, ImportError) as error:
-        print(f"plan: cannot draw {path}: {error}", file=sys.stderr)
-        return False
-    return True
+
+    return is_drawn("plan", path, draw)
 
 
 def _settings(options: argparse.Namespace) -> PlannerSettings:

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from time import perf_counter
 
+from door_impact_common.drawing import is_drawn
 from door_impact_common.errors import DoorImpactError
 from hrp2_description.robot import load_robot_config, needed
 from humanoid_motion.clearance import bodies_of
@@ -104,13 +105,9 @@ def _planned(robot: RobotModel, options: argparse.Namespace) -> WalkPlan:
 
 def _drawn(plan: WalkPlan, robot: RobotModel, path: Path) -> bool:
     """Draw the walk, and return whether that succeeded; a failure is printed on stderr."""
-    try:
+    def draw() -> None:
         from walking.tools.plotting import draw_walk
 
-        if path.is_dir() or not path.name:
-            raise IsADirectoryError("it is a folder")
         draw_walk(plan, robot, path)
-    except (OSError, ValueError, ImportError) as error:
-        print(f"plan: cannot draw {path}: {error}", file=sys.stderr)
-        return False
-    return True
+
+    return is_drawn("plan", path, draw)
