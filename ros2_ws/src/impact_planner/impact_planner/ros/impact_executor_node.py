@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
+from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.driver.names import TRAJECTORY
+from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_common.stamps import NANOSECONDS, stamp_of
@@ -29,13 +33,12 @@ from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
 from impact_planner.execution.types import Command, ExecutionSettings, Outcome
-from impact_planner.ros.driver_topics import SILENCE, TRAJECTORY, WATCH_PERIOD, DriverTopics
+from impact_planner.ros.driver_topics import DriverTopics
 from impact_planner.ros.executor_messages import (
     executable,
     hit_report,
     result_message,
 )
-from impact_planner.ros.messages import trajectory_message
 
 Result = ExecuteDoorImpact.Result
 
@@ -99,7 +102,7 @@ class ImpactExecutor(GuardedNode):
     def _on_zmp(self, message: PointStamped) -> None:
         self._zmp = (message.point.x, message.point.y)
 
-    def _after(self, now: float, commands: list[Command]) -> None:
+    def _after(self, now: float, commands: Sequence[Command]) -> None:
         """Send commands and feedback, and end the action if the execution has ended."""
         for command in commands:
             self._send(command)
@@ -160,7 +163,7 @@ class ImpactExecutor(GuardedNode):
         else:
             execution.stop()
             past = joints is not None and execution.past_no_return(
-                max(joints[0], self._driver.now()))
+                max(joints[0], self._driver.topics.now()))
             response.message = ("the point of no return has passed: the motion will be stopped "
                                 "after the door's peak" if past else "the motion is being stopped")
         return response
@@ -239,12 +242,12 @@ class ImpactExecutor(GuardedNode):
             GoalRefused: The goal cannot be executed.
         """
         plan = executable(message, self._names)
-        stale = self._driver.freshness.refusal(self._driver.now())
+        stale = self._driver.freshness.refusal(self._driver.topics.now())
         if stale is not None:
             raise GoalRefused("not_ready", stale[0], quantity="age [s]", value=stale[1])
         assert self._inputs.joints is not None
         now, position, _ = self._inputs.joints
-        for topic, names in self._driver.crowded().items():
+        for topic, names in self._driver.topics.crowded().items():
             self.get_logger().warning(f"more than one node publishes on {topic}: "
                                       f"{', '.join(names)}; one of them may be foreign")
         execution = Execution(plan, self._point_b, self._settings,
