@@ -24,12 +24,12 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.world import World
-from humanoid_motion.driver_interface import TickSample
+from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.inputs import DOOR, Inputs
 from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import Command, ExecutablePlan, Outcome
+from impact_planner.execution.types import ExecutablePlan, Outcome
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest

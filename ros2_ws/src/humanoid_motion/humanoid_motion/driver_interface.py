@@ -8,6 +8,8 @@ from typing import Protocol
 
 from door_impact_common.arrays import Array
 
+from humanoid_motion.knots import Knots
+
 
 @dataclass(frozen=True)
 class TrajectoryArrays:
@@ -74,6 +76,20 @@ class TickSample:
     right_wrench: Array
     imu: ImuSample
     counts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A trajectory for the driver.
+
+    Attributes:
+        stamp: Time of the robot's clock at which the time of the knots is 0 [s]; 0 means that the
+            trajectory begins when it arrives.
+        knots: The trajectory; None commands the driver's own stop.
+    """
+
+    stamp: float
+    knots: Knots | None
 
 
 class Driver(Protocol):

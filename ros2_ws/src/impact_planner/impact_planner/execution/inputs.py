@@ -16,10 +16,10 @@ from door_impact_common.driver.freshness import Freshness
 from door_impact_common.driver.intake import Arrival, Intake, Plausible
 from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
 from door_impact_common.driver.ranges import FORCE, INERTIAL, joint_ranges
+from humanoid_motion.driver_interface import Command
 from numpy.typing import ArrayLike
 
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.types import Command
 
 DOOR = "/door_angle"
 

@@ -13,11 +13,11 @@ from door_impact_common.driver.topics import WatchedTopics, Watches
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
 from geometry_msgs.msg import WrenchStamped
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from sensor_msgs.msg import Imu, JointState
 
 from impact_planner.execution.inputs import DOOR, Inputs
-from impact_planner.execution.types import Command
 
 
 class DriverTopics:

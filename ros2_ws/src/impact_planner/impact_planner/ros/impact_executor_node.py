@@ -20,6 +20,7 @@ from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
@@ -32,7 +33,7 @@ from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
-from impact_planner.execution.types import Command, ExecutionSettings, Outcome
+from impact_planner.execution.types import ExecutionSettings, Outcome
 from impact_planner.ros.driver_topics import DriverTopics
 from impact_planner.ros.executor_messages import (
     executable,
