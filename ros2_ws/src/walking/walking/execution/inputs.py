@@ -1,0 +1,139 @@
+"""Passes the messages about the robot to the walk: checked, and with their delay.
+
+Outside a walk only the latest measurements are kept, from which a walk begins.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.intake import Arrival, Intake
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
+from door_impact_common.driver.ranges import FORCE, INERTIAL, joint_ranges
+from humanoid_motion.driver_interface import Command
+from numpy.typing import ArrayLike
+
+from walking.execution.walk import Outcome, Walk
+from walking.footsteps.footstep import Pose
+
+STANDS = "the driver finishes the trajectory that it has, which ends with the robot standing"
+
+
+@dataclass
+class Latest:
+    """The last measurements; None, NaN or empty before the first ones.
+
+    Attributes:
+        joints: Stamp [s], positions (J,) [rad] and speeds (J,) [rad/s].
+        tilt: Angle between the trunk and the vertical [rad].
+        base: Pose of base_link in odom by the odometry, as seen from above.
+        zmp: ZMP in odom, (2,) [m].
+    """
+
+    joints: tuple[float, Array, Array] | None = None
+    tilt: float = math.nan
+    base: Pose | None = None
+    zmp: Array | None = None
+
+
+class Inputs:
+    """Passes messages about the robot to the present walk.
+
+    Args:
+        speed_limit: Speed limits of the joints, (J,) [rad/s].
+        watches: Watches for silent topics. Each accepted message is noted in each of them.
+
+    Attributes:
+        walk: The present walk; None if the robot stands.
+        latest: The last measurements.
+        intake: The checks, with the number of dropped messages.
+    """
+
+    def __init__(self, speed_limit: Array, *watches: Freshness) -> None:
+        self.walk: Walk | None = None
+        self.latest = Latest()
+        self.intake = Intake({
+            JOINTS: joint_ranges(speed_limit), IMU: INERTIAL,
+            **dict.fromkeys(WRENCHES.values(), FORCE)})
+        self._watches = watches
+
+    @property
+    def joints(self) -> tuple[float, Array, Array] | None:
+        """Stamp [s], positions [rad] and speeds [rad/s] of the last joint state, if any."""
+        return self.latest.joints
+
+    def forget(self) -> None:
+        """Forget all messages and give up the walk: the robot's clock went back."""
+        self.latest = Latest()
+        for watch in self._watches:
+            watch.forget()
+        if self.walk is not None:
+            self.walk.give_up("the walk was given up: the robot's clock went back")
+
+    def on_joints(self, arrival: Arrival, position: Array, velocity: Array) -> list[Command]:
+        """Handle a joint state.
+
+        Args:
+            arrival: Times of the message.
+            position: Joint positions, (J,) [rad].
+            velocity: Joint speeds, (J,) [rad/s].
+
+        Returns:
+            Commands for the driver.
+        """
+        if not self._accepted(JOINTS, arrival, np.concatenate([position, velocity])):
+            return []
+        self.latest.joints = (arrival.stamp, position, velocity)
+        if self.walk is None:
+            return []
+        return self.walk.on_joints(arrival.stamp, position)
+
+    def on_imu(
+        self, arrival: Arrival, tilt: float, rate: Array, force: Array | None
+    ) -> list[Command]:
+        """Handle a reading of the IMU.
+
+        Args:
+            arrival: Times of the message.
+            tilt: Angle between the trunk and the vertical [rad].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+            force: Specific force in the IMU's frame, (3,) [m/s^2]; None without an accelerometer.
+
+        Returns:
+            Commands for the driver.
+        """
+        checked = (tilt, *rate, *(np.zeros(3) if force is None else force))
+        if not self._accepted(IMU, arrival, checked):
+            return []
+        self.latest.tilt = tilt
+        return [] if self.walk is None else self.walk.on_tilt(tilt)
+
+    def on_silence(self, topic: str, waited: float, limit: float) -> list[Command]:
+        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
+        if self.walk is not None:
+            self.walk.give_up(
+                f"no message has arrived on {topic} for {waited:.2f} s, at most {limit:g} s are "
+                f"allowed; {STANDS}")
+        return []
+
+    def on_failure(self, error: Exception) -> list[Command]:
+        """Handle an error of the program in a walk: make no further step."""
+        if self.walk is not None:
+            self.walk.give_up(f"the walker failed: {type(error).__name__}: {error}; {STANDS}")
+        return []
+
+    def _accepted(self, topic: str, arrival: Arrival, values: ArrayLike) -> bool:
+        """Check a message in a walk; a message outside a walk is only kept."""
+        if self.walk is None or self.walk.outcome is not Outcome.RUNNING:
+            self.intake.keep(topic, arrival, values)
+        elif not self.intake.accept(topic, arrival, values):
+            return False
+        else:
+            self.walk.lag = arrival.lag
+        for watch in self._watches:
+            watch.received(topic, arrival.stamp)
+        return True
