@@ -9,6 +9,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from action_msgs.srv import CancelGoal
+from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.driver.messages import trajectory_message
 from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
@@ -44,6 +46,7 @@ from impact_planner.ros.executor_messages import (
 Result = ExecuteDoorImpact.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
+WALK = "/walk"
 PATIENCE = 20  # number of watch periods that a goal waits for the first messages
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 THRESHOLDS = {
@@ -86,6 +89,8 @@ class ImpactExecutor(GuardedNode):
         self._reports = self.create_publisher(HitReport, "/hit_report", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
         self.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
+        self._walk = ActiveGoals(self, WALK)
+        self._end_walk = self.create_client(CancelGoal, f"{WALK}/_action/cancel_goal")
         self.create_service(Trigger, "/stop", self._on_stop)
         self._server = ActionServer(
             self, ExecuteDoorImpact, "/execute_door_impact", self._execute,
@@ -158,7 +163,11 @@ class ImpactExecutor(GuardedNode):
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, self._stop_requested = True, True
         execution, joints = self._inputs.execution, self._inputs.joints
-        if execution is None:
+        if execution is None and self._walk.running:
+            self._end_walk.call_async(CancelGoal.Request())  # without an identifier: every goal
+            response.message = ("the walk is being stopped: the robot finishes its step and "
+                                "stands on two feet")
+        elif execution is None:
             self._trajectory.publish(JointTrajectory())
             response.message = "nothing is being executed; the driver was commanded to stop"
         else:
@@ -179,6 +188,9 @@ class ImpactExecutor(GuardedNode):
         goal = goal_handle.request
         try:
             plan = self._wanted(goal)
+            if self._walk.running:
+                raise GoalRefused("not_ready", "the robot walks (/walk): a hit begins when it "
+                                  "stands", quantity="action", value=WALK)
             await self._first_messages()
             if goal_handle.is_cancel_requested or self._stop_requested:
                 raise GoalRefused("stopped", "the motion was stopped before it began")

@@ -6,22 +6,41 @@ steps, and comes to rest there. Silence, a crash of the node and a lost link are
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 
 from walking.pattern.plan import plan_walk
 from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState
+from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 
 _SAME_TIME = 1e-6  # largest difference of equal times [s]
 
 
-def stop_plan(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSettings) -> WalkPlan:
-    """Plan how a walk comes to rest at a boundary between two steps.
+@dataclass(frozen=True)
+class Rest:
+    """How a walk comes to rest from a boundary between two steps.
 
-    The distances between the robot's bodies are not checked again: legs and arms are within their
-    places in the walk.
+    Attributes:
+        knots: The motion; times count from the boundary.
+        phase: The phase in which the robot comes to rest on both feet.
+        final: State at rest after it.
+    """
+
+    knots: Knots
+    phase: Phase
+    final: WalkState
+
+
+def rest_after(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSettings) -> Rest:
+    """Return how a walk comes to rest after some of its footsteps.
+
+    After the last one this is the walk's own end. The distances between the robot's bodies are not
+    checked again: legs and arms are within their places in the walk.
 
     Args:
         robot: The robot.
@@ -33,16 +52,23 @@ def stop_plan(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSettin
         WalkInfeasible: The robot cannot come to rest there.
         HumanoidMotionError: A leg does not reach, or a joint exceeds a limit.
     """
-    return plan_walk(robot, plan.boundaries[step], [], settings, clearance=False)
+    if step == len(plan.footsteps):
+        knots, boundary = plan.knots, plan.begin_of(step)
+        end = knots.time >= boundary - _SAME_TIME
+        rest = Knots(knots.time[end] - boundary, knots.position[end], knots.velocity[end],
+                     knots.acceleration[end])
+        return Rest(rest, plan.schedule.phases[-1], plan.final)
+    stop = plan_walk(robot, plan.boundaries[step], [], settings, clearance=False)
+    return Rest(stop.knots, stop.schedule.phases[-1], stop.final)
 
 
-def section(plan: WalkPlan, step: int, stop: WalkPlan, begin: float = 0.0) -> Knots:
+def section(plan: WalkPlan, step: int, rest: Rest, begin: float = 0.0) -> Knots:
     """Join a walk up to a boundary and the motion to rest from there.
 
     Args:
         plan: The walk.
         step: Number of footsteps that are made.
-        stop: Motion to rest from that boundary, of `stop_plan`.
+        rest: Motion to rest from that boundary, of `rest_after`.
         begin: Time of the walk before which knots are left out, because the driver has passed them
             [s]. One knot before it is kept.
 
@@ -50,15 +76,12 @@ def section(plan: WalkPlan, step: int, stop: WalkPlan, begin: float = 0.0) -> Kn
         The knots; times count from the beginning of the walk.
     """
     boundary = plan.begin_of(step)
-    knots = plan.knots
-    first = max(0, int(np.searchsorted(knots.time, begin, side="right")) - 1)
-    last = int(np.searchsorted(knots.time, boundary - _SAME_TIME))
-    first = min(first, last)
-    kept = slice(first, last)  # without the boundary, with which the stop begins
+    knots, last = plan.knots, rest.knots
+    stop = int(np.searchsorted(knots.time, boundary - _SAME_TIME))
+    first = min(stop, max(0, int(np.searchsorted(knots.time, begin, side="right")) - 1))
+    kept = slice(first, stop)  # without the boundary, with which the rest begins
     return Knots(
-        np.concatenate([knots.time[kept], boundary + stop.knots.time]),
-        np.vstack([knots.position[kept], stop.knots.position]),
-        np.vstack([knots.velocity[kept], stop.knots.velocity]),
-        np.vstack([knots.acceleration[kept], stop.knots.acceleration]))
-
-
+        np.concatenate([knots.time[kept], boundary + last.time]),
+        np.vstack([knots.position[kept], last.position]),
+        np.vstack([knots.velocity[kept], last.velocity]),
+        np.vstack([knots.acceleration[kept], last.acceleration]))

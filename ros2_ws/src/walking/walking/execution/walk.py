@@ -19,7 +19,7 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 
 from walking.errors import PLANNING_ERRORS
-from walking.execution.sections import section, stop_plan
+from walking.execution.sections import Rest, rest_after, section
 from walking.execution.settings import ExecutionSettings
 from walking.footsteps.footstep import Stance
 from walking.pattern.plan import plan_walk
@@ -78,13 +78,13 @@ class Walk:
 
     def _begin(self, plan: WalkPlan) -> None:
         """Take a plan, of which no footstep is sent yet."""
-        stop = stop_plan(self._robot, plan, 0, self._pattern)
-        self.plan, self._sent, self._stop = plan, 0, stop
+        rest = rest_after(self._robot, plan, 0, self._pattern)
+        self.plan, self._sent, self._rest = plan, 0, rest
         self._held = math.inf
         self._pending: tuple[int, WalkPlan] | None = None
-        self._next_stop: WalkPlan | None = None
+        self._next_rest: Rest | None = None
         self._before: Phase | None = None
-        self._knots = section(plan, 0, stop)
+        self._knots = section(plan, 0, rest)
 
     # -- what is going on ------------------------------------------------------------------------
 
@@ -115,12 +115,12 @@ class Walk:
     @property
     def stance(self) -> Stance:
         """The soles after the trajectory that was sent last, as planned."""
-        return self._stop.stance
+        return self._rest.final.stance
 
     @property
     def final(self) -> WalkState:
         """State at rest after the trajectory that was sent last, as planned."""
-        return self._stop.final
+        return self._rest.final
 
     def supporting(self, now: float) -> tuple[str, ...]:
         """Return the feet that should bear load at a time [s]."""
@@ -133,7 +133,7 @@ class Walk:
             return self._before
         boundary = self.plan.begin_of(self._sent)
         if since >= boundary:
-            return self._stop.schedule.phases[-1]
+            return self._rest.phase
         schedule = self.plan.schedule
         return next((phase for phase in schedule.phases if since < phase.last * schedule.period),
                     schedule.phases[-1])
@@ -261,26 +261,26 @@ class Walk:
         self._origin += begin
         self._made += step
         self.plan, self._sent, self._held = plan, 0, math.inf
-        self._pending = self._next_stop = None
+        self._pending = self._next_rest = None
 
     def _send_next(self, present: float) -> list[Command]:
         """Send the next step, if the robot could come to rest after it."""
         step = self._sent + 1
         try:
-            stop = self._next_stop or stop_plan(self._robot, self.plan, step, self._pattern)
+            rest = self._next_rest or rest_after(self._robot, self.plan, step, self._pattern)
         except PLANNING_ERRORS as error:
             self.stop(f"the robot could not come to rest after the footstep {step}: {error}")
             return []
-        self._knots = section(self.plan, step, stop, present - self._origin)
-        self._sent, self._stop, self._next_stop = step, stop, None
+        self._knots = section(self.plan, step, rest, present - self._origin)
+        self._sent, self._rest, self._next_rest = step, rest, None
         return [Command(self._origin, self._knots)]
 
     def prepare_next(self) -> None:
         """Plan how the robot comes to rest after the next step, while there is time for it."""
-        if self._next_stop is None and self.outcome is Outcome.RUNNING and (
+        if self._next_rest is None and self.outcome is Outcome.RUNNING and (
                 self._sent < min(len(self.plan.footsteps), self._held)):
             try:
-                self._next_stop = stop_plan(self._robot, self.plan, self._sent + 1, self._pattern)
+                self._next_rest = rest_after(self._robot, self.plan, self._sent + 1, self._pattern)
             except PLANNING_ERRORS:
                 return  # `_send_next` says so
 
@@ -299,7 +299,7 @@ class Walk:
                 "messages were late or the computer was busy")
         self._restarts += 1
         try:
-            again = plan_walk(self._robot, self._stop.final, left, self._pattern)
+            again = plan_walk(self._robot, self._rest.final, left, self._pattern)
             return [self.resume(again, present)]
         except DoorImpactError as error:
             return self._ended(Outcome.STOPPED, f"the walk came to rest and cannot go on: {error}")
