@@ -76,10 +76,13 @@ class WeightedSoles:
         elapsed = max(time - self._time, 0.0)
         total = sum(loads.values())
         in_air = not total > self._loaded_force
-        if not in_air:
-            self._weights = {side: _weight(load / total) for side, load in loads.items()}
-        parts = {side: weight / sum(self._weights.values())
-                 for side, weight in self._weights.items()}
+        now = self._weights if in_air else {side: _weight(loads[side] / total) for side in loads}
+        # Where a sole was between two samples is not known, so the lesser weight counts: after a
+        # gap, a sole that has landed has no place yet.
+        weights = {side: min(now[side], before) for side, before in self._weights.items()}
+        if not any(weights.values()):
+            weights = self._weights
+        parts = {side: weight / sum(weights.values()) for side, weight in weights.items()}
 
         turn = self._heading_by_gyro(imu, elapsed) @ imu_in_base.T
         off = sum(
@@ -95,8 +98,8 @@ class WeightedSoles:
             base[:3, 3] += part * (foothold - turn @ in_base[side][:3, 3])
         soles = {side: base @ pose for side, pose in in_base.items()}
         if not in_air:
-            self._move_anchors(soles, elapsed)
-        self._turn, self._time = turn @ imu_in_base, time
+            self._move_anchors(soles, weights, elapsed)
+        self._turn, self._time, self._weights = turn @ imu_in_base, time, now
         return RobotPose(base, soles, self._support)
 
     def _heading_by_gyro(self, imu: ImuSample, elapsed: float) -> Array:
@@ -107,8 +110,10 @@ class WeightedSoles:
             turned = self._turn @ pin.exp3(np.asarray(imu.angular_velocity, dtype=float) * elapsed)
         return np.asarray(_about_vertical(yaw_of(turned) - yaw_of(measured)) @ measured)
 
-    def _move_anchors(self, soles: Mapping[str, Array], elapsed: float) -> None:
-        for side, weight in self._weights.items():
+    def _move_anchors(
+        self, soles: Mapping[str, Array], weights: Mapping[str, float], elapsed: float
+    ) -> None:
+        for side, weight in weights.items():
             if weight == 1.0:
                 continue
             follow = elapsed / (elapsed + ANCHOR_TIME * weight / (1.0 - weight)) if weight else 1.0
