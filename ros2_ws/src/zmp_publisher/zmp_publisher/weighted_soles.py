@@ -1,9 +1,9 @@
 """Odometry with an IMU: tilt from the IMU, place and heading from the soles by their loads.
 
-Every sole has an anchor: where it stands on the floor. A sole that bears half of the load or more
-keeps its anchor; the anchor of a sole in the air follows the sole; in between the anchor follows
-the more slowly, and counts the more, the more load the sole bears. So a foot that lands or leaves
-enters gradually, and the poses do not jump. Soles may tilt, and sink into their rubber.
+Every sole has an anchor: where it stands on the floor. A sole that bears `FULL_SHARE` of the load or
+more keeps its anchor; the anchor of a sole in the air follows the sole; in between the anchor
+follows the more slowly, and counts the more, the more load the sole bears. So a foot that lands or
+leaves enters gradually, and the poses do not jump. Soles may tilt, and sink into their rubber.
 
 The gyro turns the heading, and the anchors draw it back within `HEADING_TIME`: the gyro has no part
 in the give of the hips' yaw gears, the anchors have none in the gyro's drift.
@@ -24,7 +24,8 @@ from zmp_publisher.robot_pose import RobotPose, next_support
 
 HEADING_TIME = 0.5  # time constant with which the anchors correct the gyro's heading [s]
 ANCHOR_TIME = 0.02  # time constant with which the anchor of a sole of weight 1/2 follows [s]
-LEAST_SHARE = 0.1  # share of the load up to which a sole has no weight
+LEAST_SHARE = 0.05  # share of the load up to which a sole has no weight
+FULL_SHARE = 0.3  # share of the load from which on a sole keeps its anchor
 LONGEST_GAP = 0.1  # time between readings beyond which the gyro is not integrated [s]
 
 
@@ -123,8 +124,8 @@ class WeightedSoles:
 
 
 def _weight(share: float) -> float:
-    """Weight of a sole by its share of the load: 0 at `LEAST_SHARE`, 1 from a half on, smooth."""
-    ramp = min(max((share - LEAST_SHARE) / (0.5 - LEAST_SHARE), 0.0), 1.0)
+    """Weight of a sole by its share of the load: 0 at `LEAST_SHARE`, 1 at `FULL_SHARE`, smooth."""
+    ramp = min(max((share - LEAST_SHARE) / (FULL_SHARE - LEAST_SHARE), 0.0), 1.0)
     return ramp * ramp * (3.0 - 2.0 * ramp)
 
 
