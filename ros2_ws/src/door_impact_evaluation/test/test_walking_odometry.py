@@ -136,9 +136,9 @@ def figures(errors, walk):
     """One line for people."""
     ahead, left = 1e3 * errors.end[:2]
     return (f"{walk.footsteps} steps: end ahead {ahead:.1f} mm, left {left:.1f} mm, yaw "
-            f"{math.degrees(errors.end[2]):.2f} deg; on the way {1e3 * errors.place:.1f} mm, height "
-            f"{1e3 * errors.height:.1f} mm, yaw {math.degrees(errors.heading):.2f} deg, tilt "
-            f"{math.degrees(errors.tilt):.2f} deg, jump {1e3 * errors.jump:.2f} mm")
+            f"{math.degrees(errors.end[2]):.2f} deg; on the way {1e3 * errors.place:.1f} mm, "
+            f"height {1e3 * errors.height:.1f} mm, yaw {math.degrees(errors.heading):.2f} deg, "
+            f"tilt {math.degrees(errors.tilt):.2f} deg, jump {1e3 * errors.jump:.2f} mm")
 
 
 @pytest.fixture(scope="module", params=ENGINES)
@@ -174,7 +174,7 @@ def test_the_start_is_where_the_simulation_put_the_robot(arc, found):
 
 
 def test_the_imu_is_what_sees_the_rubber_tilt(arc, found):
-    """Without it, tilt and place on the way are far worse, and the end is within 2 % all the same."""
+    """Without it, tilt and place on the way are far worse; the end is within 2 % all the same."""
     with_imu = errors(arc, found)
     without = errors(arc, followed(arc, with_imu=False, start=START))
     assert without.tilt > 3.0 * with_imu.tilt

@@ -61,7 +61,7 @@ def test_half_sitting():
 
 @pytest.mark.parametrize("start", [(10.0, -3.0, 2.5), (-7.0, 0.0, -np.pi)])
 def test_a_start_elsewhere_moves_every_pose(start):
-    """All poses of a walk are those from the origin, moved to the start, before and after a reset."""
+    """The poses of a walk are those from the origin, moved to the start, also after a reset."""
     here, there = _odometry(), _odometry(start=start)
     for _ in range(2):
         for positions, loads, _, _ in walk(3, np.random.default_rng(8)):

@@ -206,7 +206,7 @@ def test_time_jump_backwards_fixes_odom_anew(node):
 
 
 def test_tilt_comes_from_the_imu_where_there_is_one(node):
-    """The base leans as the IMU does, turns with the gyro alone, and stands level without an IMU."""
+    """The base leans as the IMU does, turns with the gyro alone, and is level without an IMU."""
     _feed(node, 0)
     assert _base(node)[0] == pytest.approx(np.zeros(3), abs=1e-9)
     assert _status(node)[1]["odometry"] == "soles"

@@ -1,7 +1,7 @@
 """Odometry with an IMU: tilt from the IMU, place and heading from the soles by their loads.
 
-Every sole has an anchor: where it stands on the floor. A sole that bears `FULL_SHARE` of the load or
-more keeps its anchor; the anchor of a sole in the air follows the sole; in between the anchor
+Every sole has an anchor: where it stands on the floor. A sole that bears `FULL_SHARE` of the load
+or more keeps its anchor; the anchor of a sole in the air follows the sole; in between the anchor
 follows the more slowly, and counts the more, the more load the sole bears. So a foot that lands or
 leaves enters gradually, and the poses do not jump. Soles may tilt, and sink into their rubber.
 
@@ -91,7 +91,8 @@ class WeightedSoles:
             for side, part in parts.items()
         )
         known = self._turn is not None and elapsed <= LONGEST_GAP
-        turn = _about_vertical(off * (-math.expm1(-elapsed / HEADING_TIME) if known else 1.0)) @ turn
+        correction = -math.expm1(-elapsed / HEADING_TIME) if known else 1.0
+        turn = _about_vertical(off * correction) @ turn
         base = np.eye(4)
         base[:3, :3] = turn
         for side, part in parts.items():
