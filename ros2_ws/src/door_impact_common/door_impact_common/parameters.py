@@ -78,6 +78,20 @@ class Parameters:
             raise SettingError(name, value, _range(low, high))
         return float(value)
 
+    def numbers(self, name: str, count: int) -> tuple[float, ...]:
+        """Return a parameter that must be a list of finite numbers.
+
+        Raises:
+            SettingError: The parameter is no list of `count` finite numbers.
+        """
+        value = self.value(name)
+        listed = [*value] if isinstance(value, Sequence) and not isinstance(value, str) else []
+        if len(listed) != count or not all(
+                isinstance(entry, int | float) and not isinstance(entry, bool)
+                and math.isfinite(entry) for entry in listed):
+            raise SettingError(name, value, f"a list of {count} finite numbers")
+        return tuple(map(float, listed))
+
     def positive(self, name: str) -> float:
         """Return a parameter that must be a finite number above 0.
 

@@ -52,8 +52,11 @@ def _give(world: World, order: dict[str, Any]) -> None:
         world.stop()
     elif kind == "push":
         world.push_door(order["impulse"], order["duration"])
+    elif kind == "push_robot":
+        world.push_robot(np.array(order["impulse"]), order["duration"])
     else:
-        raise SettingError("kind of an order in the log", kind, "trajectory, stop or push")
+        raise SettingError(
+            "kind of an order in the log", kind, "trajectory, stop, push or push_robot")
 
 
 def replay_log(log: dict[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,8 @@ SAMPLES_PER_TICK = round(TICK / SAMPLE)
 ENGINES = ("pybullet", "mujoco")
 SOLES = ("rigid", "rubber")
 BRACES = ("contact", "rigid", "none")
-_SCALES = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale")
+_SCALES = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "rubber_scale")
+FARTHEST = 10.0  # largest coordinate of the robot at the start, and of the door [m]
 SHORTEST_STEP = 1e-5  # shortest physics step [s]
 CONTACT_DURATIONS = (0.002, 0.1)  # shortest and longest contact of robot and leaf [s]
 _LONGEST_LOG = 86_400.0  # longest log, far more than a memory holds [s]
@@ -110,6 +111,10 @@ class WorldSettings:
         sensors: Noise and biases of the robot's sensors.
         sole: "rubber", as in `RobotConfig.sole_rubber`, or "rigid".
         stabilizer: Whether the stabilizer runs on rubber soles; rigid soles need none.
+        rubber_scale: Multiple of the stiffness of the soles' rubber, of which the stabilizer knows
+            nothing.
+        start: Where the robot stands at first: x [m], y [m] and heading [rad] of the middle between
+            the soles in the world. The door's place does not depend on it.
     """
 
     engine: str = "pybullet"
@@ -133,6 +138,8 @@ class WorldSettings:
     sensors: SensorSettings = field(default_factory=SensorSettings)
     sole: str = "rubber"
     stabilizer: bool = True
+    rubber_scale: float = 1.0
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def rubber(self) -> bool:
@@ -178,3 +185,12 @@ class WorldSettings:
             raise SettingError("engine", self.engine, " or ".join(ENGINES))
         if self.sole not in SOLES:
             raise SettingError("sole", self.sole, " or ".join(SOLES))
+        self._check_start()
+
+    def _check_start(self) -> None:
+        start = tuple(map(float, self.start))
+        if len(start) != 3 or not all(map(math.isfinite, start)):
+            raise SettingError("start", self.start, "three finite numbers: x, y and heading")
+        if max(map(abs, start[:2])) > FARTHEST:
+            raise SettingError("start", self.start, f"within {FARTHEST:g} m of the origin")
+        object.__setattr__(self, "start", start)  # a log has it as a list

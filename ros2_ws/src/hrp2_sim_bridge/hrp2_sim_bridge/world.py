@@ -30,6 +30,7 @@ from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.physics.fall import FallWatch
 from hrp2_sim_bridge.physics.hit_meter import HitMeter
+from hrp2_sim_bridge.physics.pushes import RobotPushes
 from hrp2_sim_bridge.physics.scene import Scene
 from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState, Reactions
 from hrp2_sim_bridge.sensors.readings import TickReadings
@@ -40,11 +41,10 @@ _NEAR = 0.08  # distance between robot and leaf below which the physics steps ar
 _FASTEST = 4.0  # upper bound of the speed at which the robot and a resting leaf approach [m/s]
 _SETTLING_TICKS = 40  # ticks before time 0, in which the soles begin to carry the weight
 _RUBBER_SETTLING_TICKS = 140  # the same for rubber soles, on which the robot swings for a while
-_FARTHEST = 10.0  # largest coordinate of the door [m]
 
 
 class World(Driver):
-    """HRP-2 standing in half-sitting before a closed door; time is 0 when it has settled.
+    """HRP-2 standing in half-sitting and a closed door; time is 0 when the robot has settled.
 
     Args:
         robot: Configuration of the robot.
@@ -64,6 +64,7 @@ class World(Driver):
         driver: Reference of the joints.
         joints: Motors and gears of the joints, and the brace of the arm.
         door: Closer, friction, stops and pushes of the door.
+        pushes: Pushes on the robot.
         hit: Meter of the contact between robot and leaf.
         fall: Watch for a fall of the robot.
         time_step: Present length of a physics step [s].
@@ -92,11 +93,10 @@ class World(Driver):
         self.door_config = door
         name = engine if isinstance(engine, str) else engine.name
         self.settings = WorldSettings(engine=name, **settings)
-        self._check_place(door_distance, hinge_x)
-        self._door_distance = door_distance
-        self._hinge_x = hinge_x
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
         self.contact = design_leaf(door, hinge_x, self.settings)
+        self._scene = Scene(
+            robot, self._posture, door, door_distance, hinge_x, self.contact, self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture, tick=TICK)
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
@@ -139,14 +139,11 @@ class World(Driver):
     def reset(self) -> None:
         """Return to the start; a later run with the same orders is the same, bit for bit."""
         settings, robot = self.settings, self.robot_config
-        scene = Scene(
-            robot, self._posture, self.door_config, self._door_distance, self._hinge_x,
-            self.contact, settings,
-        )
         self.time_step = settings.time_step_coarse
-        self.engine.reset(scene)
+        self.engine.reset(self._scene)
         self.joints = Actuation(self.engine, robot, settings, self._posture)
         self.door = DoorLoad(self.door_config)
+        self.pushes = RobotPushes(self.engine)
         self.hit = HitMeter(self.engine)
         self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
         settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
@@ -205,6 +202,20 @@ class World(Driver):
         self.door.push(impulse, duration, self.time, self._door_state)
         self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
 
+    def push_robot(self, impulse: Array, duration: float = 0.1) -> None:
+        """Push the robot's center of mass with a constant force, beginning now.
+
+        Args:
+            impulse: Impulse in the world, (3,) [N s].
+            duration: Duration of the push [s].
+
+        Raises:
+            SettingError: It is not finite, or too strong together with others that act.
+        """
+        self.pushes.add(impulse, duration, self.time)
+        self._orders.add(
+            self.tick, "push_robot", impulse=[*map(float, impulse)], duration=float(duration))
+
     def step(self) -> TickSample:
         """Advance by one control tick; return what the sensors measured by its end."""
         begin = perf_counter()
@@ -233,8 +244,8 @@ class World(Driver):
         return log | {
             "link_names": np.array(self.engine.link_names),
             "door": self.door_config.name,
-            "door_distance": self._door_distance,
-            "hinge_x": self._hinge_x,
+            "door_distance": self._scene.door_distance,
+            "hinge_x": self._scene.hinge_x,
             "i_a": self.door_config.i_a,
             "restitution": self.contact.restitution,
             "contact_stiffness": self.contact.stiffness,
@@ -258,12 +269,6 @@ class World(Driver):
     def close(self) -> None:
         """Release the physics engine; the log remains readable."""
         self.engine.close()
-
-    def _check_place(self, door_distance: float, hinge_x: float) -> None:
-        if not 0.0 < door_distance <= _FARTHEST:
-            raise SettingError("door_distance", door_distance, f"above 0, up to {_FARTHEST:g} m")
-        if not abs(hinge_x) <= _FARTHEST:
-            raise SettingError("hinge_x", hinge_x, f"within {_FARTHEST:g} m of the origin")
 
     def _step(self) -> TickSample:
         fine = self._choose_step()
@@ -321,6 +326,7 @@ class World(Driver):
     ) -> None:
         """Take the physics steps of a millisecond, one for each order to the servos."""
         torque = self.door.torque(self._door_state, now, SAMPLE)
+        self.pushes.act(now, SAMPLE)
         self.joints.begin_sample()
         reactions: list[Reactions] = []
         watched = near and self._log is not None

@@ -32,7 +32,7 @@ class CommandLog:
 
         Args:
             tick: Number of the tick before which the order was accepted.
-            kind: Kind of the order: trajectory, stop or push.
+            kind: Kind of the order: trajectory, stop, push (of the door) or push_robot.
             numbers: Number of values in the content; beyond a limit all further orders are lost.
             content: Content of the order.
         """

@@ -26,6 +26,9 @@ class Engine(Protocol):
     def hold(self, joints: list[int]) -> None:
         """Lock these joints where they are, whatever their torques, and release all others."""
 
+    def push_robot(self, force: Array) -> None:
+        """Push the robot with a force (3,) [N] in all coming steps, shared by the links' masses."""
+
     def step(self, torque: Array, door_torque: float) -> Reactions:
         """Step with torques on the joints (30,) and on the leaf [N m]."""
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from door_impact_common.arrays import Array
+from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import RobotConfig, SoleRubber, needed
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
 
 
 @dataclass(frozen=True)
 class Scene:
     """Robot and door in their first state.
 
-    The soles stand on the floor and the world's origin lies midway between them. The face of the
+    The soles stand on the floor, and the middle between them is `settings.start`. The face of the
     closed leaf lies in the plane y = -door_distance, and the leaf opens towards -y.
 
     Attributes:
@@ -27,6 +28,9 @@ class Scene:
         hinge_x: x of the hinge; it is negative behind the robot [m].
         contact: Surface of the leaf.
         settings: Settings of the simulation.
+
+    Raises:
+        SettingError: The door is too far from the origin, or behind it.
     """
 
     robot: RobotConfig
@@ -36,3 +40,23 @@ class Scene:
     hinge_x: float
     contact: ContactDesign
     settings: WorldSettings
+
+    def __post_init__(self) -> None:
+        """Check the door's place."""
+        if not 0.0 < self.door_distance <= FARTHEST:
+            raise SettingError(
+                "door_distance", self.door_distance, f"above 0, up to {FARTHEST:g} m")
+        if not abs(self.hinge_x) <= FARTHEST:
+            raise SettingError("hinge_x", self.hinge_x, f"within {FARTHEST:g} m of the origin")
+
+    @property
+    def sole_rubber(self) -> SoleRubber | None:
+        """Rubber under each sole; None for rigid soles.
+
+        Raises:
+            RobotConfigError: The robot's configuration has no rubber.
+        """
+        if not self.settings.rubber:
+            return None
+        known = needed(self.robot.sole_rubber, "sole_rubber")
+        return replace(known, stiffness=self.settings.rubber_scale * known.stiffness)

@@ -28,9 +28,17 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     ),
     "restitution": (-1.0, "coefficient of restitution of the leaf; negative: the door's own"),
     "rotor_scale": (WorldSettings.rotor_scale, "multiple of the rotors' inertia"),
+    "robot_start": (
+        list(WorldSettings.start),
+        "where the robot stands at first, and after a reset: x [m], y [m] and heading [rad] of the "
+        "middle between the soles in odom",
+    ),
     "gear_scale": (WorldSettings.gear_scale, "multiple of the gears' stiffness and damping"),
     "servo_scale": (WorldSettings.servo_scale, "multiple of the servos' gains"),
     "pad_scale": (WorldSettings.pad_scale, "multiple of the pads' stiffness and damping"),
+    "rubber_scale": (
+        WorldSettings.rubber_scale, "multiple of the stiffness of the soles' rubber",
+    ),
     "contact_duration": (
         WorldSettings.contact_duration,
         "duration of the impact for which the leaf's surface is designed [s]",
@@ -85,12 +93,14 @@ class BridgeParameters(Parameters):
             SettingError: A parameter is out of its range.
         """
         restitution = self.number("restitution")
-        numbers = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "contact_duration",
-                   "friction", "leaf_friction", "time_step_coarse", "time_step_fine", "log_seconds")
+        numbers = ("rotor_scale", "gear_scale", "servo_scale", "pad_scale", "rubber_scale",
+                   "contact_duration", "friction", "leaf_friction", "time_step_coarse",
+                   "time_step_fine", "log_seconds")
         return {
             **{name: self.number(name) for name in numbers},
             "engine": self.text("engine"),
             "gui": self.switch("gui"),
+            "start": self.numbers("robot_start", 3),
             "log": bool(self.text("log_file")),
             "sole": self.text("sole"),
             "stabilizer": self.switch("stabilizer"),

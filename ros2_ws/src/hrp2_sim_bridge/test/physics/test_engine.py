@@ -37,6 +37,9 @@ class StillEngine(Engine):
     def hold(self, joints) -> None:
         self.held = list(joints)
 
+    def push_robot(self, force) -> None:
+        self.push = force
+
     def step(self, torque, door_torque):
         self.joints[1] += self.step_length * torque
         self.joints[0] += self.step_length * self.joints[1]

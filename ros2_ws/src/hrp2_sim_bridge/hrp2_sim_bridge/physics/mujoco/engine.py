@@ -91,8 +91,11 @@ class MuJoCoEngine(Engine):
         # Views on MuJoCo's memory.
         self._force, self._reactions = data.qfrc_applied, data.sensordata.reshape(len(SIDES), 6)
         self._position, self._velocity = data.qpos, data.qvel
+        self._pushed = data.xfrc_applied[first:last, :3]
+        masses = model.body_mass[first:last]
+        self._shares = masses / masses.sum()  # of the robot's mass
         self._moved = True
-        self._place(scene.posture)
+        self._place(scene.posture, scene.settings.start)
         if scene.settings.gui:
             self._window = Window(model, data)
 
@@ -107,6 +110,10 @@ class MuJoCoEngine(Engine):
             if hold in held and not active[hold]:
                 self.model.eq_data[hold, 0] = self._position[self._q[joint]]
             active[hold] = hold in held
+
+    def push_robot(self, force: Array) -> None:
+        """Push the robot with a force (3,) [N] in all coming steps, shared by the links' masses."""
+        self._pushed[:] = np.outer(self._shares, force)
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
         """Take a physics step; return force and torque of both ankles on the soles."""
@@ -207,13 +214,15 @@ class MuJoCoEngine(Engine):
             self._window.close()
             self._window = None
 
-    def _place(self, posture: Array) -> None:
-        """Put the robot with its soles on the floor, the origin midway between them."""
+    def _place(self, posture: Array, start: Sequence[float]) -> None:
+        """Put the robot with its soles on the floor, with x, y and heading of their middle."""
+        x, y, heading = start
         self._position[self._q] = posture
         self._position[:3] = 0.0
+        self._position[3:7] = math.cos(heading / 2.0), 0.0, 0.0, math.sin(heading / 2.0)
         self._follow()
         feet = self.data.xpos[self._frames[: len(SIDES)]]
-        self._position[:3] = -feet[:, 0].mean(), -feet[:, 1].mean(), -feet[:, 2].min()
+        self._position[:3] = x - feet[:, 0].mean(), y - feet[:, 1].mean(), -feet[:, 2].min()
         self._moved = True
 
     def _follow(self) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
@@ -154,7 +154,8 @@ def build(mujoco: Any, scene: Scene) -> Model:
     )
     add_leaf(mujoco, spec, scene.door, scene.door_distance, scene.hinge_x)
     hard = Surface(*_RIGID, settings.friction)
-    standing = _sole_surface(robot, settings.friction) if settings.rubber else hard
+    rubber = scene.sole_rubber
+    standing = hard if rubber is None else _sole_surface(rubber, settings.friction)
     wood = leaf_surface(scene.contact, settings.leaf_friction)
     pairs = [(LEAF, geom, wood) for geom in geoms]
     pairs += [
@@ -230,7 +231,6 @@ def _add_sensors(mujoco: Any, spec: Any, sole: str) -> None:
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=sole)
 
 
-def _sole_surface(robot: RobotConfig, friction: float) -> Surface:
+def _sole_surface(rubber: SoleRubber, friction: float) -> Surface:
     """Return the surface of a corner of a rubber sole."""
-    rubber = needed(robot.sole_rubber, "sole_rubber")
     return Surface(rubber.stiffness / _CORNERS, rubber.damping / _CORNERS, friction)

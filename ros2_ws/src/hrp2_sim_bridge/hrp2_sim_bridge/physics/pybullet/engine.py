@@ -8,6 +8,7 @@ from operator import itemgetter
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 from door_impact_common.arrays import Array
 
 from hrp2_sim_bridge.errors import DivergedError
@@ -70,12 +71,14 @@ class PyBulletEngine(Engine):
         self._time, self._step = 0.0, settings.time_step_coarse
         self.floor = prepare(self.client, self._step, settings.iterations, settings.friction)
         self.robot = RobotBody(
-            self.client, scene.robot, scene.posture, rubber=settings.rubber
+            self.client, scene.robot, scene.posture, rubber=scene.sole_rubber,
+            start=settings.start,
         )
         self.leaf = LeafBody(
             self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact,
             settings.leaf_friction,
         )
+        self._outside = np.zeros(3)
         self.link_names = self.robot.link_names
         self.sole_mass, self.sole_inertia = self.robot.sole_mass, self.robot.sole_inertia
 
@@ -88,9 +91,15 @@ class PyBulletEngine(Engine):
         """Lock these joints where they are, and release the others."""
         self.robot.hold(joints)
 
+    def push_robot(self, force: Array) -> None:
+        """Push the robot with a force (3,) [N] in all coming steps, shared by the links' masses."""
+        self._outside = force
+
     def step(self, torque: Array, door_torque: float) -> Reactions:
         """Take a physics step; return force and torque of both ankles on the soles."""
         self.robot.push(torque)
+        if self._outside.any():
+            self.robot.push_links(self._outside)
         self.leaf.apply_torque(door_torque)
         begin = perf_counter()
         self.client.stepSimulation()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
@@ -25,13 +25,14 @@ _FASTEST_JOINT = 1000.0  # limit of PyBullet's own clamp, faster than any joint 
 
 
 class RobotBody:
-    """HRP-2 standing in a posture, with the world's origin midway between its soles.
+    """HRP-2 standing in a posture on the floor.
 
     Args:
         client: Client of PyBullet.
         robot: Configuration of the robot.
         posture: Joint angles, (30,) [rad].
-        rubber: Whether the soles are of rubber.
+        rubber: Rubber under each sole; None means rigid soles.
+        start: x [m], y [m] and heading [rad] of the middle between the soles.
 
     Attributes:
         body: PyBullet's index of the robot.
@@ -53,7 +54,8 @@ class RobotBody:
         robot: RobotConfig,
         posture: Array,
         *,
-        rubber: bool = False,
+        rubber: SoleRubber | None = None,
+        start: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         self._client = client
         self.body = load_robot(client, robot)
@@ -70,9 +72,8 @@ class RobotBody:
         self._frames = [*self.soles.values(), self.contact_link, imu]
         self._override_defaults([info[2] for info in infos])
         self._anchor_soles()
-        if rubber:
-            known = needed(robot.sole_rubber, "sole_rubber")
-            lay_rubber(client, self.body, self.soles.values(), known)
+        if rubber is not None:
+            lay_rubber(client, self.body, self.soles.values(), rubber)
         for sensor in self._sensors:
             client.enableJointForceTorqueSensor(self.body, sensor, 1)
         # PyBullet reports the pose of the base's inertial frame.
@@ -81,9 +82,12 @@ class RobotBody:
         self.sole_mass, self.sole_inertia = self._sole_bodies()
         self._push = partial(
             client.setJointMotorControlArray, self.body, self._joints, client.TORQUE_CONTROL)
+        masses = [client.getDynamicsInfo(self.body, index)[0]
+                  for index in range(-1, len(self.link_names))]
+        self._shares = np.array(masses) / sum(masses)  # of the robot's mass, the base's first
         self._watched = [*self._joints, *self._sensors]
         self._held: list[int] = []
-        self._place(posture)
+        self._place(posture, start)
         self._states = client.getJointStates(self.body, self._watched)
 
     def _override_defaults(self, joint_types: list[int]) -> None:
@@ -124,18 +128,19 @@ class RobotBody:
                 )
         return np.array([info[0] for info in infos]), np.array([info[2] for info in infos])
 
-    def _place(self, posture: Array) -> None:
+    def _place(self, posture: Array, start: Sequence[float]) -> None:
         client = self._client
         for joint, angle in zip(self._joints, posture, strict=True):
             client.resetJointState(self.body, joint, float(angle), 0.0)
-        self._set_base(np.zeros(3))
+        x, y, heading = start
+        self._set_base(np.zeros(3), heading)
         feet = np.array([self.frame(self.soles[side]).position for side in SIDES])
-        self._set_base(np.array([-feet[:, 0].mean(), -feet[:, 1].mean(), -feet[:, 2].min()]))
+        middle = [feet[:, 0].mean(), feet[:, 1].mean(), feet[:, 2].min()]
+        self._set_base(np.array([x, y, 0.0]) - middle, heading)
 
-    def _set_base(self, position: Array) -> None:
-        pose = self._client.multiplyTransforms(
-            position.tolist(), [0.0, 0.0, 0.0, 1.0], *self._base_offset
-        )
+    def _set_base(self, position: Array, heading: float) -> None:
+        turn = [0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)]
+        pose = self._client.multiplyTransforms(position.tolist(), turn, *self._base_offset)
         self._client.resetBasePositionAndOrientation(self.body, *pose)
 
     def hold(self, joints: Sequence[int]) -> None:
@@ -152,6 +157,16 @@ class RobotBody:
     def push(self, torque: Array) -> None:
         """Apply torques (30,) [N m] to the joints during the coming step."""
         self._push(forces=torque.tolist())
+
+    def push_links(self, force: Array) -> None:
+        """Apply a force (3,) [N] in the world during the coming step, shared by the masses."""
+        client = self._client
+        places = [client.getBasePositionAndOrientation(self.body)[0]]
+        places += [state[0] for state in client.getLinkStates(
+            self.body, range(len(self.link_names)), 0, 1)]
+        for link, (place, share) in enumerate(zip(places, self._shares, strict=True), start=-1):
+            client.applyExternalForce(
+                self.body, link, (share * force).tolist(), place, client.WORLD_FRAME)
 
     def read_reactions(self) -> Reactions:
         """Return force and torque of each ankle on its sole, in the sole's frame, (2, 6)."""
