@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from door_model.door.config import load_door
+from hrp2_description.robot import needed
 from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
@@ -109,7 +110,7 @@ def plan_between(robot: RobotModel, start: Pose, goal: Pose, **options: Any) -> 
         WalkingError: There is no such walk.
         HumanoidMotionError: The motion would exceed a limit.
     """
-    stance = Stance.around(start, robot.config.footsteps.width)
+    stance = Stance.around(start, needed(robot.config.footsteps, "footsteps").width)
     footsteps = plan_footsteps(robot.config, stance, goal, **options)
     return plan_walk(robot, standing(robot, stance), footsteps)
 
