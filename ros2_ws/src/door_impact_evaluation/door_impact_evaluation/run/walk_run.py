@@ -80,21 +80,19 @@ class Walked:
         return float(known.min()) if known.size else math.nan
 
     def phases(self) -> dict[str, tuple[float, float]]:
-        """Returns start and end of start, steps and end of the walk, and of the time after it [s].
+        """Returns begin and end of "start", "walk", "end" and "stand", the time after it [s].
 
-        Phases that a fall has cut off are left out.
+        What a fall has cut off is left out.
         """
         plan, last = self.plan, float(self.log.motion.t[-1])
-        starts = [(phase.first * plan.schedule.period, _phase_name(phase.kind, phase.step))
-                  for phase in plan.schedule.phases if phase.kind != "single"]
-        starts.append((plan.duration, "stand"))
-        ends = [start for start, _ in starts[1:]] + [last]
-        return {name: (start, min(end, last))
-                for (start, name), end in zip(starts, ends, strict=True) if start < last}
-
-
-def _phase_name(kind: str, step: int) -> str:
-    return f"step {step + 1}" if kind == "double" else kind
+        steps = len(plan.footsteps)
+        first = plan.begin_of(0) if steps else plan.schedule.phases[-1].first
+        ends = {"start": first, "walk": plan.begin_of(steps) if steps else first,
+                "end": plan.duration, "stand": last}
+        begins = [0.0, *ends.values()]
+        return {name: (begin, min(end, last))
+                for begin, (name, end) in zip(begins, ends.items(), strict=False)
+                if begin < min(end, last)}
 
 
 def plan_between(robot: RobotModel, start: Pose, goal: Pose, **options: Any) -> WalkPlan:

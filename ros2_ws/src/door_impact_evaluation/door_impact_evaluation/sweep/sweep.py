@@ -14,8 +14,9 @@ from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from door_impact_evaluation.sweep import running
 from door_impact_evaluation.sweep.hit import Hit
 from door_impact_evaluation.sweep.kind import BadRun, Kind, Record
+from door_impact_evaluation.sweep.walk import Walk
 
-KINDS: dict[str, Kind] = {kind.name: kind for kind in (Hit(),)}
+KINDS: dict[str, Kind] = {kind.name: kind for kind in (Hit(), Walk())}
 
 
 def folder_of(kind: str, engine: str) -> Path:
