@@ -14,9 +14,11 @@ from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from door_impact_evaluation.sweep import running
 from door_impact_evaluation.sweep.hit import Hit
 from door_impact_evaluation.sweep.kind import BadRun, Kind, Record
+from door_impact_evaluation.sweep.miss import Miss
+from door_impact_evaluation.sweep.push import PushKind
 from door_impact_evaluation.sweep.walk import Walk
 
-KINDS: dict[str, Kind] = {kind.name: kind for kind in (Hit(), Walk())}
+KINDS: dict[str, Kind] = {kind.name: kind for kind in (Hit(), Walk(), Miss(), PushKind())}
 
 
 def folder_of(kind: str, engine: str) -> Path:
