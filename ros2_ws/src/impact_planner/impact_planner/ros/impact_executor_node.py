@@ -187,10 +187,10 @@ class ImpactExecutor(GuardedNode):
     async def _run(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
         try:
-            plan = self._wanted(goal)
             if self._walk.running:
                 raise GoalRefused("not_ready", "the robot walks (/walk): a hit begins when it "
                                   "stands", quantity="action", value=WALK)
+            plan = self._wanted(goal)
             await self._first_messages()
             if goal_handle.is_cancel_requested or self._stop_requested:
                 raise GoalRefused("stopped", "the motion was stopped before it began")

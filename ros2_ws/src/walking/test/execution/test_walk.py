@@ -19,7 +19,7 @@ from walking.pattern.settings import WalkSettings
 TICK = 0.005  # period of the driver [s]
 BEGIN = 1.0  # time of the driver's clock at which a walk is sent [s]
 WITHIN = 2.0  # time after which a robot that gets no further message is at rest on two feet [s]
-BEFORE = 2.6  # the same before the first step, while it stands on two feet all the time [s]
+BEFORE = 2.8  # the same before the first step, while it stands on two feet all the time [s]
 STILL = 0.01  # speed below which a joint counts as at rest [rad/s]
 
 
@@ -247,7 +247,7 @@ def test_a_fall_stops_the_driver_and_says_the_tilt(rig):
 
 def test_a_lag_is_part_of_the_present(rig, ahead):
     """A message that took longer than the time before a step sends no step."""
-    rig.run(BEGIN + 1.35)
+    rig.run(BEGIN + 1.55)
     assert rig.walk.steps_sent == 0
     rig.walk.lag = 0.3
     boundary = rig.sent[0].stamp + ahead.begin_of(0)

@@ -25,7 +25,7 @@ class ExecutionSettings:
         restarts: How often a walk that came to rest because a message was late is taken up again.
     """
 
-    lead: float = 0.3
+    lead: float = 0.5
     commit: float = 0.1
     latest: float = 0.01
     splice: float = 0.005

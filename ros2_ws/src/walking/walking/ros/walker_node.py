@@ -223,7 +223,7 @@ class Walker(GuardedNode):
         self._inputs.intake.begin()
         self._inputs.walk = walk
         self._publish(plan)
-        command = walk.start(latest.joints[0])
+        command = walk.start(max(latest.joints[0], self._driver.topics.now()))
         self._send(command)
         walk.prepare_next()
         return self._owned(goal_handle)
