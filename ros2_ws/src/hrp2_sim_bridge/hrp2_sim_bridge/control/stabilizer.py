@@ -30,6 +30,7 @@ from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.spline import JointReference
 
+from hrp2_sim_bridge.control.load_sharing import FootLoads, Soles, share_load
 from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
 from hrp2_sim_bridge.physics.frames import cross, rotation
 from hrp2_sim_bridge.settings import TICK
@@ -89,57 +90,6 @@ class StabilizerSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
-
-
-@dataclass(frozen=True)
-class FootLoads:
-    """Wanted loads of the feet in the level frame; rows are the left and the right foot.
-
-    Attributes:
-        force: Normal forces, (2,) [N].
-        moment: Moments about the x and y axes through the soles' middles, (2, 2) [N m].
-        pivot: x and y of the point between the soles about which the body tilts, (2,) [m].
-        beyond: Distance of the wanted ZMP from the nearest one that the soles can bear [m].
-    """
-
-    force: Array
-    moment: Array
-    pivot: Array
-    beyond: float
-
-
-def share_load(
-    zmp: Array,
-    normal_force: float,
-    centers: Array,
-    standing: tuple[bool, bool],
-    reach: Array,
-    inset: float,
-) -> FootLoads:
-    """Distribute a ZMP between the feet: forces by its position, ankle moments for the rest.
-
-    Args:
-        zmp: x and y of the wanted ZMP, (2,) [m].
-        normal_force: Normal force on both soles together [N].
-        centers: x and y of the middles of the left and the right sole, (2, 2) [m].
-        standing: Whether each sole is on the floor; at least one must be.
-        reach: Largest distance of the ZMP from a sole's middle along x and y, (2,) [m].
-        inset: Distance of the ZMP from a sole's middle at which this sole alone bears it [m].
-    """
-    if all(standing):
-        line = centers[0] - centers[1]
-        length = math.hypot(line[0], line[1])
-        along = float((zmp - centers[1]).dot(line)) / length
-        left = min(max((along - inset) / (length - 2.0 * inset), 0.0), 1.0)
-    else:
-        left = 1.0 if standing[0] else 0.0
-    share = np.array([left, 1.0 - left])
-    pivot = share.dot(centers)
-    arm = zmp - pivot
-    reached = arm.clip(-reach, reach)
-    force = share * normal_force
-    moment = force[:, None] * np.array([reached[1], -reached[0]])
-    return FootLoads(force, moment, pivot, max(np.abs(arm - reached).tolist()))
 
 
 class Stabilizer:
@@ -258,21 +208,19 @@ class Stabilizer:
         return wanted
 
     def _share(self, zmp: Array, stance: ReferenceStance) -> FootLoads:
-        return share_load(
-            zmp, stance.normal_force, stance.centers, stance.standing, self._reach,
-            self.settings.inset,
-        )
+        soles = Soles(stance.centers, stance.turns[:, :2, :2], stance.standing)
+        return share_load(zmp, stance.normal_force, soles, self._reach, self.settings.inset)
 
     def _foot_commands(self, stance: ReferenceStance, wanted: FootLoads, tilt: Array) -> Array:
         """Compute heights [m], rolls and pitches [rad] of the feet that load the rubber as wanted.
 
         Returns:
-            Commands of the left and the right foot in level axes, (2, 3).
+            Commands of the left and the right foot in the axes of its sole, (2, 3).
         """
         arm = stance.centers - wanted.pivot
         feet = np.empty((2, 3))
         feet[:, 0] = -wanted.force / self._stiffness - (tilt[0] * arm[:, 1] - tilt[1] * arm[:, 0])
-        feet[:, 1:] = -wanted.moment / self._turn_stiffness - tilt
+        feet[:, 1:] = -wanted.moment / self._turn_stiffness - tilt.dot(stance.turns[:, :2, :2])
         return feet
 
     def _make_up(self, sample: TickSample, stance: ReferenceStance, wanted: FootLoads) -> None:
@@ -286,8 +234,7 @@ class Stabilizer:
                 continue
             x, y = self._model.middles[foot]
             about = wrenches[foot, 3:5] - normal[foot] * np.array([y, -x])
-            measured = stance.turns[foot, :2, :2].dot(about)
-            step = (measured - wanted.moment[foot]) / self._turn_stiffness
+            step = (about - wanted.moment[foot]) / self._turn_stiffness
             self._made_up[foot, 1:] += step * (settings.force_rate * TICK)
         if all(stance.standing):
             excess = normal - wanted.force
@@ -307,7 +254,7 @@ class Stabilizer:
         for foot, share in enumerate(wanted.force / stance.normal_force):
             turn, middle = stance.turns[foot], self._middles[foot]
             force = turn.T.dot(share * stance.force)
-            moment = turn.T.dot(np.array([*wanted.moment[foot], 0.0])) + cross(middle, force)
+            moment = np.array([*wanted.moment[foot], 0.0]) + cross(middle, force)
             load = stance.legs[foot].T.dot(np.concatenate([force, moment]))
             torque[self._model.leg_joints[foot]] -= load
         smooth = TICK / (TICK + self.settings.smoothing)
@@ -321,7 +268,7 @@ class Stabilizer:
         """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""
         twist = np.zeros((2, 6))
         for foot, (lift, roll, pitch) in enumerate(self._feet):
-            turn = stance.turns[foot].T.dot(np.array([roll, pitch, 0.0]))
+            turn = np.array([roll, pitch, 0.0])
             twist[foot, :3] = np.array([0.0, 0.0, lift]) - cross(turn, self._middles[foot])
             twist[foot, 3:] = turn
         legs, turned = stance.legs, stance.legs.transpose(0, 2, 1)
