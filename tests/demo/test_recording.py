@@ -27,6 +27,8 @@ TYPES = {
     "/imu": "sensor_msgs/msg/Imu",
     "/left_foot/wrench": "geometry_msgs/msg/WrenchStamped",
     "/right_foot/wrench": "geometry_msgs/msg/WrenchStamped",
+    "/left_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
+    "/right_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
     "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
     "/zmp": "geometry_msgs/msg/PointStamped",
     "/com": "geometry_msgs/msg/PointStamped",
@@ -41,7 +43,7 @@ TYPES = {
     "/clock": "rosgraph_msgs/msg/Clock",
 }
 RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 200.0,
-         "/right_foot/wrench": 200.0, "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0,
+         "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0, "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0,
          "/support_polygon": 50.0, "/door_encoder/counts": 50.0}
 RVIZ_TYPES = {
     "rviz_default_plugins/RobotModel": "std_msgs/msg/String",

@@ -66,6 +66,9 @@ class TickSample:
             frame r_sole, (6,) [N, N m].
         imu: Reading of the IMU.
         counts: Counts of the door's encoder since the previous tick, one for each millisecond.
+        left_hand_wrench: Mean force and torque of the surroundings on the left hand over the tick,
+            in the frame of its link, (6,) [N, N m]; None without a sensor.
+        right_hand_wrench: The same of the right hand.
     """
 
     time: float
@@ -76,6 +79,8 @@ class TickSample:
     right_wrench: Array
     imu: ImuSample
     counts: tuple[int, ...]
+    left_hand_wrench: Array | None = None
+    right_hand_wrench: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -60,14 +60,16 @@ def zmp_margins(robot, log, rows, window=20):
     return np.array(found)
 
 
-def simulate(robot, plan, engine, later=(), **settings):
+def simulate(robot, plan, engine, later=(), prepare=None, **settings):
     """Walk a plan from time 0 and judge it two seconds after its end.
 
     Each of `later` is a time [s] and a plan that replaces what is followed from that time on; it is
-    sent 20 ms before.
+    sent 20 ms before. `prepare` may change the world before the walk.
     """
     world = World(robot.config, load_door("paper"), 8.0, -8.0, engine=engine, **settings)
     try:
+        if prepare is not None:
+            prepare(world)
         waiting = [(0.0, plan), *later]
         end = waiting[-1][0] + waiting[-1][1].duration
         while world.time < end + 2.0 and not world.fell:
@@ -156,3 +158,23 @@ def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_
     later.append((time, plan_walk(robot, state, [])))
     found = simulate(robot, whole, engine, later)
     assert_walked(found, 1.0)
+
+
+def plate(x, y, top):
+    """Return a function that lays a plate of 0.28 x 0.18 m under one footstep, in PyBullet."""
+    def lay(world):
+        client = world.engine.client
+        shape = client.createCollisionShape(client.GEOM_BOX, halfExtents=[0.14, 0.09, 0.05])
+        body = client.createMultiBody(0.0, shape, basePosition=[x, y, top - 0.05])
+        client.changeDynamics(body, -1, lateralFriction=0.8, restitution=0.0)
+
+    return lay
+
+
+def test_a_foot_that_lands_early_on_a_plate_is_not_pressed_on(robot, walk_to):
+    """A plate of 10 mm under the third of four footsteps; pressed on, it took the whole margin."""
+    plan = walk_to(0.6, 0.0, 0.0)
+    place = plan.footsteps[2].pose
+    found = simulate(robot, plan, "pybullet", prepare=plate(place.x + 0.015, place.y, 0.010))
+    assert_walked(found, 0.6)
+    assert found.tilt_deg < 0.8

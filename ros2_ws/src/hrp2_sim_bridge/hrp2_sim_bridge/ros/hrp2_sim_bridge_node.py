@@ -94,6 +94,10 @@ class SimBridge(GuardedNode):
             side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
             for side in SIDES
         }
+        self._hands = {
+            side: self.create_publisher(WrenchStamped, f"/{side}_wrist/wrench", QUEUE)
+            for side in self.world.robot_config.wrist_sensors or ()
+        }
         self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
         self._description = self.create_publisher(String, "/robot_description", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
@@ -132,6 +136,11 @@ class SimBridge(GuardedNode):
         left, right = robot.feet["left"].sole, robot.feet["right"].sole
         self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
         self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
+        for side, measured in zip(
+                SIDES, (sample.left_hand_wrench, sample.right_hand_wrench), strict=True):
+            if robot.wrist_sensors is not None and measured is not None:
+                frame = robot.wrist_sensors[side].link
+                self._hands[side].publish(convert.wrench(stamp, frame, measured))
         imu_frame = needed(robot.imu_frame, "imu_frame")
         self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
         batch = self._encoder.add(sample.counts, now)
