@@ -228,17 +228,17 @@ def test_half_the_samples_are_enough(arc, found):
 
 @pytest.mark.nightly("tens of seconds each")
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("friction", [0.4, 0.7, 1.0])
+@pytest.mark.parametrize("friction", [0.4, 1.0])
 @pytest.mark.parametrize(("goal", "way"), [
-    ((5.0, 0.0, 0.0), 5.0), ((0.0, 2.0, 0.0), 2.0), ((0.0, -2.0, 0.0), 2.0),
-    ((0.0, 0.0, 360.0), 0.0), ((0.0, 0.0, -360.0), 0.0), ((1.5, 1.0, 90.0), 2.0)])
+    ((5.0, 0.0, 0.0), 5.0), ((0.0, 2.0, 0.0), 2.0), ((0.0, 0.0, 360.0), 0.0),
+    ((1.5, 1.0, 90.0), 2.0)])
 def test_long_walks_do_not_drift(walked, engine, friction, goal, way):
-    """At most 5 mm and 0.5 % of the way, 0.01 deg a step, on every floor."""
+    """At most 3 mm and 0.3 % of the way, 0.05 deg and 0.01 deg a step, on every floor."""
     walk = walked(engine, *goal, friction=friction)
     found = errors(walk, followed(walk))
     print(f"\n{engine} {goal} friction {friction}: {figures(found, walk)}")
     print(f"    without IMU {figures(errors(walk, followed(walk, with_imu=False)), walk)}")
-    assert np.linalg.norm(found.end[:2]) < 0.005 + 0.005 * way
+    assert np.linalg.norm(found.end[:2]) < 0.003 + 0.003 * way
     assert abs(math.degrees(found.end[2])) < 0.01 * walk.footsteps + 0.05
     assert math.degrees(found.tilt) < 0.5
     assert found.jump < 0.001
