@@ -16,5 +16,5 @@ def replay_of_walk(walked: Walked, robot: RobotConfig) -> Replay:
     """
     return replay_of_motion(
         walked.log, walked.support, robot, walked.phases(),
-        events=[Event("push", push.at_s) for push in walked.pushes
-                if push.at_s < walked.log.motion.t[-1]])
+        events=[Event("push", walked.begin + push.at_s) for push in walked.pushes
+                if walked.begin + push.at_s < walked.log.motion.t[-1]])

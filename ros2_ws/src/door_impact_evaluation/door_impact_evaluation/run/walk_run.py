@@ -1,4 +1,4 @@
-"""Runs a walk in the simulation without nodes: plan, driver, physics, pushes."""
+"""Runs a walk in the simulation without nodes: plan, execution, driver, physics, pushes."""
 
 import math
 import tempfile
@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from door_model.door.config import load_door
 from hrp2_description.robot import needed
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
 from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
+from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
@@ -21,9 +22,11 @@ from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.record import Support
+from door_impact_evaluation.run.rehearsal import arrays_of
 
 AFTERWARDS = 2.0  # simulated time after the end of the walk, in which a fall would show [s]
 PUSH_DURATION = 0.1  # duration of a push [s]
+_LONGEST = 20.0  # time beyond that of the plan after which a run ends [s]
 _DOOR_DISTANCE = 9.0  # distance of the door's face from the origin of odom [m]
 _HINGE_X = 10.0  # distance of the hinge from the origin along x, on the side away from the walk [m]
 _SPEED_OVER = 0.005  # time over which a joint's speed is measured: one control tick [s]
@@ -48,7 +51,9 @@ class Walked:
 
     Attributes:
         plan: Plan that was executed.
-        log: The simulation's log, from the beginning of the walk on.
+        begin: Time of the log at which the plan begins [s].
+        execution: Execution of the plan, after its end.
+        log: The simulation's log.
         support: ZMP, support polygon and margin; wrenches are means over 20 ms.
         off: Pose of the middle between the soles at the end, by the simulation's truth, as seen
             from where it was planned.
@@ -58,6 +63,8 @@ class Walked:
     """
 
     plan: WalkPlan
+    begin: float
+    execution: Walk
     log: simulation_log.SimulationLog
     support: Support
     off: Pose
@@ -86,9 +93,8 @@ class Walked:
         """
         plan, last = self.plan, float(self.log.motion.t[-1])
         steps = len(plan.footsteps)
-        first = plan.begin_of(0) if steps else plan.schedule.phases[-1].first
-        ends = {"start": first, "walk": plan.begin_of(steps) if steps else first,
-                "end": plan.duration, "stand": last}
+        since = {"start": plan.begin_of(0), "walk": plan.begin_of(steps), "end": plan.duration}
+        ends = {name: self.begin + time for name, time in since.items()} | {"stand": last}
         begins = [0.0, *ends.values()]
         return {name: (begin, min(end, last))
                 for begin, (name, end) in zip(begins, ends.items(), strict=False)
@@ -133,45 +139,58 @@ def walk(
     world = World(
         robot.config, load_door("paper"), _DOOR_DISTANCE, hinge_x, start=tuple(start), **settings)
     try:
-        execute(world, plan, pushes)
+        execution, begin = execute(world, robot, plan, pushes)
         with tempfile.TemporaryDirectory() as folder:
             log = simulation_log.load(world.save_log(Path(folder) / "log.npz"), 0.0)
     finally:
         world.close()
-    return judged(robot, plan, log, pushes)
+    return _judged(robot, execution, begin, plan, log, pushes)
 
 
-def execute(world: World, plan: WalkPlan, pushes: Sequence[Push] = ()) -> None:
-    """Lets a world's robot walk from now on, and stand for `AFTERWARDS`, or until it falls.
+def execute(
+    world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = ()
+) -> tuple[Walk, float]:
+    """Lets a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
+
+    The execution gets the sensor data that a robot would send.
 
     Args:
         world: A world in which the robot stands where the walk begins.
-        plan: The walk.
-        pushes: Pushes on the robot.
-    """
-    knots, begin = plan.knots, world.time
-    world.follow(TrajectoryArrays(
-        world.robot_config.joint_names, knots.time.tolist(), knots.position.tolist(),
-        knots.velocity.tolist(), knots.acceleration.tolist()), begin)
-    waiting = sorted(pushes, key=lambda push: push.at_s)
-    while world.time < begin + plan.duration + AFTERWARDS and not world.fell:
-        while waiting and world.time >= begin + waiting[0].at_s:
-            world.push_robot(np.array(waiting.pop(0).impulse), PUSH_DURATION)
-        world.step()
-
-
-def judged(
-    robot: RobotModel, plan: WalkPlan, log: simulation_log.SimulationLog,
-    pushes: Sequence[Push] = (),
-) -> Walked:
-    """Measures a walk in the simulation's log.
-
-    Args:
         robot: The robot.
         plan: The walk.
-        log: The log, which begins with the walk.
         pushes: Pushes on the robot.
+
+    Returns:
+        The execution after its end, and the time at which the plan began [s].
     """
+    def send(command: Command) -> None:
+        world.follow(arrays_of(command, robot.joint_names), command.stamp)
+
+    execution = Walk(robot, plan)
+    first = execution.start(world.time)
+    send(first)
+    begin = first.stamp
+    end = begin + plan.duration + _LONGEST
+    waiting = sorted(pushes, key=lambda push: push.at_s)
+    while world.time < end and not world.fell:
+        while waiting and world.time >= begin + waiting[0].at_s:
+            world.push_robot(np.array(waiting.pop(0).impulse), PUSH_DURATION)
+        sample = world.step()
+        if execution.outcome is not Outcome.RUNNING:
+            end = min(end, world.time + AFTERWARDS)
+            continue
+        tilt = float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
+        for command in (*execution.on_joints(sample.time, sample.position),
+                        *execution.on_tilt(tilt)):
+            send(command)
+    return execution, begin
+
+
+def _judged(
+    robot: RobotModel, execution: Walk, begin: float, plan: WalkPlan,
+    log: simulation_log.SimulationLog, pushes: Sequence[Push],
+) -> Walked:
+    """Measures a walk in the simulation's log."""
     motion = log.motion
     end = Stance(*(
         Pose(float(place[-1, 0]), float(place[-1, 1]), float(turn[-1]))
@@ -180,7 +199,7 @@ def judged(
     over = max(1, round(_SPEED_OVER / float(np.median(np.diff(motion.t)))))
     speed = np.abs(motion.joints[over:] - motion.joints[:-over]) / _SPEED_OVER
     return Walked(
-        plan=plan, log=log,
+        plan=plan, begin=begin, execution=execution, log=log,
         support=evaluation.support(motion, robot.config, window=evaluation.WINDOW),
         off=end.seen_from(plan.stance.middle),
         max_tilt=float(evaluation.tilt(motion.base_orientation).max()),

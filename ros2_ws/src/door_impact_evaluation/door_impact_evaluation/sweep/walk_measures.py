@@ -22,6 +22,7 @@ def walk_record(walked: Walked) -> Record:
     end = {"ahead_mm": 1e3 * off.x, "left_mm": 1e3 * off.y, "yaw_deg": math.degrees(off.yaw)}
     return {
         "stood": walked.stood,
+        "outcome": walked.execution.outcome.value,
         "fell": walked.log.fell,
         "end": end if walked.stood else None,
         "off_mm": 1e3 * math.hypot(off.x, off.y) if walked.stood else None,
