@@ -14,7 +14,7 @@ from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
-from door_impact_msgs.srv import PushDoor
+from door_impact_msgs.srv import PushDoor, PushRobot
 from door_model.door.config import load_door
 from door_model.recording.batch import SampleBatcher
 from door_model.ros.messages import to_message
@@ -82,6 +82,7 @@ class SimBridge(GuardedNode):
         self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
         self.create_service(Trigger, "/sim/reset", self._on_reset)
         self.create_service(PushDoor, "/sim/push_door", self._on_push)
+        self.create_service(PushRobot, "/sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_service(Trigger, "~/save_log", self._on_save_log)
 
@@ -212,6 +213,17 @@ class SimBridge(GuardedNode):
                 response.message += (
                     f"; the door is open by {math.degrees(angle):.1f} deg, and a push for an "
                     "identification should begin with a shut door")
+        return response
+
+    def _on_push_robot(self, request: Any, response: Any) -> Any:
+        impulse = np.array([request.impulse.x, request.impulse.y, request.impulse.z])
+        try:
+            self.world.push_robot(impulse, request.duration)
+        except SettingError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = f"{np.linalg.norm(impulse):g} N s over {request.duration:g} s"
         return response
 
     def _on_save_log(self, _: Any, response: Any) -> Any:
