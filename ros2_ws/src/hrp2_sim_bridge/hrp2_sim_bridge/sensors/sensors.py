@@ -167,6 +167,7 @@ class RobotSensors:
             sample = self.imu.read(before, imu, normal[2])
         else:
             sample = imu_sample(before, imu, TICK)
+        left, right = feet
         return TickSample(
-            time, position, velocity, torque, *feet, sample, tuple(counts), *hands
+            time, position, velocity, torque, left, right, sample, tuple(counts), *hands
         )

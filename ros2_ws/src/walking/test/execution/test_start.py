@@ -60,6 +60,18 @@ def test_a_posture_of_the_last_walk_is_known(robot, still):
     assert not np.array_equal(start_state(robot, found, PATTERN).upper, known)
 
 
+def test_a_walk_that_was_stopped_between_two_steps_is_gone_on_with(robot, walk_to):
+    """The twisted chest of a robot whose feet are apart is no other posture."""
+    plan = walk_to(0.8, 0.0, 0.0)
+    rest = plan_walk(robot, plan.boundaries[2], [])
+    joints = rest.knots.position[-1]
+    assert abs(rest.stance.left.x - rest.stance.right.x) > 0.1
+    found = Standing(Pose(*rest.motion.base[-1, :2], 0.0), 0.0, joints, np.zeros(len(joints)))
+    state = start_state(robot, found, PATTERN)
+    assert np.array_equal(state.upper, robot.config.half_sitting)
+    assert np.abs(plan_walk(robot, state, []).knots.position[0] - joints).max() < 1e-4
+
+
 @pytest.mark.parametrize("tilt", [math.radians(4.0), math.pi / 2.0, math.nan])
 def test_a_tilted_robot_does_not_walk(robot, still, tilt):
     with pytest.raises(NotReady, match="fallen") as refused:

@@ -32,12 +32,14 @@ class Latest:
         tilt: Angle between the trunk and the vertical [rad].
         base: Pose of base_link in odom by the odometry, as seen from above.
         zmp: ZMP in odom, (2,) [m].
+        lag: Time by which the last joint state lagged behind the present [s].
     """
 
     joints: tuple[float, Array, Array] | None = None
     tilt: float = math.nan
     base: Pose | None = None
     zmp: Array | None = None
+    lag: float = 0.0
 
 
 class Inputs:
@@ -88,6 +90,7 @@ class Inputs:
         if not self._accepted(JOINTS, arrival, np.concatenate([position, velocity])):
             return []
         self.latest.joints = (arrival.stamp, position, velocity)
+        self.latest.lag = arrival.lag
         if self.walk is None:
             return []
         return self.walk.on_joints(arrival.stamp, position)

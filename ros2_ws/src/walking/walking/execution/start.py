@@ -14,7 +14,7 @@ from humanoid_motion.robot_model import RobotModel
 from walking.errors import NotReady
 from walking.footsteps.footstep import Pose, Stance
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, resting, standing
+from walking.pattern.state import WalkState, resting, standing, untwisted
 
 TILT = math.radians(3.0)  # largest tilt of the trunk at the beginning of a walk [rad]
 LEVEL = 0.015  # largest difference in height of the soles [m]
@@ -68,8 +68,9 @@ def start_state(
     for columns in robot.leg_columns.values():
         trunk[list(columns)] = False
     plain = standing(robot, stance)
+    upper = untwisted(robot, stance, found.position, settings)
     near = [posture for posture in (*known, robot.config.half_sitting)
-            if np.abs(found.position - posture)[trunk].max() <= NEAR]
+            if np.abs(upper - posture)[trunk].max() <= NEAR]
     if near and abs(height - plain.waist_height) <= LEVEL:
         return standing(robot, stance, near[0])
     return resting(robot, stance, found.position, settings, _MISSES)

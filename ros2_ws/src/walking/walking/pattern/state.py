@@ -107,9 +107,18 @@ def resting(
             quantity="posture of the legs [m, rad]", value=off, limit=fits)
     q = robot.configuration(place, upper)
     q[5], q[6] = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    return _resting(
+        stance, robot.com(q)[:2], float(place[2]), untwisted(robot, stance, upper, settings))
+
+
+def untwisted(
+    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings
+) -> Array:
+    """Return joints (J,) [rad] without the twist of the chest that a walk has on a stance."""
+    upper = np.array(joints, dtype=float)
     twist(robot, upper, -settings.chest_swing * feet_ahead(
-        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw)))
-    return _resting(stance, robot.com(q)[:2], float(place[2]), upper)
+        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(stance.middle.yaw)))
+    return upper
 
 
 def _resting(stance: Stance, com: Array, height: float, upper: Array) -> WalkState:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -42,9 +44,15 @@ class Background:
         await self.until(pending.done)
         return pending.result()
 
-    async def until(self, condition: Callable[[], bool]) -> None:
-        """Wait until a condition holds, by looking again and again."""
-        while not condition():
+    async def until(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
+        """Wait until a condition holds, by looking again and again.
+
+        Args:
+            condition: The condition.
+            patience: Longest time to wait, by the computer's clock [s].
+        """
+        end = time.monotonic() + patience
+        while not condition() and time.monotonic() < end:
             later = Future()
             timer = self._node.create_timer(_PERIOD, partial(later.set_result, None),
                                             clock=Clock(clock_type=ClockType.STEADY_TIME))

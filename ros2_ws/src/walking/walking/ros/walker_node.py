@@ -11,7 +11,7 @@ import numpy as np
 from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.driver.messages import trajectory_message
 from door_impact_common.driver.names import TRAJECTORY
-from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
+from door_impact_common.driver.topics import SILENCE
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
@@ -32,7 +32,7 @@ from walking.errors import NotReady
 from walking.execution.goal import WalkGoal, plan_goal
 from walking.execution.start import Standing, require_near, start_state
 from walking.execution.walk import Outcome, Walk
-from walking.footsteps.footstep import Pose, Stance
+from walking.footsteps.footstep import Footstep, Pose, Stance
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.walk_plan import WalkPlan
@@ -85,6 +85,7 @@ class Walker(GuardedNode):
         self._trajectory = self.create_publisher(JointTrajectory, TRAJECTORY, 10)
         self._footsteps = self.create_publisher(Footsteps, "/footsteps", latched)
         self._markers = self.create_publisher(MarkerArray, "/footstep_markers", latched)
+        self._publish(())
         self._server = ActionServer(
             self, WalkAction, "/walk", self._execute,
             goal_callback=self.guarded(self._on_goal, "the goal", lambda _: GoalResponse.REJECT),
@@ -209,6 +210,7 @@ class Walker(GuardedNode):
                 return self._owned(goal_handle)
         state = self._present_state()
         plan: WalkPlan = await self._background.run(plan_goal, state, goal, self._settings)
+        await self._caught_up()
         latest = self._inputs.latest
         if latest.joints is None:
             raise NotReady("the robot's clock went back while the walk was planned")
@@ -222,8 +224,8 @@ class Walker(GuardedNode):
         walk = Walk(self._robot, plan, self._settings)
         self._inputs.intake.begin()
         self._inputs.walk = walk
-        self._publish(plan)
-        command = walk.start(max(latest.joints[0], self._driver.topics.now()))
+        self._publish(plan.footsteps)
+        command = walk.start(max(latest.joints[0], self._driver.topics.now()) + latest.lag)
         self._send(command)
         walk.prepare_next()
         return self._owned(goal_handle)
@@ -255,7 +257,7 @@ class Walker(GuardedNode):
             plan = await self._background.run(plan_goal, state, goal, self._settings, before)
             self._require_wanted(goal_handle, number)
             if walk.replace(step, plan, self._driver.topics.now()):
-                self._publish(plan)
+                self._publish(plan.footsteps)
                 return True
             # Too late: the robot comes to rest at the boundary, and walks on from there.
             await self._background.until(
@@ -268,7 +270,7 @@ class Walker(GuardedNode):
             if walk.outcome is not Outcome.RUNNING:
                 return False
             self._send(walk.resume(plan, self._driver.topics.now()))
-            self._publish(plan)
+            self._publish(plan.footsteps)
             return True
         except DoorImpactError:
             if number == self._newest:  # otherwise the newest goal holds the walk
@@ -305,14 +307,16 @@ class Walker(GuardedNode):
 
     async def _first_messages(self) -> None:
         """Wait a moment for the first messages, by the computer's clock, as after a reset."""
-        tries = iter(range(round(PATIENCE / WATCH_PERIOD) * 10))
-        await self._background.until(
-            lambda: self._driver.complete or next(tries, None) is None)
+        await self._background.until(lambda: self._driver.complete, PATIENCE)
 
-    def _publish(self, plan: WalkPlan) -> None:
+    async def _caught_up(self) -> None:
+        """Wait a moment until the messages that came in during the planning are handled."""
+        await self._background.until(lambda: self._inputs.latest.lag == 0.0, PATIENCE)
+
+    def _publish(self, footsteps: Sequence[Footstep]) -> None:
         stamp = self.get_clock().now().to_msg()
-        self._footsteps.publish(footsteps_message(plan.footsteps, stamp))
-        self._markers.publish(footstep_markers(self._robot.config, plan.footsteps, stamp))
+        self._footsteps.publish(footsteps_message(footsteps, stamp))
+        self._markers.publish(footstep_markers(self._robot.config, footsteps, stamp))
 
     # -- results --------------------------------------------------------------------------------
 
