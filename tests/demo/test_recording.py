@@ -43,7 +43,8 @@ TYPES = {
     "/clock": "rosgraph_msgs/msg/Clock",
 }
 RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 200.0,
-         "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0, "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0,
+         "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0,
+         "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0,
          "/support_polygon": 50.0, "/door_encoder/counts": 50.0}
 RVIZ_TYPES = {
     "rviz_default_plugins/RobotModel": "std_msgs/msg/String",

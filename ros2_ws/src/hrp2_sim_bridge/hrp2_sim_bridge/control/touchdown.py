@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from numpy.typing import NDArray
 
 from hrp2_sim_bridge.settings import TICK
 
@@ -80,5 +81,5 @@ class Touchdown:
         return Landing(_pair(early), np.where(early, descent, 0.0), _pair(late))
 
 
-def _pair(values: Array) -> tuple[bool, bool]:
+def _pair(values: NDArray[np.bool_]) -> tuple[bool, bool]:
     return bool(values[0]), bool(values[1])

@@ -168,5 +168,5 @@ class RobotSensors:
         else:
             sample = imu_sample(before, imu, TICK)
         return TickSample(
-            time, position, velocity, torque, *feet, sample, tuple(counts), *hands
-        )
+            time, position, velocity, torque, feet[0], feet[1], sample, tuple(counts),
+            hands[0] if len(hands) else None, hands[1] if len(hands) else None)
