@@ -62,7 +62,8 @@ def test_lines_are_shown_if_their_words_agree_and_their_numbers_nearly() -> None
 
 @pytest.mark.parametrize(("shown", "printed", "same"), [
     ("5 swings", "5 swings", True), ("5 swings", "6 swings", False),
-    ("100 runs", "101 runs", False), ("0 falls", "1 falls", False), ("-3 counts", "3 counts", False),
+    ("100 runs", "101 runs", False), ("0 falls", "1 falls", False),
+    ("-3 counts", "3 counts", False),
     ("25.0 deg", "25.1 deg", True), ("25 deg", "25.1 deg", True), ("25 deg", "27.0 deg", False),
     ("0.0 mm", "0.1 mm", True), ("0.0 mm", "0.2 mm", False), ("code 0, 1.00 s", "code 1, 1.00 s",
                                                               False)])

@@ -21,7 +21,8 @@ class ExecutionSettings:
         planning: Time that is kept for the planning of new footsteps while the robot walks [s].
         settle: Time after the end of the motion at which the robot is at rest [s].
         fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
-        tracking: Largest distance between a joint and its trajectory [rad].
+        tracking: Largest distance between a joint and its trajectory [rad]; a push that the robot
+            withstands bends an ankle by up to 0.2 rad.
         restarts: How often a walk that came to rest because a message was late is taken up again.
     """
 
@@ -32,5 +33,5 @@ class ExecutionSettings:
     planning: float = 0.5
     settle: float = 0.1
     fall_tilt: float = math.radians(30.0)
-    tracking: float = 0.15
+    tracking: float = 0.3
     restarts: int = 5

@@ -229,7 +229,7 @@ class Walk:
             return []
         why = self._off_track(now, position)
         if why:
-            return self._ended(Outcome.NOT_FOLLOWED, why, stop_driver=True)
+            return self._ended(Outcome.NOT_FOLLOWED, why)
         present = now + self.lag
         if self.resting(now):
             return self._at_rest(present)
@@ -314,7 +314,7 @@ class Walk:
             return ""
         return (f"{self._robot.joint_names[worst]} is {off[worst]:.3f} rad from where the walk is, "
                 f"at most {self._settings.tracking:g} rad are allowed: the driver refused the "
-                "trajectory or cannot follow it")
+                "trajectory or cannot follow it; what it has ends with the robot standing")
 
     def _ended(self, outcome: Outcome, reason: str, *, stop_driver: bool = False) -> list[Command]:
         self.outcome, self.reason = outcome, reason
