@@ -62,7 +62,8 @@ def landings(
         planned.yaw - standing.yaw, 2.0 * math.pi)))
     places = _places(robot, limits, swing, standing, planned, yaw)  # (P, 3)
     latest = max(planned_time, settings.shortest) + settings.longest
-    times = np.arange(settings.shortest, latest, _TIME_STEP)
+    earliest = min(settings.shortest, planned_time)
+    times = np.arange(earliest, latest, _TIME_STEP)
     rect = robot.soles[other(swing)]
     local = Pose(*capture_point, 0.0).seen_from(standing)
     x = np.array([local.x, local.y])
@@ -87,7 +88,7 @@ def landings(
         end = zmp + (x - zmp) * grow
         margin = (support - end @ normals).min(axis=1)
         quick = 1.875 * np.linalg.norm(rel[:, :2] - here - 0.3 * speed * time, axis=1) / (
-            time - 0.02)
+            time - 0.03)
         lack = np.maximum(0.0, settings.reserve - margin)
         cost = (lack * 10.0 + 0.3 * np.linalg.norm(rel[:, :2] - aim, axis=1)
                 + 0.1 * abs(time - planned_time) + 100.0 * np.maximum(0.0, quick - settings.fastest_foot))

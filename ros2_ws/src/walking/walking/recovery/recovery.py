@@ -33,45 +33,59 @@ class Recovery:
     plan: object
     begin: float
     landing: object
+    expected: object
+    frequency: float
+    why: str = ""
+
+    def expected_point(self, time):
+        """Expected capture point at a time since the beginning of the plan (2,)."""
+        n = min(max(time, 0.0) / self.plan.schedule.period, len(self.expected.value) - 1.0)
+        i = min(int(n), len(self.expected.value) - 2)
+        f = n - i
+        rows = self.expected.value + self.expected.speed / self.frequency
+        return rows[i] * (1 - f) + rows[i + 1] * f
 
 
 def recover(robot, plan, time, measured, settings=None, walk=None, previous=None):
     settings, walk = settings or RecoverySettings(), walk or WalkSettings()
-    now, reference, phase = error_at(robot, plan, time, measured)
-    error = now.capture_point - reference.capture_point
-    if phase.kind != "single":
-        return None
-    if previous is None and np.linalg.norm(error) < settings.trigger:
+    now, reference, phase = error_at(robot, plan, max(time, 0.0), measured)
+    if previous is None:
+        error = now.capture_point - reference.capture_point
+        if np.linalg.norm(error) < settings.trigger:
+            return None
+    else:
+        if time < settings.pause:
+            return None
+        error = now.capture_point - previous.expected_point(time)
+        if np.linalg.norm(error) < settings.again:
+            return None
+    if phase.kind in ("start", "double"):
         return None
     begin = time + settings.latency
     touchdown = phase.last * plan.schedule.period
-    if touchdown - begin < 0.08:
-        return None
     state = reference_at(robot, plan, begin, walk.chest_swing)
-    if not state.swing:
-        return None
     w = now.frequency
-    standing = phase.stance.foot(other(phase.swing))
-    planned = plan.footsteps[phase.step].pose
-    found = landings(robot.config, phase.swing, standing, state.foot.value[:2], state.foot.speed[:2], planned,
-                     touchdown - begin, _ahead(now, settings, w, robot, phase, standing), w, settings)
-    if previous is not None:
-        moved = np.hypot(found[0].pose.x - previous.landing.pose.x, found[0].pose.y - previous.landing.pose.y)
-        late = abs(time + settings.latency + found[0].time - previous.begin_time - previous.landing.time) if hasattr(previous, "begin_time") else 0.0
-        if moved < settings.again and late < 0.03:
+    if phase.kind == "single":
+        left = touchdown - begin
+        if left < settings.frozen:
             return None
-    tried = 0
-    for landing in found[:4]:
-        tried += 1
+        standing = phase.stance.foot(other(phase.swing))
+        planned = plan.footsteps[phase.step].pose
         zmp = _inside(robot, phase, standing, now.capture_point, settings)
         com, vel = _advance(now, zmp, settings.latency, w)
+        found = landings(robot.config, phase.swing, standing, state.foot.value[:2],
+                         state.foot.speed[:2], planned, touchdown - begin, com + vel / w, w, settings)[:4]
+    else:
+        com, vel = _advance(now, now.com - state.com.acceleration / w**2, settings.latency, w)
+        found = [None]
+    last = None
+    for landing in found:
         try:
-            new = plan_landing(robot, state, landing, com, vel, w, settings, walk, now.height)
+            new, expected = plan_landing(robot, state, landing, com, vel, w, settings, walk, now.height)
         except HumanoidMotionError as problem:
             last = problem
             continue
-        return Recovery(new, begin, landing)
-    print("refused", last)
+        return Recovery(new, begin, landing, expected, w)
     return None
 
 

@@ -69,16 +69,21 @@ def swing_course(
 
 
 def com_course(control, start, zmp, reference, blend, time):
-    """Course of the CoM's reference: that of the measured CoM, joined from the present reference."""
+    """Course of the CoM's reference, and the course of the CoM that is expected."""
     from walking.pattern.preview import CartState
     cart = control.follow(CartState(start, np.zeros(2)), zmp)
     plan = Course(*np.moveaxis(cart.com, 1, 0))
     gap = Course(*(p[0] - r for p, r in zip(plan, reference, strict=True)))
-    delta = quintic_course(gap, np.zeros(2), blend, time)
-    return Course(*(p - d for p, d in zip(plan, delta, strict=True)))
+    axes, durations = blend
+    parts = [quintic_course(Course(*(rows @ axis[:, None] for rows in gap)), np.zeros(1), duration, time)
+             for axis, duration in zip(axes, durations, strict=True)]
+    delta = Course(*(sum(rows * axis for rows, axis in zip(both, axes, strict=True))
+                     for both in zip(*parts, strict=True)))
+    return Course(*(p - d for p, d in zip(plan, delta, strict=True))), plan
 
 
 def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk, height):
+    """landing None: both feet stay."""
     from walking.pattern.plan import _com_height, _ending_at_rest
     from walking.pattern.preview import preview_control
     from walking.pattern.state import rest_height, standing as standing_state, WalkState
@@ -90,34 +95,55 @@ def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk
     from humanoid_motion.whole_body import require_joint_limits
 
     period = walk.period
-    n1 = max(1, round(landing.time / period))
     n2 = round(settings.end / period)
     stance = state.stance
-    step = Footstep(state.swing, *landing.pose)
-    after = stance.after(step)
-    schedule = Schedule((Phase("single", 0, n1, stance, 0, state.swing),
-                         Phase("end", n1, n1 + n2, after, 1, "")), period)
-    time = schedule.time
-    standing_side = other(state.swing)
-    still = as_array(stance.foot(standing_side))
-    end = as_array(landing.pose)
-    end[2] = state.foot.value[3] + wrapped(end[2] - state.foot.value[3])
-    still[2] = state.foot.value[3] + wrapped(still[2] - state.foot.value[3])
-    foot = swing_course(robot, state.swing, state.foot, end, still, n1 * period, time)
-    foot.value[n1:] = np.insert(end, 2, 0.0)
-    foot.speed[n1:] = 0.0
-    foot.acceleration[n1:] = 0.0
-    feet = {state.swing: foot,
-            standing_side: Course.constant(np.insert(still, 2, 0.0), len(time))}
+    if landing is None:
+        n1, steps, after = 0, (), stance
+        schedule = Schedule((Phase("end", 0, n2, stance, 0, ""),), period)
+        time = schedule.time
+        middle = stance.middle.yaw
+        feet = {}
+        for side in ("left", "right"):
+            still = as_array(stance.foot(side))
+            still[2] = middle + wrapped(still[2] - middle)
+            feet[side] = Course.constant(np.insert(still, 2, 0.0), len(time))
+    else:
+        n1 = max(1, round(landing.time / period))
+        step = Footstep(state.swing, *landing.pose)
+        steps = (step,)
+        after = stance.after(step)
+        schedule = Schedule((Phase("single", 0, n1, stance, 0, state.swing),
+                             Phase("end", n1, n1 + n2, after, 1, "")), period)
+        time = schedule.time
+        standing_side = other(state.swing)
+        still = as_array(stance.foot(standing_side))
+        end = as_array(landing.pose)
+        end[2] = state.foot.value[3] + wrapped(end[2] - state.foot.value[3])
+        still[2] = state.foot.value[3] + wrapped(still[2] - state.foot.value[3])
+        foot = swing_course(robot, state.swing, state.foot, end, still, n1 * period, time)
+        foot.value[n1:] = np.insert(end, 2, 0.0)
+        foot.speed[n1:] = 0.0
+        foot.acceleration[n1:] = 0.0
+        feet = {state.swing: foot,
+                standing_side: Course.constant(np.insert(still, 2, 0.0), len(time))}
     control = preview_control(period, _com_height(robot, walk.waist_height), walk.horizon,
                               walk.jerk_weight)
     rest = rest_point(robot, after)
-    ramp = np.clip((np.arange(len(time)) - n1) / settings_ramp(settings, period), 0.0, 1.0)[:, None]
-    zmp = landing.zmp + ramp * (rest - landing.zmp)
-    start = np.vstack([com, velocity, frequency**2 * (com - landing.zmp)])
-    course = com_course(control, start, zmp, state.com, settings.blend, time)
-    plan_only = schedule
-    course = _ending_at_rest(np.stack(list(course), axis=1), rest, plan_only)
+    first = com if landing is None else landing.zmp
+    if landing is None:
+        zmp = np.tile(rest, (len(time), 1))
+        start = np.vstack([com, velocity, state.com.acceleration])
+    else:
+        ramp = np.clip((np.arange(len(time)) - n1) / max(1, round(settings.ramp / period)), 0.0, 1.0)[:, None]
+        zmp = landing.zmp + ramp * (rest - landing.zmp)
+        start = np.vstack([com, velocity, frequency**2 * (com - landing.zmp)])
+    outward = OUTWARD[other(state.swing)] if state.swing else 0.0
+    yaw = stance.foot(other(state.swing)).yaw if state.swing else stance.middle.yaw
+    axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    across = float(axes[1] @ (com + velocity / frequency - state.com.value - state.com.speed / frequency))
+    blend = axes, (settings.blend, settings.outward if across * outward > 0.0 else settings.blend)
+    course, expected = com_course(control, start, zmp, state.com, blend, time)
+    course = _ending_at_rest(np.stack(list(course), axis=1), rest, schedule)
     one = lambda c: Course(*(np.atleast_1d(r) for r in c))
     waist = quintic_course(one(state.waist), np.array([rest_height(robot)]), float(time[-1]), time)
     upper = quintic_course(state.upper, state.upper.value, 0.4, time)
@@ -132,9 +158,5 @@ def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk
     boundary = WalkState(after, CartState(com_now, np.zeros(2)), CartState.at_rest(np.zeros(2)), zmp[n1],
                          float(waist.value[n1, 0]), upper.value[n1], at_rest=False)
     checks = WalkChecks(np.zeros(len(time)), np.zeros(1), np.zeros(1), 0.0, None)
-    return WalkPlan(knots, motion, dynamics.com, dynamics.zmp, zmp, schedule, (step,), (boundary,),
-                    final, checks)
-
-
-def settings_ramp(settings, period):
-    return max(1, round(0.3 / period))
+    return WalkPlan(knots, motion, dynamics.com, dynamics.zmp, zmp, schedule, steps, (boundary,),
+                    final, checks), expected

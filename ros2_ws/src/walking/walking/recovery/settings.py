@@ -26,13 +26,17 @@ class RecoverySettings:
     """
 
     trigger: float = 0.035
-    again: float = 0.02
+    again: float = 0.025
     latency: float = 0.015
     shortest: float = 0.16
     longest: float = 0.4
     fastest_foot: float = 1.6
     blend: float = 0.4
     inset: float = 0.01
+    ramp: float = 0.3
+    pause: float = 0.02
+    outward: float = 0.9
+    frozen: float = 0.08
     reserve: float = 0.05
     end: float = 1.4
 
