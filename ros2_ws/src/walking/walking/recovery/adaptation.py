@@ -42,6 +42,9 @@ class Landing:
     zmp: Array
     capture_point: Array
     margin: float
+    swing: str = ""
+    double: float = 0.0
+    cost: float = 0.0
 
 
 def landings(
@@ -55,6 +58,7 @@ def landings(
     capture_point: Array,
     frequency: float,
     settings: RecoverySettings,
+    double: float = 0.0,
 ) -> list[Landing]:
     """Return landings, the best one first, one for each time of touchdown."""
     limits = needed(robot.footsteps, "footsteps")
@@ -62,7 +66,7 @@ def landings(
         planned.yaw - standing.yaw, 2.0 * math.pi)))
     places = _places(robot, limits, swing, standing, planned, yaw)  # (P, 3)
     latest = max(planned_time, settings.shortest) + settings.longest
-    earliest = min(settings.shortest, planned_time)
+    earliest = min(settings.shortest, planned_time) if not double else double + settings.swing
     times = np.arange(earliest, latest, _TIME_STEP)
     rect = robot.soles[other(swing)]
     local = Pose(*capture_point, 0.0).seen_from(standing)
@@ -88,7 +92,7 @@ def landings(
         end = zmp + (x - zmp) * grow
         margin = (support - end @ normals).min(axis=1)
         quick = 1.875 * np.linalg.norm(rel[:, :2] - here - 0.3 * speed * time, axis=1) / (
-            time - 0.03)
+            time - double - 0.03)
         lack = np.maximum(0.0, settings.reserve - margin)
         cost = (lack * 10.0 + 0.3 * np.linalg.norm(rel[:, :2] - aim, axis=1)
                 + 0.1 * abs(time - planned_time) + 100.0 * np.maximum(0.0, quick - settings.fastest_foot))
@@ -97,7 +101,7 @@ def landings(
         z = standing.moved(zmp[best][0], zmp[best][1])
         found.append((float(cost[best]), Landing(
             Pose(*places[best]), float(time), np.array(z[:2]), np.array(place[:2]),
-            float(margin[best]))))
+            float(margin[best]), swing, double, float(cost[best]))))
     found.sort(key=lambda pair: pair[0])
     return [landing for _, landing in found]
 

@@ -82,7 +82,7 @@ def com_course(control, start, zmp, reference, blend, time):
     return Course(*(p - d for p, d in zip(plan, delta, strict=True))), plan
 
 
-def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk, height):
+def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk, height, gone=0.0):
     """landing None: both feet stay."""
     from walking.pattern.plan import _com_height, _ending_at_rest
     from walking.pattern.preview import preview_control
@@ -108,28 +108,41 @@ def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk
             still[2] = middle + wrapped(still[2] - middle)
             feet[side] = Course.constant(np.insert(still, 2, 0.0), len(time))
     else:
-        n1 = max(1, round(landing.time / period))
-        step = Footstep(state.swing, *landing.pose)
+        n0 = round(landing.double / period)
+        n1 = n0 + max(1, round((landing.time - landing.double) / period))
+        swing = landing.swing
+        step = Footstep(swing, *landing.pose)
         steps = (step,)
         after = stance.after(step)
-        schedule = Schedule((Phase("single", 0, n1, stance, 0, state.swing),
-                             Phase("end", n1, n1 + n2, after, 1, "")), period)
+        phases = [Phase("single", n0, n1, stance, 0, swing),
+                  Phase("end", n1, n1 + n2, after, 1, "")]
+        if n0:
+            phases.insert(0, Phase("double", 0, n0, stance, 0, swing))
+        schedule = Schedule(tuple(phases), period)
         time = schedule.time
-        standing_side = other(state.swing)
+        standing_side = other(swing)
         still = as_array(stance.foot(standing_side))
         end = as_array(landing.pose)
-        end[2] = state.foot.value[3] + wrapped(end[2] - state.foot.value[3])
-        still[2] = state.foot.value[3] + wrapped(still[2] - state.foot.value[3])
-        foot = swing_course(robot, state.swing, state.foot, end, still, n1 * period, time)
+        if n0:
+            here = as_array(stance.foot(swing))
+            begin = Course.constant(np.insert(here, 2, 0.0), 1)
+            begin = Course(*(rows[0] for rows in begin))
+        else:
+            begin = state.foot
+        end[2] = begin.value[3] + wrapped(end[2] - begin.value[3])
+        still[2] = begin.value[3] + wrapped(still[2] - begin.value[3])
+        foot = swing_course(robot, swing, begin, end, still, (n1 - n0) * period, time[:len(time) - n0])
+        if n0:
+            foot = Course(*(np.vstack([np.tile(rows[:1], (n0, 1)), rows]) for rows in foot))
         foot.value[n1:] = np.insert(end, 2, 0.0)
         foot.speed[n1:] = 0.0
         foot.acceleration[n1:] = 0.0
-        feet = {state.swing: foot,
+        feet = {swing: foot,
                 standing_side: Course.constant(np.insert(still, 2, 0.0), len(time))}
     control = preview_control(period, _com_height(robot, walk.waist_height), walk.horizon,
                               walk.jerk_weight)
     rest = rest_point(robot, after)
-    first = com if landing is None else landing.zmp
+    first = com - state.com.acceleration / frequency**2
     if landing is None:
         zmp = np.tile(rest, (len(time), 1))
         start = np.vstack([com, velocity, state.com.acceleration])
@@ -137,11 +150,14 @@ def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk
         ramp = np.clip((np.arange(len(time)) - n1) / max(1, round(settings.ramp / period)), 0.0, 1.0)[:, None]
         zmp = landing.zmp + ramp * (rest - landing.zmp)
         start = np.vstack([com, velocity, frequency**2 * (com - landing.zmp)])
-    outward = OUTWARD[other(state.swing)] if state.swing else 0.0
-    yaw = stance.foot(other(state.swing)).yaw if state.swing else stance.middle.yaw
+    swings = landing.swing if landing is not None else ""
+    outward = OUTWARD[other(swings)] if swings else 0.0
+    yaw = stance.foot(other(swings)).yaw if swings else stance.middle.yaw
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    across = float(axes[1] @ (com + velocity / frequency - state.com.value - state.com.speed / frequency))
-    blend = axes, (settings.blend, settings.outward if across * outward > 0.0 else settings.blend)
+    off = axes @ (com + velocity / frequency - state.com.value - state.com.speed / frequency)
+    slow = off[1] * outward > 0.4 * np.linalg.norm(off)
+    whole = settings.outward if slow else settings.blend
+    blend = axes, (max(settings.least, whole - gone),) * 2
     course, expected = com_course(control, start, zmp, state.com, blend, time)
     course = _ending_at_rest(np.stack(list(course), axis=1), rest, schedule)
     one = lambda c: Course(*(np.atleast_1d(r) for r in c))

@@ -31,10 +31,16 @@ class RecoverySettings:
     shortest: float = 0.16
     longest: float = 0.4
     fastest_foot: float = 1.6
-    blend: float = 0.4
+    blend: float = 0.5
     inset: float = 0.01
     ramp: float = 0.3
     pause: float = 0.02
+    least: float = 0.45
+    again_double: float = 9.0
+    hopeless: float = 0.01
+    double: float = 0.08
+    swing: float = 0.24
+    hold: float = 0.015
     outward: float = 0.9
     frozen: float = 0.08
     reserve: float = 0.05
