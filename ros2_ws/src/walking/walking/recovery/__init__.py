@@ -1,0 +1,1 @@
+"""Recovery steps: where to put the next foot after a push."""

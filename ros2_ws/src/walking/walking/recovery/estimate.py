@@ -1,0 +1,119 @@
+"""How far the robot is from its plan: the error of its capture point (DCM).
+
+The capture point c + c' / w of the CoM c is where the robot, as a linear inverted pendulum, would
+have to stand to come to rest (Pratt et al., 2006; Englsberger et al., 2015). A push moves it; the
+joints of HRP-2 are stiff, so that the body then tilts as a whole about its standing sole, and joint
+angles and IMU together show where the CoM is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
+from hrp2_description.robot import needed
+from humanoid_motion.driver_interface import ImuSample
+from humanoid_motion.robot_model import RobotModel
+
+from walking.footsteps.footstep import Pose
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the driver measured at one time; joints are in the robot's order.
+
+    Attributes:
+        position: Joint positions, (J,) [rad].
+        velocity: Joint velocities, (J,) [rad/s].
+        imu: Reading of the IMU.
+        left_wrench: Force and torque of the floor on the left sole, in l_sole, (6,) [N, N m].
+        right_wrench: The same of the right sole.
+    """
+
+    position: Array
+    velocity: Array
+    imu: ImuSample
+    left_wrench: Array
+    right_wrench: Array
+
+
+@dataclass(frozen=True)
+class ComState:
+    """Position and velocity of the CoM, on the floor in odom.
+
+    Attributes:
+        com: x and y, (2,) [m].
+        velocity: Velocity along x and y, (2,) [m/s].
+        height: Height of the CoM above the floor [m].
+    """
+
+    com: Array
+    velocity: Array
+    height: float
+
+    @property
+    def frequency(self) -> float:
+        """Natural frequency of the pendulum [rad/s]."""
+        return math.sqrt(GRAVITY / self.height)
+
+    @property
+    def capture_point(self) -> Array:
+        """x and y of the capture point in odom, (2,) [m]."""
+        return np.asarray(self.com + self.velocity / self.frequency)
+
+
+def com_over_sole(
+    robot: RobotModel, side: str, sole: Pose, position: Array, velocity: Array,
+    imu: ImuSample | None,
+) -> ComState:
+    """Compute where the CoM is, with one sole's middle resting on the floor.
+
+    Args:
+        robot: The robot.
+        side: Side of the sole that bears the load.
+        sole: Its pose in odom.
+        position: Joint positions, (J,) [rad].
+        velocity: Joint velocities, (J,) [rad/s].
+        imu: Reading of the IMU; None means that base_link is upright.
+    """
+    model, data = robot.model, robot.data
+    q, v = pin.neutral(model), np.zeros(model.nv)
+    q[robot.q_index], v[robot.v_index] = position, velocity
+    foot = model.getFrameId(robot.feet[side].frame)
+    pin.forwardKinematics(model, data, q, v)
+    sole_in_base = pin.updateFramePlacement(model, data, foot)
+    turn, rate = np.eye(3), np.zeros(3)
+    if imu is not None:
+        frame = model.getFrameId(needed(robot.config.imu_frame, "imu_frame"))
+        in_base = pin.updateFramePlacement(model, data, frame).rotation
+        own = pin.getFrameVelocity(model, data, frame, pin.ReferenceFrame.LOCAL).angular
+        turn = _rotation(imu.orientation) @ in_base.T
+        rate = turn @ in_base @ (imu.angular_velocity - own)
+    x_axis = turn @ sole_in_base.rotation[:, 0]
+    turn = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0])) @ turn
+    rate = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0])) @ rate
+    x_min, x_max, y_min, y_max = robot.feet[side].rectangle
+    middle = np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.0])
+    arm = sole_in_base.rotation @ middle
+    twist = pin.getFrameVelocity(model, data, foot, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    pivot = sole_in_base.translation + arm
+    pivot_speed = twist.linear + np.cross(twist.angular, arm)
+    com = np.array(pin.centerOfMass(model, data, q, v))
+    away = turn @ (com - pivot)
+    speed = turn @ (np.array(data.vcom[0]) - pivot_speed) + np.cross(rate, away)
+    place = np.array(sole.moved(middle[0], middle[1])[:2])
+    return ComState(place + away[:2], speed[:2], float(away[2]))
+
+
+def _rotation(quaternion: Array) -> Array:
+    x, y, z, w = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).toRotationMatrix())
+
+
+def _about_z(angle: float) -> Array:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
