@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -14,11 +15,12 @@ from door_impact_common.driver.freshness import Freshness
 from door_impact_common.driver.intake import Arrival, Intake
 from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
 from door_impact_common.driver.ranges import FORCE, INERTIAL, joint_ranges
-from humanoid_motion.driver_interface import Command
+from humanoid_motion.driver_interface import Command, ImuSample
 from numpy.typing import ArrayLike
 
 from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Pose
+from walking.recovery.estimate import Measured
 
 STANDS = "the driver finishes the trajectory that it has, which ends with the robot standing"
 
@@ -62,6 +64,8 @@ class Inputs:
             JOINTS: joint_ranges(speed_limit), IMU: INERTIAL,
             **dict.fromkeys(WRENCHES.values(), FORCE)})
         self._watches = watches
+        # Stamp [s] and content of the last message of each topic that a recovery needs.
+        self._parts: dict[str, tuple[float, Any]] = {}
 
     @property
     def joints(self) -> tuple[float, Array, Array] | None:
@@ -71,6 +75,7 @@ class Inputs:
     def forget(self) -> None:
         """Forget all messages and give up the walk: the robot's clock went back."""
         self.latest = Latest()
+        self._parts.clear()
         for watch in self._watches:
             watch.forget()
         if self.walk is not None:
@@ -93,27 +98,45 @@ class Inputs:
         self.latest.lag = arrival.lag
         if self.walk is None:
             return []
-        return self.walk.on_joints(arrival.stamp, position)
+        commands = self.walk.on_joints(arrival.stamp, position)
+        return commands + self._together(JOINTS, arrival.stamp, (position, velocity))
 
-    def on_imu(
-        self, arrival: Arrival, tilt: float, rate: Array, force: Array | None
-    ) -> list[Command]:
+    def on_imu(self, arrival: Arrival, tilt: float, reading: ImuSample) -> list[Command]:
         """Handle a reading of the IMU.
 
         Args:
             arrival: Times of the message.
             tilt: Angle between the trunk and the vertical [rad].
-            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
-            force: Specific force in the IMU's frame, (3,) [m/s^2]; None without an accelerometer.
+            reading: The reading.
 
         Returns:
             Commands for the driver.
         """
-        checked = (tilt, *rate, *(np.zeros(3) if force is None else force))
-        if not self._accepted(IMU, arrival, checked):
+        if not self._accepted(
+                IMU, arrival, (tilt, *reading.angular_velocity, *reading.specific_force)):
             return []
         self.latest.tilt = tilt
-        return [] if self.walk is None else self.walk.on_tilt(tilt)
+        if self.walk is None:
+            return []
+        return self.walk.on_tilt(tilt) + self._together(IMU, arrival.stamp, reading)
+
+    def on_wrench(self, side: str, arrival: Arrival, wrench: Array) -> list[Command]:
+        """Handle force and moment of the floor on a sole, (6,) [N, N m], as `on_joints`."""
+        topic = WRENCHES[side]
+        if not self._accepted(topic, arrival, wrench):
+            return []
+        return self._together(topic, arrival.stamp, wrench)
+
+    def _together(self, topic: str, stamp: float, content: Any) -> list[Command]:
+        """Pass on the measurements of one tick when the last of them has arrived."""
+        self._parts[topic] = (stamp, content)
+        stamps = {each for each, _ in self._parts.values()}
+        if self.walk is None or len(self._parts) < 2 + len(WRENCHES) or len(stamps) > 1:
+            return []
+        position, velocity = self._parts[JOINTS][1]
+        left, right = (self._parts[WRENCHES[side]][1] for side in ("left", "right"))
+        return self.walk.on_measured(
+            stamp, Measured(position, velocity, self._parts[IMU][1], left, right))
 
     def on_silence(self, topic: str, waited: float, limit: float) -> list[Command]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""

@@ -29,11 +29,15 @@ class Rest:
         knots: The motion; times count from the boundary.
         phase: The phase in which the robot comes to rest on both feet.
         final: State at rest after it.
+        plan: The walk that this motion is the end of.
+        begin: Time of that walk at the boundary [s].
     """
 
     knots: Knots
     phase: Phase
     final: WalkState
+    plan: WalkPlan
+    begin: float
 
 
 def rest_after(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSettings) -> Rest:
@@ -57,9 +61,9 @@ def rest_after(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSetti
         end = knots.time >= boundary - _SAME_TIME
         rest = Knots(knots.time[end] - boundary, knots.position[end], knots.velocity[end],
                      knots.acceleration[end])
-        return Rest(rest, plan.schedule.phases[-1], plan.final)
+        return Rest(rest, plan.schedule.phases[-1], plan.final, plan, boundary)
     stop = plan_walk(robot, plan.boundaries[step], [], settings, clearance=False)
-    return Rest(stop.knots, stop.schedule.phases[-1], stop.final)
+    return Rest(stop.knots, stop.schedule.phases[-1], stop.final, stop, 0.0)
 
 
 def section(plan: WalkPlan, step: int, rest: Rest, begin: float = 0.0) -> Knots:

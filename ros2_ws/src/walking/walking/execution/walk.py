@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,8 @@ from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
+from walking.recovery.estimate import Measured
+from walking.recovery.recovery import Recovery, recover
 
 
 class Outcome(enum.Enum):
@@ -49,12 +52,15 @@ class Walk:
         plan: The walk, from rest.
         pattern: Settings with which it was planned.
         settings: Thresholds.
+        onward: Function that plans how the walk goes on after a push has changed its steps and the
+            robot stands again; None ends the walk there.
 
     Attributes:
         plan: The present plan.
         outcome: How the walk ended; RUNNING before its end.
         reason: Sentence that explains the outcome; empty after a success and before the end.
         lag: Time by which the present event lags behind the present [s].
+        recovered: How often a push has changed the steps.
 
     Raises:
         DoorImpactError: The walk cannot begin: the robot could not come to rest before it.
@@ -63,14 +69,18 @@ class Walk:
     def __init__(
         self, robot: RobotModel, plan: WalkPlan, pattern: WalkSettings | None = None,
         settings: ExecutionSettings | None = None,
+        onward: Callable[[], WalkPlan] | None = None,
     ) -> None:
         self._robot = robot
         self._pattern = pattern or WalkSettings()
         self._settings = settings or ExecutionSettings()
         self.outcome, self.reason = Outcome.RUNNING, ""
         self.lag = 0.0
+        self.recovered = 0
+        self._onward = onward
         self._stopping = ""  # why no further step is to be made
         self._made = 0  # footsteps of earlier plans that were made
+        self._held_plan = plan
         self._held = math.inf  # boundary beyond which no step is sent, while others are planned
         self._restarts = 0
         self._origin = math.nan  # time of the robot's clock at which the plan begins [s]
@@ -82,6 +92,7 @@ class Walk:
         self.plan, self._sent, self._rest = plan, 0, rest
         self._held = math.inf
         self._pending: tuple[int, WalkPlan] | None = None
+        self._recovery: Recovery | None = None  # that made the present plan
         self._next_rest: Rest | None = None
         self._before: Phase | None = None
         self._knots = section(plan, 0, rest)
@@ -176,7 +187,7 @@ class Walk:
         step = self._sent
         while step < last and self.plan.begin_of(step) < soon:
             step += 1
-        self._held = step
+        self._held, self._held_plan = step, self.plan
         return step, self.plan.boundaries[step]
 
     def go_on(self) -> None:
@@ -195,6 +206,8 @@ class Walk:
             Whether it was in time; if not, the robot comes to rest at the boundary.
         """
         if self._stopping or self.outcome is not Outcome.RUNNING:
+            return False
+        if self.plan is not self._held_plan:  # a push has changed the steps
             return False
         boundary = self._origin + self.plan.begin_of(step)
         if self._sent > step or now + self._settings.splice > boundary + self._settings.latest:
@@ -244,6 +257,35 @@ class Walk:
             return []  # too late for this step: the robot comes to rest before it
         return self._send_next(present)
 
+    def on_measured(self, now: float, measured: Measured) -> list[Command]:
+        """Change the steps if a push has moved the capture point too far.
+
+        Args:
+            now: Stamp of the measurements, which belong together [s].
+            measured: Joints, IMU and wrenches of the feet.
+        """
+        late = self.lag > 0.0  # a changed step that comes late makes the fall worse
+        if self.outcome is not Outcome.RUNNING or now < self._origin or late or self.resting(now):
+            return []
+        since, boundary = now - self._origin, self.plan.begin_of(self._sent)
+        plan, time, origin = self.plan, since, self._origin
+        if since >= boundary:
+            rest = self._rest
+            plan, time = rest.plan, since - boundary + rest.begin
+            origin = now - time
+        found = recover(
+            self._robot, plan, time, measured, walk=self._pattern, previous=self._recovery)
+        if found is None:
+            return []
+        self._made = self.steps_made(now)
+        self.recovered += 1
+        self.plan, self._recovery = found.plan, found
+        self._sent = len(found.plan.footsteps)
+        self._rest = rest_after(self._robot, found.plan, self._sent, self._pattern)
+        self._knots, self._origin = found.plan.knots, origin + found.begin
+        self._pending = self._next_rest = self._before = None
+        return [Command(self._origin, self._knots)]
+
     def on_tilt(self, tilt: float) -> list[Command]:
         """Handle a tilt of the trunk [rad]: stop the driver when the robot falls."""
         limit = self._settings.fall_tilt
@@ -289,17 +331,22 @@ class Walk:
         if self._stopping:
             return self._ended(Outcome.STOPPED, self._stopping)
         left = self.plan.footsteps[self._sent:]
-        if not left:
+        if not left and self._recovery is None:
             return self._ended(Outcome.SUCCESS, "")
         if not math.isinf(self._held):
             return []  # new footsteps are being planned
         if self._restarts == self._settings.restarts:
             return self._ended(
                 Outcome.STOPPED, f"the walk came to rest {self._restarts + 1} times because "
-                "messages were late or the computer was busy")
+                "messages were late, the computer was busy, or the robot was pushed")
+        if self._recovery is not None and self._onward is None:
+            return self._ended(Outcome.STOPPED, "a push has changed the steps; the robot stands")
         self._restarts += 1
         try:
-            again = plan_walk(self._robot, self._rest.final, left, self._pattern)
+            if self._recovery is not None and self._onward is not None:
+                again = self._onward()
+            else:
+                again = plan_walk(self._robot, self._rest.final, left, self._pattern)
             return [self.resume(again, present)]
         except DoorImpactError as error:
             return self._ended(Outcome.STOPPED, f"the walk came to rest and cannot go on: {error}")

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from door_impact_common.driver.intake import Arrival
 from door_impact_common.driver.messages import joint_arrays, specific_force, trunk_tilt
-from door_impact_common.driver.names import IMU, JOINTS
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
 from door_impact_common.driver.topics import WatchedTopics, Watches
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
-from geometry_msgs.msg import PointStamped
-from humanoid_motion.driver_interface import Command
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from humanoid_motion.driver_interface import Command, ImuSample
 from humanoid_motion.robot_model import RobotModel
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
@@ -49,6 +50,8 @@ class RobotTopics:
         self.topics = WatchedTopics(node, self.inputs, watches, after)
         self.topics.subscribe(JointState, JOINTS, self._on_joints)
         self.topics.subscribe(Imu, IMU, self._on_imu)
+        for side, topic in WRENCHES.items():
+            self.topics.subscribe(WrenchStamped, topic, partial(self._on_wrench, side))
         node.create_subscription(TFMessage, "/tf", self._on_tf, 50)
         node.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
 
@@ -65,11 +68,18 @@ class RobotTopics:
         return self.inputs.on_joints(arrival, *state)
 
     def _on_imu(self, message: Imu, arrival: Arrival) -> list[Command]:
-        tilt, rate = trunk_tilt(message), message.angular_velocity
+        tilt = trunk_tilt(message)
         if tilt is None:
             return self.topics.ignored(IMU, "it must have an orientation")
-        return self.inputs.on_imu(arrival, tilt, np.array([rate.x, rate.y, rate.z]),
-                                  specific_force(message))
+        q, rate, force = message.orientation, message.angular_velocity, specific_force(message)
+        return self.inputs.on_imu(arrival, tilt, ImuSample(
+            np.array([q.x, q.y, q.z, q.w]), np.array([rate.x, rate.y, rate.z]),
+            np.zeros(3) if force is None else force))
+
+    def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> list[Command]:
+        force, torque = message.wrench.force, message.wrench.torque
+        return self.inputs.on_wrench(side, arrival, np.array(
+            [force.x, force.y, force.z, torque.x, torque.y, torque.z]))
 
     def _on_tf(self, message: TFMessage) -> None:
         pose = base_pose(message, BASE)

@@ -77,6 +77,7 @@ class Walker(GuardedNode):
         self._background = Background(self, config)
         self._hit = ActiveGoals(self, HIT)
         self._newest = 0  # number of the goal that was accepted last
+        self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
         self._goal: Any = None  # goal handle whose walk is under way
         self._finished: Future | None = None  # gets the walk's outcome, or None if it is replaced
         self._postures: list[np.ndarray] = []  # of the upper body after the last walk
@@ -221,14 +222,31 @@ class Walker(GuardedNode):
         self._require_wanted(goal_handle, number)
         if self._hit.running or self._walking() is not None:
             raise NotReady("another motion began while the walk was planned")
-        walk = Walk(self._robot, plan, self._settings)
+        walk = Walk(self._robot, plan, self._settings, onward=self._onward)
         self._inputs.intake.begin()
-        self._inputs.walk = walk
+        self._inputs.walk, self._wanted = walk, goal
         self._publish(plan.footsteps)
         command = walk.start(max(latest.joints[0], self._driver.topics.now()) + latest.lag)
         self._send(command)
         walk.prepare_next()
         return self._owned(goal_handle)
+
+    def _onward(self) -> WalkPlan:
+        """Plan how a walk goes on from where a push and the steps against it have left the robot.
+
+        Raises:
+            DoorImpactError: The robot does not stand, or the goal cannot be reached from here.
+        """
+        if self._wanted.footsteps:
+            raise NotReady("a push has changed the steps, so that the goal's footsteps do not fit "
+                           "any more")
+        plan = plan_goal(self._robot, self._present_state(), self._wanted, self._settings)
+        self._publish(plan.footsteps)
+        return plan
+
+    def _state_now(self, walk: Walk) -> WalkState:
+        """State of a walk that has come to rest: as planned, or as found if it was pushed."""
+        return self._present_state() if walk.recovered else walk.final
 
     def _walking(self) -> Walk | None:
         walk = self._inputs.walk
@@ -257,6 +275,7 @@ class Walker(GuardedNode):
             plan = await self._background.run(plan_goal, state, goal, self._settings, before)
             self._require_wanted(goal_handle, number)
             if walk.replace(step, plan, self._driver.topics.now()):
+                self._wanted = goal
                 self._publish(plan.footsteps)
                 return True
             # Too late: the robot comes to rest at the boundary, and walks on from there.
@@ -265,10 +284,12 @@ class Walker(GuardedNode):
                 or walk.resting(self._driver.topics.now()))
             if walk.outcome is not Outcome.RUNNING:
                 return False
-            plan = await self._background.run(plan_goal, walk.final, goal, self._settings)
+            plan = await self._background.run(
+                plan_goal, self._state_now(walk), goal, self._settings)
             self._require_wanted(goal_handle, number)
             if walk.outcome is not Outcome.RUNNING:
                 return False
+            self._wanted = goal
             self._send(walk.resume(plan, self._driver.topics.now()))
             self._publish(plan.footsteps)
             return True
