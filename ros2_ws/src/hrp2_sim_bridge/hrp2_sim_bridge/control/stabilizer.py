@@ -13,6 +13,9 @@ IMU measures is the CoM's error divided by its height. For an inverted pendulum 
 h, m h^2 phi'' = m g h phi + M, a moment of the floor
 M = -(m g h + m h^2 w^2) phi - 2 zeta w m h^2 phi' gives poles of the natural frequency w and the
 damping ratio zeta.
+
+While the robot walks, feedback of the divergent component of motion (DCM) acts beside it: the CoM's
+error and its speed over the pendulum's frequency, which follow from tilt and rate as well.
 """
 
 from __future__ import annotations
@@ -50,7 +53,8 @@ class StabilizerSettings:
     of one foot or of both, in roll and pitch, with the delay of a tick and the smoothing. Every
     oscillating mode of this model has a damping ratio of at least 0.75 if the rubber is 30 % softer
     or stiffer or one gain differs by 30 % (0.5 if `damping` itself is 30 % lower), and of at least
-    0.4 with two more ticks of delay.
+    0.4 with two more ticks of delay. While the robot walks, `dcm_gain` makes it faster and less
+    damped.
 
     Attributes:
         frequency: Natural frequency of the pendulum's closed loop [rad/s].
@@ -61,6 +65,8 @@ class StabilizerSettings:
         search_speed: Speed at which a foot that should have landed is lowered further [m/s].
         smoothing: Time constant of the feet's commands [s].
         rate_smoothing: Time constant of the measured rate of the tilt [s].
+        dcm_gain: Additional shift of the ZMP by the error of the DCM while the robot walks.
+        dcm_time: Time in which this feedback comes and goes when a walk begins and ends [s].
         soft_start: Time after a reset in which the corrections reach their full size [s].
         inset: Distance of the ZMP from a sole's middle, towards the other sole, at which this sole
             begins to bear the whole weight [m].
@@ -77,6 +83,8 @@ class StabilizerSettings:
     search_speed: float = 0.05
     smoothing: float = 0.01
     rate_smoothing: float = 0.02
+    dcm_gain: float = 1.6
+    dcm_time: float = 0.2
     soft_start: float = 0.2
     inset: float = 0.02
     edge: float = 0.002
@@ -145,6 +153,7 @@ class Stabilizer:
         self._begin = 0.0
         self._touchdown.reset()
         self._eased = 0.0
+        self._walking = 0.0
         self._torque = np.zeros(count)
         self._servo = np.zeros(count)
         self._give = np.zeros(count)
@@ -177,6 +186,8 @@ class Stabilizer:
         here, due = self._coming[0]
         normal = np.array([sample.left_wrench[2], sample.right_wrench[2]])
         landing = self._touchdown.update(normal, due.force, here.heights, here.standing)
+        change = TICK / self.settings.dcm_time * (1.0 if landing.walking else -1.0)
+        self._walking = min(max(self._walking + change, 0.0), 1.0)
         tilt, rate = measured_tilt(sample, here)
         # Legs with gears that give tremble; an answer to each tremor would keep it alive.
         self._rate += TICK / (TICK + self.settings.rate_smoothing) * (rate - self._rate)
@@ -211,6 +222,9 @@ class Stabilizer:
         gain = self._weight * height + inertia * settings.frequency**2
         rate_gain = 2.0 * settings.damping * settings.frequency * inertia
         moment = -gain * (tilt + self._tilt_sum) - rate_gain * self._rate
+        # The error of the DCM is that of the CoM and of its speed over the pendulum's frequency.
+        dcm = height * (tilt + math.sqrt(height / GRAVITY) * self._rate)
+        moment -= self._walking * settings.dcm_gain * self._weight * dcm
         # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
         zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
         shift = np.array([-moment[1], moment[0]]) / self._weight

@@ -25,11 +25,13 @@ class Landing:
     """The feet in one tick; entries are the left and the right foot.
 
     Attributes:
+        walking: Whether the reference has or recently had a foot in the air.
         early: Whether each foot bears load although the reference still lowers it.
         descent: Way down of the reference in this tick of feet that have landed early, (2,) [m].
         late: Whether each foot is asked to bear load but has not landed.
     """
 
+    walking: bool
     early: tuple[bool, bool]
     descent: Array
     late: tuple[bool, bool]
@@ -78,7 +80,7 @@ class Touchdown:
         walking = self._since_step <= _WALKING
         early = walking & ~planned & self._free & bearing & (descent > 0.0)
         late = walking & planned & self._free & (asked > 2.0 * self._bears)
-        return Landing(_pair(early), np.where(early, descent, 0.0), _pair(late))
+        return Landing(walking, _pair(early), np.where(early, descent, 0.0), _pair(late))
 
 
 def _pair(values: NDArray[np.bool_]) -> tuple[bool, bool]:

@@ -61,6 +61,33 @@ def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
     assert not WorldSettings(stabilizer=False).stabilized
 
 
+def test_a_walk_brings_feedback_of_the_dcm_which_fades_when_it_is_over(robot) -> None:
+    """The same rate of the tilt is answered more strongly; standing it is answered as ever."""
+    lifted = robot.posture(
+        {"RLEG_JOINT2": -0.65, "RLEG_JOINT3": 1.25, "RLEG_JOINT4": -0.60})
+    stabilizer, walked = Stabilizer(robot), Stabilizer(robot)
+    for tick in range(40):
+        now, alone = tick * TICK, sample(robot, tick * TICK, load=(569.0, 0.0))
+        stabilizer.update(sample(robot, now), resting(robot.half_sitting))
+        walked.update(alone, resting(lifted))
+    assert stabilizer._walking == 0.0
+    assert walked._walking == 1.0
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
+    answers = []
+    for one in (stabilizer, walked):
+        one._rate[:] = 0.0, 0.02
+        one._tilt_sum[:] = 0.0
+        planned = one._share(stance.zmp, stance, (True, True))
+        wanted = one._wanted_loads(stance, planned, (True, True), np.zeros(2))
+        answers.append(float((wanted.moment - planned.moment)[:, 1].sum()))
+    height = float(stance.com[2]) - stance.floor
+    more = StabilizerSettings.dcm_gain * robot.mass * GRAVITY * height * np.sqrt(height / GRAVITY)
+    assert answers[1] - answers[0] == pytest.approx(-0.02 * more, rel=1e-6)
+    for tick in range(40, 240):
+        walked.update(sample(robot, tick * TICK), resting(robot.half_sitting))
+    assert walked._walking == 0.0
+
+
 @pytest.mark.parametrize("axis", [0, 1])
 def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis) -> None:
     """A tilt is measured about its own axis, and a bent chest is not a tilt."""
