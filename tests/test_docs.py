@@ -22,8 +22,10 @@ LINK = re.compile(
     rf"\]\(\s*(?:<([^>\n]*)>|([^)\s]+)){_TITLE}\s*\)"
     rf"|^ {{0,3}}\[[^\]]+\]:\s*(?:<([^>\n]*)>|(\S+)){_TITLE}\s*$", re.MULTILINE)
 USED = re.compile(r"\[[^\[\]]+\]\[([^\[\]]+)\]")
-CODE = re.compile(r"^[ \t]*(`{3,}|~{3,})[^`\n]*\n.*?^[ \t]*\1[ \t]*$|(`+)[^`].*?(?<!`)\2(?!`)",
-                  re.DOTALL | re.MULTILINE)
+CODE = re.compile(
+    r"^[ \t]*(?P<fence>`{3,}|~{3,})[^`\n]*\n.*?^[ \t]*(?P=fence)[ \t]*$"
+    r"|(?<!`)(?P<ticks>`+)(?!`)(?:(?!\n[ \t]*\n).)*?(?<!`)(?P=ticks)(?!`)",
+    re.DOTALL | re.MULTILINE)
 
 
 def named_in(text: str) -> Iterator[str]:
@@ -92,7 +94,8 @@ def test_every_link_of_a_page_leads_to_a_file_and_a_heading(page: Path) -> None:
 
 @pytest.mark.parametrize("link", [
     "[text]({})", '[text]({} "a title")', "[text]({} 'a title')", "[text]({} (a title))",
-    "[text](<{}>)", "[over\ntwo lines]({})", "![picture]({})", "[`code`]({})",
+    "[text](<{}>)", "a lone ` and [text]({})\n\nand ` again", "[over\ntwo lines]({})",
+    "![picture]({})", "[`code`]({})",
     "[text][name]\n\n[name]: {}", '[text][Name]\n\n[name]: {} "a title"',
     "1. in a list ([text]({}))", "[![picture]({})](other.md)"])
 def test_a_link_is_seen_however_it_is_written(link: str, tmp_path: Path) -> None:
