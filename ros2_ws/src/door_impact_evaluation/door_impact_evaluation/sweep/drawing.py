@@ -55,6 +55,7 @@ def draw(
         rows, columns, figsize=(_SIZE[0] * columns, _SIZE[1] * rows + 0.4), layout="constrained",
         squeeze=False)
     labels: dict[str, Any] = {}
+    around: Any = None
     for axis, panel in zip(axes.flat, panels, strict=False):
         for (name, records), (color, mark) in zip(groups.items(), _STYLES, strict=False):
             points = [(panel.x(r), panel.y(r), r["stood"]) for r in records if "refused" not in r]
@@ -64,13 +65,15 @@ def draw(
             labels[name], = axis.plot(x, y, mark, color=color, markersize=4.5)
             fell = ~stood.astype(bool)
             if fell.any():
-                labels["fell"], = axis.plot(
+                around, = axis.plot(
                     x[fell], y[fell], _FELL, color=VERMILION, markersize=8.5, fillstyle="none")
         for limit in panel.limits:
             axis.axhline(limit, color=GREY, linewidth=1.0, linestyle="--")
         axis.set(xlabel=panel.x_label, ylabel=panel.y_label)
     for unused in axes.flat[len(panels):]:
         unused.set_axis_off()
+    if around is not None:
+        labels["fell"] = around
     drawing.legend(list(labels.values()), list(labels), loc="outside upper center",
                    ncols=len(labels), fontsize=9)
     drawing.savefig(path, dpi=110)
