@@ -95,7 +95,7 @@ def landings(
             time - double - 0.03)
         lack = np.maximum(0.0, settings.reserve - margin)
         cost = (lack * 10.0 + 0.3 * np.linalg.norm(rel[:, :2] - aim, axis=1)
-                + 0.1 * abs(time - planned_time) + 100.0 * np.maximum(0.0, quick - settings.fastest_foot))
+                + 0.1 * abs(time - planned_time) + settings.late * max(0.0, time - planned_time) + 100.0 * np.maximum(0.0, quick - settings.fastest_foot))
         best = int(np.argmin(cost))
         place = standing.moved(end[best][0], end[best][1])
         z = standing.moved(zmp[best][0], zmp[best][1])

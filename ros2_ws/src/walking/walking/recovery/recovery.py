@@ -23,7 +23,7 @@ from hrp2_description.support import polygon_margin, support_polygon
 from walking.footsteps.footstep import OUTWARD, other
 from walking.pattern.settings import WalkSettings
 from walking.recovery.adaptation import landings
-from walking.recovery.estimate import com_over_sole
+from walking.recovery.estimate import ComState, com_over_sole
 from walking.recovery.reference import reference_at, phase_at
 from walking.recovery.replan import plan_landing
 from walking.recovery.settings import RecoverySettings
@@ -40,6 +40,44 @@ def error_at(robot, plan, time, measured):
     position, velocity, _ = plan.knots.at(time)
     reference = com_over_sole(robot, side, sole, position[0], velocity[0], None)
     return now, reference, phase
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is known of the robot's balance at one time."""
+
+    time: float
+    com: object
+    point: np.ndarray
+    error: np.ndarray
+    phase: object
+
+    @property
+    def frequency(self):
+        return self.com.frequency
+
+
+def watch(robot, plan, time, measured, settings, before=None, previous=None):
+    now, reference, phase = error_at(robot, plan, max(time, 0.0), measured)
+    point = now.capture_point
+    if before is not None:
+        w = now.frequency
+        zmp = zmp_measured(phase, measured)
+        dt = 0.005
+        guess = before.point if zmp is None else before.point + dt * w * (before.point - zmp)
+        point = guess + dt / (dt + settings.filter) * (point - guess)
+    expected = reference.capture_point if previous is None else previous.expected_point(time)
+    return Watch(time, now, point, point - expected, phase)
+
+
+def zmp_measured(phase, measured):
+    force, moment = 0.0, np.zeros(2)
+    for side, wrench in (("left", measured.left_wrench), ("right", measured.right_wrench)):
+        if wrench[2] > 30.0:
+            place = phase.stance.foot(side).moved(-wrench[4] / wrench[2], wrench[3] / wrench[2])
+            force += wrench[2]
+            moment += wrench[2] * np.array(place[:2])
+    return moment / force if force > 100.0 else None
 
 
 @dataclass(frozen=True)
@@ -60,19 +98,14 @@ class Recovery:
         return rows[i] * (1 - f) + rows[i + 1] * f
 
 
-def recover(robot, plan, time, measured, settings=None, walk=None, previous=None):
+def recover(robot, plan, seen, settings=None, walk=None, previous=None):
     settings, walk = settings or RecoverySettings(), walk or WalkSettings()
-    now, reference, phase = error_at(robot, plan, max(time, 0.0), measured)
-    if previous is None:
-        error = now.capture_point - reference.capture_point
-        if np.linalg.norm(error) < settings.trigger:
-            return None
-    else:
-        if time < settings.pause:
-            return None
-        error = now.capture_point - previous.expected_point(time)
-        if np.linalg.norm(error) < (settings.again if phase.kind == 'single' else settings.again_double):
-            return None
+    now, phase, time = seen.com, seen.phase, seen.time
+    now = ComState(now.com, (seen.point - now.com) * now.frequency, now.height)
+    if previous is not None and time < settings.pause:
+        return None
+    if np.linalg.norm(seen.error) < (settings.trigger if previous is None else settings.again):
+        return None
     begin = time + settings.latency
     touchdown = phase.last * plan.schedule.period
     state = reference_at(robot, plan, begin, walk.chest_swing)
@@ -93,8 +126,9 @@ def recover(robot, plan, time, measured, settings=None, walk=None, previous=None
         zmp = nearest_inside(now.capture_point, hull)
         com, vel = _advance(now, zmp, settings.latency, w)
         point = com + vel / w
-        found = [None]
-        if float(polygon_margin(point, hull)) < settings.hold:
+        found = []
+        here = float(polygon_margin(point, hull))
+        if here < settings.hold:
             found = []
             for swing in ("left", "right"):
                 standing = phase.stance.foot(other(swing))
@@ -103,7 +137,7 @@ def recover(robot, plan, time, measured, settings=None, walk=None, previous=None
                 found += landings(robot.config, swing, standing, np.array(foot[:2]), np.zeros(2), aim,
                                   settings.double + settings.swing, point, w, settings, settings.double)[:4]
             found.sort(key=lambda one: one.cost)
-            found = [*(one for one in found[:4] if one.margin > settings.hopeless), None]
+            found = [one for one in found[:4] if one.margin > here + settings.hopeless]
     gone = 0.0 if previous is None else previous.gone + begin
     last = None
     for landing in found:
