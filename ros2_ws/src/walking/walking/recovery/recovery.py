@@ -119,7 +119,7 @@ def recover(robot, plan, seen, settings=None, walk=None, previous=None):
         zmp = _inside(robot, phase, standing, now.capture_point, settings)
         com, vel = _advance(now, zmp, settings.latency, w)
         found = landings(robot.config, phase.swing, standing, state.foot.value[:2],
-                         state.foot.speed[:2], planned, touchdown - begin, com + vel / w, w, settings)[:4]
+                         state.foot.speed[:2], state.foot.acceleration[:2], planned, touchdown - begin, com + vel / w, w, settings)[:4]
     else:
         middle = now.com - state.com.acceleration / w**2
         hull = support_polygon(*(robot.feet[side].corners(phase.stance.foot(side)[:2], phase.stance.foot(side).yaw) for side in ("left", "right")))
@@ -134,10 +134,10 @@ def recover(robot, plan, seen, settings=None, walk=None, previous=None):
                 standing = phase.stance.foot(other(swing))
                 foot = phase.stance.foot(swing)
                 aim = standing.moved(0.0, OUTWARD[swing] * robot.config.footsteps.width)
-                found += landings(robot.config, swing, standing, np.array(foot[:2]), np.zeros(2), aim,
+                found += landings(robot.config, swing, standing, np.array(foot[:2]), np.zeros(2), np.zeros(2), aim,
                                   settings.double + settings.swing, point, w, settings, settings.double)[:4]
             found.sort(key=lambda one: one.cost)
-            found = [one for one in found[:4] if one.margin > here + settings.hopeless]
+            found = [one for one in found[:4] if one.margin > settings.hopeless]
     gone = 0.0 if previous is None else previous.gone + begin
     last = None
     for landing in found:

@@ -166,7 +166,7 @@ def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk
     body = BodyCourses(feet=feet, waist=Course(*(rows[:, 0] for rows in waist)), upper=upper,
                        chest_swing=walk.chest_swing)
     motion = whole_body(robot, time, course, body)
-    require_joint_limits(robot, motion, "recovery step", share=0.98)
+    require_joint_limits(robot, motion, "recovery step", share=0.95)
     dynamics = inverse_dynamics(robot, motion)
     knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
     final = standing_state(robot, after, upper.value[-1])

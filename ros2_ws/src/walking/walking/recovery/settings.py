@@ -35,16 +35,16 @@ class RecoverySettings:
     inset: float = 0.01
     ramp: float = 0.3
     pause: float = 0.02
-    late: float = 0.1
+    late: float = 0.3
     least: float = 0.45
     filter: float = 0.015
-    hopeless: float = 0.01
+    hopeless: float = 0.045
     double: float = 0.08
     swing: float = 0.24
     hold: float = 0.03
     outward: float = 0.9
     frozen: float = 0.08
-    reserve: float = 0.05
+    reserve: float = 0.08
     end: float = 1.4
 
     def __post_init__(self) -> None:
