@@ -32,6 +32,7 @@ OUT ?= out/demo
 GUI ?= 0
 VIEW ?= 1
 HITS ?= 1
+KIND ?= hit
 N ?= 50
 SEED ?= 1
 
@@ -51,7 +52,8 @@ help:
 	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
 	@echo "make docs    the site of the documentation (out/site/index.html)"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
-	@echo "make sweep   perturbed doors, how far they open (out/sweep/, out/sweep_hit_mujoco/)   N=50 SEED=1 ENGINE=pybullet"
+	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
+	@echo "             KIND=hit|walk|miss|push: how far doors open, where walks end, what a miss or a push does"
 	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
 
 setup: $(READY)
@@ -137,7 +139,7 @@ bench: $(READY)
 	@$(ROS2) run door_impact_evaluation bench --out out/bench
 
 sweep: $(READY)
-	@$(ROS2) run door_impact_evaluation sweep -n $(N) --seed $(SEED) --engine "$(ENGINE)"
+	@$(ROS2) run door_impact_evaluation sweep --kind "$(KIND)" -n $(N) --seed $(SEED) --engine "$(ENGINE)"
 
 faults: $(READY)
 	@PYTHONPATH=tests $(PYTHON) -m faults -n $(N) --seed $(SEED)

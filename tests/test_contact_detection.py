@@ -11,11 +11,11 @@ from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import TICK, SensorSettings
 from hrp2_sim_bridge.world import World
-from humanoid_motion.driver_interface import TickSample
+from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import Command, ExecutablePlan, Outcome
+from impact_planner.execution.types import ExecutablePlan, Outcome
 
 pytestmark = pytest.mark.nightly("many whole runs")
 

@@ -16,7 +16,16 @@ FILES = {path.name for folder in ("ros2_ws/src", "tests", "docs", "examples", "e
 MADE_BY_USERS = {"my_board.py", "my_params.yaml", "my_door.yaml", "my_linkage.yaml",
                  "my_robot.yaml", "plan.png"}
 NAMED = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:\.(?:py|yaml|toml|csv|png)|/))(?:: [^`]*)?`")
-LINK = re.compile(r"\]\(([^)\s]+)\)")
+# A link or a picture, with or without a title, and the definition of a reference.
+_TITLE = r"""(?:\s+(?:"[^"]*"|'[^']*'|\([^)]*\)))?"""
+LINK = re.compile(
+    rf"\]\(\s*(?:<([^>\n]*)>|([^)\s]+)){_TITLE}\s*\)"
+    rf"|^ {{0,3}}\[[^\]]+\]:\s*(?:<([^>\n]*)>|(\S+)){_TITLE}\s*$", re.MULTILINE)
+USED = re.compile(r"\[[^\[\]]+\]\[([^\[\]]+)\]")
+CODE = re.compile(
+    r"^[ \t]*(?P<fence>`{3,}|~{3,})[^`\n]*\n.*?^[ \t]*(?P=fence)[ \t]*$"
+    r"|(?<!`)(?P<ticks>`+)(?!`)(?:(?!\n[ \t]*\n).)*?(?<!`)(?P=ticks)(?!`)",
+    re.DOTALL | re.MULTILINE)
 
 
 def named_in(text: str) -> Iterator[str]:
@@ -38,6 +47,29 @@ def exists(path: str) -> bool:
     return any(place.exists() for place in places)
 
 
+def links(text: str) -> list[str]:
+    """Targets of the links of a page, code left out; a reference without a definition is one."""
+    prose = CODE.sub("", text)
+    found = ["".join(match) for match in LINK.findall(prose)]
+    defined = {name.lower() for name in re.findall(r"^ {0,3}\[([^\]]+)\]:", prose, re.MULTILINE)}
+    return found + [name for name in USED.findall(prose) if name.lower() not in defined]
+
+
+def broken_links(page: Path) -> list[str]:
+    """Links of a page that lead to no file, or to no heading of it."""
+    broken = []
+    for link in links(page.read_text(encoding="utf-8")):
+        if re.match(r"[a-z]+:", link):
+            continue
+        file, _, anchor = link.partition("#")
+        target = (page.parent / file).resolve() if file else page
+        headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE) \
+            if anchor and target.is_file() else []
+        if not target.exists() or (anchor and anchor not in map(slug, headings)):
+            broken.append(link)
+    return broken
+
+
 def slug(heading: str) -> str:
     """The anchor of a heading, as GitHub makes it."""
     kept = re.sub(r"[^\w\- ]", "", heading.strip().lower())
@@ -57,17 +89,38 @@ def test_every_path_that_a_page_names_exists(page: Path) -> None:
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=lambda page: page.name)
 def test_every_link_of_a_page_leads_to_a_file_and_a_heading(page: Path) -> None:
-    broken = []
-    for link in LINK.findall(page.read_text(encoding="utf-8")):
-        if link.startswith("http"):
-            continue
-        file, _, anchor = link.partition("#")
-        target = (page.parent / file).resolve() if file else page
-        headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE) \
-            if anchor and target.is_file() else []
-        if not target.exists() or (anchor and anchor not in map(slug, headings)):
-            broken.append(link)
-    assert not broken
+    assert broken_links(page) == []
+
+
+@pytest.mark.parametrize("link", [
+    "[text]({})", '[text]({} "a title")', "[text]({} 'a title')", "[text]({} (a title))",
+    "[text](<{}>)", "a lone ` and [text]({})\n\nand ` again", "[over\ntwo lines]({})",
+    "![picture]({})", "[`code`]({})",
+    "[text][name]\n\n[name]: {}", '[text][Name]\n\n[name]: {} "a title"',
+    "1. in a list ([text]({}))", "[![picture]({})](other.md)"])
+def test_a_link_is_seen_however_it_is_written(link: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    (tmp_path / "other.md").write_text("# A heading\n\nText.\n")
+    for target, wrong in (("other.md", False), ("other.md#a-heading", False), ("#here", False),
+                          ("http://localhost/none", False), ("missing.md", True),
+                          ("other.md#no-heading", True), ("#nowhere", True)):
+        page.write_text(f"# Here\n\nA page with {link.format(target)}\n")
+        assert broken_links(page) == [target] * wrong
+
+
+def test_a_reference_without_a_definition_is_a_broken_link(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Here\n\nA [text][name].\n")
+    assert broken_links(page) == ["name"]
+
+
+@pytest.mark.parametrize("code", [
+    "`[text](missing.md)`", "``a ` [text](missing.md)``", "```python\na[0](missing)\n```",
+    "- x\n  ```sh\n  [text](missing.md)\n  ```", "`x[i][j]`"])
+def test_code_has_no_links(code: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"# Here\n\n{code}\n\n[text](#here)\n")
+    assert links(page.read_text()) == ["#here"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

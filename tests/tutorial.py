@@ -1,9 +1,10 @@
 """Runs the code of a page of the docs in an empty folder, as its reader would.
 
-Blocks of `sh` are run by bash, blocks of `python` by Python, and a block with a title is written to
-the file of that name. A comment before a block changes this: `<!-- not run: reason -->` leaves it
-out, `<!-- fails -->` expects the command to end with an error, and `<!-- in the project -->` runs
-it in the project's folder. A block of `text` shows lines of the output of the block before it.
+Blocks of `sh` and `bash` are run by bash, blocks of `python` by Python, and a block with a title is
+written to the file of that name; blocks in lists are indented. A comment before a block changes
+this: `<!-- not run: reason -->` leaves it out, `<!-- fails -->` expects the command to end with the
+error that the next block shows, and `<!-- in the project -->` runs it in the project's folder. A
+block of `text` shows lines of the output of the block before it, in their order.
 """
 
 from __future__ import annotations
@@ -16,9 +17,13 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
 FAILS, IN_PROJECT, NOT_RUN = "fails", "in the project", "not run: "  # comments before a block
+SHELLS, PYTHONS = ("sh", "bash"), ("python", "py")  # languages of the blocks that are run
+SHOWN = ("", "text", "yaml", "json", "mermaid")  # languages of the blocks that only show something
 _BLOCK = re.compile(
-    r"^(?:<!-- (?P<note>[^\n]*?) -->\n)?```(?P<language>\w*)(?: title=\"(?P<title>[^\"]+)\")?\n"
-    r"(?P<code>.*?)^```$", re.DOTALL | re.MULTILINE)
+    r"^(?P<indent>[ \t]*)(?:<!-- (?P<note>[^\n]*?) -->\n(?P=indent))?"
+    r"(?P<fence>`{3,}|~{3,}) *(?P<language>[^\s`]*)(?P<options>[^\n`]*)\n"
+    r"(?P<code>.*?)^[ \t]*(?P=fence)[ \t]*$", re.DOTALL | re.MULTILINE)
+_TITLE = re.compile(r"title=\"([^\"]+)\"")
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _SECONDS = 120  # time in which a block must end; only a command that hangs takes so long
 
@@ -43,28 +48,35 @@ class Block:
     def runs(self) -> bool:
         """Whether the block is run or written."""
         return not self.note.startswith(NOT_RUN) and bool(
-            self.title or self.language in ("sh", "python"))
+            self.title or self.language in SHELLS + PYTHONS)
 
 
 def blocks(page: str) -> list[Block]:
     """The fenced blocks of a page, in their order."""
-    return [Block(found["language"], found["code"], found["title"] or "", found["note"] or "")
-            for found in _BLOCK.finditer(page)]
+    return [_block(found) for found in _BLOCK.finditer(page)]
+
+
+def _block(found: re.Match[str]) -> Block:
+    title = _TITLE.search(found["options"])
+    lines = [line.removeprefix(found["indent"]) for line in found["code"].splitlines(keepends=True)]
+    return Block(found["language"], "".join(lines), title[1] if title else "", found["note"] or "")
 
 
 def run(page: str, folder: Path, environment: dict[str, str]) -> None:
     """Run the blocks of a page in an empty folder.
 
     Raises:
-        AssertionError: A block ends otherwise than it should, or a line that the page shows is not
-            in its output.
+        AssertionError: A block ends otherwise than it should, or its output does not have the lines
+            that the page shows, in their order.
     """
     output = ""
-    for block in blocks(page):
+    found = blocks(page)
+    for block, after in zip(found, [*found[1:], Block("", "")], strict=True):
+        assert block.note != FAILS or (after.language == "text" and after.code.strip()), (
+            f"the page does not show the error of:\n{block.code}")
         if block.language == "text":
-            missing = [line for line in block.code.splitlines()
-                       if line and not is_shown(line, output)]
-            assert not missing, f"the page shows {missing}, the output is:\n{output}"
+            missing = first_missing(block.code, output)
+            assert missing is None, f"the page shows {missing!r}, the output is:\n{output}"
         elif not block.runs:
             output = ""
         elif block.title:
@@ -73,10 +85,17 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> None:
             output = _output(block, PROJECT if block.note == IN_PROJECT else folder, environment)
 
 
-def is_shown(line: str, output: str) -> bool:
-    """Whether an output has a line with these words, and with numbers that agree to 5 %."""
-    wanted = _words(line)
-    return any(_words(found) == wanted and _agree(line, found) for found in output.splitlines())
+def first_missing(shown: str, output: str) -> str | None:
+    """The first of the lines that an output does not have behind those before it; None for none.
+
+    A line agrees if its words do, and its numbers to 5 %; whole numbers must be the same.
+    """
+    left = iter(output.splitlines())
+    for line in filter(str.strip, shown.splitlines()):
+        wanted = _words(line)
+        if not any(_words(found) == wanted and _agree(line, found) for found in left):
+            return line
+    return None
 
 
 def _words(line: str) -> list[str]:
@@ -85,18 +104,20 @@ def _words(line: str) -> list[str]:
 
 def _agree(line: str, found: str) -> bool:
     pairs = zip(_NUMBER.findall(line), _NUMBER.findall(found), strict=True)
-    return all(abs(float(one) - float(other)) <= 0.05 * abs(float(one)) + _step(one)
-               for one, other in pairs)
+    return all(abs(float(one) - float(other)) <= _tolerance(one, other) for one, other in pairs)
 
 
-def _step(number: str) -> float:
-    """One unit of a number's last digit."""
-    return float(10.0 ** -len(number.partition(".")[2]))
+def _tolerance(one: str, other: str) -> float:
+    """0 for whole numbers, which count something; else 5 % and one unit of the last digit."""
+    digits = len(one.partition(".")[2])
+    if not digits and "." not in other:
+        return 0.0
+    return 0.05 * abs(float(one)) + float(10.0 ** -digits if digits else 0.0)
 
 
 def _output(block: Block, folder: Path, environment: dict[str, str]) -> str:
-    shell = ["bash", "-e", "-o", "pipefail", "-c"] if block.language == "sh" else [
-        sys.executable, "-c"]
+    shell = [sys.executable, "-c"] if block.language in PYTHONS else [
+        "bash", "-e", "-o", "pipefail", "-c"]
     done = subprocess.run([*shell, block.code], cwd=folder, env=environment, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=_SECONDS)
     assert (done.returncode != 0) == (block.note == FAILS), (

@@ -27,7 +27,12 @@ PAGES = {
     "embedded/README.md": "embedded.md",
     "embedded/CHANGELOG.md": "embedded_changelog.md",
 }
-LINK = re.compile(r"(\]\()([^)\s#]+)")
+# Code, or what stands before the target of a link or of a reference's definition, and the target.
+LINK = re.compile(
+    r"^[ \t]*(?P<fence>`{3,}|~{3,})[^`\n]*\n.*?^[ \t]*(?P=fence)[ \t]*$"
+    r"|(?<!`)(?P<ticks>`+)(?!`)(?:(?!\n[ \t]*\n).)*?(?<!`)(?P=ticks)(?!`)"
+    r"|(?P<before>\]\([ \t\n]*<?|^ {0,3}\[[^\]\n]+\]:[ \t]*<?)(?P<target>[^)>\s#]+)",
+    re.DOTALL | re.MULTILINE)
 OTHER_FILES = "files"  # folder of the site for linked files that are no pages, such as a module
 
 
@@ -69,17 +74,18 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
     here = posixpath.dirname(page.file.src_uri)
 
     def rewritten(match: re.Match[str]) -> str:
-        target = _in_repository(page.file, match[2])
+        target = _in_repository(page.file, match["target"]) if match["target"] else None
         if target is None or not (ROOT / target).exists():
             return match[0]
-        return match[1] + posixpath.relpath(_place(target), here or ".")
+        return match["before"] + posixpath.relpath(_place(target), here or ".")
 
     return LINK.sub(rewritten, markdown)
 
 
 def _targets(page: File) -> list[str]:
     """Paths in the repository of the files to which a page links."""
-    found = (_in_repository(page, match[2]) for match in LINK.finditer(page.content_string))
+    found = (_in_repository(page, match["target"])
+             for match in LINK.finditer(page.content_string) if match["target"])
     return [path for path in found if path is not None]
 
 

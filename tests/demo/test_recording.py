@@ -27,11 +27,15 @@ TYPES = {
     "/imu": "sensor_msgs/msg/Imu",
     "/left_foot/wrench": "geometry_msgs/msg/WrenchStamped",
     "/right_foot/wrench": "geometry_msgs/msg/WrenchStamped",
+    "/left_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
+    "/right_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
     "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
     "/zmp": "geometry_msgs/msg/PointStamped",
     "/com": "geometry_msgs/msg/PointStamped",
     "/support_polygon": "geometry_msgs/msg/PolygonStamped",
     "/balance_markers": "visualization_msgs/msg/MarkerArray",
+    "/footsteps": "door_impact_msgs/msg/Footsteps",
+    "/footstep_markers": "visualization_msgs/msg/MarkerArray",
     "/door_impact_plan": "door_impact_msgs/msg/ImpactPlan",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/tf_static": "tf2_msgs/msg/TFMessage",
@@ -41,9 +45,11 @@ TYPES = {
     "/clock": "rosgraph_msgs/msg/Clock",
 }
 RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 200.0,
-         "/right_foot/wrench": 200.0, "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0,
-         "/support_polygon": 50.0, "/door_encoder/counts": 50.0}
+         "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0,
+         "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0, "/support_polygon": 50.0,
+         "/door_encoder/counts": 50.0}
 RVIZ_TYPES = {
+    "rviz_default_plugins/MarkerArray": "visualization_msgs/msg/MarkerArray",
     "rviz_default_plugins/RobotModel": "std_msgs/msg/String",
     "rviz_default_plugins/Polygon": "geometry_msgs/msg/PolygonStamped",
     "rviz_default_plugins/PointStamped": "geometry_msgs/msg/PointStamped",

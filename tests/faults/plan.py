@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES
-from impact_planner.execution.intake import CURRENT
+from door_impact_common.driver.intake import CURRENT
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
+from impact_planner.execution.inputs import DOOR
 
 EXECUTOR, DRIVER, COMMANDS, ENCODER = "executor", "driver", "commands", "door_encoder"
 DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]

@@ -15,20 +15,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.intake import Arrival
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.world import World
-from humanoid_motion.driver_interface import TickSample
+from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.freshness import Freshness
-from impact_planner.execution.inputs import DOOR, IMU, JOINTS, WRENCHES, Inputs
-from impact_planner.execution.intake import Arrival
+from impact_planner.execution.inputs import DOOR, Inputs
 from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import Command, ExecutablePlan, Outcome
+from impact_planner.execution.types import ExecutablePlan, Outcome
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest

@@ -19,7 +19,7 @@ from running_graph import seconds
 from sensor_msgs.msg import JointState
 
 NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge", "/impact_executor",
-         "/impact_planner", "/scene_publisher", "/zmp_publisher"]
+         "/impact_planner", "/scene_publisher", "/walker", "/zmp_publisher"]
 
 
 @pytest.mark.usefixtures("graph")

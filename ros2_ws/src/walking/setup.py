@@ -20,6 +20,7 @@ setup(
     entry_points={
         "console_scripts": [
             "plan = walking.tools.plan_cli:main",
+            "walker = walking.ros.walker_node:main",
         ],
     },
 )

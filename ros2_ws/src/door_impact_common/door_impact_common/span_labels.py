@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,8 +17,8 @@ def label_spans(axes: Any, spans: Sequence[tuple[str, float, float]], size: floa
 
     Args:
         axes: Matplotlib's axes.
-        spans: Name, start and end of each span, in the unit of the x axis; empty names are left
-            out.
+        spans: Name, start and end of each span, in the unit of the x axis. A span without a name,
+            or whose start or end is no finite number, is left out.
         size: Size of the letters [pt].
 
     Returns:
@@ -27,9 +28,8 @@ def label_spans(axes: Any, spans: Sequence[tuple[str, float, float]], size: floa
     figure.draw_without_rendering()  # the layout decides how long a second is
     point = figure.dpi / 72.0
     rows: list[float] = []  # right end of the last name in each row [pixel]
-    for name, start, end in sorted(spans, key=lambda span: span[1] + span[2]):
-        if not name:
-            continue
+    shown = [span for span in spans if span[0] and all(map(math.isfinite, span[1:]))]
+    for name, start, end in sorted(shown, key=lambda span: span[1] + span[2]):
         middle = 0.5 * (start + end)
         label = axes.annotate(
             name, (middle, 1.0), xycoords=axes.get_xaxis_transform(), xytext=(0.0, 3.0),

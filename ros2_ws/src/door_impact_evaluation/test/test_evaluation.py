@@ -22,6 +22,7 @@ def standing(n: int = 1000, share_left: float = 0.5, **columns: np.ndarray) -> M
         "t": t, "left_wrench": left, "right_wrench": right,
         "left_sole": np.tile([0.0, 0.095, 0.0], (n, 1)),
         "right_sole": np.tile([0.0, -0.095, 0.0], (n, 1)),
+        "left_heading": np.zeros(n), "right_heading": np.zeros(n),
         "base_orientation": np.tile([0.0, 0.0, 0.0, 1.0], (n, 1)),
         "door_angle": zeros, "door_velocity": zeros, "contact_force": zeros,
         "point_b_velocity": zeros, "joints": np.zeros((n, 30)), "base_position": np.zeros((n, 3)),
@@ -115,6 +116,42 @@ def test_the_window_averages_wrenches_before_the_zmp() -> None:
     mean = evaluation.support(motion, ROBOT, window=evaluation.WINDOW).margin.min()
     still = evaluation.support(standing(), ROBOT, window=0.0).margin.min()
     assert raw < mean <= still
+
+
+@pytest.mark.parametrize("turn", [0.7, 2.4, -9.1])
+def test_zmp_and_margin_turn_with_the_robot(turn: float) -> None:
+    """Where a robot stands and where it points changes neither its margin nor the ZMP on it."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    turned = np.array([[cos, -sin], [sin, cos]])
+    ahead = standing(share_left=0.8)
+    ahead.left_wrench[:, 3:5] = [20.0, -30.0]
+    n, place = len(ahead.t), np.array([4.0, -7.0])
+    columns = {f"{side}_sole": np.column_stack(
+        [getattr(ahead, f"{side}_sole")[:, :2] @ turned.T + place, np.zeros(n)])
+        for side in ("left", "right")}
+    columns |= {f"{side}_heading": np.full(n, turn) for side in ("left", "right")}
+    away = standing(left_wrench=ahead.left_wrench, right_wrench=ahead.right_wrench, **columns)
+    near, far = (evaluation.support(motion, ROBOT, window=0.0) for motion in (ahead, away))
+    np.testing.assert_allclose(far.margin, near.margin, atol=1e-4)  # places are rounded
+    np.testing.assert_allclose(far.zmp, near.zmp @ turned.T + place, atol=1e-9)
+
+
+def test_a_foot_in_the_air_makes_no_polygons() -> None:
+    """However far it swings, the polygon is that of the other one."""
+    motion = standing(share_left=1.0)
+    motion.right_sole[:, 0] += np.linspace(0.0, 0.4, len(motion.t))
+    found = evaluation.support(motion, ROBOT, window=0.0)
+    assert len(found.polygons) == 2
+    np.testing.assert_array_equal(found.margin, found.margin[0])
+
+
+def test_a_heading_has_no_jump_where_it_passes_half_a_turn() -> None:
+    """A whole turn and a half is counted as such, also of a sole that is tilted a little."""
+    turn = np.linspace(0.0, 3.0 * np.pi, 400)
+    zero = np.zeros(400)
+    tilted = np.column_stack([zero + 0.01, zero, np.sin(turn / 2), np.cos(turn / 2)])
+    tilted /= np.linalg.norm(tilted, axis=1)[:, None]
+    np.testing.assert_allclose(evaluation.heading(tilted), turn, atol=1e-3)
 
 
 def test_slip_and_tilt_are_measured() -> None:

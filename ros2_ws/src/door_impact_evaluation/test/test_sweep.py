@@ -9,9 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from door_impact_evaluation.run.rehearsal import Rehearsal
-from door_impact_evaluation.sweep import hits, replays, sweep
-from door_impact_evaluation.sweep import report as sweep_report
-from door_impact_evaluation.sweep.cases import cases
+from door_impact_evaluation.sweep import hit as hit_kind
+from door_impact_evaluation.sweep import hit_report, numbers, replays, running, sweep
+from door_impact_evaluation.sweep import hit_runs as hits
+from door_impact_evaluation.sweep.hit import Hit
+from door_impact_evaluation.sweep.hit_cases import hit_cases as cases
+from door_impact_evaluation.sweep.kind import REPLAYS
 from hrp2_sim_bridge.errors import SimulatorMissingError
 from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import given
@@ -51,6 +54,16 @@ def made_up(case, errors=None):
     return [record(case, hit, error) for hit, error in enumerate(errors)]
 
 
+def summary(records, n, seed, engine="pybullet"):
+    """Makes the contents of summary.json."""
+    return sweep.summary(Hit(), records, n, seed, engine, Hit().worst(records))
+
+
+def run(wanted, out):
+    """Runs cases in PyBullet."""
+    return running.run(Hit(), wanted, out, "pybullet", running.sources())
+
+
 def every(n, **special):
     """Makes the records of a sweep; `special` has the errors of some cases by `group_index`."""
     return [each for case in cases(n, 1)
@@ -60,7 +73,7 @@ def every(n, **special):
 @given(st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=40))
 def test_statistics_are_those_of_a_textbook(errors):
     """They are the mean, the sample standard deviation, and 95 % and maximum of the sizes."""
-    found = sweep.statistics(iter(errors))
+    found = numbers.statistics(iter(errors))
     n = len(errors)
     mean = sum(errors) / n
     sizes = sorted(abs(each) for each in errors)
@@ -77,8 +90,8 @@ def test_statistics_are_those_of_a_textbook(errors):
 
 def test_statistics_of_one_and_of_none():
     """One error has no spread; without errors there are no statistics."""
-    assert sweep.statistics([-0.5]) == {"mean": -0.5, "sd": 0.0, "p95": 0.5, "max": 0.5}
-    assert sweep.statistics([]) == dict.fromkeys(STATISTICS)
+    assert numbers.statistics([-0.5]) == {"mean": -0.5, "sd": 0.0, "p95": 0.5, "max": 0.5}
+    assert numbers.statistics([]) == dict.fromkeys(STATISTICS)
 
 
 def test_the_summary_has_the_contracts_keys_and_figures():
@@ -88,12 +101,12 @@ def test_the_summary_has_the_contracts_keys_and_figures():
     for each in records:
         if each["name"] == "perturbed-3":
             each |= {"contacts": 2, "stood": False}
-    found = sweep.summary(records, 4, 9)
+    found = summary(records, 4, 9)
     assert set(found) >= CONTRACT
     assert (found["n"], found["seed"], found["contacts_one"]) == (4, 9, 1)
-    assert found["error_deg"] == pytest.approx(sweep.statistics([0.1, 0.4]))
-    assert found["before_learning"] == pytest.approx(sweep.statistics([0.7, 0.2, 0.3]))
-    assert found["after_learning"] == pytest.approx(sweep.statistics([-0.2, -0.3]))
+    assert found["error_deg"] == pytest.approx(numbers.statistics([0.1, 0.4]))
+    assert found["before_learning"] == pytest.approx(numbers.statistics([0.7, 0.2, 0.3]))
+    assert found["after_learning"] == pytest.approx(numbers.statistics([-0.2, -0.3]))
     assert set(found["min_margin_mm"]) == set(PHASES)
     every_margin = [each["margin_mm"]["cam"] for each in records if "margin_mm" in each]
     assert found["min_margin_mm"]["cam"] == pytest.approx(
@@ -106,10 +119,10 @@ def test_the_summary_has_the_contracts_keys_and_figures():
 def test_a_robot_that_fell_does_not_count_as_standing():
     """Only the first hits on perturbed doors are counted."""
     records = every(5)
-    assert sweep.summary(records, 5, 1)["stood"] == 5
+    assert summary(records, 5, 1)["stood"] == 5
     for each in records:
         each["stood"] = each["name"] != "perturbed-2" and not each["name"].startswith("rough")
-    assert sweep.summary(records, 5, 1)["stood"] == 4
+    assert summary(records, 5, 1)["stood"] == 4
 
 
 class Rehearsed(Rehearsal):
@@ -182,9 +195,9 @@ def ran(monkeypatch):
         names.append(case.name)
         return made_up(case)
 
-    monkeypatch.setattr(sweep, "run_case", run_case)
-    monkeypatch.setattr(sweep, "get_context", lambda _: SimpleNamespace(Pool=Pool))
-    monkeypatch.setattr(sweep, "sources", lambda: "these")
+    monkeypatch.setattr(hit_kind, "run_case", run_case)
+    monkeypatch.setattr(running, "get_context", lambda _: SimpleNamespace(Pool=Pool))
+    monkeypatch.setattr(running, "sources", lambda: "these")
     monkeypatch.setattr(
         replays, "make", lambda order: order.path.write_text(
             f"{replays._MARK}{order.key} -->", encoding="utf-8"))
@@ -193,46 +206,46 @@ def ran(monkeypatch):
 
 def test_what_was_run_before_is_not_run_again(ran, tmp_path):
     """A longer sweep runs only the new cases; its records are in the order of its cases."""
-    sweep.run(cases(2, 1), tmp_path)
+    run(cases(2, 1), tmp_path)
     assert len(ran) == 10
     ran.clear()
-    found = sweep.run(cases(3, 1), tmp_path)
+    found = run(cases(3, 1), tmp_path)
     assert ran == ["perturbed-2", "rough-2"]
     assert found == every(3)
     ran.clear()
-    sweep.run(cases(3, 2), tmp_path)
+    run(cases(3, 2), tmp_path)
     assert len(ran) == 6  # the cases of another seed; the nominal ones are the same
 
 
 def test_results_of_other_code_are_run_again_and_kept(ran, tmp_path, monkeypatch):
     """When the old code is back, its records are used again."""
-    sweep.run(cases(1, 1), tmp_path)
+    run(cases(1, 1), tmp_path)
     ran.clear()
-    monkeypatch.setattr(sweep, "sources", lambda: "others")
-    sweep.run(cases(1, 1), tmp_path)
+    monkeypatch.setattr(running, "sources", lambda: "others")
+    run(cases(1, 1), tmp_path)
     assert len(ran) == 8
     ran.clear()
-    monkeypatch.setattr(sweep, "sources", lambda: "these")
-    assert sweep.run(cases(1, 1), tmp_path) == every(1)
+    monkeypatch.setattr(running, "sources", lambda: "these")
+    assert run(cases(1, 1), tmp_path) == every(1)
     assert ran == []
 
 
 @pytest.mark.parametrize("left", [1, 30, -2, -1])
 def test_an_incomplete_line_costs_that_case_alone(ran, tmp_path, left):
     """After a kill in the middle of a line, the next line that is written is not lost."""
-    sweep.run(cases(1, 1), tmp_path)
-    path = tmp_path / sweep.RECORD
+    run(cases(1, 1), tmp_path)
+    path = tmp_path / running.RECORD
     *lines, last = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines) + last[:left])
     lost = left != -1  # with -1 only the line's end is missing
     ran.clear()
-    assert sweep.run(cases(1, 1), tmp_path) == every(1)
+    assert run(cases(1, 1), tmp_path) == every(1)
     assert len(ran) == lost
     ran.clear()
-    sweep.run(cases(2, 1), tmp_path)
+    run(cases(2, 1), tmp_path)
     assert ran == ["perturbed-1", "rough-1"]
     ran.clear()
-    assert sweep.run(cases(2, 1), tmp_path) == every(2)
+    assert run(cases(2, 1), tmp_path) == every(2)
     assert ran == []
 
 
@@ -276,48 +289,48 @@ def test_a_case_is_run_in_the_engine_of_the_sweep(monkeypatch):
     monkeypatch.setattr(hits, "rehearse", rehearse)
     monkeypatch.setattr(hits, "measured", lambda run: {})
     for engine in ENGINES:
-        hits.run_case(cases(1, 1)[0], engine)
+        Hit().run(cases(1, 1)[0], engine)
     assert asked == [*ENGINES]
 
 
 def test_an_interrupt_keeps_what_was_done(ran, tmp_path, monkeypatch, capsys):
     """The status is 130, and the next sweep runs only the cases that are missing."""
-    keep = sweep.run_case
+    keep = hit_kind.run_case
 
     def interrupted(case, engine):
         if len(ran) == 3:
             raise KeyboardInterrupt
         return keep(case, engine)
 
-    monkeypatch.setattr(sweep, "run_case", interrupted)
+    monkeypatch.setattr(hit_kind, "run_case", interrupted)
     assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 130
     assert str(tmp_path) in capsys.readouterr().err
-    monkeypatch.setattr(sweep, "run_case", keep)
+    monkeypatch.setattr(hit_kind, "run_case", keep)
     assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 0
     assert len(ran) == len(set(ran)) == 8
 
 
 def test_the_digest_is_that_of_code_robot_and_doors(tmp_path, monkeypatch):
     """It is the same again, and another one if a robot's or door's file or a package differs."""
-    before = sweep.sources()
-    assert sweep.sources() == before
+    before = running.sources()
+    assert running.sources() == before
     other = tmp_path / "robot.yaml"
     other.write_text("mass: 1")
-    monkeypatch.setattr(sweep, "robot_data", lambda name: other)
-    assert sweep.sources() != before
+    monkeypatch.setattr(running, "robot_data", lambda name: other)
+    assert running.sources() != before
     monkeypatch.undo()
-    monkeypatch.setattr(sweep, "door_data", lambda name: tmp_path)
-    assert sweep.sources() != before
+    monkeypatch.setattr(running, "door_data", lambda name: tmp_path)
+    assert running.sources() != before
     monkeypatch.undo()
-    monkeypatch.setattr(sweep, "PACKAGES", sweep.PACKAGES[:-1])
-    assert sweep.sources() != before
+    monkeypatch.setattr(running, "PACKAGES", running.PACKAGES[:-1])
+    assert running.sources() != before
 
 
 def test_the_command_writes_summary_report_and_figure(ran, tmp_path, capsys):
     """They are summary.json, report.txt and sweep.png; the table is printed, too."""
     assert sweep.main(["-n", "2", "--seed", "1", "--out", str(tmp_path / "deep")]) == 0
     found = json.loads((tmp_path / "deep" / "summary.json").read_text())
-    assert found == sweep.summary(every(2), 2, 1)
+    assert found == summary(every(2), 2, 1)
     assert (tmp_path / "deep" / "sweep.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "deep" / "report.txt").read_text() in capsys.readouterr().out
 
@@ -330,8 +343,8 @@ def test_the_worst_runs_are_those_that_fell_missed_erred_or_nearly_tilted(errors
     for index in fallen:
         if errors[index] != REFUSED:
             records[index]["stood"] = False
-    bad = replays.worst(records)
-    assert len({(run.name, run.hit) for run in bad}) == len(bad) <= 7
+    bad = Hit().worst(records)
+    assert len({(run.name, run.number) for run in bad}) == len(bad) <= 7
     by_name = {each["name"]: each for each in records}
     assert not [run for run in bad if "refused" in by_name[run.name]]
     hit = [each for each in records if "error_deg" in each]
@@ -340,14 +353,14 @@ def test_the_worst_runs_are_those_that_fell_missed_erred_or_nearly_tilted(errors
         abs(by_name[run.name].get("error_deg", 0.0)) for run in bad]
     lost = [each for each in records if "refused" not in each
             and not (each["stood"] and "error_deg" in each)]
-    assert sum(by_name[run.name] in lost for run in bad) >= min(len(lost), replays.FALLEN)
+    assert sum(by_name[run.name] in lost for run in bad) >= min(len(lost), hit_kind.FALLEN)
 
 
 def test_replays_are_made_once_and_those_of_other_runs_are_removed(ran, tmp_path, monkeypatch):
     """A replay is made again if the code, the engine or the run is another."""
     assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
     listed = json.loads((tmp_path / "summary.json").read_text())["replays"]
-    folder = tmp_path / replays.FOLDER
+    folder = tmp_path / REPLAYS
     assert {path.name for path in folder.iterdir()} == {run["file"] for run in listed} != set()
     made = []
     monkeypatch.setattr(replays, "make", made.append)
@@ -357,7 +370,7 @@ def test_replays_are_made_once_and_those_of_other_runs_are_removed(ran, tmp_path
     assert made == []
     assert not (folder / "old-hit1.html").exists()
     assert (folder / "notes.html").exists()
-    monkeypatch.setattr(sweep, "sources", lambda: "others")
+    monkeypatch.setattr(running, "sources", lambda: "others")
     assert sweep.main(["-n", "2", "--out", str(tmp_path)]) == 0
     assert len(made) == len(listed)
 
@@ -380,11 +393,11 @@ def test_the_table_names_the_worst_runs_first(tmp_path):
     records = every(9, perturbed_3=[-7.25], rough_2=[0.1, 6.5], perturbed_5=[REFUSED])
     for each in records:
         each["stood"] = each.get("stood", True) and each["name"] != "perturbed-3"
-    table = sweep_report.table(sweep.summary(records, 9, 1))
+    table = hit_report.table(summary(records, 9, 1))
     worst = table.split("worst runs\n")[1].split("\n\nreplays")[0].splitlines()
     assert worst[0].startswith("  perturbed-3 hit 1: -7.25 deg, did not stand; door ")
     assert worst[1].startswith("  rough-2 hit 2: +6.50 deg")
-    assert len(worst) == sweep_report.WORST + 1
+    assert len(worst) == hit_report.WORST + 1
     assert worst[-1].startswith("  perturbed-5 hit 1: refused: no such posture")
 
 
@@ -403,7 +416,7 @@ ENDS = {
 def test_a_report_is_written_however_a_sweep_of_one_ended(tmp_path, ends):
     """Table, figure and summary.json are written, without a warning."""
     records = every(1, **ends)
-    sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
+    sweep.write(Hit(), summary(records, 1, 1), tmp_path)
     text = (tmp_path / "report.txt").read_text()
     assert "paper, 15 deg, mcv50" in text
     assert text.count("no such posture") >= sum("refused" in each for each in records)
@@ -413,19 +426,42 @@ def test_a_report_is_written_however_a_sweep_of_one_ended(tmp_path, ends):
 
 
 def test_a_contact_that_was_never_detected_does_not_cost_the_report(tmp_path):
-    """The latency of such a hit is NaN."""
+    """The latency of such a hit is not known."""
     records = every(1)
     for each in records:
-        each["switch_latency_ms"] = math.nan
-    sweep_report.write(sweep.summary(records, 1, 1), tmp_path)
+        each["switch_latency_ms"] = None
+    sweep.write(Hit(), summary(records, 1, 1), tmp_path)
     assert (tmp_path / "sweep.png").exists()
+
+
+def test_what_is_not_known_is_null_and_hides_no_worse_run(ran, tmp_path, monkeypatch):
+    """A NaN in a record is written as null, sorted as the worst, and left out of statistics."""
+    def with_nan(case, engine):
+        records = made_up(case)
+        if case.name == "perturbed-1":
+            records[0] |= {"error_deg": math.nan, "switch_latency_ms": math.inf}
+            records[0]["margin_mm"]["cam"] = math.nan
+        return records
+
+    monkeypatch.setattr(hit_kind, "run_case", with_nan)
+    assert sweep.main(["-n", "3", "--out", str(tmp_path)]) == 0
+    for file in ("summary.json", running.RECORD):
+        assert "NaN" not in (tmp_path / file).read_text()
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert found["replays"][0]["name"] == "perturbed-1"
+    assert "ZMP margin - mm in cam" in found["replays"][0]["why"]
+    assert found["error_deg"] == pytest.approx(numbers.statistics([0.1, 0.3]))
+    assert found["min_margin_mm"]["cam"]["min"] == pytest.approx(20.4)
+    ran.clear()
+    assert sweep.main(["-n", "3", "--out", str(tmp_path)]) == 0
+    assert json.loads((tmp_path / "summary.json").read_text()) == found
 
 
 def test_lines_that_are_no_records_are_left_out(tmp_path):
     """JSON of another form does not end the sweep."""
-    path = tmp_path / sweep.RECORD
+    path = tmp_path / running.RECORD
     path.write_text('null\n{"x": 1}\n[1]\n"digest"\n{"digest": "these"}\n')
-    assert sweep.load_records(path, "these", "pybullet") == {}
+    assert running.load_records(path, "these", "hit", "pybullet") == {}
 
 
 def test_a_folder_that_cannot_be_made_is_reported_in_one_line(ran, tmp_path, capsys):
@@ -444,7 +480,7 @@ def test_a_report_that_cannot_be_written_is_an_error_in_one_line(
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(sweep_report, "write", full)
+    monkeypatch.setattr(sweep, "write", full)
     assert sweep.main(["-n", "1", "--out", str(tmp_path)]) == 1
     assert capsys.readouterr().err.endswith("sweep: [Errno 28] No space left on device\n")
-    assert len(ran) == len((tmp_path / sweep.RECORD).read_text().splitlines()) == 8
+    assert len(ran) == len((tmp_path / running.RECORD).read_text().splitlines()) == 8

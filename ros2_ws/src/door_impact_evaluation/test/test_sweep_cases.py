@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from door_impact_evaluation.sweep import cases as sweep_cases
-from door_impact_evaluation.sweep.cases import Case, cases
+from door_impact_evaluation.sweep.hit_cases import NOMINAL, HitCase
+from door_impact_evaluation.sweep.hit_cases import hit_cases as cases
 from door_model.door.config import load_door
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
@@ -103,7 +103,7 @@ def test_a_perturbed_door_is_known_by_its_own_swings(number):
 
 def test_each_hit_of_a_case_has_other_noise_and_the_same_door():
     """From hit to hit only the sensors' seed changes."""
-    case = Case("rough", 0, seed=7, restitution=0.55, rotor_scale=0.8, friction=0.6,
+    case = HitCase("rough", 0, seed=7, restitution=0.55, rotor_scale=0.8, friction=0.6,
                 gear_scale=1.5, pad_scale=0.7)
     first, second = case.world(0), case.world(1)
     assert first["seed"] != second["seed"]
@@ -116,4 +116,4 @@ def test_names_within_a_sweep_are_unique():
     """The table names the worst runs by them."""
     names = [case.name for case in cases(30, 1)]
     assert len(set(names)) == len(names) == 66
-    assert sweep_cases.NOMINAL[0][0] == "paper"
+    assert NOMINAL[0][0] == "paper"

@@ -26,6 +26,7 @@ from hrp2_description.robot_types import (
     RobotConfig,
     SoleRubber,
     Step,
+    WristSensor,
     needed,
 )
 from hrp2_description.step_limits import StepLimits, read_step_limits
@@ -146,6 +147,9 @@ def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
         found["sole_rubber"] = _sole_rubber(data["sole_rubber"])
     if "disabled_collisions" in data:
         found["disabled_collisions"] = tuple((a, b) for a, b in data["disabled_collisions"])
+    if "wrist_sensors" in data:
+        found["wrist_sensors"] = MappingProxyType(
+            {side: WristSensor(**data["wrist_sensors"][side]) for side in SIDES})
     if "footsteps" in data:
         found["footsteps"] = read_step_limits(data["footsteps"])
     found |= {name: data[name] for name in ("imu_frame", "chest_yaw") if name in data}
@@ -236,6 +240,9 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     for foot in config.feet.values():
         named_links += [foot.sole, foot.ankle]
         named_joints.append(foot.sensor_joint)
+    for sensor in (config.wrist_sensors or {}).values():
+        named_links.append(sensor.link)
+        named_joints.append(sensor.joint)
     for what, named, known in (("links", named_links, links), ("joints", named_joints, joints)):
         unknown = sorted({name for name in named if name is not None} - known)
         if unknown:

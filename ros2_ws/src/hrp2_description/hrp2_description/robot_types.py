@@ -34,6 +34,19 @@ class FootNames:
 
 
 @dataclass(frozen=True)
+class WristSensor:
+    """Force sensor of a wrist.
+
+    Attributes:
+        link: Link of the hand, in whose frame the sensor reports.
+        joint: Fixed joint above that link that contains the sensor.
+    """
+
+    link: str
+    joint: str
+
+
+@dataclass(frozen=True)
 class Arm:
     """The right arm, whose hand meets the leaf.
 
@@ -205,6 +218,7 @@ class RobotConfig:
         brace: Contact through which the hitting arm leans on the trunk.
         sole_rubber: Rubber between an ankle and the floor.
         imu_frame: Link that contains the IMU.
+        wrist_sensors: Force sensors of the ``left`` and the ``right`` wrist.
         footsteps: Limits of the footsteps of a walk.
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
     """
@@ -237,6 +251,7 @@ class RobotConfig:
     brace: Brace | None = None
     sole_rubber: SoleRubber | None = None
     imu_frame: str | None = None
+    wrist_sensors: Mapping[str, WristSensor] | None = None
     footsteps: StepLimits | None = None
     chest_yaw: str | None = None
 

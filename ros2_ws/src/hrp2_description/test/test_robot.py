@@ -21,6 +21,7 @@ BRACE = {
     "stiffness": 1e6, "damping": 1e2, "friction": 0.5,
 }  # fmt: skip
 DRIVE = ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")
+WRIST = {"link": "l_gripper", "joint": "l_gripper_joint"}
 STEP = {"shortest": 0.12, "nominal": 0.20, "longest": 0.30, "lift": 0.035}
 
 
@@ -150,7 +151,8 @@ def test_missing_field_is_named(tmp_path, field):
 
 
 @pytest.mark.parametrize(
-    "field", ["sole_rubber", "motor_encoder_counts", "drives", "brace", "imu_frame"]
+    "field",
+    ["sole_rubber", "motor_encoder_counts", "drives", "brace", "imu_frame", "wrist_sensors"],
 )
 def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_path, field):
     """The file loads, and reading the field raises an error with its name."""
@@ -229,6 +231,10 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
         ({"sole_rubber": {"stiffness": -1.0, "damping": 600.0}}, "stiffness of sole_rubber"),
         ({"sole_rubber": {"stiffness": 1e5, "damping": "soft"}}, "cannot be read"),
         ({"sole_rubber": {"stiffness": 1e5}}, "damping"),
+        ({"wrist_sensors": {"left": WRIST}}, "right"),
+        ({"wrist_sensors": {"left": WRIST, "right": {**WRIST, "link": "r_fist"}}}, "r_fist"),
+        ({"wrist_sensors": {"left": WRIST, "right": {**WRIST, "joint": "R6"}}}, "R6"),
+        ({"wrist_sensors": {"left": WRIST, "right": {"link": "r_gripper"}}}, "cannot be read"),
         ({"braced_posture_deg": "akimbo"}, "cannot be read"),
         ({"drives": {"RLEG": {key: [1] for key in DRIVE}}}, "RLEG_JOINT0"),
         ({"drives": {"RLEG": dict.fromkeys(DRIVE[1:], [1] * 6)}}, "gear"),

@@ -138,14 +138,14 @@ class World(Driver):
 
     def reset(self) -> None:
         """Return to the start; a later run with the same orders is the same, bit for bit."""
-        settings, robot = self.settings, self.robot_config
+        settings = self.settings
         self.time_step = settings.time_step_coarse
         self.engine.reset(self._scene)
-        self.joints = Actuation(self.engine, robot, settings, self._posture)
+        self.joints = Actuation(self.engine, self.robot_config, settings, self._posture)
         self.door = DoorLoad(self.door_config)
         self.pushes = RobotPushes(self.engine)
         self.hit = HitMeter(self.engine)
-        self.fall = FallWatch({foot.sole for foot in robot.feet.values()})
+        self.fall = FallWatch({foot.sole for foot in self.robot_config.feet.values()})
         settling = _RUBBER_SETTLING_TICKS if settings.rubber else _SETTLING_TICKS
         self._ticks = -settling
         self._sensed: TickSample | None = None
@@ -153,6 +153,7 @@ class World(Driver):
             self._stabilizer.reset()
         self.driver.reset(self._posture, self.time)
         self._frames = self.engine.read_frames()
+        self._hands = self.engine.hand_states()
         self._door_state = self.engine.door_state()
         self._same_until, self._fine = self._ticks, False
         self._sensors.power_on(self._posture, self.imu_state)
@@ -196,8 +197,7 @@ class World(Driver):
             duration: Duration of the push, whose torque is half a sine [s].
 
         Raises:
-            SettingError: The push, together with others that act, exceeds what a hand can do, or
-                it is not a number.
+            SettingError: It is not a number, or with others that act more than a hand can do.
         """
         self.door.push(impulse, duration, self.time, self._door_state)
         self._orders.add(self.tick, "push", impulse=float(impulse), duration=float(duration))
@@ -296,10 +296,11 @@ class World(Driver):
         if self.fall.update(self.engine):
             self.driver.stop(self.time)
         ends = readings.ends(self.engine)
+        hands, self._hands = self._hands, self.engine.hand_states()
         self._sensed = self._sensors.read(
-            self.time, self.joints.motors, readings.wrenches(self.engine, ends, TICK),
-            ends.at((1, IMU)), [self._encoder.count(state.angle) for state in readings.door],
-        )
+            self.time, self.joints.motors,
+            readings.wrenches(self.engine, ends, [hands, self._hands], TICK), ends.at((1, IMU)),
+            [self._encoder.count(state.angle) for state in readings.door])
         return self._sensed
 
     def _choose_step(self) -> bool:

@@ -8,6 +8,8 @@ from typing import Protocol
 
 from door_impact_common.arrays import Array
 
+from humanoid_motion.knots import Knots
+
 
 @dataclass(frozen=True)
 class TrajectoryArrays:
@@ -64,6 +66,9 @@ class TickSample:
             frame r_sole, (6,) [N, N m].
         imu: Reading of the IMU.
         counts: Counts of the door's encoder since the previous tick, one for each millisecond.
+        left_hand_wrench: Mean force and torque of the surroundings on the left hand over the tick,
+            in the frame of its link, (6,) [N, N m]; None without a sensor.
+        right_hand_wrench: The same of the right hand.
     """
 
     time: float
@@ -74,6 +79,22 @@ class TickSample:
     right_wrench: Array
     imu: ImuSample
     counts: tuple[int, ...]
+    left_hand_wrench: Array | None = None
+    right_hand_wrench: Array | None = None
+
+
+@dataclass(frozen=True)
+class Command:
+    """A trajectory for the driver.
+
+    Attributes:
+        stamp: Time of the robot's clock at which the time of the knots is 0 [s]; 0 means that the
+            trajectory begins when it arrives.
+        knots: The trajectory; None commands the driver's own stop.
+    """
+
+    stamp: float
+    knots: Knots | None
 
 
 class Driver(Protocol):

@@ -60,17 +60,23 @@ def zmp_margins(robot, log, rows, window=20):
     return np.array(found)
 
 
-def simulate(robot, plan, engine, later=(), **settings):
+def simulate(robot, plan, engine, later=(), prepare=None, push=None, **settings):
     """Walk a plan from time 0 and judge it two seconds after its end.
 
     Each of `later` is a time [s] and a plan that replaces what is followed from that time on; it is
-    sent 20 ms before.
+    sent 20 ms before. `prepare` may change the world before the walk, and `push` is a time [s] and
+    an impulse on the robot [N s], which takes 0.1 s.
     """
     world = World(robot.config, load_door("paper"), 8.0, -8.0, engine=engine, **settings)
     try:
+        if prepare is not None:
+            prepare(world)
         waiting = [(0.0, plan), *later]
         end = waiting[-1][0] + waiting[-1][1].duration
         while world.time < end + 2.0 and not world.fell:
+            if push is not None and world.time >= push[0]:
+                world.push_robot(np.array(push[1]))
+                push = None
             if waiting and world.time >= waiting[0][0] - 0.021:
                 start, new = waiting.pop(0)
                 knots = new.knots
@@ -156,3 +162,40 @@ def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_
     later.append((time, plan_walk(robot, state, [])))
     found = simulate(robot, whole, engine, later)
     assert_walked(found, 1.0)
+
+
+def plate(x, y, top):
+    """Return a function that lays a plate of 0.28 x 0.18 m under one footstep, in PyBullet."""
+    def lay(world):
+        client = world.engine.client
+        shape = client.createCollisionShape(client.GEOM_BOX, halfExtents=[0.14, 0.09, 0.05])
+        body = client.createMultiBody(0.0, shape, basePosition=[x, y, top - 0.05])
+        client.changeDynamics(body, -1, lateralFriction=0.8, restitution=0.0)
+
+    return lay
+
+
+def test_a_foot_that_lands_early_on_a_plate_is_not_pressed_on(robot, walk_to):
+    """A plate of 10 mm under the third of four footsteps; pressed on, it took the whole margin."""
+    plan = walk_to(0.6, 0.0, 0.0)
+    place = plan.footsteps[2].pose
+    found = simulate(robot, plan, "pybullet", prepare=plate(place.x + 0.015, place.y, 0.010))
+    assert_walked(found, 0.6)
+    assert found.tilt_deg < 0.8
+
+
+@pytest.mark.nightly("eight walks")
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("impulse", [
+    (20.0, 0.0, 0.0), (-20.0, 0.0, 0.0), (0.0, 16.0, 0.0), (0.0, -16.0, 0.0)])
+def test_a_push_in_mid_single_support_ends_upright_where_it_was_planned(
+        robot, walk_to, engine, impulse):
+    """20 N s from behind and ahead and 16 from the sides, without another footstep."""
+    plan = walk_to(1.0, 0.0, 0.0)
+    single = [phase for phase in plan.schedule.phases if phase.kind == "single"][3]
+    middle = plan.schedule.period * (single.first + single.last) / 2.0
+    found = simulate(robot, plan, engine, push=(middle - 0.05, impulse))
+    assert found.fell == ""
+    assert found.tilt_deg < 8.0
+    assert math.hypot(found.off.x, found.off.y) < 0.05
+    assert abs(math.degrees(found.off.yaw)) < 3.0

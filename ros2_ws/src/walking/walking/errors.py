@@ -22,5 +22,11 @@ class WalkInfeasible(WalkingError):
     reason = "walk_infeasible"
 
 
+class NotReady(WalkingError):
+    """A walk cannot begin from where the robot is."""
+
+    reason = "not_ready"
+
+
 PLANNING_ERRORS = (WalkingError, HumanoidMotionError)
 """What `plan_walk` raises: the footsteps are bad, or the robot's body cannot make the motion."""

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PointStamped, WrenchStamped
 from hrp2_description.robot import load_robot_config
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from visualization_msgs.msg import Marker
 from zmp_publisher.zmp_publisher_node import ZmpPublisher, main
 
@@ -50,6 +50,23 @@ def _wrench(time, normal, torque_y=0.0):
     message = _stamped(WrenchStamped(), time)
     message.wrench.force.z, message.wrench.torque.y = float(normal), float(torque_y)
     return message
+
+
+def _imu(time, pitch=0.0, rate=0.0):
+    message = _stamped(Imu(), time)
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, pitch, 2.0))
+    message.orientation.x, message.orientation.y = float(turn.x), float(turn.y)
+    message.orientation.z, message.orientation.w = float(turn.z), float(turn.w)
+    message.angular_velocity.z = rate
+    return message
+
+
+def _base(node):
+    """Roll, pitch and heading of base_link, and its position, in the last transforms."""
+    transform = node.sent["tf"][-1].transforms[0].transform
+    turn, to = transform.rotation, transform.translation
+    matrix = pin.Quaternion(turn.w, turn.x, turn.y, turn.z).matrix()
+    return pin.rpy.matrixToRpy(matrix), np.array([to.x, to.y, to.z])
 
 
 def _feed(node, time, left=0.5 * WEIGHT, right=0.5 * WEIGHT, **joints):
@@ -188,6 +205,84 @@ def test_time_jump_backwards_fixes_odom_anew(node):
     assert base.translation.x == pytest.approx(-0.009490, abs=1e-6)
 
 
+def test_tilt_comes_from_the_imu_where_there_is_one(node):
+    """The base leans as the IMU does, turns with the gyro alone, and is level without an IMU."""
+    _feed(node, 0)
+    assert _base(node)[0] == pytest.approx(np.zeros(3), abs=1e-9)
+    assert _status(node)[1]["odometry"] == "soles"
+    for step in range(4, 8):
+        node._take_imu(_imu(step * PERIOD, 0.03))
+        _feed(node, step * PERIOD)
+    assert _base(node)[0] == pytest.approx([0.0, 0.03, 0.0], abs=1e-9)
+    assert _status(node)[1]["odometry"] == "soles and imu"
+    node._take_imu(_imu(8 * PERIOD, 0.0, rate=0.2))
+    _feed(node, 8 * PERIOD)
+    assert 0.9e-3 < _base(node)[0][2] <= 1e-3
+    for step in range(9, 40):  # the IMU has fallen silent
+        _feed(node, step * PERIOD)
+    assert _base(node)[0][1] == pytest.approx(0.0, abs=1e-9)
+    assert len(node.sent["zmp"]) == 37
+
+
+def test_a_sample_waits_for_the_imu_of_its_tick(node):
+    """In whatever order the messages of a tick arrive, its own reading counts."""
+    node._take_imu(_imu(0, 0.01))
+    _feed(node, 0)
+    _feed(node, 4 * PERIOD)
+    assert len(node.sent["zmp"]) == 1
+    node._take_imu(_imu(4 * PERIOD, 0.05))
+    assert len(node.sent["zmp"]) == 2
+    assert _base(node)[0][1] == pytest.approx(0.05, abs=1e-9)
+
+
+@pytest.mark.parametrize("wrong", ["orientation", "rate", "nan", "zero"])
+def test_an_imu_that_says_nothing_does_not_count(node, wrong, capfd):
+    """By REP-145 a covariance of -1 means that a field is not filled in; NaN is no rotation."""
+    for step in range(0, 20, 4):
+        message = _imu(step * PERIOD, 0.05)
+        if wrong == "orientation":
+            message.orientation_covariance[0] = -1.0
+        elif wrong == "rate":
+            message.angular_velocity_covariance[0] = -1.0
+        elif wrong == "nan":
+            message.angular_velocity.z = float("nan")
+        else:
+            message.orientation.x = message.orientation.y = 0.0
+            message.orientation.z = message.orientation.w = 0.0
+        node._take_imu(message)
+        _feed(node, step * PERIOD)
+    assert len(node.sent["zmp"]) == 5
+    assert _base(node)[0] == pytest.approx(np.zeros(3), abs=1e-9)
+    assert "imu" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("with_imu", [False, True])
+def test_a_start_elsewhere_and_a_reset_there(with_imu):
+    """The middle of the soles is at `robot_start` at first, and again when the stamps go back."""
+    rclpy.init(args=["--ros-args", "-p", "robot_start:=[3.0, -2.0, 1.5707963267948966]"])
+    node = ZmpPublisher()
+    transforms = []
+    node._tf_publisher.publish = transforms.append
+    node._tf_publisher.get_subscription_count = lambda: 1
+    node.sent = {"tf": transforms}
+    turned = np.array(ROBOT.half_sitting)
+    turned[[ROBOT.index("LLEG_JOINT0"), ROBOT.index("RLEG_JOINT0")]] = 0.2
+    try:
+        for times in ((9_000_000_000, 9_020_000_000), (0, 20_000_000)):
+            for time, posture in zip(times, (ROBOT.half_sitting, turned), strict=True):
+                if with_imu:
+                    node._take_imu(_imu(time, rate=-10.0 if time % 1_000_000_000 else 0.0))
+                _feed(node, time, posture=posture)
+                if time == times[0]:
+                    angles, place = _base(node)
+                    assert angles == pytest.approx([0.0, 0.0, np.pi / 2.0], abs=1e-9)
+                    assert place[:2] == pytest.approx([3.0, -2.00949], abs=1e-5)
+            assert abs(_base(node)[0][2] - np.pi / 2.0) > 0.05
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
+
+
 def test_diagnostics_tell_margin_and_polygon(node):
     """Margin in millimetres, support and polygon; stale without samples, error outside."""
     status, _ = _status(node)
@@ -248,6 +343,8 @@ def test_topics_reach_the_node_and_its_answer_comes_back():
         ("threshold:=nonsense", "threshold"),
         ("tf_rate:=-1.0", "tf_rate"),
         ("reliability:=sometimes", "reliability"),
+        ("robot_start:=[1.0, 2.0]", "robot_start"),
+        ("robot_start:=[1.0, .nan, 0.0]", "robot_start"),
         ("robot_config:=/nowhere/robot.yaml", "/nowhere/robot.yaml"),
     ],
 )

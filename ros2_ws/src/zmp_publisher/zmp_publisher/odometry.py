@@ -1,79 +1,94 @@
-"""Poses of base_link and of the soles in ``odom``, from joint angles and foot loads alone.
+"""Odometry of a robot that walks: poses of base_link and of the soles in ``odom``.
 
-The sole that bears more load is assumed to lie flat and still on the floor; all other poses follow
-from the joint angles. This is the leg odometry of a position-controlled humanoid: it does not
-notice slip, or a sole that tilts about its edge while it bears load.
+It needs joint angles and foot loads, and follows footholds: `zmp_publisher.held_sole` without an
+IMU, `zmp_publisher.weighted_soles` with one. It does not notice a foot that slips.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
 
-import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
+from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose, yaw_of
 from numpy.typing import ArrayLike
 
-OTHER = {"left": "right", "right": "left"}
-
-
-@dataclass(frozen=True)
-class RobotPose:
-    """Poses of base_link and of the soles in ``odom``.
-
-    Attributes:
-        base: Pose of base_link, (4, 4).
-        soles: Poses of the ``left`` and ``right`` sole, (4, 4) each; a sole that bears load lies
-            flat in z = 0.
-        support: Side of the sole that is assumed not to move.
-    """
-
-    base: Array
-    soles: Mapping[str, Array]
-    support: str
+from zmp_publisher.held_sole import HeldSole
+from zmp_publisher.robot_pose import OTHER, RobotPose
+from zmp_publisher.weighted_soles import WeightedSoles
 
 
 class FootOdometry:
-    """Leg odometry of a robot from foothold to foothold.
+    """Odometry of a robot from foothold to foothold.
 
-    The first sample in which a foot bears load defines ``odom``: its origin is on the floor midway
-    between the soles' frames (below the ankles), its x axis has their mean heading.
+    The first sample in which a foot bears load defines ``odom``: there the middle between the
+    soles' frames (below the ankles) is at the start pose, on the floor and in the soles' mean
+    heading.
+
+    IMU readings may begin and end at any time; the odometry then continues from where the soles
+    are. A robot whose configuration has no `imu_frame` is followed without them.
 
     Args:
         kinematics: Kinematics of the robot.
         loaded_force: Normal force above which a sole is assumed to lie on the floor [N].
         hysteresis: Share of the load, in [0, 0.5). The other sole becomes the support when it
             bears more than the share 0.5 + hysteresis.
+        start: x [m], y [m] and heading [rad] of the middle between the soles at first, in ``odom``.
 
     Raises:
         SettingError: A setting is out of its range.
     """
 
     def __init__(
-        self, kinematics: RobotKinematics, *, loaded_force: float, hysteresis: float = 0.05
+        self,
+        kinematics: RobotKinematics,
+        *,
+        loaded_force: float,
+        hysteresis: float = 0.05,
+        start: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         if not loaded_force > 0.0:
             raise SettingError("loaded_force", loaded_force, "positive")
         if not 0.0 <= hysteresis < 0.5:
             raise SettingError("hysteresis", hysteresis, "in [0, 0.5)")
+        if len(start) != 3 or not all(map(math.isfinite, start)):
+            raise SettingError("start", start, "three finite numbers: x, y and heading")
         self._kinematics = kinematics
         self._loaded_force = loaded_force
-        self._take_over = 0.5 + hysteresis
-        self._support = ""
-        self._anchor = np.eye(4)
+        self._start = planar_pose(*start)
+        self._imu_frame = kinematics.robot.imu_frame
+        rubber = kinematics.robot.sole_rubber
+        self._without_imu = HeldSole(loaded_force, 0.5 + hysteresis)
+        self._with_imu = WeightedSoles(
+            loaded_force, 0.5 + hysteresis, rubber.stiffness if rubber else math.inf)
+        self._pose: RobotPose | None = None
+        self._used_imu: bool | None = None
+
+    @property
+    def uses_imu(self) -> bool:
+        """Whether the last poses followed from the IMU, too."""
+        return bool(self._used_imu)
 
     def reset(self) -> None:
         """Forget all footholds, so that the next loaded sample defines ``odom`` again."""
-        self._support = ""
+        self._pose, self._used_imu = None, None
 
-    def update(self, positions: ArrayLike, normal_force: Mapping[str, float]) -> RobotPose | None:
+    def update(
+        self,
+        positions: ArrayLike,
+        normal_force: Mapping[str, float],
+        imu: ImuSample | None = None,
+        time: float = 0.0,
+    ) -> RobotPose | None:
         """Compute the poses at the next sample.
 
         Args:
             positions: Joint angles in the robot's order, (J,) [rad].
             normal_force: Normal force of the floor on the ``left`` and ``right`` sole [N].
+            imu: Reading of the IMU, of which the heading is not used; None where there is none.
+            time: Time of the reading [s]; without a reading it is not used.
 
         Returns:
             The poses; None until a foot bears load for the first time.
@@ -84,37 +99,26 @@ class FootOdometry:
         self._kinematics.set_joints(positions)
         in_base = self._kinematics.soles()
         loads = {side: max(float(normal_force[side]), 0.0) for side in OTHER}
-        heavier = max(loads, key=lambda side: loads[side])
-        if not loads[heavier] > self._loaded_force and not self._support:
-            return None
-        if not self._support:
-            self._support = heavier
-            self._anchor = _start(in_base[heavier], in_base[OTHER[heavier]])
-        elif heavier != self._support and self._takes_over(loads, heavier):
-            to_new = inverse_pose(in_base[self._support]) @ in_base[heavier]
-            self._anchor = _flattened(self._anchor @ to_new)
-            self._support = heavier
-        base = self._anchor @ inverse_pose(in_base[self._support])
-        other = OTHER[self._support]
-        swing = base @ in_base[other]
-        if loads[other] > self._loaded_force:
-            swing = _flattened(swing)
-        soles = {self._support: self._anchor.copy(), other: swing}
-        return RobotPose(base, soles, self._support)
+        if self._pose is None:
+            heavier = max(loads, key=lambda side: loads[side])
+            if not loads[heavier] > self._loaded_force:
+                return None
+            self._pose = self._first_pose(in_base, heavier)
+        with_imu = imu is not None and self._imu_frame is not None
+        if with_imu != self._used_imu:
+            (self._with_imu if with_imu else self._without_imu).begin(self._pose)
+            self._used_imu = with_imu
+        if imu is not None and self._imu_frame is not None:
+            imu_in_base = self._kinematics.pose(self._imu_frame)[:3, :3]
+            self._pose = self._with_imu.update(in_base, loads, imu, imu_in_base, time)
+        else:
+            self._pose = self._without_imu.update(in_base, loads)
+        return self._pose
 
-    def _takes_over(self, loads: Mapping[str, float], side: str) -> bool:
-        return loads[side] > self._loaded_force and loads[side] > self._take_over * sum(
-            loads.values()
-        )
-
-
-def _start(support: Array, other: Array) -> Array:
-    """Pose of the supporting sole in the frame midway between both soles, from their poses."""
-    relative = inverse_pose(support) @ other
-    middle = planar_pose(relative[0, 3] / 2.0, relative[1, 3] / 2.0, yaw_of(relative) / 2.0)
-    return inverse_pose(middle)
-
-
-def _flattened(pose: Array) -> Array:
-    """Pose at the same x, y and heading, but flat in z = 0."""
-    return planar_pose(pose[0, 3], pose[1, 3], yaw_of(pose))
+    def _first_pose(self, in_base: Mapping[str, Array], support: str) -> RobotPose:
+        """Return the poses at the start, with the supporting sole flat on the floor."""
+        relative = inverse_pose(in_base[support]) @ in_base[OTHER[support]]
+        middle = planar_pose(relative[0, 3] / 2.0, relative[1, 3] / 2.0, yaw_of(relative) / 2.0)
+        sole = self._start @ inverse_pose(middle)
+        base = sole @ inverse_pose(in_base[support])
+        return RobotPose(base, {side: base @ pose for side, pose in in_base.items()}, support)

@@ -1,7 +1,8 @@
-"""Node ``zmp_publisher``: ZMP, CoM, /tf and diagnostics from joint angles and foot wrenches alone.
+"""Node ``zmp_publisher``: ZMP, CoM, /tf and diagnostics from joints, foot wrenches and the IMU.
 
-The node pairs joint states and foot wrenches of the same stamp; the computing is done by
-`zmp_publisher.odometry` and `zmp_publisher.zmp_estimator`.
+The node pairs joint states and foot wrenches of the same stamp, and adds the nearest reading of the
+IMU where there is one; the computing is done by `zmp_publisher.odometry` and
+`zmp_publisher.zmp_estimator`.
 """
 
 from __future__ import annotations
@@ -18,27 +19,35 @@ from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_common.stamps import nanoseconds
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
+from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import RobotKinematics, pose_row
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from zmp_publisher import messages as zmp_messages
-from zmp_publisher.odometry import FootOdometry, RobotPose
+from zmp_publisher.imu_matching import ImuMatcher
+from zmp_publisher.odometry import FootOdometry
+from zmp_publisher.robot_pose import RobotPose
 from zmp_publisher.stamp_pairing import StampPairer
 from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
+    "robot_start": (
+        [0.0, 0.0, 0.0],
+        "where the robot stands at first, and after a reset: x [m], y [m] and heading [rad] of the "
+        "middle between the soles in the world frame",
+    ),
     "threshold": (0.2, "share of the weight below which no /zmp is published"),
     "support_share": (0.05, "share of the weight above which a sole counts as support"),
     "hysteresis": (0.05, "the other sole takes over above the share 0.5 + hysteresis of the load"),
     "warn_margin": (0.01, "margin below which diagnostics warn [m]"),
     "tf_rate": (50.0, "rate of transforms, CoM and support polygon [Hz]; 0 publishes none"),
     "diagnostics_rate": (10.0, "rate of diagnostics [Hz]"),
-    "reliability": ("reliable", "QoS of the three subscriptions: reliable or best_effort"),
+    "reliability": ("reliable", "QoS of the four subscriptions: reliable or best_effort"),
 }
 _RELIABILITY = {
     "reliable": ReliabilityPolicy.RELIABLE,
@@ -46,11 +55,12 @@ _RELIABILITY = {
 }
 _JOINTS = "joints"  # name of the stream of joint states; the wrenches' streams are named by side
 _QUEUE = 50  # messages of each subscription that may wait for the others
+_IMU_PATIENCE = 50_000_000  # a reading counts for samples at most this far from it [ns]
 _EARLY = 500_000  # a sample counts as due when it comes at most this much too early [ns]
 
 
 class ZmpPublisher(GuardedNode):
-    """Subscribes to joint states and foot wrenches, and publishes what follows from them."""
+    """Subscribes to joint states, foot wrenches and IMU, and publishes what follows from them."""
 
     def __init__(self) -> None:
         super().__init__("zmp_publisher")
@@ -77,8 +87,10 @@ class ZmpPublisher(GuardedNode):
             self._kinematics,
             loaded_force=share * weight,
             hysteresis=parameters.number("hysteresis"),
+            start=parameters.numbers("robot_start", 3),
         )
         self._pairer: StampPairer[Any] = StampPairer((_JOINTS, *SIDES), capacity=_QUEUE)
+        self._matcher: ImuMatcher[Any, ImuSample] = ImuMatcher(_IMU_PATIENCE)
         self._stamp = -1  # stamp of the last sample [ns]
         self._tf_stamp = -1  # stamp of the last transforms [ns], negative before the first
         self._fresh = 0  # samples since the last diagnostics
@@ -98,16 +110,35 @@ class ZmpPublisher(GuardedNode):
         for side in SIDES:
             take = partial(self._take, side)
             self.create_subscription(WrenchStamped, f"{side}_foot/wrench", take, qos)
+        self.create_subscription(Imu, "imu", self._take_imu, qos)
         self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
 
     def _take(self, stream: str, message: Any) -> None:
-        together = self._pairer.add(stream, nanoseconds(message.header.stamp), message)
+        stamp = nanoseconds(message.header.stamp)
+        together = self._pairer.add(stream, stamp, message)
         if together is not None:
-            self._process(together[_JOINTS], {side: together[side].wrench for side in SIDES})
+            self._process_all(self._matcher.add_sample(stamp, together))
 
-    def _process(self, joints: Any, wrenches: dict[str, Any]) -> None:
+    def _take_imu(self, message: Any) -> None:
+        reading = zmp_messages.imu_sample(message)
+        if reading is None:
+            self.get_logger().warning(
+                "a message on imu was ignored: it must have orientation and angular velocity",
+                throttle_duration_sec=5.0,
+            )
+            return
+        stamp = nanoseconds(message.header.stamp)
+        self._process_all(self._matcher.add_reading(stamp, reading))
+
+    def _process_all(self, matches: list[tuple[int, Any, ImuSample | None]]) -> None:
+        for time, together, imu in matches:
+            wrenches = {side: together[side].wrench for side in SIDES}
+            self._process(time, together[_JOINTS], wrenches, imu)
+
+    def _process(
+        self, time: int, joints: Any, wrenches: dict[str, Any], imu: ImuSample | None
+    ) -> None:
         stamp = joints.header.stamp
-        time = nanoseconds(stamp)
         if time < self._stamp:
             self.get_logger().info(
                 "the stamps jumped backwards: odom's origin is set again", throttle_duration_sec=1.0
@@ -119,7 +150,8 @@ class ZmpPublisher(GuardedNode):
         forces = {side: float(row[2]) for side, row in rows.items()}
         self._reading, self._pose = None, None
         try:
-            self._pose = self._odometry.update(self._positions(joints), forces)
+            self._pose = self._odometry.update(
+                self._positions(joints), forces, imu, 1e-9 * time)
             if self._pose is not None:
                 self._reading = self._zmp.read(self._pose.soles, rows)
         except DoorImpactError as error:
@@ -172,6 +204,7 @@ class ZmpPublisher(GuardedNode):
             "samples": str(self._fresh),
             "unpaired": str(self._pairer.dropped),
             "held_foot": self._pose.support if self._pose else "",
+            "odometry": "soles and imu" if self._odometry.uses_imu else "soles",
         }
         if self._reading is not None:
             values |= zmp_messages.reading_values(self._reading)

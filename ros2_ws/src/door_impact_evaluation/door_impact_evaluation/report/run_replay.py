@@ -4,11 +4,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_bringup import door_scene
-from door_impact_common.arrays import Array
-from door_impact_view.replay.recording import Curve, Limit, Mark, Plot, Replay, Tree
+from door_impact_view.replay.recording import Curve, Limit, Plot, Replay, Tree
 from door_impact_view.replay.resampling import choose_stamps
 from door_impact_view.scene import colors
-from door_impact_view.scene.floor import on_floor
 from door_impact_view.scene.urdf import read_urdf
 from door_impact_view.scene.wall import with_wall
 from door_model.door.config import DoorConfig
@@ -16,10 +14,9 @@ from hrp2_description.robot import RobotConfig
 from numpy.typing import NDArray
 
 from door_impact_evaluation.report import replay_parts as parts
+from door_impact_evaluation.report.motion_replay import PLOTTED, body_of, marks_of, poses
 from door_impact_evaluation.run.record import DemoRecord
 from door_impact_evaluation.run.simulation_log import SimulationLog
-
-_PLOTTED = 200.0  # samples a second of the plots' curves far from the contact [1/s]
 
 
 def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotConfig,
@@ -42,40 +39,21 @@ def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: Robo
     moving = np.flatnonzero((motion.t >= start) & (motion.t <= end))
     times = motion.t[moving]
     kept = moving[np.isin(times, choose_stamps(times, fine))]
-    shown = moving[np.isin(times, choose_stamps(times, fine, _PLOTTED))]
-    body = Tree(
-        read_urdf(robot.urdf_path.read_text(encoding="utf-8")), tuple(log.joint_names),
-        motion.joints[kept],
-        _poses(motion.base_position[kept], motion.base_orientation[kept]))
+    shown = moving[np.isin(times, choose_stamps(times, fine, PLOTTED))]
+    body = body_of(robot, log, kept)
     place = np.array(door_scene.frame_pose(log.door_distance, log.hinge_x))
     leaf = Tree(with_wall(read_urdf(door_scene.door_urdf(door))), (door_scene.JOINT,),
-                motion.door_angle[kept, None], _poses(place[None, :3], place[None, 3:]))
+                motion.door_angle[kept, None], poses(place[None, :3], place[None, 3:]))
     point = plan.contact_point
     phases = parts.phases_of([(begin, name) for name, (begin, _) in record.phases.items()], end)
     return Replay(
         stamps=motion.t[kept],
         trees=(body, leaf),
-        marks=_marks(record, kept),
+        marks=marks_of(motion, record.support, kept),
         phases=phases,
         events=parts.events_of(contact, peak),
         plots=_plots(record, shown, plan, phases),
         cameras=parts.cameras(body, leaf, np.array([point.x, point.y, point.z])),
-    )
-
-
-def _poses(places: Array, turns: Array) -> Array:
-    """Returns poses with quaternions w, x, y, z (n, 7) of such with x, y, z, w (n, 4)."""
-    return np.hstack([places, turns[:, [3, 0, 1, 2]]])
-
-
-def _marks(record: DemoRecord, kept: NDArray[np.intp]) -> tuple[Mark, ...]:
-    support, com = record.support, record.motion.com[kept]
-    corners = parts.padded(support.polygons)[support.polygon[kept]]
-    return (
-        Mark("support polygon", colors.SUPPORT, corners),
-        Mark("ZMP", colors.ZMP, on_floor(support.zmp[kept])),
-        Mark("CoM", colors.COM, com),
-        Mark("CoM on the floor", colors.COM, on_floor(com[:, :2])),
     )
 
 

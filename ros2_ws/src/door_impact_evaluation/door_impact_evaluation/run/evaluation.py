@@ -145,27 +145,32 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
     soles = (motion.left_sole, motion.right_sole)
     load = np.stack([np.maximum(w[:, 2], 0.0) for w in wrenches])
     total = load.sum(axis=0)
+    # A foot that stands has one heading, and one polygon for each rounded place.
+    turns = [np.round(turn, 3) for turn in (motion.left_heading, motion.right_heading)]
     # Soles lie level in z = 0, so only normal forces have levers about odom's horizontal axes.
     zero = np.zeros_like(total)
     force = np.stack([zero, zero, total], axis=1)
     moment = np.sum([
-        np.stack([w[:, 3] + s[:, 1] * w[:, 2], w[:, 4] - s[:, 0] * w[:, 2], zero], axis=1)
-        for s, w in zip(soles, wrenches, strict=True)], axis=0)
+        np.stack([np.cos(a) * w[:, 3] - np.sin(a) * w[:, 4] + s[:, 1] * w[:, 2],
+                  np.sin(a) * w[:, 3] + np.cos(a) * w[:, 4] - s[:, 0] * w[:, 2], zero], axis=1)
+        for s, a, w in zip(soles, turns, wrenches, strict=True)], axis=0)
     loaded = total > _LEAST_LOAD * robot.mass * GRAVITY
     zmp = np.where(loaded[:, None], zmp_of(force, moment), np.nan)
     bears = load > BEARS_WEIGHT * total
     margin, low, high = (np.full(len(total), np.nan) for _ in range(3))
     # The feet stand still most of the time: one polygon is made for each pair of places, rounded
-    # to 0.1 mm, and not one for each sample.
-    place = np.round(np.hstack([soles[0][:, :2], soles[1][:, :2], bears.T]), 4)
+    # to 0.1 mm and 1 mrad, and not one for each sample. Where a swinging foot is does not matter.
+    place = np.hstack([
+        np.where(bear[:, None], np.column_stack([np.round(s[:, :2], 4), a]), 0.0)
+        for s, a, bear in zip(soles, turns, bears, strict=True)] + [bears.T])
     places, index = np.unique(place, axis=0, return_inverse=True)
     index = index.reshape(-1)
     polygons = [np.empty((0, 2))]
     polygon = np.zeros(len(total), dtype=np.intp)
     for number, row in enumerate(places):
         here = index == number
-        corners = [sole_corners(robot.soles[side], np.append(row[2 * k:2 * k + 2], 0.0))
-                   for k, side in enumerate(SIDES) if row[4 + k]]
+        corners = [sole_corners(robot.soles[side], row[3 * k:3 * k + 3])
+                   for k, side in enumerate(SIDES) if row[6 + k]]
         if not corners:
             continue
         hull = support_polygon(*corners)
@@ -187,6 +192,16 @@ def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, flo
     """
     return {name: float(np.nanmin(margin[(t >= start) & (t < end)]))
             for name, (start, end) in phases.items() if ((t >= start) & (t < end)).any()}
+
+
+def heading(orientation: Array) -> Array:
+    """Computes the turn about the vertical (n,) [rad], without jumps of whole turns.
+
+    Args:
+        orientation: Orientations in odom, quaternions x, y, z, w (n, 4).
+    """
+    x, y, z, w = orientation.T
+    return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2)))
 
 
 def tilt(orientation: Array) -> Array:

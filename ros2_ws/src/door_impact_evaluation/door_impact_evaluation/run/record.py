@@ -32,6 +32,8 @@ class Motion:
         right_wrench: Force [N] and torque [N m] of the floor on the right sole, in r_sole (n, 6).
         left_sole: Position of l_sole in odom (n, 3) [m].
         right_sole: Position of r_sole in odom (n, 3) [m].
+        left_heading: Turn of l_sole about odom's z (n,) [rad].
+        right_heading: Turn of r_sole about odom's z (n,) [rad].
         base_orientation: Orientation of base_link in odom, quaternions x, y, z, w (n, 4).
         door_angle: Opening angle of the door (n,) [rad].
         door_velocity: Angular velocity of the door, positive when it opens (n,) [rad/s].
@@ -47,6 +49,8 @@ class Motion:
     right_wrench: Array
     left_sole: Array
     right_sole: Array
+    left_heading: Array
+    right_heading: Array
     base_orientation: Array
     door_angle: Array
     door_velocity: Array

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 
-from door_impact_evaluation.run.evaluation import Impact
+from door_impact_evaluation.run.evaluation import Impact, heading
 from door_impact_evaluation.run.record import Motion
 
 _RINGING = 0.03  # time after the contact in which gears bear loads of the hit [s]
@@ -108,6 +108,8 @@ def load(path: Path, start: float) -> SimulationLog:
         right_wrench=log["right_wrench"][rows],
         left_sole=log["left_sole_position"][rows],
         right_sole=log["right_sole_position"][rows],
+        left_heading=heading(log["left_sole_quaternion"][rows]),
+        right_heading=heading(log["right_sole_quaternion"][rows]),
         base_orientation=log["base_quaternion"][rows],
         door_angle=log["door_angle"][rows],
         door_velocity=log["door_velocity"][rows],

@@ -13,13 +13,16 @@ IMU measures is the CoM's error divided by its height. For an inverted pendulum 
 h, m h^2 phi'' = m g h phi + M, a moment of the floor
 M = -(m g h + m h^2 w^2) phi - 2 zeta w m h^2 phi' gives poles of the natural frequency w and the
 damping ratio zeta.
+
+While the robot walks, feedback of the divergent component of motion (DCM) acts beside it: the CoM's
+error and its speed over the pendulum's frequency, which follow from tilt and rate as well.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -30,7 +33,9 @@ from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.spline import JointReference
 
+from hrp2_sim_bridge.control.load_sharing import FootLoads, Soles, share_load
 from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
+from hrp2_sim_bridge.control.touchdown import Landing, Touchdown
 from hrp2_sim_bridge.physics.frames import cross, rotation
 from hrp2_sim_bridge.settings import TICK
 
@@ -48,7 +53,8 @@ class StabilizerSettings:
     of one foot or of both, in roll and pitch, with the delay of a tick and the smoothing. Every
     oscillating mode of this model has a damping ratio of at least 0.75 if the rubber is 30 % softer
     or stiffer or one gain differs by 30 % (0.5 if `damping` itself is 30 % lower), and of at least
-    0.4 with two more ticks of delay.
+    0.4 with two more ticks of delay. While the robot walks, `dcm_gain` makes it faster and less
+    damped.
 
     Attributes:
         frequency: Natural frequency of the pendulum's closed loop [rad/s].
@@ -56,8 +62,11 @@ class StabilizerSettings:
         integral_time: Time in which a constant tilt doubles its moment [s].
         force_rate: Rate at which a missing force or moment is corrected [1/s].
         force_memory: Time constant with which these corrections decay [s].
+        search_speed: Speed at which a foot that should have landed is lowered further [m/s].
         smoothing: Time constant of the feet's commands [s].
         rate_smoothing: Time constant of the measured rate of the tilt [s].
+        dcm_gain: Additional shift of the ZMP by the error of the DCM while the robot walks.
+        dcm_time: Time in which this feedback comes and goes when a walk begins and ends [s].
         soft_start: Time after a reset in which the corrections reach their full size [s].
         inset: Distance of the ZMP from a sole's middle, towards the other sole, at which this sole
             begins to bear the whole weight [m].
@@ -71,8 +80,11 @@ class StabilizerSettings:
     integral_time: float = 2.0
     force_rate: float = 24.0
     force_memory: float = 1.0
+    search_speed: float = 0.05
     smoothing: float = 0.01
     rate_smoothing: float = 0.02
+    dcm_gain: float = 1.6
+    dcm_time: float = 0.2
     soft_start: float = 0.2
     inset: float = 0.02
     edge: float = 0.002
@@ -89,57 +101,6 @@ class StabilizerSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise SettingError(name, value, "a positive number")
-
-
-@dataclass(frozen=True)
-class FootLoads:
-    """Wanted loads of the feet in the level frame; rows are the left and the right foot.
-
-    Attributes:
-        force: Normal forces, (2,) [N].
-        moment: Moments about the x and y axes through the soles' middles, (2, 2) [N m].
-        pivot: x and y of the point between the soles about which the body tilts, (2,) [m].
-        beyond: Distance of the wanted ZMP from the nearest one that the soles can bear [m].
-    """
-
-    force: Array
-    moment: Array
-    pivot: Array
-    beyond: float
-
-
-def share_load(
-    zmp: Array,
-    normal_force: float,
-    centers: Array,
-    standing: tuple[bool, bool],
-    reach: Array,
-    inset: float,
-) -> FootLoads:
-    """Distribute a ZMP between the feet: forces by its position, ankle moments for the rest.
-
-    Args:
-        zmp: x and y of the wanted ZMP, (2,) [m].
-        normal_force: Normal force on both soles together [N].
-        centers: x and y of the middles of the left and the right sole, (2, 2) [m].
-        standing: Whether each sole is on the floor; at least one must be.
-        reach: Largest distance of the ZMP from a sole's middle along x and y, (2,) [m].
-        inset: Distance of the ZMP from a sole's middle at which this sole alone bears it [m].
-    """
-    if all(standing):
-        line = centers[0] - centers[1]
-        length = math.hypot(line[0], line[1])
-        along = float((zmp - centers[1]).dot(line)) / length
-        left = min(max((along - inset) / (length - 2.0 * inset), 0.0), 1.0)
-    else:
-        left = 1.0 if standing[0] else 0.0
-    share = np.array([left, 1.0 - left])
-    pivot = share.dot(centers)
-    arm = zmp - pivot
-    reached = arm.clip(-reach, reach)
-    force = share * normal_force
-    moment = force[:, None] * np.array([reached[1], -reached[0]])
-    return FootLoads(force, moment, pivot, max(np.abs(arm - reached).tolist()))
 
 
 class Stabilizer:
@@ -169,6 +130,7 @@ class Stabilizer:
         # Stiffness of a rigid sole on four springs at its corners against rotation about x and y.
         self._turn_stiffness = stiffness * half[::-1] ** 2
         self._reach = half - self.settings.edge
+        self._touchdown = Touchdown(_BEARS * self._weight)
         self._middles = np.column_stack([self._model.middles, np.zeros(2)])
         self._regular = _SINGULAR**2 * np.eye(6)
         # Number of ticks by which the stabilizer looks ahead in the reference: a command is reached
@@ -189,7 +151,9 @@ class Stabilizer:
         self._before = np.zeros(count)
         self._after = np.zeros(count)
         self._begin = 0.0
+        self._touchdown.reset()
         self._eased = 0.0
+        self._walking = 0.0
         self._torque = np.zeros(count)
         self._servo = np.zeros(count)
         self._give = np.zeros(count)
@@ -217,15 +181,21 @@ class Stabilizer:
         now = sample.time
         if not self._coming:
             stance = self._model.at(reference(now))
-            self._coming.extend([(stance, self._share(stance.zmp, stance))] * self._lead)
+            loads = self._share(stance.zmp, stance, stance.standing)
+            self._coming.extend([(stance, loads)] * self._lead)
         here, due = self._coming[0]
+        normal = np.array([sample.left_wrench[2], sample.right_wrench[2]])
+        landing = self._touchdown.update(normal, due.force, here.heights, here.standing)
+        change = TICK / self.settings.dcm_time * (1.0 if landing.walking else -1.0)
+        self._walking = min(max(self._walking + change, 0.0), 1.0)
         tilt, rate = measured_tilt(sample, here)
         # Legs with gears that give tremble; an answer to each tremor would keep it alive.
         self._rate += TICK / (TICK + self.settings.rate_smoothing) * (rate - self._rate)
-        self._make_up(sample, here, due)
+        self._make_up(sample, landing, landing.standing(here.standing), due)
         stance = self._model.at(reference(now + self._lead * TICK))
-        planned = self._share(stance.zmp, stance)
-        wanted = self._wanted_loads(stance, planned, tilt, self._rate)
+        standing = landing.standing(stance.standing)
+        planned = self._share(stance.zmp, stance, standing)
+        wanted = self._wanted_loads(stance, planned, standing, tilt)
         self._coming.append((stance, wanted))
         feet = self._foot_commands(stance, wanted, tilt) + self._made_up
         self._carry(stance, planned, wanted)
@@ -239,7 +209,11 @@ class Stabilizer:
         self._after = corrected.clip(robot.lower, robot.upper) - position
 
     def _wanted_loads(
-        self, stance: ReferenceStance, planned: FootLoads, tilt: Array, rate: Array
+        self,
+        stance: ReferenceStance,
+        planned: FootLoads,
+        standing: Sequence[bool],
+        tilt: Array,
     ) -> FootLoads:
         """Compute loads that carry the reference and bring the body upright."""
         settings = self.settings
@@ -247,36 +221,44 @@ class Stabilizer:
         inertia = self._robot.mass * height**2
         gain = self._weight * height + inertia * settings.frequency**2
         rate_gain = 2.0 * settings.damping * settings.frequency * inertia
-        moment = -gain * (tilt + self._tilt_sum) - rate_gain * rate
+        moment = -gain * (tilt + self._tilt_sum) - rate_gain * self._rate
+        # The error of the DCM is that of the CoM and of its speed over the pendulum's frequency.
+        dcm = height * (tilt + math.sqrt(height / GRAVITY) * self._rate)
+        moment -= self._walking * settings.dcm_gain * self._weight * dcm
         # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
         zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
         shift = np.array([-moment[1], moment[0]]) / self._weight
-        wanted = self._share(zmp + shift, stance)
+        wanted = self._share(zmp + shift, stance, standing)
         if wanted.beyond < _EXACT:  # otherwise the soles can do no more, and a sum would wind up
             self._tilt_sum += tilt * (TICK / settings.integral_time)
             self._tilt_sum = self._tilt_sum.clip(-settings.largest_angle, settings.largest_angle)
         return wanted
 
-    def _share(self, zmp: Array, stance: ReferenceStance) -> FootLoads:
-        return share_load(
-            zmp, stance.normal_force, stance.centers, stance.standing, self._reach,
-            self.settings.inset,
-        )
+    def _share(
+        self, zmp: Array, stance: ReferenceStance, standing: Sequence[bool]
+    ) -> FootLoads:
+        soles = Soles(stance.centers, stance.turns[:, :2, :2], standing)
+        return share_load(zmp, stance.normal_force, soles, self._reach, self.settings.inset)
 
     def _foot_commands(self, stance: ReferenceStance, wanted: FootLoads, tilt: Array) -> Array:
         """Compute heights [m], rolls and pitches [rad] of the feet that load the rubber as wanted.
 
         Returns:
-            Commands of the left and the right foot in level axes, (2, 3).
+            Commands of the left and the right foot in the axes of its sole, (2, 3).
         """
         arm = stance.centers - wanted.pivot
         feet = np.empty((2, 3))
         feet[:, 0] = -wanted.force / self._stiffness - (tilt[0] * arm[:, 1] - tilt[1] * arm[:, 0])
-        feet[:, 1:] = -wanted.moment / self._turn_stiffness - tilt
+        feet[:, 1:] = -wanted.moment / self._turn_stiffness - tilt.dot(stance.turns[:, :2, :2])
         return feet
 
-    def _make_up(self, sample: TickSample, stance: ReferenceStance, wanted: FootLoads) -> None:
-        """Update the damping control: each foot yields to the part of its load that is unwanted."""
+    def _make_up(
+        self, sample: TickSample, landing: Landing, standing: Sequence[bool], wanted: FootLoads
+    ) -> None:
+        """Update the damping control: each foot yields to the part of its load that is unwanted.
+
+        A foot that landed early stays where it landed, and one that has not landed is lowered.
+        """
         settings = self.settings
         wrenches = np.array([sample.left_wrench, sample.right_wrench])
         normal = wrenches[:, 2]
@@ -286,10 +268,11 @@ class Stabilizer:
                 continue
             x, y = self._model.middles[foot]
             about = wrenches[foot, 3:5] - normal[foot] * np.array([y, -x])
-            measured = stance.turns[foot, :2, :2].dot(about)
-            step = (measured - wanted.moment[foot]) / self._turn_stiffness
+            step = (about - wanted.moment[foot]) / self._turn_stiffness
             self._made_up[foot, 1:] += step * (settings.force_rate * TICK)
-        if all(stance.standing):
+        lower = np.array(landing.late) * (settings.search_speed * TICK)
+        self._made_up[:, 0] += landing.descent - lower
+        if all(standing):
             excess = normal - wanted.force
             step = 0.5 * float(excess[0] - excess[1]) / self._stiffness
             self._made_up[:, 0] += np.array([step, -step]) * (settings.force_rate * TICK)
@@ -307,7 +290,7 @@ class Stabilizer:
         for foot, share in enumerate(wanted.force / stance.normal_force):
             turn, middle = stance.turns[foot], self._middles[foot]
             force = turn.T.dot(share * stance.force)
-            moment = turn.T.dot(np.array([*wanted.moment[foot], 0.0])) + cross(middle, force)
+            moment = np.array([*wanted.moment[foot], 0.0]) + cross(middle, force)
             load = stance.legs[foot].T.dot(np.concatenate([force, moment]))
             torque[self._model.leg_joints[foot]] -= load
         smooth = TICK / (TICK + self.settings.smoothing)
@@ -321,7 +304,7 @@ class Stabilizer:
         """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""
         twist = np.zeros((2, 6))
         for foot, (lift, roll, pitch) in enumerate(self._feet):
-            turn = stance.turns[foot].T.dot(np.array([roll, pitch, 0.0]))
+            turn = np.array([roll, pitch, 0.0])
             twist[foot, :3] = np.array([0.0, 0.0, lift]) - cross(turn, self._middles[foot])
             twist[foot, 3:] = turn
         legs, turned = stance.legs, stance.legs.transpose(0, 2, 1)

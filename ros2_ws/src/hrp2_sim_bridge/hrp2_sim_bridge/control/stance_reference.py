@@ -36,6 +36,7 @@ class ReferenceStance:
         force: Force of the floor on both soles together, (3,) [N].
         effort: Torques of the joints without the floor's forces, (30,) [N m].
         centers: x and y of the soles' middles, (2, 2) [m].
+        heights: Heights of the soles over the floor, (2,) [m].
         turns: Rotation matrices of the soles, (2, 3, 3).
         standing: Whether each sole is on the floor, (2,).
         legs: Jacobians of the soles by the joints of their legs, twists in the soles' frames,
@@ -51,6 +52,7 @@ class ReferenceStance:
     force: Array
     effort: Array
     centers: Array
+    heights: Array
     turns: Array
     standing: tuple[bool, bool]
     legs: Array
@@ -122,6 +124,7 @@ class ReferenceStanceModel:
         floor = float(places[lower, 2])
         force, torque = level.dot(wrench[:3]), level.dot(wrench[3:])
         normal = max(float(force[2]), self._least_load)
+        heights = places[:, 2] - floor
         return ReferenceStance(
             zmp=np.array([floor * force[0] - torque[1], floor * force[1] + torque[0]]) / normal,
             com=level.dot(pin.centerOfMass(model, data, False)),
@@ -130,10 +133,9 @@ class ReferenceStanceModel:
             force=np.array([force[0], force[1], normal]),
             effort=effort[self._v_index],
             centers=centers,
+            heights=heights,
             turns=turns,
-            standing=(
-                bool(places[0, 2] - floor < _ON_FLOOR), bool(places[1, 2] - floor < _ON_FLOOR)
-            ),
+            standing=(bool(heights[0] < _ON_FLOOR), bool(heights[1] < _ON_FLOOR)),
             legs=np.stack([jacobian[:, columns] for jacobian, columns in zip(
                 jacobians, self._leg_columns, strict=True)]),
             imu=level.dot(imu.rotation),

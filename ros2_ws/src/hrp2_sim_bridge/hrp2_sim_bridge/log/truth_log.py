@@ -12,8 +12,8 @@ from hrp2_sim_bridge.control.actuation import Actuation
 from hrp2_sim_bridge.log.recorder import Recorder
 from hrp2_sim_bridge.log.truth import CenterOfMass
 from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
 from hrp2_sim_bridge.sensors.readings import TickReadings
+from hrp2_sim_bridge.sensors.wrench import outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK
 
 _COLUMNS: dict[str, tuple[tuple[int, ...], str]] = {
@@ -82,7 +82,7 @@ class TruthLog:
             time=time - SAMPLE * np.arange(count - 1, -1, -1),
             joints=joints[:, :2],
             frames=readings.frames[1:],
-            reactions=readings.mean_reactions,
+            reactions=readings.mean_reactions[:, : len(SIDES)],
             door=readings.door,
             contact_force=[touch.force for touch in readings.touches],
             contact_link=[touch.link for touch in readings.touches],
@@ -111,8 +111,9 @@ class TruthLog:
         links = engine.link_states(np.vstack([kept["frames"][:1], kept["frames"]]))
         base = engine.base_states(kept["frames"])
         soles = links.at((slice(None), slice(len(SIDES))))
-        wrenches = foot_wrenches(
-            kept["reactions"], soles, SAMPLE, engine.sole_mass, engine.sole_inertia
+        feet = slice(len(SIDES))
+        wrenches = outer_wrenches(
+            kept["reactions"], soles, SAMPLE, engine.sensed_mass[feet], engine.sensed_inertia[feet]
         )
         log: dict[str, Any] = {
             "time": kept["time"],

@@ -12,8 +12,8 @@ class Engine(Protocol):
     """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
     name: str  # one of `settings.ENGINES`
     link_names: tuple[str, ...]
-    sole_mass: Array  # masses (2,) below the force sensors of the left and the right foot [kg]
-    sole_inertia: Array  # principal moments of these bodies in the soles' axes, (2, 3) [kg m^2]
+    sensed_mass: Array  # masses (B,) beyond the force sensors, in the order of `Reactions` [kg]
+    sensed_inertia: Array  # principal moments of these bodies in their axes, (B, 3) [kg m^2]
     frame_values: int  # length of a row of `read_frames`
     stepping_time: float  # wall time that the engine itself needed for its steps [s]
 
@@ -40,6 +40,9 @@ class Engine(Protocol):
 
     def link_states(self, rows: Array) -> BodyState:
         """Return states (T, 4) of left sole, right sole, contact link and IMU from T rows."""
+
+    def hand_states(self) -> BodyState:
+        """Return states (B - 2,) of the hands beyond force sensors after the last step."""
 
     def base_states(self, rows: Array) -> BodyState:
         """Return states (T,) of base_link from T rows of `read_frames`."""

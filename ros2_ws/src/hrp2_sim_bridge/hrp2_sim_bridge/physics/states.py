@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
 from door_impact_common.arrays import Array
 
 # Columns of the link states of an engine; the left and the right sole come first.
 CONTACT_LINK, IMU = 2, 3
 
-# Forces [N] and torques [N m] of the ankles on the soles, left and right, in their frames, (2, 6).
+# Forces [N] and torques [N m] on the bodies beyond force sensors, in their frames, (B, 6): left and
+# right sole; left and right hand, if the wrists have sensors.
 Reactions = Sequence[Sequence[float]]
 
 
@@ -36,6 +38,19 @@ class BodyState:
         return BodyState(
             self.position[index], self.quaternion[index], self.linear[index], self.angular[index]
         )
+
+    def beside(self, other: BodyState) -> BodyState:
+        """Return these states (T, A) and others (T, B) as states (T, A + B)."""
+        return BodyState(*(
+            np.concatenate(pair, axis=1) for pair in zip(
+                (self.position, self.quaternion, self.linear, self.angular),
+                (other.position, other.quaternion, other.linear, other.angular), strict=True)))
+
+
+def in_turn(states: Sequence[BodyState]) -> BodyState:
+    """Return T states (B,) as states (T, B)."""
+    return BodyState(*(np.array([getattr(state, name) for state in states])
+                       for name in ("position", "quaternion", "linear", "angular")))
 
 
 class DoorState(NamedTuple):

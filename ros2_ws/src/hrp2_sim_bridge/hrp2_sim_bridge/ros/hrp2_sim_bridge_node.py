@@ -14,7 +14,7 @@ from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
-from door_impact_msgs.srv import PushDoor
+from door_impact_msgs.srv import PushDoor, PushRobot
 from door_model.door.config import load_door
 from door_model.recording.batch import SampleBatcher
 from door_model.ros.messages import to_message
@@ -82,6 +82,7 @@ class SimBridge(GuardedNode):
         self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
         self.create_service(Trigger, "/sim/reset", self._on_reset)
         self.create_service(PushDoor, "/sim/push_door", self._on_push)
+        self.create_service(PushRobot, "/sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_service(Trigger, "~/save_log", self._on_save_log)
 
@@ -93,6 +94,10 @@ class SimBridge(GuardedNode):
         self._wrenches = {
             side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
             for side in SIDES
+        }
+        self._hands = {
+            side: self.create_publisher(WrenchStamped, f"/{side}_wrist/wrench", QUEUE)
+            for side in self.world.robot_config.wrist_sensors or ()
         }
         self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
         self._description = self.create_publisher(String, "/robot_description", latched)
@@ -132,6 +137,11 @@ class SimBridge(GuardedNode):
         left, right = robot.feet["left"].sole, robot.feet["right"].sole
         self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
         self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
+        for side, measured in zip(
+                SIDES, (sample.left_hand_wrench, sample.right_hand_wrench), strict=True):
+            if robot.wrist_sensors is not None and measured is not None:
+                frame = robot.wrist_sensors[side].link
+                self._hands[side].publish(convert.wrench(stamp, frame, measured))
         imu_frame = needed(robot.imu_frame, "imu_frame")
         self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
         batch = self._encoder.add(sample.counts, now)
@@ -203,6 +213,17 @@ class SimBridge(GuardedNode):
                 response.message += (
                     f"; the door is open by {math.degrees(angle):.1f} deg, and a push for an "
                     "identification should begin with a shut door")
+        return response
+
+    def _on_push_robot(self, request: Any, response: Any) -> Any:
+        impulse = np.array([request.impulse.x, request.impulse.y, request.impulse.z])
+        try:
+            self.world.push_robot(impulse, request.duration)
+        except SettingError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success = True
+            response.message = f"{np.linalg.norm(impulse):g} N s over {request.duration:g} s"
         return response
 
     def _on_save_log(self, _: Any, response: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,8 +11,8 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.states import BodyState, DoorState, Reactions, Touch
-from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
+from hrp2_sim_bridge.physics.states import BodyState, DoorState, Reactions, Touch, in_turn
+from hrp2_sim_bridge.sensors.wrench import outer_wrenches
 
 
 @dataclass
@@ -22,7 +23,7 @@ class TickReadings:
         frames: `Engine.read_frames` at the start of the tick and after each millisecond; without a
             log, which alone needs those between, at start and end of the tick.
         joints: `Actuation.joints` after each millisecond; empty without a log.
-        reactions: Reactions of the ankles in the steps of each millisecond.
+        reactions: Forces and torques at the force sensors in the steps of each millisecond.
         door: State of the leaf after each millisecond.
         touches: Contact between robot and leaf in each millisecond.
     """
@@ -35,26 +36,30 @@ class TickReadings:
 
     @cached_property
     def mean_reactions(self) -> Array:
-        """Means of the ankles' reactions over the steps of each millisecond, (T, 2, 6)."""
+        """Means of the reactions over the steps of each millisecond, (T, B, 6)."""
         return np.asarray(np.array(self.reactions).mean(axis=1))
 
     def ends(self, engine: Engine) -> BodyState:
         """Return the states (2, 4) of `Engine.link_states` at the start and end of the tick."""
         return engine.link_states(np.array([self.frames[0], self.frames[-1]]))
 
-    def wrenches(self, engine: Engine, ends: BodyState, duration: float) -> Array:
-        """Compute the mean wrench of the floor on each sole over the tick.
+    def wrenches(
+        self, engine: Engine, ends: BodyState, hands: Sequence[BodyState], duration: float
+    ) -> Array:
+        """Compute the mean wrenches of the surroundings on soles and hands over the tick.
 
         Args:
             engine: Engine of the readings.
             ends: Link states at the start and end of the tick, from `ends`.
+            hands: States of the hands at the start and end of the tick.
             duration: Duration of the tick [s].
 
         Returns:
-            Forces [N] and torques [N m] on the left and the right sole, in its frame, (2, 6).
+            Forces [N] and torques [N m] on the bodies beyond force sensors, in their frames,
+            (B, 6).
         """
         mean = self.mean_reactions.mean(axis=0)
-        soles = ends.at((slice(None), slice(len(SIDES))))
-        return foot_wrenches(
-            mean[None], soles, duration, engine.sole_mass, engine.sole_inertia
+        bodies = ends.at((slice(None), slice(len(SIDES)))).beside(in_turn(hands))
+        return outer_wrenches(
+            mean[None], bodies, duration, engine.sensed_mass, engine.sensed_inertia
         )[0]

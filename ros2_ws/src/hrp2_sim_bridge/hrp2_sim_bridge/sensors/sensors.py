@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import SIDES, RobotConfig
 from humanoid_motion.driver_interface import TickSample
 
 from hrp2_sim_bridge.physics.states import BodyState
@@ -16,8 +16,8 @@ from hrp2_sim_bridge.sensors.imu import Imu, imu_sample
 from hrp2_sim_bridge.settings import SAMPLES_PER_TICK, TICK, SensorSettings
 
 COUNTS_PER_TURN = 14400  # counts of the door's encoder per turn: 3600 lines in quadrature
-# Stream of random numbers under the world's seed, different from that of the door's encoder.
-_STREAM = 1
+# Streams of random numbers under the world's seed, different from that of the door's encoder.
+_STREAM, _WRIST_STREAM = 1, 2
 
 
 class EncoderCounter:
@@ -74,11 +74,11 @@ class JointEncoders:
         return quantized, velocity
 
 
-class FootForceSensors:
-    """Force sensors of both feet, calibrated at power-on.
+class ForceSensors:
+    """Force sensors of both feet or both wrists, calibrated at power-on.
 
-    As on HRP-2 the offsets are measured while the robot hangs: the feet then carry no load, and the
-    mean reading is the bias plus the remaining noise.
+    As on HRP-2 the offsets are measured while the robot hangs: feet and hands then carry no load,
+    and the mean reading is the bias plus the remaining noise.
 
     Args:
         settings: Noise and biases.
@@ -132,7 +132,9 @@ class RobotSensors:
         self._random = np.random.default_rng([self._seed, _STREAM])
         self._imu_before = imu
         self.encoders = JointEncoders(self._resolution, position)
-        self.feet = FootForceSensors(self._settings, self._random)
+        self.feet = ForceSensors(self._settings, self._random)
+        self._wrist_random = np.random.default_rng([self._seed, _WRIST_STREAM])
+        self.wrists = ForceSensors(self._settings, self._wrist_random)
         self.imu = Imu(self._settings, self._random, imu)
 
     def read(
@@ -148,19 +150,24 @@ class RobotSensors:
         Args:
             time: Time at the end of the tick [s].
             joints: True positions [rad], velocities [rad/s] and motor torques [N m], (3, 30).
-            wrenches: True mean wrenches over the tick, left and right, (2, 6) [N, N m].
+            wrenches: True mean wrenches over the tick on the left and the right sole, and on the
+                left and the right hand if their wrists have sensors, (2, 6) or (4, 6) [N, N m].
             imu: True state of the IMU's frame.
             counts: Counts of the door's encoder since the previous tick.
         """
         before, self._imu_before = self._imu_before, imu
         position, velocity, torque = joints
+        feet, hands = wrenches[: len(SIDES)], wrenches[len(SIDES) :]
         if self._settings.sensor_noise:
             normal = self._random.standard_normal((3, 6))
             position, velocity = self.encoders.read(position)
-            wrenches = self.feet.read(wrenches, normal[:2])
+            feet = self.feet.read(feet, normal[:2])
+            if len(hands):
+                hands = self.wrists.read(hands, self._wrist_random.standard_normal((2, 6)))
             sample = self.imu.read(before, imu, normal[2])
         else:
             sample = imu_sample(before, imu, TICK)
+        left, right = feet
         return TickSample(
-            time, position, velocity, torque, wrenches[0], wrenches[1], sample, tuple(counts)
+            time, position, velocity, torque, left, right, sample, tuple(counts), *hands
         )

@@ -4,32 +4,12 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
-from hrp2_sim_bridge.control.stabilizer import (
-    Stabilizer,
-    StabilizerSettings,
-    measured_tilt,
-    share_load,
-)
+from hrp2_sim_bridge.control.stabilizer import Stabilizer, StabilizerSettings, measured_tilt
 from hrp2_sim_bridge.control.stance_reference import ReferenceStanceModel
 from hrp2_sim_bridge.settings import TICK, WorldSettings
 from humanoid_motion.driver_interface import ImuSample, TickSample
 from humanoid_motion.kinematics import RobotKinematics
 from humanoid_motion.spline import JointReference
-
-CENTERS = np.array([[0.015, 0.105], [0.015, -0.305]])
-REACH = np.array([0.105, 0.055])
-
-
-def shared(zmp, standing=(True, True), inset=0.02):
-    return share_load(np.array(zmp), 570.0, CENTERS, standing, REACH, inset)
-
-
-def zmp_of(loads):
-    """Return the ZMP of the forces and moments of both feet."""
-    total = loads.force.sum()
-    x = (loads.force @ CENTERS[:, 0] - loads.moment[:, 1].sum()) / total
-    y = (loads.force @ CENTERS[:, 1] + loads.moment[:, 0].sum()) / total
-    return np.array([x, y])
 
 
 def at_rest(position):
@@ -60,36 +40,6 @@ def about(axis, angle):
     return np.append(np.sin(angle / 2.0) * np.eye(3)[axis], np.cos(angle / 2.0))
 
 
-@pytest.mark.parametrize("zmp", [(0.0, -0.1), (0.05, 0.09), (-0.06, -0.33), (0.1, 0.15)])
-def test_the_feet_together_make_the_zmp_that_was_asked(zmp) -> None:
-    """The forces and moments of the feet together have the wanted ZMP."""
-    loads = shared(zmp)
-    assert loads.beyond == 0.0
-    assert loads.force.sum() == pytest.approx(570.0)
-    assert (loads.force >= 0.0).all()
-    np.testing.assert_allclose(zmp_of(loads), zmp, atol=1e-12)
-
-
-def test_a_zmp_under_one_sole_or_one_sole_on_the_floor_is_borne_by_it_alone() -> None:
-    """A ZMP near a sole's middle, or with one sole in the air, loads one sole alone."""
-    assert shared((0.0, 0.09)).force.tolist() == [570.0, 0.0]
-    assert shared((0.0, 0.06), standing=(False, True)).force.tolist() == [0.0, 570.0]
-
-
-def test_no_foot_is_asked_for_more_than_its_sole_bears() -> None:
-    """A ZMP outside the soles is moved to their edges, and its distance is reported."""
-    loads = shared((0.4, 0.3))
-    assert loads.beyond == pytest.approx(0.28)
-    np.testing.assert_allclose(zmp_of(loads), CENTERS[0] + REACH, atol=1e-12)
-
-
-def test_sharing_is_continuous() -> None:
-    """A shift of the ZMP by 0.1 mm changes the loads by less than 2 N and 0.3 N m."""
-    path = [shared((0.02, y)) for y in np.arange(-0.35, 0.15, 1e-4)]
-    assert np.abs(np.diff([loads.force for loads in path], axis=0)).max() < 2.0
-    assert np.abs(np.diff([loads.moment for loads in path], axis=0)).max() < 0.3
-
-
 @pytest.mark.parametrize("name", ["frequency", "force_memory", "largest_lift"])
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
 def test_gains_out_of_range_are_refused(name, value) -> None:
@@ -109,6 +59,33 @@ def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
     assert WorldSettings().stabilized
     assert not WorldSettings(sole="rigid").stabilized
     assert not WorldSettings(stabilizer=False).stabilized
+
+
+def test_a_walk_brings_feedback_of_the_dcm_which_fades_when_it_is_over(robot) -> None:
+    """The same rate of the tilt is answered more strongly; standing it is answered as ever."""
+    lifted = robot.posture(
+        {"RLEG_JOINT2": -0.65, "RLEG_JOINT3": 1.25, "RLEG_JOINT4": -0.60})
+    stabilizer, walked = Stabilizer(robot), Stabilizer(robot)
+    for tick in range(40):
+        now, alone = tick * TICK, sample(robot, tick * TICK, load=(569.0, 0.0))
+        stabilizer.update(sample(robot, now), resting(robot.half_sitting))
+        walked.update(alone, resting(lifted))
+    assert stabilizer._walking == 0.0
+    assert walked._walking == 1.0
+    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
+    answers = []
+    for one in (stabilizer, walked):
+        one._rate[:] = 0.0, 0.02
+        one._tilt_sum[:] = 0.0
+        planned = one._share(stance.zmp, stance, (True, True))
+        wanted = one._wanted_loads(stance, planned, (True, True), np.zeros(2))
+        answers.append(float((wanted.moment - planned.moment)[:, 1].sum()))
+    height = float(stance.com[2]) - stance.floor
+    more = StabilizerSettings.dcm_gain * robot.mass * GRAVITY * height * np.sqrt(height / GRAVITY)
+    assert answers[1] - answers[0] == pytest.approx(-0.02 * more, rel=1e-6)
+    for tick in range(40, 240):
+        walked.update(sample(robot, tick * TICK), resting(robot.half_sitting))
+    assert walked._walking == 0.0
 
 
 @pytest.mark.parametrize("axis", [0, 1])

@@ -16,7 +16,7 @@ from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.physics.mujoco.engine import MuJoCoEngine
 from hrp2_sim_bridge.physics.scene import Scene
-from hrp2_sim_bridge.sensors.foot_wrench import foot_wrenches
+from hrp2_sim_bridge.sensors.wrench import outer_wrenches
 from hrp2_sim_bridge.settings import WorldSettings
 from humanoid_motion.robot_model import RobotModel
 
@@ -72,8 +72,8 @@ def stand(engine, seconds, step=STEP):
     reactions = np.mean([engine.step(NONE, 0.0) for _ in range(count)], axis=0)
     rows = np.array([begin, engine.read_frames()])
     soles = engine.link_states(rows).at((slice(None), slice(2)))
-    wrenches = foot_wrenches(
-        reactions[None], soles, seconds, engine.sole_mass, engine.sole_inertia)
+    wrenches = outer_wrenches(
+        reactions[None, :2], soles, seconds, engine.sensed_mass[:2], engine.sensed_inertia[:2])
     return soles, wrenches[0]
 
 

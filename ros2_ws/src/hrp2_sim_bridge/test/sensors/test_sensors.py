@@ -8,7 +8,7 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.sensors.sensors import FootForceSensors, JointEncoders
+from hrp2_sim_bridge.sensors.sensors import ForceSensors, JointEncoders
 from hrp2_sim_bridge.settings import TICK, SensorSettings, WorldSettings
 from humanoid_motion.kinematics import RobotKinematics
 from hypothesis import given
@@ -69,7 +69,7 @@ def test_velocity_is_half_a_tick_late():
 def test_noise_of_a_tick_is_that_of_the_mean_of_five_samples():
     """The noise of a tick is 1 N and 0.03 N m divided by the root of five."""
     random = np.random.default_rng(3)
-    sensors = FootForceSensors(SensorSettings(), random)
+    sensors = ForceSensors(SensorSettings(), random)
     read = np.array([sensors.read(np.zeros((2, 6)), n) for n in random.normal(size=(8000, 2, 6))])
     wanted = np.array([1.0] * 3 + [0.03] * 3) / math.sqrt(5.0)
     np.testing.assert_allclose(read.std(axis=0), [wanted, wanted], rtol=0.04)
@@ -79,7 +79,7 @@ def test_noise_of_a_tick_is_that_of_the_mean_of_five_samples():
 def test_calibration_leaves_the_noise_of_its_mean(samples):
     """After a calibration the bias is the noise divided by the root of the number of samples."""
     settings = SensorSettings(force_calibration_samples=samples)
-    left = [FootForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
+    left = [ForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
     wanted = np.array([1.0] * 3 + [0.03] * 3) / math.sqrt(samples)
     np.testing.assert_allclose(np.std(left, axis=(0, 1)), wanted, rtol=0.1)
 
@@ -87,7 +87,7 @@ def test_calibration_leaves_the_noise_of_its_mean(samples):
 def test_without_calibration_the_whole_bias_is_left():
     """Without calibration the bias over power-ons is 5 N and 0.5 N m."""
     settings = SensorSettings(force_sensor_calibrated=False)
-    left = [FootForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
+    left = [ForceSensors(settings, np.random.default_rng(k)).bias for k in range(500)]
     np.testing.assert_allclose(np.std(left, axis=(0, 1)), [5.0] * 3 + [0.5] * 3, rtol=0.1)
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import Command
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.execution import reasons
@@ -28,7 +29,6 @@ from impact_planner.execution.state import Reaction, State
 from impact_planner.execution.states import Waiting
 from impact_planner.execution.types import (
     RUN_UP,
-    Command,
     ExecutablePlan,
     ExecutionSettings,
     Kinematics,

@@ -12,26 +12,19 @@ import math
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES
+from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.intake import Arrival, Intake, Plausible
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
+from door_impact_common.driver.ranges import FORCE, INERTIAL, joint_ranges
+from humanoid_motion.driver_interface import Command
 from numpy.typing import ArrayLike
 
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.freshness import Freshness
-from impact_planner.execution.intake import Arrival, Intake, Plausible
-from impact_planner.execution.types import Command
 
-JOINTS, IMU, DOOR = "/joint_states", "/imu", "/door_angle"
-WRENCHES = {side: f"/{side}_foot/wrench" for side in SIDES}
+DOOR = "/door_angle"
 
-_JOINT_RATE = 2.0  # largest plausible speed of a joint as a multiple of its limit
-_JOINT_SLACK = 0.05  # change of a joint that is always plausible [rad]
 _DOOR_RATE = 6.0  # largest plausible speed of the door [rad/s]
 _DOOR_SLACK = 0.02  # change of the door's angle that is always plausible [rad]
-_TILT_RATE = 6.0  # largest plausible rate of the trunk's tilt; a falling robot has some 3 [rad/s]
-_TILT_SLACK = 0.1  # change of the tilt that is always plausible [rad]
-_GYRO = 35.0  # largest angular velocity that a gyro of 2000 deg/s measures [rad/s]
-_SPECIFIC_FORCE = 160.0  # largest specific force that an accelerometer of 16 g measures [m/s^2]
-_FORCE = 1e4  # largest plausible force of the floor on a foot [N]
 
 
 class Inputs:
@@ -54,19 +47,12 @@ class Inputs:
         self.execution: Execution | None = None
         self.joints: tuple[float, Array, Array] | None = None
         self.door_angle = math.nan
-        rates = _JOINT_RATE * speed_limit
-        force = Plausible(_FORCE)
-        count = len(speed_limit)
         self.intake = Intake({
-            # positions, then speeds
-            JOINTS: Plausible(np.concatenate([np.full(count, np.inf), rates]),
-                              np.concatenate([rates, np.full(count, np.inf)]), _JOINT_SLACK),
+            JOINTS: joint_ranges(speed_limit),
             # angle and angular velocity
             DOOR: Plausible((np.inf, _DOOR_RATE), (_DOOR_RATE, np.inf), _DOOR_SLACK),
-            # tilt, angular velocity and specific force
-            IMU: Plausible((np.pi, *[_GYRO] * 3, *[_SPECIFIC_FORCE] * 3),
-                           (_TILT_RATE, *[np.inf] * 6), _TILT_SLACK, longest=0.1),
-            **dict.fromkeys(WRENCHES.values(), force),
+            IMU: INERTIAL,
+            **dict.fromkeys(WRENCHES.values(), FORCE),
         })
         self._watches = watches
         # Stamp [s] and force towards the door [N] of the last wrench of each foot.

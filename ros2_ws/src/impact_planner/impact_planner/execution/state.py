@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 
 from impact_planner.execution import reasons
 from impact_planner.execution.run import Run
-from impact_planner.execution.types import Command, Outcome
+from impact_planner.execution.types import Outcome
 
 
 class Reaction(NamedTuple):

@@ -34,6 +34,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.splice import concatenate, duration, shifted, slowed, without_first
 
@@ -42,7 +43,7 @@ from impact_planner.execution.contact import Contact
 from impact_planner.execution.endings import Hold, Retreat
 from impact_planner.execution.run import Run
 from impact_planner.execution.state import Following, Reaction, Reference, State
-from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Command, Outcome
+from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Outcome
 from impact_planner.motion.catch import LATE
 from impact_planner.motion.post import back_along, continue_from, to_rest_within
 

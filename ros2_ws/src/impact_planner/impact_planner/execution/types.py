@@ -67,20 +67,6 @@ class Kinematics(Protocol):
 
 
 @dataclass(frozen=True)
-class Command:
-    """A trajectory for the driver.
-
-    Attributes:
-        stamp: Time of the robot's clock at which the time of the knots is 0 [s]; 0 means that the
-            trajectory begins when it arrives.
-        knots: The trajectory; None commands the driver's own stop.
-    """
-
-    stamp: float
-    knots: Knots | None
-
-
-@dataclass(frozen=True)
 class ExecutionSettings:
     """Thresholds of the execution.
 

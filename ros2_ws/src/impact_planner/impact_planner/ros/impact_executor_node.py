@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
+from action_msgs.srv import CancelGoal
+from door_impact_common.driver.active_goals import ActiveGoals
+from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.driver.names import TRAJECTORY
+from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_common.stamps import NANOSECONDS, stamp_of
@@ -16,6 +22,7 @@ from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
+from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
@@ -28,18 +35,18 @@ from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
-from impact_planner.execution.types import Command, ExecutionSettings, Outcome
-from impact_planner.ros.driver_topics import SILENCE, TRAJECTORY, WATCH_PERIOD, DriverTopics
+from impact_planner.execution.types import ExecutionSettings, Outcome
+from impact_planner.ros.driver_topics import DriverTopics
 from impact_planner.ros.executor_messages import (
     executable,
     hit_report,
     result_message,
 )
-from impact_planner.ros.messages import trajectory_message
 
 Result = ExecuteDoorImpact.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
+WALK = "/walk"
 PATIENCE = 20  # number of watch periods that a goal waits for the first messages
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 THRESHOLDS = {
@@ -82,6 +89,8 @@ class ImpactExecutor(GuardedNode):
         self._reports = self.create_publisher(HitReport, "/hit_report", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
         self.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
+        self._walk = ActiveGoals(self, WALK)
+        self._end_walk = self.create_client(CancelGoal, f"{WALK}/_action/cancel_goal")
         self.create_service(Trigger, "/stop", self._on_stop)
         self._server = ActionServer(
             self, ExecuteDoorImpact, "/execute_door_impact", self._execute,
@@ -99,7 +108,7 @@ class ImpactExecutor(GuardedNode):
     def _on_zmp(self, message: PointStamped) -> None:
         self._zmp = (message.point.x, message.point.y)
 
-    def _after(self, now: float, commands: list[Command]) -> None:
+    def _after(self, now: float, commands: Sequence[Command]) -> None:
         """Send commands and feedback, and end the action if the execution has ended."""
         for command in commands:
             self._send(command)
@@ -154,13 +163,17 @@ class ImpactExecutor(GuardedNode):
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, self._stop_requested = True, True
         execution, joints = self._inputs.execution, self._inputs.joints
-        if execution is None:
+        if execution is None and self._walk.running:
+            self._end_walk.call_async(CancelGoal.Request())  # without an identifier: every goal
+            response.message = ("the walk is being stopped: the robot finishes its step and "
+                                "stands on two feet")
+        elif execution is None:
             self._trajectory.publish(JointTrajectory())
             response.message = "nothing is being executed; the driver was commanded to stop"
         else:
             execution.stop()
             past = joints is not None and execution.past_no_return(
-                max(joints[0], self._driver.now()))
+                max(joints[0], self._driver.topics.now()))
             response.message = ("the point of no return has passed: the motion will be stopped "
                                 "after the door's peak" if past else "the motion is being stopped")
         return response
@@ -174,6 +187,9 @@ class ImpactExecutor(GuardedNode):
     async def _run(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
         try:
+            if self._walk.running:
+                raise GoalRefused("not_ready", "the robot walks (/walk): a hit begins when it "
+                                  "stands", quantity="action", value=WALK)
             plan = self._wanted(goal)
             await self._first_messages()
             if goal_handle.is_cancel_requested or self._stop_requested:
@@ -239,12 +255,12 @@ class ImpactExecutor(GuardedNode):
             GoalRefused: The goal cannot be executed.
         """
         plan = executable(message, self._names)
-        stale = self._driver.freshness.refusal(self._driver.now())
+        stale = self._driver.freshness.refusal(self._driver.topics.now())
         if stale is not None:
             raise GoalRefused("not_ready", stale[0], quantity="age [s]", value=stale[1])
         assert self._inputs.joints is not None
         now, position, _ = self._inputs.joints
-        for topic, names in self._driver.crowded().items():
+        for topic, names in self._driver.topics.crowded().items():
             self.get_logger().warning(f"more than one node publishes on {topic}: "
                                       f"{', '.join(names)}; one of them may be foreign")
         execution = Execution(plan, self._point_b, self._settings,

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.driver.messages import trajectory_message
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.stamps import NANOSECONDS, duration_of, seconds
+from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import CloserParameters, JointLoad, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -20,7 +21,7 @@ from door_model.errors import DoorModelError, DoorParameterError
 from door_model.identification.parameters import UNITS
 from geometry_msgs.msg import Point, Pose, Quaternion
 from humanoid_motion.knots import Knots
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 
 from impact_planner.errors import NoDoor
 from impact_planner.impact_plan import ImpactPlan
@@ -40,26 +41,6 @@ _NUMBERS = tuple(
     if kind == "double")
 _SIZES = (*(name for name in _NUMBERS if name.endswith("_std")), "leaf_mass", "fit_rmse")
 _WIDEST_LEAF = 10.0  # the planner searches along the leaf, which takes time and memory [m]
-
-
-def trajectory_message(knots: Knots, names: Sequence[str]) -> JointTrajectory:
-    """Convert knots to a JointTrajectory without a stamp.
-
-    Args:
-        knots: The knots; their times become `time_from_start`.
-        names: Joint names in the order of the knots' columns.
-    """
-    message = JointTrajectory(joint_names=list(names))
-    for i, time in enumerate(knots.time):
-        message.points.append(
-            JointTrajectoryPoint(
-                positions=knots.position[i].tolist(),
-                velocities=knots.velocity[i].tolist(),
-                accelerations=knots.acceleration[i].tolist(),
-                time_from_start=duration_of(round(float(time) * NANOSECONDS)),
-            )
-        )
-    return message
 
 
 def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) -> Knots:

@@ -4,13 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.intake import Arrival, Intake, Plausible
+from door_impact_common.driver.names import IMU, JOINTS
 from humanoid_motion.splice import duration
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.freshness import Freshness
-from impact_planner.execution.inputs import DOOR, IMU, JOINTS, Inputs
-from impact_planner.execution.intake import Arrival, Intake, Plausible
+from impact_planner.execution.inputs import DOOR, Inputs
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
 

@@ -10,20 +10,16 @@ pytest.importorskip("door_impact_msgs.msg")
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
+from door_impact_common.driver.intake import Arrival, Intake, Plausible
+from door_impact_common.driver.messages import diagnostics, specific_force
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.intake import Arrival, Intake, Plausible
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_ready
 from impact_planner.execution.types import Measured, Outcome
-from impact_planner.ros.executor_messages import (
-    diagnostics,
-    executable,
-    result_message,
-    specific_force,
-)
+from impact_planner.ros.executor_messages import executable, result_message
 from impact_planner.ros.messages import plan_message
 from sensor_msgs.msg import Imu
 
@@ -103,11 +99,11 @@ def message_start(message):
 
 def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
     intake = Intake({"/imu": Plausible(1.0)})
-    nothing = diagnostics(intake, {}, Time()).status[0]
+    nothing = diagnostics("impact_executor", intake, {}, Time()).status[0]
     assert nothing.level == DiagnosticStatus.OK
     for stamp, value in ((1.0, 0.0), (1.2, 0.0), (1.3, 2.0)):
         intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value)
-    noticed = diagnostics(intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
+    noticed = diagnostics("impact_executor", intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
     assert noticed.level == DiagnosticStatus.WARN
     assert {(v.key, v.value) for v in noticed.values} == {
         ("dropped on /imu: a value is out of its range", "1"), ("largest lag on /imu [s]", "0.300"),

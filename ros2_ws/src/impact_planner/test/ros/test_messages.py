@@ -10,6 +10,7 @@ from humanoid_motion.errors import HumanoidMotionError
 pytest.importorskip("door_impact_msgs.msg")
 
 from builtin_interfaces.msg import Time
+from door_impact_common.driver.messages import trajectory_message
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters
 from door_impact_msgs.srv import PlanDoorImpact
@@ -23,7 +24,6 @@ from impact_planner.ros.messages import (
     knots_from_message,
     plan_message,
     request_from_message,
-    trajectory_message,
 )
 from impact_planner.task.experience import Experience
 from unique_identifier_msgs.msg import UUID

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.knots import Knots
@@ -58,10 +60,10 @@ def plan_walk(
     check_footsteps(robot.config, state.stance, footsteps)
     plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
     body = _body_courses(robot, state, footsteps, plan, settings, upper)
-    reference = zmp_reference(robot, plan, state.zmp)
-    control = preview_control(
-        settings.period, _com_height(robot, settings.waist_height), settings.horizon,
-        settings.jerk_weight)
+    height = _com_height(robot, settings.waist_height)
+    capture = state.com[0] + state.com[1] * math.sqrt(height / GRAVITY)
+    reference = zmp_reference(robot, plan, state.zmp, None if state.at_rest else capture)
+    control = preview_control(settings.period, height, settings.horizon, settings.jerk_weight)
     cart = control.follow(state.cart, reference)
     # A whole body that moves with the cart, and preview control on what its ZMP lacks.
     rolling = Course(*np.moveaxis(cart.com, 1, 0))

@@ -31,7 +31,7 @@ class WalkSettings:
 
     double_support: float = 0.1
     start: float = 1.2
-    end: float = 1.2
+    end: float = 1.1
     waist_height: float = 0.62
     lift: float = 0.045
     chest_swing: float = 0.75

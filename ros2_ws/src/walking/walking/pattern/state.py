@@ -73,7 +73,8 @@ def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> W
 
 
 def resting(
-    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings
+    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings,
+    fits: float = _FITS,
 ) -> WalkState:
     """Return the state of a robot that stands still in a posture, for instance after a hit.
 
@@ -82,6 +83,7 @@ def resting(
         stance: The soles.
         joints: All joints, (J,) [rad].
         settings: Settings of the walk that begins there.
+        fits: By how much the posture may miss the soles [m, rad]; measured postures do.
 
     Raises:
         WalkInfeasible: The posture does not put the soles where they are, or the base does not
@@ -98,16 +100,25 @@ def resting(
         math.hypot(other.x - stance.right.x, other.y - stance.right.y), abs(right[2] - left[2]),
         abs(wrapped(yaw + math.atan2(turn[1, 0], turn[0, 0]) - stance.left.yaw)),
         float(np.abs(turn[2, :2]).max()))
-    if not off <= _FITS:
+    if not off <= fits:
         raise WalkInfeasible(
             f"the posture does not fit the soles: they are off by {off:.4f} m or rad, "
-            f"{_FITS:g} are allowed",
-            quantity="posture of the legs [m, rad]", value=off, limit=_FITS)
+            f"{fits:g} are allowed",
+            quantity="posture of the legs [m, rad]", value=off, limit=fits)
     q = robot.configuration(place, upper)
     q[5], q[6] = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+    return _resting(
+        stance, robot.com(q)[:2], float(place[2]), untwisted(robot, stance, upper, settings))
+
+
+def untwisted(
+    robot: RobotModel, stance: Stance, joints: Array, settings: WalkSettings
+) -> Array:
+    """Return joints (J,) [rad] without the twist of the chest that a walk has on a stance."""
+    upper = np.array(joints, dtype=float)
     twist(robot, upper, -settings.chest_swing * feet_ahead(
-        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(yaw)))
-    return _resting(stance, robot.com(q)[:2], float(place[2]), upper)
+        as_array(stance.left)[:2] - as_array(stance.right)[:2], np.array(stance.middle.yaw)))
+    return upper
 
 
 def _resting(stance: Stance, com: Array, height: float, upper: Array) -> WalkState:

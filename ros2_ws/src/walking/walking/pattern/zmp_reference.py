@@ -29,16 +29,27 @@ def rest_point(robot: RobotModel, stance: Stance) -> Array:
     return np.array(stance.middle.moved(float(offset[0]), float(offset[1]))[:2])
 
 
-def zmp_reference(robot: RobotModel, plan: Schedule, zmp: Array) -> Array:
+# When in a stop the reference reaches the capture point, leaves it, and arrives where the CoM comes
+# to rest, as shares of the end.
+_STOP = (1 / 12, 1 / 3, 2 / 3)
+
+
+def zmp_reference(
+    robot: RobotModel, plan: Schedule, zmp: Array, capture: Array | None = None
+) -> Array:
     """Compute the reference of the ZMP at every sample.
 
     It stays where it is before the first step, rests in the middle of the standing sole in single
-    support, and moves evenly between these places in double support.
+    support, and moves evenly between these places in double support. In a walk without footsteps,
+    which comes to rest from a motion, it first goes to the capture point, so that the CoM is
+    stopped without pushing the ZMP far beyond it.
 
     Args:
         robot: The robot.
         plan: The schedule.
         zmp: Reference of the ZMP at the beginning, (2,) [m].
+        capture: Capture point at the beginning, (2,) [m] (Pratt et al., 2006); None for a robot at
+            rest.
 
     Returns:
         x and y of the ZMP in odom, (N, 2) [m].
@@ -58,8 +69,13 @@ def zmp_reference(robot: RobotModel, plan: Schedule, zmp: Array) -> Array:
             places.append(sole_middle(robot, side, phase.stance.foot(side)))
         else:
             count = phase.last - phase.first
-            samples.append(phase.first + max(1, count // 6))
-            places.append(rest_point(robot, phase.stance))
+            rest = rest_point(robot, phase.stance)
+            if capture is not None and phase.first == 0:
+                samples += [round(share * count) for share in _STOP]
+                places += [capture, capture, rest]
+            else:
+                samples.append(phase.first + max(1, count // 6))
+                places.append(rest)
             hold_until(phase.last)
     rows = np.array(places)
     grid = np.arange(plan.phases[-1].last + 1)

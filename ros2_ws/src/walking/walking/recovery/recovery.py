@@ -15,11 +15,12 @@ since its own beginning, and `previous=found`.
 
 from __future__ import annotations
 
-import numpy as np
-from humanoid_motion.errors import HumanoidMotionError
 from dataclasses import dataclass
-from door_impact_common.constants import GRAVITY
+
+import numpy as np
 from hrp2_description.support import polygon_margin, support_polygon
+from humanoid_motion.errors import HumanoidMotionError
+
 from walking.footsteps.footstep import OUTWARD, other
 from walking.pattern.settings import WalkSettings
 from walking.recovery.adaptation import landings

@@ -11,15 +11,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 
 from walking.footsteps.footstep import Pose, Stance, as_array, other, wrapped
 from walking.pattern.course import Course, central
-from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.timing import Phase
+from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.whole_body import feet_ahead, twist
 
 _STEP = 0.002  # step of the central differences [s]

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import needed
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.knots import Knots, quintic
-from humanoid_motion.robot_model import RobotModel
 
-from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
+from walking.footsteps.footstep import OUTWARD, Footstep, as_array, other, wrapped
 from walking.footsteps.soles import sole_distances
 from walking.pattern.course import Course
 
@@ -84,15 +82,16 @@ def com_course(control, start, zmp, reference, blend, time):
 
 def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk, height, gone=0.0):
     """landing None: both feet stay."""
+    from humanoid_motion.whole_body import require_joint_limits
+
     from walking.pattern.plan import _com_height, _ending_at_rest
-    from walking.pattern.preview import preview_control
-    from walking.pattern.state import rest_height, standing as standing_state, WalkState
-    from walking.pattern.preview import CartState
+    from walking.pattern.preview import CartState, preview_control
+    from walking.pattern.state import WalkState, rest_height
+    from walking.pattern.state import standing as standing_state
     from walking.pattern.timing import Phase, Schedule
     from walking.pattern.walk_plan import WalkChecks, WalkPlan
     from walking.pattern.whole_body import BodyCourses, whole_body
     from walking.pattern.zmp_reference import rest_point
-    from humanoid_motion.whole_body import require_joint_limits
 
     period = walk.period
     n2 = round(settings.end / period)

@@ -15,7 +15,7 @@ from hrp2_sim_bridge.errors import DivergedError, ModelError
 from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.physics.frames import cross, rotation
 from hrp2_sim_bridge.physics.mujoco.library import Window, load_mujoco
-from hrp2_sim_bridge.physics.mujoco.model import BASE, HINGE, LEAF, build
+from hrp2_sim_bridge.physics.mujoco.model import BASE, HINGE, LEAF, build, sensed_links
 from hrp2_sim_bridge.physics.scene import Scene
 from hrp2_sim_bridge.physics.states import (
     NO_TOUCH,
@@ -78,8 +78,10 @@ class MuJoCoEngine(Engine):
         soles = [model.body(robot.feet[side].sole).id for side in SIDES]
         imu = model.body(needed(robot.imu_frame, "imu_frame")).id
         self._frames = [*soles, model.body(robot.contact_link).id, imu, first]
-        self.sole_mass = model.body_mass[soles].copy()
-        self.sole_inertia = np.array([self._principal_inertia(sole) for sole in soles])
+        sensed = [model.body(link).id for link in sensed_links(robot)]
+        self._hands = sensed[len(SIDES):]
+        self.sensed_mass = model.body_mass[sensed].copy()
+        self.sensed_inertia = np.array([self._principal_inertia(body) for body in sensed])
         # Index in `link_names` of each geom's link; -1 of the leaf and the floor.
         self._link_of = [body - first if first <= body < last else -1
                          for body in model.geom_bodyid.tolist()]
@@ -89,7 +91,7 @@ class MuJoCoEngine(Engine):
         touching = {*model.pair_geom1.tolist(), *model.pair_geom2.tolist()}
         self._shapes = [int(shape) for shape in shapes if shape in touching]
         # Views on MuJoCo's memory.
-        self._force, self._reactions = data.qfrc_applied, data.sensordata.reshape(len(SIDES), 6)
+        self._force, self._reactions = data.qfrc_applied, data.sensordata.reshape(-1, 6)
         self._position, self._velocity = data.qpos, data.qvel
         self._pushed = data.xfrc_applied[first:last, :3]
         masses = model.body_mass[first:last]
@@ -116,7 +118,7 @@ class MuJoCoEngine(Engine):
         self._pushed[:] = np.outer(self._shares, force)
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
-        """Take a physics step; return force and torque of both ankles on the soles."""
+        """Take a physics step; return force and torque at the force sensors."""
         self._force[self._dq] = torque
         self._force[self._door_dq] = door_torque
         begin = perf_counter()
@@ -138,20 +140,19 @@ class MuJoCoEngine(Engine):
         Raises:
             DivergedError: A pose or a velocity is no finite number.
         """
-        self._follow()
-        data, frames = self.data, self._frames
-        bodies = np.concatenate(
-            [data.xpos[frames], data.xquat[frames], data.cvel[frames]], axis=1
-        )
-        row: list[float] = bodies.ravel().tolist()
+        row: list[float] = self._bodies(self._frames).ravel().tolist()
         if not all(map(math.isfinite, row)):
-            raise DivergedError("MuJoCo", float(data.time))
-        row += data.subtree_com[self._first_link].tolist()
+            raise DivergedError("MuJoCo", float(self.data.time))
+        row += self.data.subtree_com[self._first_link].tolist()
         return row
 
     def link_states(self, rows: Array) -> BodyState:
         """Return states (T, 4) of left sole, right sole, contact link and IMU."""
         return _states(rows).at((slice(None), slice(_BODIES - 1)))
+
+    def hand_states(self) -> BodyState:
+        """Return states (B - 2,) of the hands beyond force sensors."""
+        return _body_states(self._bodies(self._hands), self.data.subtree_com[self._first_link])
 
     def base_states(self, rows: Array) -> BodyState:
         """Return states (T,) of base_link."""
@@ -234,6 +235,13 @@ class MuJoCoEngine(Engine):
                 compute(self.model, self.data)
             self._moved = False
 
+    def _bodies(self, bodies: Sequence[int]) -> Array:
+        """Return the numbers of bodies after the last step, (B, 13)."""
+        self._follow()
+        data, places = self.data, np.array(bodies, dtype=int)
+        return np.concatenate(
+            [data.xpos[places], data.xquat[places], data.cvel[places]], axis=1)
+
     def _link(self, geoms: Sequence[int]) -> int:
         """Return the index in `link_names` of the robot's link in a pair of geoms."""
         return max(self._link_of[geom] for geom in geoms)
@@ -259,9 +267,14 @@ class MuJoCoEngine(Engine):
 
 def _states(rows: Array) -> BodyState:
     """Return states (T, 5) of all bodies from T rows of `MuJoCoEngine.read_frames`."""
-    bodies = rows[:, :-3].reshape(len(rows), _BODIES, _BODY_VALUES)
+    return _body_states(
+        rows[:, :-3].reshape(len(rows), _BODIES, _BODY_VALUES), rows[:, None, -3:])
+
+
+def _body_states(bodies: Array, com: Array) -> BodyState:
+    """Return states (...) from numbers of bodies (..., 13) and the robot's CoM, (..., 3) [m]."""
     position, quaternion, angular = bodies[..., :3], bodies[..., 3:7], bodies[..., 7:10]
-    arm = position - rows[:, None, -3:]
+    arm = position - com
     return BodyState(
         position, quaternion[..., _XYZW], bodies[..., 10:] + cross(angular, arm), angular
     )

@@ -146,8 +146,8 @@ def build(mujoco: Any, scene: Scene) -> Model:
     spec = robot_spec(mujoco, robot, settings.iterations, visible=settings.gui)
     soles = [robot.feet[side].sole for side in SIDES]
     geoms = _name_shapes(spec)
-    for sole in soles:
-        _add_sensors(mujoco, spec, sole)
+    for link in sensed_links(robot):
+        _add_sensors(mujoco, spec, link)
     spec.worldbody.add_geom(
         name=_FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
         contype=0, conaffinity=0,
@@ -224,11 +224,18 @@ def _name_shapes(spec: Any) -> dict[str, str]:
     return bodies
 
 
-def _add_sensors(mujoco: Any, spec: Any, sole: str) -> None:
-    """Measure force and torque of the ankle on a sole, in the sole's frame."""
-    spec.body(sole).add_site(name=sole)
+def sensed_links(robot: RobotConfig) -> list[str]:
+    """Return the links beyond force sensors: soles, and hands if their wrists have sensors."""
+    wrists = robot.wrist_sensors
+    hands = [] if wrists is None else [wrists[side].link for side in SIDES]
+    return [*(robot.feet[side].sole for side in SIDES), *hands]
+
+
+def _add_sensors(mujoco: Any, spec: Any, link: str) -> None:
+    """Measure force and torque of a link's parent on the link, in the link's frame."""
+    spec.body(link).add_site(name=link)
     for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
-        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=sole)
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=link)
 
 
 def _sole_surface(rubber: SoleRubber, friction: float) -> Surface:

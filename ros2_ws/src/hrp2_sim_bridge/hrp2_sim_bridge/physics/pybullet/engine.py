@@ -80,7 +80,8 @@ class PyBulletEngine(Engine):
         )
         self._outside = np.zeros(3)
         self.link_names = self.robot.link_names
-        self.sole_mass, self.sole_inertia = self.robot.sole_mass, self.robot.sole_inertia
+        self.sensed_mass = self.robot.sensed_mass
+        self.sensed_inertia = self.robot.sensed_inertia
 
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
@@ -96,7 +97,7 @@ class PyBulletEngine(Engine):
         self._outside = force
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
-        """Take a physics step; return force and torque of both ankles on the soles."""
+        """Take a physics step; return force and torque at the force sensors."""
         self.robot.push(torque)
         if self._outside.any():
             self.robot.push_links(self._outside)
@@ -125,6 +126,10 @@ class PyBulletEngine(Engine):
     def link_states(self, rows: Array) -> BodyState:
         """Return states (T, 4) of left sole, right sole, contact link and IMU."""
         return self.robot.link_states(rows)
+
+    def hand_states(self) -> BodyState:
+        """Return states (B - 2,) of the hands beyond force sensors."""
+        return self.robot.hand_states()
 
     def base_states(self, rows: Array) -> BodyState:
         """Return states (T,) of base_link."""

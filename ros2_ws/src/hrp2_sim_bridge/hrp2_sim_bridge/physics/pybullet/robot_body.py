@@ -40,8 +40,8 @@ class RobotBody:
         joint_index: PyBullet's index of each joint by its name.
         soles: PyBullet's index of each sole by its side.
         contact_link: PyBullet's index of the link that hits the door.
-        sole_mass: Masses below the force sensors, left and right, (2,) [kg].
-        sole_inertia: Principal moments of these bodies in the soles' axes, (2, 3) [kg m^2].
+        sensed_mass: Masses beyond the force sensors, (B,) [kg].
+        sensed_inertia: Principal moments of these bodies in their axes, (B, 3) [kg m^2].
 
     Raises:
         ModelError: PyBullet changed a mass, an inertia or an inertial frame.
@@ -66,6 +66,10 @@ class RobotBody:
         link_index = {name: index for index, name in enumerate(self.link_names)}
         self.soles = {side: link_index[robot.feet[side].sole] for side in SIDES}
         sensors = [needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES]
+        wrists = [] if robot.wrist_sensors is None else [
+            robot.wrist_sensors[side] for side in SIDES]
+        sensors += [wrist.joint for wrist in wrists]
+        self._hands = [link_index[wrist.link] for wrist in wrists]
         self._sensors = [self.joint_index[name] for name in sensors]
         imu = link_index[needed(robot.imu_frame, "imu_frame")]
         self.contact_link = link_index[robot.contact_link]
@@ -79,7 +83,7 @@ class RobotBody:
         # PyBullet reports the pose of the base's inertial frame.
         self._base_offset = client.getDynamicsInfo(self.body, -1)[3:5]
         self._offset_back = client.invertTransform(*self._base_offset)
-        self.sole_mass, self.sole_inertia = self._sole_bodies()
+        self.sensed_mass, self.sensed_inertia = self._sensed_bodies()
         self._push = partial(
             client.setJointMotorControlArray, self.body, self._joints, client.TORQUE_CONTROL)
         masses = [client.getDynamicsInfo(self.body, index)[0]
@@ -114,14 +118,15 @@ class RobotBody:
         for sole in self.soles.values():
             self._client.changeDynamics(self.body, sole, frictionAnchor=1)
 
-    def _sole_bodies(self) -> tuple[Array, Array]:
-        """Return mass (2,) and principal inertia (2, 3) below each force sensor.
+    def _sensed_bodies(self) -> tuple[Array, Array]:
+        """Return mass (B,) and principal inertia (B, 3) beyond each force sensor.
 
         Raises:
             ModelError: The inertial frame, in which the sensor reports, is not the link's own.
         """
-        infos = [self._client.getDynamicsInfo(self.body, index) for index in self.soles.values()]
-        for index, info in zip(self.soles.values(), infos, strict=True):
+        bodies = [*self.soles.values(), *self._hands]
+        infos = [self._client.getDynamicsInfo(self.body, index) for index in bodies]
+        for index, info in zip(bodies, infos, strict=True):
             if np.abs(info[3]).max() > 1e-9 or abs(abs(info[4][3]) - 1.0) > 1e-9:
                 raise ModelError(
                     self.link_names[index], info[3:5], "the link's own frame", "inertial frame"
@@ -169,10 +174,9 @@ class RobotBody:
                 self.body, link, (share * force).tolist(), place, client.WORLD_FRAME)
 
     def read_reactions(self) -> Reactions:
-        """Return force and torque of each ankle on its sole, in the sole's frame, (2, 6)."""
+        """Return force and torque on each body beyond a force sensor, in its frame, (B, 6)."""
         self._states = self._client.getJointStates(self.body, self._watched)
-        left, right = self._states[-2:]
-        return left[2], right[2]
+        return [state[2] for state in self._states[-len(self._sensors):]]
 
     def joint_state(self) -> Array:
         """Return positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
@@ -213,6 +217,15 @@ class RobotBody:
         arm = rotation(turn) @ offset
         placed = np.stack(quaternion_product([*turn.T], [*own]), axis=-1)
         return BodyState(com + arm, placed, linear + cross(angular, arm), angular)
+
+    def hand_states(self) -> BodyState:
+        """Return states (B - 2,) of the hands beyond force sensors."""
+        if not self._hands:
+            return BodyState(np.empty((0, 3)), np.empty((0, 4)), np.empty((0, 3)), np.empty((0, 3)))
+        states = self._client.getLinkStates(self.body, self._hands, 1, 1)
+        com, origin, turn, linear, angular = (
+            np.array([state[i] for state in states]) for i in (0, 4, 5, 6, 7))
+        return BodyState(origin, turn, linear + cross(angular, origin - com), angular)
 
     def tilt(self) -> float:
         """Return the angle between base_link's z axis and the vertical [rad]."""

@@ -1,6 +1,5 @@
-"""Reports the results of a sweep: table, worst runs and figure."""
+"""Reports the results of the hits: table, worst runs and figure."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from door_impact_common.palette import BLUE, GREEN, ORANGE
 
-from door_impact_evaluation.sweep.replays import FOLDER
+from door_impact_evaluation.sweep.hit_runs import by_error
+from door_impact_evaluation.sweep.kind import replay_lines
+from door_impact_evaluation.sweep.numbers import is_known, known, shown
 
 WORST = 5  # runs with the largest errors that the table lists
 _PERTURBED = {"color": BLUE, "mark": "o", "line": "-"}
@@ -28,22 +29,6 @@ _CAUSES = (
     ("factor of the pads' stiffness", lambda case: case["pad_scale"]),
 )
 """Name and value of each perturbation against which the figure shows the errors."""
-
-
-def write(found: dict[str, Any], out: Path) -> None:
-    """Prints the table and writes summary.json, report.txt and sweep.png.
-
-    Args:
-        found: Contents of summary.json, as `sweep.summary` makes them.
-        out: Folder of the results.
-    """
-    text = table(found)
-    print(text)
-    (out / "report.txt").write_text(text + "\n", encoding="utf-8")
-    figure(found, out / "sweep.png")
-    part = out / "summary.json.part"
-    part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    part.replace(out / "summary.json")
 
 
 def table(found: dict[str, Any]) -> str:
@@ -76,18 +61,15 @@ def table(found: dict[str, Any]) -> str:
               "one contact before the peak "
               f"{found['contacts_one']} of {found['n']}, refused {found['refused']} of all plans",
               "  smallest ZMP margin, all runs [mm]: " + ", ".join(
-                  f"{name} {row['min']:.0f} (5 % below {row['p5']:.0f})"
+                  f"{name} {shown(row['min'])} (5 % below {shown(row['p5'])})"
                   for name, row in found["min_margin_mm"].items()),
               "", "worst runs"]
     hits = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
-    worst = sorted(hits, key=lambda r: -abs(r["error_deg"]))[:WORST]
+    worst = sorted(hits, key=by_error)[:WORST]
     worst += [r for r in found["runs"] if r not in worst
               and ("refused" in r or not r.get("stood", True))]
     lines += [_worst(record) for record in worst]
-    if found["replays"]:
-        lines += ["", f"replays, in {FOLDER}/"]
-        lines += [f"  {bad['file']}: {bad['why']}" for bad in found["replays"]]
-    return "\n".join(lines)
+    return "\n".join([*lines, *replay_lines(found)])
 
 
 def _nominal(records: list[dict[str, Any]]) -> str:
@@ -97,12 +79,13 @@ def _nominal(records: list[dict[str, Any]]) -> str:
         return f"{label:34}{records[0].get('refused') or records[0]['outcome']}"
     # The plan of the second hit may have been refused.
     records = [record for record in records if "error_deg" in record]
-    angles = "".join(f"{record['error_deg']:+9.2f}  " for record in records)
+    angles = "".join(f"{shown(record['error_deg'], '+.2f'):>9}  " for record in records)
     margins = [record["margin_mm"] for record in records]
-    before = min(value for each in margins for name, value in each.items() if name not in AFTER)
-    after = min(value for each in margins for name, value in each.items() if name in AFTER)
+    before, after = (
+        min(known(value for each in margins for name, value in each.items()
+                  if (name in AFTER) == later), default=None) for later in (False, True))
     first = records[0]
-    return (f"{label:34}{angles}{before:14.0f}, {after:.0f} mm"
+    return (f"{label:34}{angles}{shown(before):>14}, {shown(after)} mm"
             f"{100.0 * (first['v_rb'] / first['planned']['v_rb'] - 1.0):+14.1f} %"
             f"{100.0 * (first['momentum_ratio'] - 1.0):+7.1f} %")
 
@@ -110,7 +93,8 @@ def _nominal(records: list[dict[str, Any]]) -> str:
 def _worst(record: dict[str, Any]) -> str:
     case = record["case"]
     what = (f"refused: {record['refused']}" if "refused" in record else
-            f"{record['error_deg']:+.2f} deg" if "error_deg" in record else record["outcome"])
+            f"{shown(record['error_deg'], '+.2f')} deg" if "error_deg" in record else
+            record["outcome"])
     restitution = "as configured" if case["restitution"] is None else f"{case['restitution']:.3f}"
     stood = "" if record.get("stood", True) else ", did not stand"
     return (f"  {record['name']} hit {record['hit'] + 1}: {what}{stood}; door "
@@ -125,7 +109,8 @@ def figure(found: dict[str, Any], path: Path) -> None:
         found: Contents of summary.json.
         path: Picture to write.
     """
-    runs = [r for r in found["runs"] if "error_deg" in r and r["case"]["group"] != "nominal"]
+    runs = [r for r in found["runs"]
+            if is_known(r.get("error_deg")) and r["case"]["group"] != "nominal"]
     series = [(label, style, [r for r in runs if (r["case"]["group"], r["hit"]) == key])
               for label, style, key in (
                   ("perturbed, first hit", _PERTURBED, ("perturbed", 0)),
@@ -150,13 +135,12 @@ def figure(found: dict[str, Any], path: Path) -> None:
         axis.set(xlabel=name, ylabel="error [deg]")
     margins = axes.flat[8]
     names = list(found["min_margin_mm"])
-    margins.boxplot([[r["margin_mm"][name] for r in runs if name in r["margin_mm"]] or [np.nan]
-                     for name in names], whis=(0.0, 100.0))
+    every_margin = [known(r["margin_mm"].get(name) for r in runs) for name in names]
+    margins.boxplot([each if len(each) else [np.nan] for each in every_margin], whis=(0.0, 100.0))
     margins.set_xticks(range(1, len(names) + 1), names, rotation=45)
     margins.set(ylabel="smallest ZMP margin of a run [mm]")
     late = axes.flat[9]
-    latencies = [r["switch_latency_ms"] for r in runs if np.isfinite(r["switch_latency_ms"])]
-    late.hist(latencies, 20, color=BLUE)
+    late.hist(known(r["switch_latency_ms"] for r in runs), 20, color=BLUE)
     late.set(xlabel="time from contact to switch [ms]", ylabel="runs")
     for unused in axes.flat[10:]:
         unused.set_axis_off()

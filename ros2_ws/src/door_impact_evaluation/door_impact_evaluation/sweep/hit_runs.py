@@ -14,13 +14,14 @@ from hrp2_sim_bridge.settings import WorldSettings
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
-from door_impact_evaluation.sweep.cases import Case
+from door_impact_evaluation.sweep.hit_cases import HitCase
+from door_impact_evaluation.sweep.numbers import smallness
 
 UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
 HELD_OVER = 0.5            # time at the end over which the held angle is averaged [s]
 
 
-def run_case(case: Case, engine: str = WorldSettings.engine) -> list[dict[str, Any]]:
+def run_case(case: HitCase, engine: str = WorldSettings.engine) -> list[dict[str, Any]]:
     """Runs the hits of a case.
 
     Args:
@@ -39,7 +40,7 @@ def run_case(case: Case, engine: str = WorldSettings.engine) -> list[dict[str, A
 
 
 def hits(
-    case: Case, engine: str = WorldSettings.engine
+    case: HitCase, engine: str = WorldSettings.engine
 ) -> Iterator[Rehearsal | DoorImpactError]:
     """Runs the hits of a case, one after the other.
 
@@ -112,3 +113,8 @@ def measured(run: Rehearsal) -> dict[str, Any]:
         "switch_latency_ms": float(
             1e3 * (by_robot.contact_time + by_robot.switch_latency - contact)),
     }
+
+
+def by_error(record: dict[str, Any]) -> float:
+    """Returns a key that sorts records of hits by the size of their error, the largest first."""
+    return smallness(record["error_deg"])

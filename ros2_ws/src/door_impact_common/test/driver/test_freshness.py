@@ -1,8 +1,8 @@
 """Freshness: no motion begins on old messages, and missing messages are noticed in time."""
 
 import pytest
-from impact_planner.errors import InvalidRequest
-from impact_planner.execution.freshness import Freshness
+from door_impact_common.driver.freshness import Freshness
+from door_impact_common.errors import SettingError
 
 
 def fresh(*topics: str) -> Freshness:
@@ -47,5 +47,5 @@ def test_after_a_reset_new_messages_are_needed() -> None:
 
 @pytest.mark.parametrize("limit", [0.0, float("nan"), float("inf")])
 def test_a_limit_below_a_tick_or_without_an_end_is_refused(limit: float) -> None:
-    with pytest.raises(InvalidRequest, match=r"at least 0\.05 s"):
+    with pytest.raises(SettingError, match=r"at least 0\.05 s"):
         Freshness(("/imu",), limit, 0.05)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from impact_planner.errors import InvalidRequest
+from door_impact_common.errors import SettingError
 
 
 class Freshness:
@@ -23,15 +23,13 @@ class Freshness:
         limit: Largest allowed age of a message, and longest allowed time without one [s].
 
     Raises:
-        InvalidRequest: The limit is shorter than a tick or not finite.
+        SettingError: The limit is shorter than a tick or not finite.
     """
 
     def __init__(self, topics: Sequence[str], limit: float, tick: float) -> None:
         if not tick <= limit < float("inf"):
-            raise InvalidRequest(
-                f"stale_after, the largest age of messages, must be at least {tick:g} s, not "
-                f"{limit:g} s",
-                quantity="stale_after [s]", value=limit, limit=tick)
+            raise SettingError(
+                "stale_after, the largest age of messages [s],", limit, f"at least {tick:g} s")
         self.limit = limit
         self._topics = tuple(topics)
         self._tick = tick

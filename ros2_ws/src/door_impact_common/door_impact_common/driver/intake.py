@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike
+
+from door_impact_common.arrays import Array
 
 AHEAD = 0.1  # largest time by which a stamp may lie ahead of the clock [s]
 CURRENT = 0.05  # delay up to which a message counts as one of the present [s]

@@ -1,4 +1,4 @@
-"""Cases of a sweep: doors, desired angles and perturbations, drawn at random from a seed."""
+"""Cases of the hits: doors, desired angles and perturbations, drawn at random from a seed."""
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -28,7 +28,7 @@ NOMINAL = tuple(("paper", target, "mcv50") for target in (15.0, 20.0, 25.0, 30.0
 
 
 @dataclass(frozen=True)
-class Case:
+class HitCase:
     """One simulated door, the hits on it and the perturbations, which the planner does not know.
 
     Attributes:
@@ -111,7 +111,7 @@ class Case:
         return asdict(self) | {"closer": list(self.closer), "pushes_deg": list(self.pushes_deg)}
 
 
-def cases(n: int, seed: int) -> list[Case]:
+def hit_cases(n: int, seed: int) -> list[HitCase]:
     """Draws the cases of a sweep.
 
     A longer sweep of the same seed begins, in each group, with the cases of a shorter one.
@@ -120,18 +120,18 @@ def cases(n: int, seed: int) -> list[Case]:
         n: Number of cases in the group perturbed and in the group rough.
         seed: Seed of the random numbers.
     """
-    nominal = [Case("nominal", index, door=door, target_deg=target, run_up=run_up, hits=2)
+    nominal = [HitCase("nominal", index, door=door, target_deg=target, run_up=run_up, hits=2)
                for index, (door, target, run_up) in enumerate(NOMINAL)]
     drawn = [_drawn(group, index, seed) for group in ("perturbed", "rough") for index in range(n)]
     return nominal + drawn
 
 
-def _drawn(group: str, index: int, seed: int) -> Case:
+def _drawn(group: str, index: int, seed: int) -> HitCase:
     rough = group == "rough"
     random = np.random.default_rng([seed, index, int(rough)])
     off = ROUGH_RESTITUTION if rough else RESTITUTION
     stiffness = ROUGH_STIFFNESS if rough else STIFFNESS
-    return Case(
+    return HitCase(
         group, index, hits=2 if rough else 1, seed=int(random.integers(1 << 30)),
         door_offset=float(random.uniform(-DOOR_OFF, DOOR_OFF)),
         closer=tuple(random.uniform(1.0 - CLOSER, 1.0 + CLOSER, 3).tolist()),

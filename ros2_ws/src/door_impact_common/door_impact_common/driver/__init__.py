@@ -1,0 +1,1 @@
+"""What every node that moves the robot needs of its driver's topics: checks, ages, messages."""

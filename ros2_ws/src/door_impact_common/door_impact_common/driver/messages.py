@@ -1,0 +1,133 @@
+"""Conversions of the messages that every driver sends and receives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from door_impact_common.arrays import Array
+from door_impact_common.driver.intake import Intake
+from door_impact_common.stamps import NANOSECONDS, duration_of
+
+_UNIT = 0.1  # largest difference between the length of a unit quaternion and 1
+
+
+class Points(Protocol):
+    """Points of a trajectory of J joints, such as `humanoid_motion.knots.Knots`."""
+
+    @property
+    def time(self) -> Array:
+        """Times, (K,) [s]."""
+
+    @property
+    def position(self) -> Array:
+        """Positions, (K, J) [rad]."""
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities, (K, J) [rad/s]."""
+
+    @property
+    def acceleration(self) -> Array:
+        """Accelerations, (K, J) [rad/s^2]."""
+
+
+def trajectory_message(knots: Points, names: Sequence[str]) -> JointTrajectory:
+    """Convert points to a JointTrajectory without a stamp.
+
+    Args:
+        knots: The points; their times become `time_from_start`.
+        names: Joint names in the order of their columns.
+    """
+    message = JointTrajectory(joint_names=list(names))
+    for i, time in enumerate(knots.time):
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=knots.position[i].tolist(),
+                velocities=knots.velocity[i].tolist(),
+                accelerations=knots.acceleration[i].tolist(),
+                time_from_start=duration_of(round(float(time) * NANOSECONDS)),
+            )
+        )
+    return message
+
+
+def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | None:
+    """Read joint positions and joint speeds from a JointState.
+
+    Args:
+        message: The JointState; it may have further joints and any order.
+        names: Joint names in the order of the result.
+
+    Returns:
+        Positions, (J,) [rad], and speeds, (J,) [rad/s]; None if a joint is missing or its position
+        or speed is no finite number.
+    """
+    given = list(message.name)
+    if not (len(given) == len(message.position) == len(message.velocity)
+            and set(names) <= set(given)):
+        return None
+    position, velocity = np.array(message.position), np.array(message.velocity)
+    if given != list(names):
+        order = [given.index(name) for name in names]
+        position, velocity = position[order], velocity[order]
+    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+        return None
+    return position, velocity
+
+
+def trunk_tilt(message: Any) -> float | None:
+    """Calculate the angle between the trunk's z axis and the vertical [rad].
+
+    Args:
+        message: Imu with the orientation of the trunk.
+
+    Returns:
+        The angle; None if the message has no orientation, that is, if its covariance begins with -1
+        or it is no unit quaternion.
+    """
+    q = message.orientation
+    length = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
+    if message.orientation_covariance[0] == -1.0 or not abs(length - 1.0) < _UNIT:
+        return None
+    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x**2 + q.y**2) / length**2)))
+
+
+def specific_force(message: Any) -> Array | None:
+    """Read the specific force from an Imu, (3,) [m/s^2].
+
+    None is returned if there is no accelerometer, that is, if the covariance begins with -1.
+    """
+    if message.linear_acceleration_covariance[0] == -1.0:
+        return None
+    force = message.linear_acceleration
+    return np.array([force.x, force.y, force.z])
+
+
+def diagnostics(
+    node: str, intake: Intake, crowded: Mapping[str, Sequence[str]], stamp: Any
+) -> DiagnosticArray:
+    """Make the message for /diagnostics.
+
+    Args:
+        node: Name of the node whose inputs they are.
+        intake: The checks of the messages, with what they have noticed.
+        crowded: Names of the publishers of each topic that has more than one.
+        stamp: Present time, a builtin_interfaces/Time.
+    """
+    noticed = intake.noticed()
+    noticed.update({f"publishers of {topic}": ", ".join(names)
+                    for topic, names in sorted(crowded.items())})
+    status = DiagnosticStatus(
+        name=f"{node}: inputs", hardware_id=node,
+        level=DiagnosticStatus.WARN if noticed else DiagnosticStatus.OK,
+        message="; ".join(noticed) or "every message was in time and made sense",
+        values=[KeyValue(key=key, value=value) for key, value in noticed.items()])
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = stamp
+    return array

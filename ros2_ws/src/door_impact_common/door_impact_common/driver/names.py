@@ -1,0 +1,11 @@
+"""Names of the topics by which every driver moves the robot and says what it measures."""
+
+from __future__ import annotations
+
+JOINTS = "/joint_states"
+IMU = "/imu"
+WRENCHES = {side: f"/{side}_foot/wrench" for side in ("left", "right")}
+TRAJECTORY = "/joint_trajectory"
+
+COMMANDERS = ("impact_executor", "walker")
+"""Nodes that send trajectories, of which one at a time owns the motion."""

@@ -1,0 +1,104 @@
+"""A walk without nodes: what is measured of it, pushes, falls, and its replay."""
+
+import math
+
+import numpy as np
+import pytest
+from door_impact_evaluation.report.walk_replay import replay_of_walk
+from door_impact_evaluation.run.walk_run import AFTERWARDS, Push, plan_between, walk
+from door_impact_view.replay.page import page
+from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.settings import ENGINES
+from humanoid_motion.robot_model import RobotModel
+from walking.errors import InvalidFootsteps
+from walking.execution.walk import Outcome
+from walking.footsteps.footstep import Pose
+
+START = Pose(-3.0, 7.5, 2.5)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """The model of HRP-2."""
+    return RobotModel(load_robot_config())
+
+
+@pytest.fixture(scope="module")
+def plan(robot):
+    """Two steps ahead and a turn, far from the origin."""
+    return plan_between(robot, START, START.moved(0.2, 0.0, 0.2))
+
+
+@pytest.fixture(scope="module", params=ENGINES)
+def walked(request, robot, plan):
+    """The walk in each engine."""
+    return walk(robot, plan, engine=request.param, seed=5)
+
+
+def test_a_walk_far_from_the_origin_ends_where_it_was_planned(walked, plan):
+    """It stands upright within millimetres, as a walk from the origin does."""
+    assert walked.stood
+    assert math.hypot(walked.off.x, walked.off.y) < 0.005
+    assert abs(walked.off.yaw) < math.radians(1.0)
+    assert math.degrees(walked.max_tilt) < 1.0
+    assert walked.execution.outcome is Outcome.SUCCESS
+    assert walked.execution.steps_made(math.inf) == len(plan.footsteps)
+    assert walked.log.motion.t[-1] >= walked.begin + plan.duration + AFTERWARDS
+
+
+def test_the_margin_is_that_of_turned_soles(walked, plan):
+    """The measured ZMP keeps half of the planned margin; soles along odom would lose it."""
+    assert 0.5 * plan.checks.margin.min() < walked.margin < plan.checks.margin.min()
+
+
+def test_the_measured_speed_of_the_joints_is_near_the_planned_one(walked, plan):
+    """The servos follow the plan, and nothing jerks."""
+    assert walked.speed_share == pytest.approx(plan.checks.speed_ratio.max(), rel=0.15)
+
+
+def test_phases_follow_each_other_to_the_end_of_the_log(walked, plan):
+    """They are start, walk, end and stand."""
+    phases = walked.phases()
+    assert list(phases) == ["start", "walk", "end", "stand"]
+    ends = [end for _, end in phases.values()]
+    assert [begin for begin, _ in phases.values()] == [0.0, *ends[:-1]]
+    assert phases["end"][1] == walked.begin + plan.duration
+    assert ends[-1] == walked.log.motion.t[-1]
+
+
+def test_the_replay_is_a_page_with_the_walk(walked, robot):
+    """The robot moves by the length of the walk, and the page can be written."""
+    replay = replay_of_walk(walked, robot.config)
+    way = replay.trees[0].base[-1, :2] - replay.trees[0].base[0, :2]
+    assert np.linalg.norm(way) == pytest.approx(0.2, abs=0.03)
+    assert "ZMP margin" in page("A walk", replay)
+
+
+def test_a_push_moves_the_center_of_mass_by_its_impulse(robot, plan):
+    """10 N s to the robot's left while it stands in the end change its speed by 0.17 m/s."""
+    at = plan.duration + 0.5
+    direction = START.yaw + 0.2 + 0.5 * math.pi
+    push = Push(at, (10.0 * math.cos(direction), 10.0 * math.sin(direction), 0.0))
+    pushed = walk(robot, plan, [push], engine="mujoco", seed=5)
+    motion = pushed.log.motion
+    before, after = np.searchsorted(motion.t, pushed.begin + at + np.array([0.0, 0.1]))
+    speed = np.gradient(motion.com, motion.t, axis=0)[[before, after], :2]
+    gained = (speed[1] - speed[0]) @ [math.cos(direction), math.sin(direction)]
+    assert 0.08 < gained < 10.0 / robot.mass  # the soles hold against it
+    assert replay_of_walk(pushed, robot.config).events[0].time == pushed.begin + at
+
+
+def test_a_fall_ends_the_walk(robot, plan):
+    """120 N s in the first step throw the robot over; the phases end with the log."""
+    push = Push(1.5, (120.0, 0.0, 0.0))
+    fallen = walk(robot, plan, [push], engine="mujoco")
+    assert not fallen.stood
+    assert fallen.log.motion.t[-1] < fallen.begin + plan.duration + AFTERWARDS
+    assert max(end for _, end in fallen.phases().values()) == fallen.log.motion.t[-1]
+    assert fallen.margin < 0.0
+
+
+def test_a_goal_out_of_reach_is_refused(robot):
+    """The error of the walk passes."""
+    with pytest.raises(InvalidFootsteps):
+        plan_between(robot, START, START.moved(80.0, 0.0))

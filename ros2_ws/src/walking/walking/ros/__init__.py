@@ -1,0 +1,1 @@
+"""The node walker: walks as the action /walk."""

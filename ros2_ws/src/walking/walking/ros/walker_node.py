@@ -1,0 +1,379 @@
+"""Node walker: walks to a pose or over footsteps, as the action /walk."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from door_impact_common.driver.active_goals import ActiveGoals
+from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.driver.names import TRAJECTORY
+from door_impact_common.driver.topics import SILENCE
+from door_impact_common.errors import DoorImpactError
+from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.stamps import NANOSECONDS, stamp_of
+from door_impact_msgs.action import Walk as WalkAction
+from door_impact_msgs.msg import Footsteps
+from hrp2_description.robot import SIDES, load_robot_config
+from hrp2_description.support import polygon_margin, support_polygon
+from humanoid_motion.driver_interface import Command
+from humanoid_motion.robot_model import RobotModel
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from walking.errors import NotReady
+from walking.execution.goal import WalkGoal, plan_goal
+from walking.execution.start import Standing, require_near, start_state
+from walking.execution.walk import Outcome, Walk
+from walking.footsteps.footstep import Footstep, Pose, Stance
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState
+from walking.pattern.walk_plan import WalkPlan
+from walking.ros.background import Background
+from walking.ros.messages import (
+    CODES,
+    error_code,
+    footstep_markers,
+    footsteps_message,
+    goal_from,
+    stamped,
+)
+from walking.ros.robot_topics import RobotTopics
+
+Result = WalkAction.Result
+
+FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
+PATIENCE = 1.0  # time that a goal waits for the first messages, by the computer's clock [s]
+HIT = "/execute_door_impact"
+ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
+
+
+class Replaced(NotReady):
+    """A newer goal took the place of this one."""
+
+    reason = "replaced"
+
+
+class Walker(GuardedNode):
+    """Passes messages to a `Walk`, and publishes its commands as trajectories."""
+
+    def __init__(self) -> None:
+        """Load the robot and connect to the driver's topics."""
+        super().__init__("walker")
+        robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
+        config = load_robot_config(robot or None, allowed_folders(self))
+        self._robot = RobotModel(config)
+        self._names = list(config.joint_names)
+        self._settings = WalkSettings()
+        self._driver = RobotTopics(self, self._robot, Parameters(self, SILENCE), self._after)
+        self._inputs = self._driver.inputs
+        self._background = Background(self, config)
+        self._hit = ActiveGoals(self, HIT)
+        self._newest = 0  # number of the goal that was accepted last
+        self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
+        self._goal: Any = None  # goal handle whose walk is under way
+        self._finished: Future | None = None  # gets the walk's outcome, or None if it is replaced
+        self._postures: list[np.ndarray] = []  # of the upper body after the last walk
+        self._last_feedback = -math.inf  # on the robot's clock [s]
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._trajectory = self.create_publisher(JointTrajectory, TRAJECTORY, 10)
+        self._footsteps = self.create_publisher(Footsteps, "/footsteps", latched)
+        self._markers = self.create_publisher(MarkerArray, "/footstep_markers", latched)
+        self._publish(())
+        self._server = ActionServer(
+            self, WalkAction, "/walk", self._execute,
+            goal_callback=self.guarded(self._on_goal, "the goal", lambda _: GoalResponse.REJECT),
+            cancel_callback=self.guarded(
+                self._on_cancel, "the cancel", lambda _: CancelResponse.REJECT))
+
+    def destroy_node(self) -> None:
+        """End the planning thread with the node."""
+        self._background.close()
+        super().destroy_node()
+
+    # -- driver ---------------------------------------------------------------------------------
+
+    def _after(self, now: float, commands: Sequence[Command]) -> None:
+        """Send commands and feedback, and end the action if the walk has ended."""
+        for command in commands:
+            self._send(command)
+        walk = self._inputs.walk
+        if walk is None or self._finished is None:
+            return
+        if commands:
+            walk.prepare_next()
+        if walk.outcome is not Outcome.RUNNING:
+            self._end(walk.outcome)
+        elif now >= self._last_feedback + FEEDBACK_PERIOD:
+            self._last_feedback = now
+            self._send_feedback(walk, now)
+
+    def _send(self, command: Command) -> None:
+        if command.knots is None:
+            self._trajectory.publish(JointTrajectory())
+            return
+        message = trajectory_message(command.knots, self._names)
+        message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
+        self._trajectory.publish(message)
+
+    def _end(self, outcome: Outcome | None) -> None:
+        """Hand the outcome to the goal whose walk was under way; None says that it is replaced."""
+        finished, self._finished = self._finished, None
+        if finished is not None and not finished.done():
+            finished.set_result(outcome)
+
+    def _send_feedback(self, walk: Walk, now: float) -> None:
+        soles = self._soles()
+        if soles is None or self._goal is None:
+            return
+        feedback = WalkAction.Feedback(
+            step=min(walk.steps_sent, walk.steps_made(now) + 1), steps=walk.steps,
+            pose=stamped(soles.middle, self.get_clock().now().to_msg()),
+            zmp_margin=self._margin(soles, walk.supporting(now)))
+        self._goal.publish_feedback(feedback)
+
+    def _margin(self, soles: Stance, sides: Sequence[str]) -> float:
+        """Distance between the last ZMP and the edge of the soles that should bear load [m]."""
+        zmp = self._inputs.latest.zmp
+        if zmp is None:
+            return math.nan
+        corners = (self._robot.feet[side].corners((*soles.foot(side)[:2], 0.0),
+                                                  soles.foot(side).yaw) for side in sides)
+        return float(polygon_margin(zmp, support_polygon(*corners)))
+
+    def _soles(self) -> Stance | None:
+        """Poses of the soles by the odometry; None before the first messages."""
+        latest = self._inputs.latest
+        if latest.base is None or latest.joints is None:
+            return None
+        q = self._robot.configuration(np.zeros(3), latest.joints[1])
+        found = {}
+        for side in SIDES:
+            place, turn = self._robot.frame_pose(q, self._robot.feet[side].frame)
+            found[side] = latest.base.moved(
+                float(place[0]), float(place[1]), math.atan2(turn[1, 0], turn[0, 0]))
+        return Stance(**found)
+
+    # -- action ---------------------------------------------------------------------------------
+
+    def _on_goal(self, _: Any) -> GoalResponse:
+        return GoalResponse.ACCEPT
+
+    def _on_cancel(self, goal_handle: Any) -> CancelResponse:
+        walk = self._inputs.walk
+        if walk is not None and goal_handle is self._goal:
+            walk.stop("the walk was stopped, as requested; the robot stands on two feet")
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, goal_handle: Any) -> Any:
+        goal = goal_handle.request
+        if not goal.dry_run:
+            self._newest += 1
+        number = self._newest
+        try:
+            begun = await self._begun(goal_handle, number)
+        except DoorImpactError as error:
+            (goal_handle.canceled if goal_handle.is_cancel_requested else goal_handle.abort)()
+            self.get_logger().error(str(error))
+            code = Result.REPLACED if isinstance(error, Replaced) else error_code(error)
+            return self._result(code, str(error))
+        if isinstance(begun, str):
+            goal_handle.succeed()
+            return self._result(Result.NONE, begun)
+        outcome = await begun
+        return self._ended(goal_handle, outcome)
+
+    async def _begun(self, goal_handle: Any, number: int) -> Future | str:
+        """Begin the walk of a goal, or put its footsteps in the place of those under way.
+
+        Returns:
+            Future of the walk's outcome; what a dry run found.
+
+        Raises:
+            DoorImpactError: The walk cannot be made.
+        """
+        goal, dry = goal_from(goal_handle.request), goal_handle.request.dry_run
+        if self._hit.running:
+            raise NotReady("a hit is being executed (/execute_door_impact): the robot walks when "
+                           "it has ended", quantity="action", value=HIT)
+        await self._first_messages()
+        while self._walking() is not None and not dry:
+            walk = self._inputs.walk
+            assert walk is not None
+            if await self._replaced(goal_handle, number, goal, walk):
+                return self._owned(goal_handle)
+        state = self._present_state()
+        plan: WalkPlan = await self._background.run(plan_goal, state, goal, self._settings)
+        await self._caught_up()
+        latest = self._inputs.latest
+        if latest.joints is None:
+            raise NotReady("the robot's clock went back while the walk was planned")
+        require_near(self._robot, plan.knots.position[0], latest.joints[1])
+        if dry:
+            return (f"this was a dry run: {len(plan.footsteps)} footsteps in "
+                    f"{plan.duration:.1f} s could be made")
+        self._require_wanted(goal_handle, number)
+        if self._hit.running or self._walking() is not None:
+            raise NotReady("another motion began while the walk was planned")
+        walk = Walk(self._robot, plan, self._settings, onward=self._onward)
+        self._inputs.intake.begin()
+        self._inputs.walk, self._wanted = walk, goal
+        self._publish(plan.footsteps)
+        command = walk.start(max(latest.joints[0], self._driver.topics.now()) + latest.lag)
+        self._send(command)
+        walk.prepare_next()
+        return self._owned(goal_handle)
+
+    def _onward(self) -> WalkPlan:
+        """Plan how a walk goes on from where a push and the steps against it have left the robot.
+
+        Raises:
+            DoorImpactError: The robot does not stand, or the goal cannot be reached from here.
+        """
+        if self._wanted.footsteps:
+            raise NotReady("a push has changed the steps, so that the goal's footsteps do not fit "
+                           "any more")
+        plan = plan_goal(self._robot, self._present_state(), self._wanted, self._settings)
+        self._publish(plan.footsteps)
+        return plan
+
+    def _state_now(self, walk: Walk) -> WalkState:
+        """State of a walk that has come to rest: as planned, or as found if it was pushed."""
+        return self._present_state() if walk.recovered else walk.final
+
+    def _walking(self) -> Walk | None:
+        walk = self._inputs.walk
+        return walk if walk is not None and walk.outcome is Outcome.RUNNING else None
+
+    def _owned(self, goal_handle: Any) -> Future:
+        """Make a goal the owner of the walk under way; the one before ends as replaced."""
+        self._end(None)
+        self._goal, self._finished, self._last_feedback = goal_handle, Future(), -math.inf
+        return self._finished
+
+    async def _replaced(
+        self, goal_handle: Any, number: int, goal: WalkGoal, walk: Walk
+    ) -> bool:
+        """Plan new footsteps from a boundary of the walk under way, and put them in their place.
+
+        Returns:
+            Whether the walk goes on with them; if not, it has ended meanwhile.
+
+        Raises:
+            DoorImpactError: They cannot be made; the walk under way goes on with its own.
+        """
+        step, state = walk.hold_for_new_footsteps(self._driver.topics.now())
+        before = walk.plan.footsteps[step - 1].side if step else ""
+        try:
+            plan = await self._background.run(plan_goal, state, goal, self._settings, before)
+            self._require_wanted(goal_handle, number)
+            if walk.replace(step, plan, self._driver.topics.now()):
+                self._wanted = goal
+                self._publish(plan.footsteps)
+                return True
+            # Too late: the robot comes to rest at the boundary, and walks on from there.
+            await self._background.until(
+                lambda: walk.outcome is not Outcome.RUNNING
+                or walk.resting(self._driver.topics.now()))
+            if walk.outcome is not Outcome.RUNNING:
+                return False
+            plan = await self._background.run(
+                plan_goal, self._state_now(walk), goal, self._settings)
+            self._require_wanted(goal_handle, number)
+            if walk.outcome is not Outcome.RUNNING:
+                return False
+            self._wanted = goal
+            self._send(walk.resume(plan, self._driver.topics.now()))
+            self._publish(plan.footsteps)
+            return True
+        except DoorImpactError:
+            if number == self._newest:  # otherwise the newest goal holds the walk
+                walk.go_on()
+            raise
+
+    def _require_wanted(self, goal_handle: Any, number: int) -> None:
+        """Check that a goal was neither cancelled nor replaced while it was planned."""
+        if goal_handle.is_cancel_requested:
+            raise NotReady("the goal was cancelled before its first step")
+        if number != self._newest:
+            raise Replaced("a newer goal took the place of this one before its first step")
+
+    def _present_state(self) -> WalkState:
+        """Return the state in which a walk from the present posture begins.
+
+        Raises:
+            NotReady: Messages are missing or old, or the robot does not stand still.
+        """
+        stale = self._driver.freshness.refusal(self._driver.topics.now())
+        if stale is not None:
+            raise NotReady(stale[0], quantity="age [s]", value=stale[1])
+        latest = self._inputs.latest
+        if latest.base is None:
+            raise NotReady("the odometry has not arrived on /tf yet (odom -> base_link): does "
+                           "zmp_publisher run?", quantity="/tf", value=None)
+        assert latest.joints is not None
+        for topic, names in self._driver.topics.crowded().items():
+            self.get_logger().warning(f"more than one node publishes on {topic}: "
+                                      f"{', '.join(names)}; one of them may be foreign")
+        _, position, velocity = latest.joints
+        return start_state(self._robot, Standing(latest.base, latest.tilt, position, velocity),
+                           self._settings, self._postures)
+
+    async def _first_messages(self) -> None:
+        """Wait a moment for the first messages, by the computer's clock, as after a reset."""
+        await self._background.until(lambda: self._driver.complete, PATIENCE)
+
+    async def _caught_up(self) -> None:
+        """Wait a moment until the messages that came in during the planning are handled."""
+        await self._background.until(lambda: self._inputs.latest.lag == 0.0, PATIENCE)
+
+    def _publish(self, footsteps: Sequence[Footstep]) -> None:
+        stamp = self.get_clock().now().to_msg()
+        self._footsteps.publish(footsteps_message(footsteps, stamp))
+        self._markers.publish(footstep_markers(self._robot.config, footsteps, stamp))
+
+    # -- results --------------------------------------------------------------------------------
+
+    def _ended(self, goal_handle: Any, outcome: Outcome | None) -> Any:
+        walk = self._inputs.walk
+        assert walk is not None
+        steps = walk.steps_made(self._driver.topics.now())
+        if outcome is None:
+            goal_handle.abort()
+            return self._result(Result.REPLACED, "a newer goal took the place of this one", steps)
+        self._inputs.walk = self._goal = None
+        self._postures = [walk.final.upper]
+        text = walk.reason or f"the robot made {steps} steps and stands at the goal"
+        result = self._result(CODES[outcome], text, steps)
+        if outcome is Outcome.SUCCESS:
+            goal_handle.succeed()
+        elif goal_handle.is_cancel_requested:
+            goal_handle.canceled()
+        else:
+            goal_handle.abort()
+        self.get_logger().info(text)
+        for what, value in self._inputs.intake.noticed().items():
+            self.get_logger().warning(f"noticed in the walk: {what}: {value}")
+        return result
+
+    def _result(self, code: int, message: str, steps: int = 0) -> Any:
+        soles = self._soles()
+        place = soles.middle if soles is not None else Pose(math.nan, math.nan, math.nan)
+        return Result(success=code == Result.NONE, error_code=code, message=message, steps=steps,
+                      pose=stamped(place, self.get_clock().now().to_msg()))
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is stopped, and return its exit code."""
+    return run_node(Walker, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

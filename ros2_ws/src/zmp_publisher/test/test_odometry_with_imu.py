@@ -1,0 +1,164 @@
+"""Leg odometry with an IMU, against footholds that are known."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from footholds import ROBOT, ExactImu, base_at, legs, walk
+from humanoid_motion.kinematics import RobotKinematics, planar_pose, yaw_of
+from zmp_publisher.odometry import FootOdometry
+from zmp_publisher.weighted_soles import HEADING_TIME
+
+RIGID = RobotKinematics(dataclasses.replace(ROBOT, sole_rubber=None))
+BOTH = {"left": 285.0, "right": 284.0}
+APART = {"left": planar_pose(0.0, 0.095, 0.0), "right": planar_pose(0.0, -0.095, 0.0)}
+
+
+def _odometry(kinematics=RIGID, **settings):
+    return FootOdometry(kinematics, loaded_force=28.0, **settings)
+
+
+def _assert_true(pose, base, soles):
+    np.testing.assert_allclose(pose.base, base, atol=1e-9)
+    for side, sole in soles.items():
+        np.testing.assert_allclose(pose.soles[side], sole, atol=1e-9)
+
+
+def _stand(odometry, imu, base, soles, loads=BOTH, times=1):
+    positions = legs(base, soles)
+    for _ in range(times):
+        pose = odometry.update(positions, loads, imu.read(positions, base), imu.time)
+    return pose
+
+
+def test_stepping_returns_the_true_footholds():
+    """Over 12 steps with turns the poses are the true ones, whatever the IMU's own heading."""
+    odometry, imu = _odometry(), ExactImu()
+    for positions, loads, base, soles in walk(12, np.random.default_rng(11)):
+        pose = odometry.update(positions, loads, imu.read(positions, base), imu.time)
+        _assert_true(pose, base, soles)
+    assert odometry.uses_imu
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_imu_that_comes_and_goes_costs_nothing(seed):
+    """With readings for any part of the samples, the poses of a walk are the true ones."""
+    rng = np.random.default_rng(seed)
+    odometry, imu = _odometry(), ExactImu()
+    used = []
+    for positions, loads, base, soles in walk(12, np.random.default_rng(11)):
+        reading = imu.read(positions, base)
+        # A sole enters while both bear load, so the method changes only there.
+        if min(loads.values()) > 200.0:
+            there = rng.random() < 0.5
+        pose = odometry.update(positions, loads, reading if there else None, imu.time)
+        _assert_true(pose, base, soles)
+        used.append(odometry.uses_imu)
+    assert {True, False} == set(used)
+
+
+def test_a_tilted_sole_does_not_tilt_the_robot():
+    """Soles that lean on their rubber by 1 deg leave the base where it is, in place and tilt."""
+    odometry, imu = _odometry(), ExactImu()
+    upright = base_at(0.0, 0.0)
+    _stand(odometry, imu, upright, APART)
+    tilted = {side: sole.copy() for side, sole in APART.items()}
+    for sole in tilted.values():
+        sole[:3, :3] = pin.rpy.rpyToMatrix(0.017, -0.017, 0.0)
+    pose = _stand(odometry, imu, upright, tilted)
+    _assert_true(pose, upright, tilted)
+
+
+def test_soles_sink_into_their_rubber_by_what_they_bear():
+    """The soles are below the floor by load over stiffness, weighted by their loads."""
+    odometry, imu = _odometry(RobotKinematics(ROBOT)), ExactImu()
+    stiffness = ROBOT.sole_rubber.stiffness
+    sunk = {side: sole.copy() for side, sole in APART.items()}
+    for side, sole in sunk.items():
+        sole[2, 3] = -BOTH[side] / stiffness
+    base = base_at(0.0, 0.0, 0.61)
+    _assert_true(_stand(odometry, imu, base, sunk, times=2), base, sunk)
+
+
+def test_a_foot_enters_without_a_jump():
+    """A foot that lands 5 mm from where the joints see it moves the robot by less than 1 mm a tick.
+
+    It ends where it landed: the held foot and the foot that lands share what they disagree on.
+    """
+    odometry, imu = _odometry(), ExactImu(period=0.005)
+    base = base_at(0.0, 0.0)
+    _stand(odometry, imu, base, APART, {"left": 569.0, "right": 0.0}, times=10)
+    places = []
+    for share in np.linspace(0.0, 0.5, 21):
+        # The legs give as the load passes over: the feet seem to come apart.
+        apart = {side: sole.copy() for side, sole in APART.items()}
+        apart["right"][1, 3] -= 0.01 * share
+        loads = {"left": 569.0 * (1.0 - share), "right": 569.0 * share}
+        places.append(_stand(odometry, imu, base, apart, loads).base[:2, 3])
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() < 0.001
+    assert np.linalg.norm(places[-1] - base[:2, 3]) < 0.0025
+
+
+def test_standing_does_not_drift():
+    """A gyro with a bias of 1 mrad/s turns a robot that stands by its bias times the time constant.
+
+    The load sways from foot to foot for 20 s; the place does not move.
+    """
+    bias = 1e-3
+    odometry, imu = _odometry(), ExactImu(period=0.005, bias=bias)
+    base = base_at(0.0, 0.0)
+    positions = legs(base, APART)
+    for tick in range(4000):
+        share = 0.5 + 0.19 * math.sin(0.02 * tick)
+        loads = {"left": 569.0 * share, "right": 569.0 * (1.0 - share)}
+        pose = odometry.update(positions, loads, imu.read(positions, base), imu.time)
+        assert abs(yaw_of(pose.base)) < 1.2 * bias * HEADING_TIME
+    assert np.linalg.norm(pose.base[:2, 3] - base[:2, 3]) < 1e-4
+
+
+def test_heading_of_the_gyro_while_the_soles_mislead():
+    """Hips that seem to turn for 0.1 s, and turn back, leave the heading within a fifth of that."""
+    odometry, imu = _odometry(), ExactImu(period=0.005)
+    base = base_at(0.0, 0.0)
+    _stand(odometry, imu, base, APART, times=10)
+    twisted = {side: sole @ planar_pose(0.0, 0.0, 0.01) for side, sole in APART.items()}
+    yaws = [yaw_of(_stand(odometry, imu, base, twisted).base) for _ in range(20)]
+    assert 0.0 < np.max(np.abs(yaws)) < 0.2 * 0.01
+
+
+@pytest.mark.parametrize("gap", [0.2, 1000.0])
+def test_after_a_gap_the_heading_is_that_of_the_soles(gap):
+    """The gyro tells nothing of what happened between two readings that are far apart."""
+    odometry, imu = _odometry(), ExactImu()
+    _stand(odometry, imu, base_at(0.0, 0.0), APART)
+    turned = base_at(0.0, 0.0, tilt=(0.0, 0.0, 0.1))
+    imu.time += gap
+    _assert_true(_stand(odometry, imu, turned, APART), turned, APART)
+
+
+def test_a_fall_in_which_both_feet_lose_the_floor_keeps_the_last_footholds():
+    """In the air the poses go on from the soles as they last stood."""
+    odometry, imu = _odometry(), ExactImu()
+    _stand(odometry, imu, base_at(0.0, 0.0), APART)
+    high = base_at(0.01, 0.0, 0.60, (0.1, 0.2, 0.0))
+    _assert_true(_stand(odometry, imu, high, APART, {"left": 3.0, "right": 0.0}), high, APART)
+
+
+def test_reset_fixes_odom_anew():
+    """After a reset the robot is at its start again, wherever it walked and whatever the time."""
+    odometry, imu = _odometry(start=(1.0, 2.0, 0.5)), ExactImu()
+    for positions, loads, base, _ in walk(3, np.random.default_rng(4)):
+        odometry.update(positions, loads, imu.read(positions, base), imu.time)
+    odometry.reset()
+    pose = _stand(odometry, ExactImu(), base_at(0.0, 0.0), APART)
+    np.testing.assert_allclose(pose.base, planar_pose(1.0, 2.0, 0.5) @ base_at(0.0, 0.0), atol=1e-9)
+
+
+def test_a_robot_whose_imu_has_no_frame_is_followed_without_it():
+    """The reading is not used, and the odometry says so."""
+    kinematics = RobotKinematics(dataclasses.replace(ROBOT, imu_frame=None))
+    odometry, imu = _odometry(kinematics), ExactImu()
+    _stand(odometry, imu, base_at(0.0, 0.0), APART)
+    assert not odometry.uses_imu

@@ -1,0 +1,247 @@
+"""The action /walk in the running graph: goals, footsteps, cancel, stop, newer goals, bad input."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from door_impact_msgs.action import ExecuteDoorImpact, Walk
+from door_impact_msgs.msg import Footstep, Footsteps
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, WrenchStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.action import ActionClient
+from sensor_msgs.msg import Imu, JointState
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+Result = Walk.Result
+STILL = 6e-3  # [rad]: noise of the sensors makes the stabilizer move an ankle by up to 4.8 mrad
+MOST_TILT = math.radians(5.0)
+
+
+def pose(x: float, y: float, yaw: float = 0.0) -> Pose:
+    return Pose(position=Point(x=x, y=y),
+                orientation=Quaternion(z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw)))
+
+
+def to(x: float, y: float = 0.0, yaw: float = 0.0, **fields: Any) -> Walk.Goal:
+    return Walk.Goal(goal=PoseStamped(pose=pose(x, y, yaw)), **fields)
+
+
+class Sent:
+    """A goal that was accepted; `feedback` is what has arrived of it."""
+
+    def __init__(self, graph: Any, client: ActionClient, goal: Walk.Goal) -> None:
+        self.graph, self.feedback = graph, list[Any]()
+        future = client.send_goal_async(
+            goal, feedback_callback=lambda message: self.feedback.append(message.feedback))
+        self.handle = graph.result(future, "the goal")
+        assert self.handle.accepted
+        self.future = self.handle.get_result_async()
+
+    def until_step(self, step: int) -> None:
+        self.graph.spin_until(
+            lambda: self.future.done() or (self.feedback and self.feedback[-1].step >= step),
+            f"step {step}")
+        assert not self.future.done(), self.future.result().result.message
+
+    @property
+    def end(self) -> Any:
+        return self.graph.result(self.future, "the result")
+
+
+@contextmanager
+def walker(graph: Any) -> Iterator[Callable[[Walk.Goal], Sent]]:
+    client = ActionClient(graph.node, Walk, "/walk")
+    try:
+        graph.spin_until(client.server_is_ready, "the action")
+        yield lambda goal: Sent(graph, client, goal)
+    finally:
+        client.destroy()
+
+
+@pytest.fixture(scope="module")
+def walk(graph: Any) -> Iterator[Callable[[Walk.Goal], Sent]]:
+    """Sends goals; the robot is where the test before it left it."""
+    with walker(graph) as send:
+        yield send
+
+
+def stands(graph: Any) -> None:
+    """Assert that the robot is upright at rest, with both feet loaded."""
+    speed = np.abs(graph.last(JointState, "/joint_states").velocity).max()
+    assert speed < 0.3
+    q = graph.last(Imu, "/imu").orientation
+    assert math.acos(1.0 - 2.0 * (q.x**2 + q.y**2)) < MOST_TILT
+    for side in ("left", "right"):
+        assert graph.last(WrenchStamped, f"/{side}_foot/wrench").wrench.force.z > 100.0
+
+
+def at(result: Any) -> tuple[float, float, float]:
+    place, turn = result.pose.pose.position, result.pose.pose.orientation
+    return place.x, place.y, 2.0 * math.atan2(turn.z, turn.w)
+
+
+def test_a_walk_to_a_pose(graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    """It arrives within 20 mm by the odometry; footsteps, markers and feedback tell of it."""
+    sent = walk(to(0.4, 0.1, 0.3))
+    sent.until_step(1)
+    steps = graph.last(Footsteps, "/footsteps", latched=True)
+    markers = graph.last(MarkerArray, "/footstep_markers", latched=True)
+    assert len(markers.markers) == 1 + len(steps.footsteps)
+    found = sent.end
+    assert found.status == GoalStatus.STATUS_SUCCEEDED, found.result.message
+    assert found.result.success
+    assert at(found.result) == pytest.approx((0.4, 0.1, 0.3), abs=0.02)
+    assert found.result.steps == len(steps.footsteps) == sent.feedback[-1].steps
+    assert steps.header.frame_id == "odom"
+    number = [each.step for each in sent.feedback]
+    assert number == sorted(number)
+    assert set(number) == set(range(1, found.result.steps + 1)) | ({0} & set(number))
+    margins = [each.zmp_margin for each in sent.feedback]
+    assert min(margins) > 0.01
+    stands(graph)
+
+
+def test_a_walk_over_footsteps_of_the_user(
+        graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    """Two footsteps beside each other, 0.1 m behind where the robot stands."""
+    here = walk(to(0.4, 0.1, 0.3, dry_run=True)).end.result
+    x, y, yaw = at(here)
+    cos, sin = math.cos(yaw), math.sin(yaw)
+
+    def beside(side: str) -> Footstep:
+        out = 0.095 if side == "left" else -0.095
+        return Footstep(side=side, duration=0.9,
+                        pose=pose(x - 0.1 * cos - out * sin, y - 0.1 * sin + out * cos, yaw))
+
+    found = walk(Walk.Goal(footsteps=[beside("left"), beside("right")])).end
+    assert found.result.success, found.result.message
+    assert found.result.steps == 2
+    assert at(found.result) == pytest.approx((x - 0.1 * cos, y - 0.1 * sin, yaw), abs=0.015)
+
+
+def test_a_dry_run_moves_nothing(graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    before = np.array(graph.last(JointState, "/joint_states").position)
+    found = walk(to(1.0, dry_run=True)).end
+    assert found.result.success
+    assert "footsteps" in found.result.message
+    after = np.array(graph.last(JointState, "/joint_states").position)
+    assert np.abs(after - before).max() < STILL
+
+
+@pytest.mark.parametrize("how", ["cancel", "stop"])
+def test_a_cancel_and_a_stop_finish_the_step_and_stand(
+        graph: Any, walk: Callable[[Walk.Goal], Sent], how: str) -> None:
+    sent = walk(to(3.0))
+    sent.until_step(2)
+    if how == "cancel":
+        graph.result(sent.handle.cancel_goal_async(), "the cancel")
+    else:
+        answer = graph.call(Trigger, "/stop")
+        assert answer.success
+        assert "walk" in answer.message
+    found = sent.end
+    assert found.status == GoalStatus.STATUS_CANCELED
+    assert found.result.error_code == Result.STOPPED
+    assert 2 <= found.result.steps <= 4
+    stands(graph)
+
+
+def test_a_newer_goal_replaces_the_footsteps_that_have_not_begun(
+        graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    """The robot never stands still in between."""
+    first = walk(to(4.0))
+    first.until_step(2)
+    x = first.feedback[-1].pose.pose.position.x
+    goal = (x + 0.9, 0.4, 0.2)
+    second = walk(to(*goal))
+    older = first.end
+    assert older.status == GoalStatus.STATUS_ABORTED
+    assert older.result.error_code == Result.REPLACED
+    newer = second.end
+    assert newer.result.success, newer.result.message
+    assert at(newer.result) == pytest.approx(goal, abs=0.03)
+    assert second.feedback[0].step >= 2
+    stands(graph)
+
+
+def test_a_bad_newer_goal_leaves_the_walk_as_it_is(
+        graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    first = walk(to(0.5))
+    first.until_step(1)
+    assert walk(to(1e4)).end.result.error_code == Result.INVALID_GOAL
+    assert first.end.result.success
+    stands(graph)
+
+
+def test_no_hit_begins_while_the_robot_walks(
+        graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    sent = walk(to(1.0))
+    sent.until_step(1)
+    client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
+    try:
+        graph.spin_until(client.server_is_ready, "the action")
+        handle = graph.result(client.send_goal_async(ExecuteDoorImpact.Goal()), "the goal")
+        found = graph.result(handle.get_result_async(), "the result").result
+    finally:
+        client.destroy()
+    assert found.error_code == ExecuteDoorImpact.Result.NOT_READY
+    assert "walks" in found.message
+    assert sent.end.result.success
+
+
+NUMBER = st.sampled_from([math.nan, math.inf, -math.inf, 1e300])
+NOT_AN_ANGLE = Quaternion(x=0.7, y=0.0, z=0.0, w=0.714)
+SIDEWAYS = [Footstep(side="left", pose=pose(100.0, 0.0))]
+BAD = {
+    "another frame": to(0.5),
+    "lying": Walk.Goal(goal=PoseStamped(pose=Pose(orientation=NOT_AN_ANGLE))),
+    "no rotation": Walk.Goal(goal=PoseStamped(pose=Pose(orientation=Quaternion(w=0.0)))),
+    "far": to(60.0),
+    "far footstep": Walk.Goal(footsteps=SIDEWAYS),
+    "no foot": Walk.Goal(footsteps=[Footstep(side="middle")]),
+    "short": to(0.5, step_duration=0.05),
+    "long": to(0.5, step_duration=1e6),
+}
+BAD["another frame"].goal.header.frame_id = "map"
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_goal_is_a_code_and_a_sentence_and_nothing_moves(
+        graph: Any, walk: Callable[[Walk.Goal], Sent], name: str) -> None:
+    before = np.array(graph.last(JointState, "/joint_states").position)
+    found = walk(BAD[name]).end
+    assert found.status == GoalStatus.STATUS_ABORTED
+    assert found.result.error_code == Result.INVALID_GOAL, found.result.message
+    assert len(found.result.message.split()) > 3
+    after = np.array(graph.last(JointState, "/joint_states").position)
+    assert np.abs(after - before).max() < STILL
+
+
+@given(number=NUMBER, field=st.sampled_from(["x", "y", "z", "w", "duration", "step"]))
+def test_a_number_that_is_none_is_refused(
+        graph: Any, walk: Callable[[Walk.Goal], Sent], number: float, field: str) -> None:
+    goal = to(0.5)
+    if field in ("x", "y"):
+        setattr(goal.goal.pose.position, field, number)
+    elif field in ("z", "w"):
+        setattr(goal.goal.pose.orientation, field, number)
+    elif field == "duration":
+        goal.step_duration = number
+    else:
+        goal.footsteps = [Footstep(side="left", pose=pose(number, 0.1))]
+    assert walk(goal).end.result.error_code == Result.INVALID_GOAL
+
+
+def test_footsteps_on_each_other_are_refused(
+        graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None:
+    x, y, yaw = at(walk(to(0.5, dry_run=True)).end.result)
+    goal = Walk.Goal(footsteps=[Footstep(side="left", pose=pose(x, y - 0.1, yaw))])
+    found = walk(goal).end.result
+    assert found.error_code == Result.INVALID_GOAL
+    stands(graph)
