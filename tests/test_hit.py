@@ -34,11 +34,12 @@ class TiltWatch:
         self.error = max(self.error, float(np.degrees(np.arccos(min(cosine, 1.0)))))
 
 
-tilt, floor = TiltWatch(), []
+tilt, floor, hand = TiltWatch(), [], []
 
 
 def watch(world: World, sample: TickSample) -> None:
-    """Both."""
+    """Tilt, ZMP, and force on the right hand."""
+    hand.append((sample.time, *sample.right_hand_wrench[:3]))
     if not floor:
         floor.append(ZmpWatch(world))
         return
@@ -226,6 +227,20 @@ def test_zmp_by_wrenches_and_joints_is_that_of_the_floors_forces_in_motion(run: 
 
 def test_the_imus_attitude_is_right_to_1_deg_throughout(run: Rehearsal) -> None:
     assert 0.01 < tilt.error < 1.0
+
+
+def test_the_right_wrist_feels_the_hand_hold_the_door_and_not_the_elbow_hit_it(
+        run: Rehearsal) -> None:
+    """As the sum of the contact's normal forces in the hold; in the hit only noise."""
+    motion, felt = run.log.motion, np.array(hand)
+    end, hit = motion.t[-1], motion.t[run.impact.contact.start]
+    holding = felt[felt[:, 0] > end - 0.5, 1:].mean(axis=0)
+    contact = motion.contact_force[motion.t > end - 0.5].mean()
+    assert contact > 2.0
+    assert np.linalg.norm(holding) == pytest.approx(contact, rel=0.15)
+    hitting = felt[(felt[:, 0] > hit - 0.01) & (felt[:, 0] < hit + 0.05), 1:]
+    assert run.impact.peak_force > 500.0
+    assert np.linalg.norm(hitting, axis=1).max() < 5.0
 
 
 def test_the_door_is_held_near_the_desired_angle(run: Rehearsal) -> None:

@@ -33,7 +33,7 @@ def made_up(kind, case, number, *, stood=True, margin=30.0):
                         "announced": reserve < 0.0, "v_rb": 0.4}
     end = {"ahead_mm": 3.0, "left_mm": 4.0, "yaw_deg": -1.0}
     found |= {"end": end if stood else None, "off_mm": 5.0 if stood else None,
-              "speed_share": 0.6, "steps": 8, "planned_margin_mm": 58.0}
+              "speed_share": 0.6, "steps": 8, "planned_margin_mm": 58.0, "changed_steps": 0}
     if kind == "walk":
         return found | {"walk": 0}
     blow = push.BLOWS[number]
@@ -270,6 +270,8 @@ def test_a_sweep_of_blows_at_a_short_walk(short, tmp_path, engine):
     assert [run["kind"] for run in found["runs"]] == [blow.name for blow in push.BLOWS]
     assert [row["n"] for row in found["blows"].values()] == [1, 1, 1]
     assert min(run["tilt_deg"] for run in found["runs"]) > 0.5
+    assert not any(run["changed_steps"] for run in found["runs"] if not run["step_change"])
+    assert found["runs"][-1]["changed_steps"] > 0
 
 
 @pytest.mark.nightly("two hits")

@@ -42,6 +42,7 @@ def test_a_walk_far_from_the_origin_ends_where_it_was_planned(walked, plan):
     assert abs(walked.off.yaw) < math.radians(1.0)
     assert math.degrees(walked.max_tilt) < 1.0
     assert walked.execution.outcome is Outcome.SUCCESS
+    assert walked.execution.recovered == 0
     assert walked.execution.steps_made(math.inf) == len(plan.footsteps)
     assert walked.log.motion.t[-1] >= walked.begin + plan.duration + AFTERWARDS
 
@@ -86,6 +87,14 @@ def test_a_push_moves_the_center_of_mass_by_its_impulse(robot, plan):
     gained = (speed[1] - speed[0]) @ [math.cos(direction), math.sin(direction)]
     assert 0.08 < gained < 10.0 / robot.mass  # the soles hold against it
     assert replay_of_walk(pushed, robot.config).events[0].time == pushed.begin + at
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_a_push_changes_the_steps_only_where_it_may(robot, plan, allowed):
+    """25 N s to the front in the middle of the first single support."""
+    push = Push(1.6, (25.0 * math.cos(START.yaw), 25.0 * math.sin(START.yaw), 0.0))
+    pushed = walk(robot, plan, [push], step_change=allowed, engine="mujoco", seed=5)
+    assert (pushed.execution.recovered > 0) == allowed
 
 
 def test_a_fall_ends_the_walk(robot, plan):

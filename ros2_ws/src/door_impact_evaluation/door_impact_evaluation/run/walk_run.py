@@ -19,6 +19,7 @@ from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import standing
 from walking.pattern.walk_plan import WalkPlan
+from walking.recovery.estimate import Measured
 
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.record import Support
@@ -120,7 +121,8 @@ def plan_between(robot: RobotModel, start: Pose, goal: Pose, **options: Any) -> 
 
 
 def walk(
-    robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), **settings: Any
+    robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *, step_change: bool = True,
+    **settings: Any,
 ) -> Walked:
     """Executes a walk in a new simulated world, with the closed door far away.
 
@@ -128,6 +130,7 @@ def walk(
         robot: The robot.
         plan: A walk that begins at rest.
         pushes: Pushes on the robot.
+        step_change: Whether a push may change the steps.
         settings: Settings of the simulated world (`WorldSettings`) except its `start`.
 
     Raises:
@@ -139,7 +142,7 @@ def walk(
     world = World(
         robot.config, load_door("paper"), _DOOR_DISTANCE, hinge_x, start=tuple(start), **settings)
     try:
-        execution, begin = execute(world, robot, plan, pushes)
+        execution, begin = execute(world, robot, plan, pushes, step_change=step_change)
         with tempfile.TemporaryDirectory() as folder:
             log = simulation_log.load(world.save_log(Path(folder) / "log.npz"), 0.0)
     finally:
@@ -148,7 +151,8 @@ def walk(
 
 
 def execute(
-    world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = ()
+    world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
+    step_change: bool = True,
 ) -> tuple[Walk, float]:
     """Lets a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
 
@@ -159,6 +163,7 @@ def execute(
         robot: The robot.
         plan: The walk.
         pushes: Pushes on the robot.
+        step_change: Whether a push may change the steps; after such a change the robot stands.
 
     Returns:
         The execution after its end, and the time at which the plan began [s].
@@ -180,8 +185,12 @@ def execute(
             end = min(end, world.time + AFTERWARDS)
             continue
         tilt = float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
-        for command in (*execution.on_joints(sample.time, sample.position),
-                        *execution.on_tilt(tilt)):
+        commands = [*execution.on_joints(sample.time, sample.position), *execution.on_tilt(tilt)]
+        if step_change:
+            commands += execution.on_measured(sample.time, Measured(
+                sample.position, sample.velocity, sample.imu, sample.left_wrench,
+                sample.right_wrench))
+        for command in commands:
             send(command)
     return execution, begin
 

@@ -38,7 +38,7 @@ class Blow:
 
 BLOWS = (Blow("fore and aft", 20.0, step_change=False),
          Blow("sideways", 16.0, step_change=False),
-         Blow("any direction", 25.0, step_change=False))
+         Blow("any direction", 25.0, step_change=True))
 
 
 @dataclass(frozen=True)
@@ -158,12 +158,12 @@ class PushKind(Kind):
         lines = [f"{found['n']} walks, seed {found['seed']}, engine {found['engine']}; blows of "
                  f"{PUSH_DURATION:g} s in the middle of a single support",
                  f"  stood after every blow {found['stood']} of {found['n']}", "",
-                 f"{'':16}{'impulse':>9}{'step change':>13}{'stood':>11}{'tilt [deg]':>13}"
+                 f"{'':16}{'impulse':>9}{'steps changed':>15}{'stood':>11}{'tilt [deg]':>13}"
                  f"{'ZMP margin [mm]':>19}   (of those that stood: largest; smallest)"]
         for name, row in found["blows"].items():
+            changed = row["changed"] if row["step_change"] else "not allowed"
             lines.append(
-                f"  {name:14}{row['impulse']:5g} N s{'yes' if row['step_change'] else 'no':>13}"
-                f"{row['stood']:>5} of {row['n']:<3}"
+                f"  {name:14}{row['impulse']:5g} N s{changed:>15}{row['stood']:>5} of {row['n']:<3}"
                 f"{shown(row['tilt_deg']['max'], '.1f'):>12}"
                 f"{shown(row['min_margin_mm']['min'], '.1f'):>19}")
         lost = [f"{worst_line(r)} after {r['impulse']:g} N s {r['kind']}, "
@@ -203,7 +203,9 @@ def _pushed(case: PushCase, engine: str, number: int) -> tuple[Walked, str]:
     robot, start = walker(), Pose(0.0, 0.0, 0.0)
     plan = plan_between(robot, start, start.moved(*case.goal), keep_heading=True)
     push, swing = push_of(case, plan, number)
-    return walk(robot, plan, [push], engine=engine, seed=case.seed), swing
+    walked = walk(robot, plan, [push], step_change=BLOWS[number].step_change, engine=engine,
+                  seed=case.seed)
+    return walked, swing
 
 
 def _outward(direction: float, swing: str) -> float:
@@ -216,6 +218,7 @@ def _of_blow(blow: Blow, records: list[Record]) -> dict[str, Any]:
     return {
         "impulse": blow.impulse, "step_change": blow.step_change,
         "n": len(records), "stood": len(stood),
+        "changed": sum(r["changed_steps"] > 0 for r in records),
         "tilt_deg": largest(r["tilt_deg"] for r in stood),
         "min_margin_mm": smallest(r["margin_mm"] for r in stood),
     }

@@ -23,6 +23,7 @@ def walk_record(walked: Walked) -> Record:
     return {
         "stood": walked.stood,
         "outcome": walked.execution.outcome.value,
+        "changed_steps": walked.execution.recovered,
         "fell": walked.log.fell,
         "end": end if walked.stood else None,
         "off_mm": 1e3 * math.hypot(off.x, off.y) if walked.stood else None,
