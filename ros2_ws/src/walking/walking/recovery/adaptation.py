@@ -25,7 +25,6 @@ UPRIGHT = 0.04
 _DIRECTIONS = 64  # of the hull's edges
 _PLACES = (9, 8)  # places of the foot that are compared, ahead and to the side
 _TIME_STEP = 0.02  # between times of touchdown that are compared [s]
-_MOST = 4  # landings that are returned
 # Costs: of a metre that the reserve lacks, of a metre away from the planned place, of a second away
 # from the planned time and of one after it, of each m/s that the foot is too fast.
 _LACK, _AWAY, _TIME, _LATE, _FAST = 10.0, 0.3, 0.1, 0.3, 100.0
@@ -86,7 +85,7 @@ def landings(
     robot: RobotConfig, swing: Swing, capture_point: Array, frequency: float,
     settings: RecoverySettings,
 ) -> list[Landing]:
-    """Return the best landings, each at another time, the best one first.
+    """Return the best landing for each of several times of touchdown, the best one first.
 
     All of them keep the robot's limits of footsteps; the last resort is the one that lacks least.
 
@@ -128,7 +127,7 @@ def landings(
             swing.side, standing.moved(x, y, yaw), float(time), swing.double,
             _placed(zmp[best], standing), _placed(end[best], standing), float(margin[best]),
             float(cost[best])))
-    return sorted(found, key=lambda landing: landing.cost)[:_MOST]
+    return sorted(found, key=lambda landing: landing.cost)
 
 
 def _times(swing: Swing, settings: RecoverySettings) -> Array:

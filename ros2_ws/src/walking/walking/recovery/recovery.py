@@ -39,6 +39,9 @@ from walking.recovery.reference import ReferenceState, phase_at, reference_at
 from walking.recovery.replan import plan_landing
 from walking.recovery.settings import RecoverySettings
 
+_TRIES = 4  # largest number of landings that are planned
+_LONGER = 0.03  # by how much longer a step takes that is tried after one that the legs refuse [s]
+
 
 @dataclass(frozen=True)
 class Recovery:
@@ -115,7 +118,9 @@ def recover(
     phase = phase_at(plan, begin)
     in_air = phase.kind == "single"
     left = phase.last * plan.schedule.period - begin
-    if in_air and left < settings.frozen or (phase_at(plan, time).kind == "single") != in_air:
+    if in_air and left < settings.frozen:
+        return None
+    if (phase_at(plan, time).kind == "single") != in_air:
         return None  # the foot lands as planned; what is left is judged on both feet
     state = reference_at(robot, plan, begin, walk.chest_swing)
     com, point = _ahead(robot, state, seen, settings)
@@ -129,12 +134,16 @@ def recover(
     else:
         found = _steps(robot, state.stance, point, frequency, settings)
     passed = 0.0 if previous is None else previous.passed + begin
-    for landing in found:
+    for _ in range(_TRIES):
+        if not found:
+            break
+        landing = found[0]
         try:
             new, expected = plan_landing(
                 robot, state, landing, com, frequency, settings, walk, passed)
-        except HumanoidMotionError:
-            continue  # a leg does not reach there in time
+        except HumanoidMotionError:  # a leg does not reach there in time
+            found = [later for later in found if later.time > landing.time + _LONGER]
+            continue
         return Recovery(new, begin, landing, expected, frequency, passed)
     return None
 
