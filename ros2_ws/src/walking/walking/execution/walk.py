@@ -28,8 +28,8 @@ from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.estimate import Measured
-from walking.recovery.recovery import Recovery, recover
+from walking.recovery.estimate import Balance, Measured
+from walking.recovery.recovery import Recovery, recover, watch
 
 
 class Outcome(enum.Enum):
@@ -93,6 +93,7 @@ class Walk:
         self._held = math.inf
         self._pending: tuple[int, WalkPlan] | None = None
         self._recovery: Recovery | None = None  # that made the present plan
+        self._seen: Balance | None = None  # at the last sample
         self._next_rest: Rest | None = None
         self._before: Phase | None = None
         self._knots = section(plan, 0, rest)
@@ -273,8 +274,10 @@ class Walk:
             rest = self._rest
             plan, time = rest.plan, since - boundary + rest.begin
             origin = now - time
+        self._seen = watch(self._robot, plan, time, measured, before=self._seen)
         found = recover(
-            self._robot, plan, time, measured, walk=self._pattern, previous=self._recovery)
+            self._robot, plan, time, measured, walk=self._pattern, previous=self._recovery,
+            seen=self._seen)
         if found is None:
             return []
         self._made = self.steps_made(now)

@@ -60,7 +60,7 @@ def plan_walk(
     check_footsteps(robot.config, state.stance, footsteps)
     plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
     body = _body_courses(robot, state, footsteps, plan, settings, upper)
-    height = _com_height(robot, settings.waist_height)
+    height = com_height(robot, settings.waist_height)
     capture = state.com[0] + state.com[1] * math.sqrt(height / GRAVITY)
     reference = zmp_reference(robot, plan, state.zmp, None if state.at_rest else capture)
     control = preview_control(settings.period, height, settings.horizon, settings.jerk_weight)
@@ -71,7 +71,7 @@ def plan_walk(
     lack = reference - inverse_dynamics(robot, rough).zmp
     correction = control.follow(state.correction, lack)
     last = stances(state.stance, footsteps)[-1]
-    com = _ending_at_rest(cart.com + correction.com, rest_point(robot, last), plan)
+    com = ending_at_rest(cart.com + correction.com, rest_point(robot, last), plan)
     near = (base[:, :2] + WAIST_PER_COM * (new - old) for base, new, old in zip(
         (rough.base, rough.base_speed, rough.base_acceleration), com, rolling, strict=True))
     motion = whole_body(robot, plan.time, com, body, Course(*near))
@@ -90,7 +90,7 @@ def plan_walk(
         final=standing(robot, last, body.upper.value[-1]), checks=checks)
 
 
-def _ending_at_rest(com: Array, rest: Array, plan: Schedule) -> Course:
+def ending_at_rest(com: Array, rest: Array, plan: Schedule) -> Course:
     """Let the course of the CoM (N, 3, 2) end exactly at rest at a place (2,) [m].
 
     In the second half of the end, what is left of the approach is taken away more and more: the
@@ -143,7 +143,7 @@ def _waist_course(
 
 
 @lru_cache(maxsize=8)
-def _com_height(robot: RobotModel, waist_height: float) -> float:
+def com_height(robot: RobotModel, waist_height: float) -> float:
     """Height of the CoM above the floor with the feet beside each other [m]."""
     half = robot.config.half_sitting
     q = robot.configuration(np.zeros(3), half)

@@ -1,9 +1,9 @@
-"""Where and when to put the swinging foot down after a push.
+"""Where and when to put a foot down after a push.
 
-The robot is a linear inverted pendulum of the frequency w. With the ZMP p its capture point moves
-as x(t) = p + (x(0) - p) exp(w t). Until touchdown p is in the standing sole, at the place that
-brings x nearest to where it is wanted; afterwards it may be anywhere under both soles. The robot
-can stop on both feet without another step if x is well inside their hull at touchdown.
+The robot is a linear inverted pendulum of the frequency w. Under a constant ZMP p its capture point
+moves as x(t) = p + (x(0) - p) exp(w t). Until touchdown p is in the standing sole, at the place
+that brings x nearest to where it is wanted; afterwards it may be anywhere under both soles. The
+robot can stop on both feet if x is well inside their hull at touchdown.
 """
 
 from __future__ import annotations
@@ -13,110 +13,173 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import RobotConfig, StepLimits, needed
+from hrp2_description.robot import RobotConfig, needed
 from hrp2_description.support import sole_corners
 
 from walking.footsteps.footstep import OUTWARD, Pose, other
 from walking.footsteps.soles import sole_distances
 from walking.recovery.settings import RecoverySettings
 
-_DIRECTIONS = 48
-_PLACES = (9, 8)
-_TIME_STEP = 0.02
+UPRIGHT = 0.04
+"""Time before touchdown in which a foot moves down only [s]."""
+_DIRECTIONS = 64  # of the hull's edges
+_PLACES = (9, 8)  # places of the foot that are compared, ahead and to the side
+_TIME_STEP = 0.02  # between times of touchdown that are compared [s]
+# Costs: of a metre that the reserve lacks, of a metre away from the planned place, of a second away
+# from the planned time and of one after it, of each m/s that the foot is too fast.
+_LACK, _AWAY, _TIME, _LATE, _FAST = 10.0, 0.3, 0.1, 0.3, 100.0
+
+
+@dataclass(frozen=True)
+class Swing:
+    """The foot that is in the air, or will be.
+
+    Attributes:
+        side: Its side.
+        standing: Pose of the other sole in odom.
+        place: x and y of its sole in odom now, (2,) [m].
+        speed: Their speeds, (2,) [m/s].
+        acceleration: Their accelerations, (2,) [m/s^2].
+        planned: Pose of its sole after the step as planned so far.
+        left: Time to the planned touchdown [s].
+        double: Time until it leaves the floor; 0 if it has [s].
+    """
+
+    side: str
+    standing: Pose
+    place: Array
+    speed: Array
+    acceleration: Array
+    planned: Pose
+    left: float
+    double: float = 0.0
 
 
 @dataclass(frozen=True)
 class Landing:
-    """Where and when the swinging foot lands.
+    """Where and when a foot lands.
 
     Attributes:
-        pose: Pose of the sole in odom.
+        side: Side of the foot.
+        pose: Pose of its sole in odom.
         time: Time to touchdown [s].
-        zmp: Place of the ZMP until then in odom, (2,) [m].
+        double: Time until the foot leaves the floor; 0 if it has [s].
+        zmp: Place of the ZMP until touchdown in odom, (2,) [m].
         capture_point: Predicted place of the capture point at touchdown in odom, (2,) [m].
-        margin: How far it is inside the hull of both soles then [m]; negative outside.
+        margin: How far it is inside the hull of both soles then [m]; negative outside, where
+            the robot cannot stop without another step.
+        cost: By which landings are compared.
     """
 
+    side: str
     pose: Pose
     time: float
+    double: float
     zmp: Array
     capture_point: Array
     margin: float
-    swing: str = ""
-    double: float = 0.0
-    cost: float = 0.0
+    cost: float
 
 
 def landings(
-    robot: RobotConfig,
-    swing: str,
-    standing: Pose,
-    foot: Array,
-    foot_speed: Array,
-    planned: Pose,
-    planned_time: float,
-    capture_point: Array,
-    frequency: float,
+    robot: RobotConfig, swing: Swing, capture_point: Array, frequency: float,
     settings: RecoverySettings,
-    double: float = 0.0,
 ) -> list[Landing]:
-    """Return landings, the best one first, one for each time of touchdown."""
-    limits = needed(robot.footsteps, "footsteps")
-    yaw = standing.yaw + max(-limits.turn, min(limits.turn, math.remainder(
-        planned.yaw - standing.yaw, 2.0 * math.pi)))
-    places = _places(robot, limits, swing, standing, planned, yaw)  # (P, 3)
-    latest = max(planned_time, settings.shortest) + settings.longest
-    earliest = min(settings.shortest, planned_time) if not double else double + settings.swing
-    times = np.arange(earliest, latest, _TIME_STEP)
-    rect = robot.soles[other(swing)]
-    local = Pose(*capture_point, 0.0).seen_from(standing)
-    x = np.array([local.x, local.y])
-    out = OUTWARD[swing]
-    rel = np.array([Pose(*row).seen_from(standing) for row in places])  # (P, 3) in standing axes
-    corners = np.array([sole_corners(robot.soles[swing], row) for row in rel])  # (P, 4, 2)
-    own = sole_corners(rect, np.zeros(3))
-    angles = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    normals = np.stack([np.cos(angles), np.sin(angles)])  # (2, D)
-    support = np.maximum((corners @ normals).max(axis=1), (own @ normals).max(axis=0))  # (P, D)
+    """Return the best landing for each of several times of touchdown, the best one first.
+
+    All of them keep the robot's limits of footsteps; the last resort is the one that lacks least.
+
+    Args:
+        robot: The robot.
+        swing: The foot.
+        capture_point: Capture point in odom, (2,) [m].
+        frequency: Frequency of the pendulum [rad/s].
+        settings: Settings.
+    """
+    standing = swing.standing
+    # All vectors are in the axes of the standing sole from here on.
+    places = _places(robot, swing)
+    point = _seen(capture_point, standing)
+    here, aim = _seen(swing.place, standing), np.array(swing.planned.seen_from(standing)[:2])
+    axes = _axes(standing.yaw)
+    speed, acceleration = axes @ swing.speed, axes @ swing.acceleration
+    rect = robot.soles[other(swing.side)]
     low = np.array([rect[0], rect[2]]) + settings.inset
     high = np.array([rect[1], rect[3]]) - settings.inset
-    middle = 0.5 * (rel[:, :2] + 0.5 * (low + high)) + np.array([0.01, 0.0])
-    here = np.array(Pose(foot[0], foot[1], 0.0).seen_from(standing)[:2])
-    speed = np.array(Pose(foot_speed[0], foot_speed[1], 0.0).seen_from(
-        Pose(0.0, 0.0, standing.yaw))[:2])
-    aim = np.array(planned.seen_from(standing)[:2])
+    sole = sole_corners(robot.soles[swing.side], np.zeros(3))
+    wanted = 0.5 * (places[:, :2] + sole.mean(axis=0) + 0.5 * (low + high))
+    normals, support = _hulls(robot, swing.side, places)
+    away = _AWAY * np.linalg.norm(places[:, :2] - aim, axis=1)
     found = []
-    for time in times:
+    for time in _times(swing, settings):
         grow = math.exp(frequency * time)
-        zmp = np.clip((middle - x * grow) / (1.0 - grow), low, high)  # (P, 2)
-        end = zmp + (x - zmp) * grow
+        zmp = np.clip((wanted - point * grow) / (1.0 - grow), low, high)
+        end = zmp + (point - zmp) * grow
         margin = (support - end @ normals).min(axis=1)
-        quick = 1.875 * np.linalg.norm(rel[:, :2] - here - 0.3 * speed * time, axis=1) / (
-            time - double - 0.03)
-        lack = np.maximum(0.0, settings.reserve - margin)
-        cost = (lack * 10.0 + 0.3 * np.linalg.norm(rel[:, :2] - aim, axis=1)
-                + 0.1 * abs(time - planned_time) + 100.0 * np.maximum(0.0, quick - settings.fastest_foot))
+        travel = max(time - swing.double - UPRIGHT, UPRIGHT)
+        fast = _fastest(places[:, :2] - here, speed, acceleration, travel) - settings.fastest_foot
+        cost = (_LACK * np.maximum(0.0, settings.reserve - margin) + away
+                + _TIME * abs(time - swing.left) + _LATE * max(0.0, time - swing.left)
+                + _FAST * np.maximum(0.0, fast))
         best = int(np.argmin(cost))
-        place = standing.moved(end[best][0], end[best][1])
-        z = standing.moved(zmp[best][0], zmp[best][1])
-        found.append((float(cost[best]), Landing(
-            Pose(*places[best]), float(time), np.array(z[:2]), np.array(place[:2]),
-            float(margin[best]), swing, double, float(cost[best]))))
-    found.sort(key=lambda pair: pair[0])
-    return [landing for _, landing in found]
+        x, y, yaw = places[best].tolist()
+        found.append(Landing(
+            swing.side, standing.moved(x, y, yaw), float(time), swing.double,
+            _placed(zmp[best], standing), _placed(end[best], standing), float(margin[best]),
+            float(cost[best])))
+    return sorted(found, key=lambda landing: landing.cost)
 
 
-def _places(
-    robot: RobotConfig, limits: StepLimits, swing: str, standing: Pose, planned: Pose, yaw: float
-) -> Array:
-    out = OUTWARD[swing]
-    aim = planned.seen_from(standing)
-    xs = np.append(np.linspace(-limits.back, limits.ahead, _PLACES[0]), aim.x)
-    ys = np.append(np.linspace(limits.narrowest, limits.widest, _PLACES[1]), out * aim.y)
+def _times(swing: Swing, settings: RecoverySettings) -> Array:
+    """Times of touchdown that are compared, (N,) [s]."""
+    earliest = swing.double + settings.swing if swing.double else min(
+        settings.shortest, swing.left)
+    latest = max(swing.left, settings.shortest) + settings.longest
+    return np.arange(earliest, latest, _TIME_STEP)
+
+
+def _places(robot: RobotConfig, swing: Swing) -> Array:
+    """Places of the sole that keep the limits, x, y [m] and yaw [rad], (P, 3)."""
+    limits = needed(robot.footsteps, "footsteps")
+    out, aim = OUTWARD[swing.side], swing.planned.seen_from(swing.standing)
+    ahead = np.append(np.linspace(-limits.back, limits.ahead, _PLACES[0]), aim.x)
+    aside = np.append(np.linspace(limits.narrowest, limits.widest, _PLACES[1]), out * aim.y)
     x, y = (rows.ravel() for rows in np.meshgrid(
-        np.clip(xs, -limits.back, limits.ahead), np.clip(ys, limits.narrowest, limits.widest)))
-    poses = np.array([standing.moved(a, out * b, yaw - standing.yaw)
-                      for a, b in zip(x, y, strict=True)])
-    still = np.tile(np.array(standing), (len(poses), 1))
-    clear = sole_distances(robot, swing, poses, still) >= limits.clearance - 1e-9
-    return poses[clear]
+        ahead.clip(-limits.back, limits.ahead), aside.clip(limits.narrowest, limits.widest)))
+    yaw = max(-limits.turn, min(limits.turn, aim.yaw))
+    places = np.column_stack([x, out * y, np.full(len(x), yaw)])
+    clear = sole_distances(robot, swing.side, places, np.zeros_like(places))
+    return places[clear >= limits.clearance - 1e-9]
+
+
+def _hulls(robot: RobotConfig, side: str, places: Array) -> tuple[Array, Array]:
+    """Directions (2, D), and how far the hull of both soles reaches along them, (P, D) [m]."""
+    angle = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    normals = np.stack([np.cos(angle), np.sin(angle)])
+    yaw = float(places[0, 2])
+    sole = (sole_corners(robot.soles[side], np.array([0.0, 0.0, yaw])) @ normals).max(axis=0)
+    own = (sole_corners(robot.soles[other(side)], np.zeros(3)) @ normals).max(axis=0)
+    return normals, np.maximum(places[:, :2] @ normals + sole, own)
+
+
+def _fastest(way: Array, speed: Array, acceleration: Array, duration: float) -> Array:
+    """Largest speeds of quintics over ways (P, 2) to rest from a speed and acceleration, (P,)."""
+    x = np.linspace(0.1, 0.9, 9)
+    u = 1.0 - x
+    along = 30.0 * (x * u) ** 2 / duration
+    fixed = np.outer(1.0 - 18.0 * x**2 + 32.0 * x**3 - 15.0 * x**4, speed)
+    fixed += np.outer(x - 4.5 * x**2 + 6.0 * x**3 - 2.5 * x**4, acceleration * duration)
+    rate = along[:, None, None] * way + fixed[:, None]
+    return np.asarray(np.sqrt((rate**2).sum(axis=2)).max(axis=0))
+
+
+def _axes(yaw: float) -> Array:
+    return np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+
+
+def _seen(point: Array, pose: Pose) -> Array:
+    return np.asarray(_axes(pose.yaw) @ (point - np.array([pose.x, pose.y])))
+
+
+def _placed(point: Array, pose: Pose) -> Array:
+    return np.array([pose.x, pose.y]) + point @ _axes(pose.yaw)

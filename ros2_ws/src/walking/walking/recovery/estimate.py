@@ -20,6 +20,13 @@ from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.robot_model import RobotModel
 
 from walking.footsteps.footstep import Pose
+from walking.pattern.timing import Phase
+from walking.pattern.walk_plan import WalkPlan
+from walking.recovery.reference import phase_at
+
+_PERIOD = 0.005  # time between two measurements [s]
+_TOUCH = 30.0  # normal force above which a sole counts [N]
+_BEARS = 100.0  # normal force of both soles above which there is a ZMP [N]
 
 
 @dataclass(frozen=True)
@@ -94,8 +101,8 @@ def com_over_sole(
         turn = _rotation(imu.orientation) @ in_base.T
         rate = turn @ in_base @ (imu.angular_velocity - own)
     x_axis = turn @ sole_in_base.rotation[:, 0]
-    turn = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0])) @ turn
-    rate = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0])) @ rate
+    heading = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0]))
+    turn, rate = heading @ turn, heading @ rate
     x_min, x_max, y_min, y_max = robot.feet[side].rectangle
     middle = np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.0])
     arm = sole_in_base.rotation @ middle
@@ -107,6 +114,73 @@ def com_over_sole(
     speed = turn @ (np.array(data.vcom[0]) - pivot_speed) + np.cross(rate, away)
     place = np.array(sole.moved(middle[0], middle[1])[:2])
     return ComState(place + away[:2], speed[:2], float(away[2]))
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What is known of the robot's balance at one time.
+
+    Attributes:
+        time: Time since the beginning of the plan [s].
+        com: Measured state of the CoM.
+        capture_point: Filtered place of the capture point in odom, (2,) [m].
+        planned: Its place in the plan's reference, (2,) [m].
+        phase: The plan's phase.
+    """
+
+    time: float
+    com: ComState
+    capture_point: Array
+    planned: Array
+    phase: Phase
+
+
+def balance(
+    robot: RobotModel, plan: WalkPlan, time: float, measured: Measured, smoothing: float,
+    before: Balance | None = None,
+) -> Balance:
+    """Estimate the robot's balance.
+
+    Between two measurements the capture point moves as the pendulum's under the measured ZMP; the
+    measured one corrects it. So trembling legs, whose speed is part of the measured one, matter
+    less.
+
+    Args:
+        robot: The robot.
+        plan: The plan that the driver follows.
+        time: Time since its beginning [s].
+        measured: What was measured then.
+        smoothing: Time constant of the correction [s].
+        before: The estimate of the sample before; None for the first one.
+    """
+    phase = phase_at(plan, time)
+    if phase.kind == "single":
+        side = phase.sides[0]
+    else:
+        side = "left" if measured.left_wrench[2] >= measured.right_wrench[2] else "right"
+    sole = phase.stance.foot(side)
+    now = com_over_sole(robot, side, sole, measured.position, measured.velocity, measured.imu)
+    position, velocity, _ = plan.knots.at(time)
+    reference = com_over_sole(robot, side, sole, position[0], velocity[0], None)
+    point = now.capture_point
+    if before is not None:
+        zmp = _zmp(phase, measured)
+        moved = before.capture_point
+        if zmp is not None:
+            moved = moved + _PERIOD * now.frequency * (moved - zmp)
+        point = moved + _PERIOD / (_PERIOD + smoothing) * (point - moved)
+    return Balance(time, now, point, reference.capture_point, phase)
+
+
+def _zmp(phase: Phase, measured: Measured) -> Array | None:
+    """Compute the ZMP from the wrenches in odom, (2,) [m]; None if the feet bear too little."""
+    force, moment = 0.0, np.zeros(2)
+    for side, wrench in (("left", measured.left_wrench), ("right", measured.right_wrench)):
+        if wrench[2] > _TOUCH:
+            place = phase.stance.foot(side).moved(-wrench[4] / wrench[2], wrench[3] / wrench[2])
+            force += float(wrench[2])
+            moment += wrench[2] * np.array(place[:2])
+    return moment / force if force > _BEARS else None
 
 
 def _rotation(quaternion: Array) -> Array:

@@ -1,16 +1,21 @@
 """Recovery from a push: from what was measured to a new walk plan.
 
-Call `recover` at every sample of the driver (200 Hz) while a plan is followed:
+While a plan is followed, call at every sample of the driver (200 Hz)
 
-    found = recover(robot, plan, time, measured, settings, walk, previous)
+    seen = watch(robot, plan, time, measured, before=seen)
+    found = recover(robot, plan, time, measured, previous=found_last, seen=seen)
 
 with the `WalkPlan` that the driver follows, the time since its beginning [s] (the measurement's
-stamp minus the plan's), a `Measured` (joints, IMU, foot wrenches; see `estimate.py`), the settings,
-and the `Recovery` that made this plan, or None for an undisturbed walk. The answer is None (nothing
-to do) or a `Recovery`, whose `plan` (a `WalkPlan` that ends standing on two feet) replaces the
-present one at `begin`: the time since the beginning of the present plan [s]. Send `found.plan.knots`
-with the stamp of the present plan plus `found.begin`; from then on call with `plan=found.plan`, time
-since its own beginning, and `previous=found`.
+stamp minus the plan's), a `Measured` (joints, IMU, wrenches of the feet), and the `Recovery` that
+made this plan, None for an undisturbed walk. `seen` is the running estimate of the balance, None at
+first; without it the estimate is that of one sample, which trembles by some 20 mm.
+
+The answer is None, nothing is to be done or can be done, or a `Recovery`. Its `plan` ends standing
+on two feet and replaces the present one at `begin`, a time since the beginning of the present plan:
+send `found.plan.knots` with the stamp of the present plan plus `found.begin`. From then on call
+with `plan=found.plan`, times since its own beginning and `previous=found`. `found.landing.margin`
+is negative if no landing within the robot's limits stops the fall, as far as can be foreseen; the
+plan then has the landing that lacks least.
 """
 
 from __future__ import annotations
@@ -18,131 +23,192 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES, needed
 from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.errors import HumanoidMotionError
+from humanoid_motion.robot_model import RobotModel
 
-from walking.footsteps.footstep import OUTWARD, other
+from walking.footsteps.footstep import OUTWARD, Pose, Stance, other
+from walking.pattern.course import Course
 from walking.pattern.settings import WalkSettings
-from walking.recovery.adaptation import landings
-from walking.recovery.estimate import com_over_sole
-from walking.recovery.reference import phase_at, reference_at
+from walking.pattern.walk_plan import WalkPlan
+from walking.recovery.adaptation import Landing, Swing, landings
+from walking.recovery.estimate import Balance, Measured, balance
+from walking.recovery.reference import ReferenceState, phase_at, reference_at
 from walking.recovery.replan import plan_landing
 from walking.recovery.settings import RecoverySettings
 
-
-def error_at(robot, plan, time, measured):
-    phase = phase_at(plan, time)
-    if phase.kind == "single":
-        side = phase.sides[0]
-    else:
-        side = "left" if measured.left_wrench[2] >= measured.right_wrench[2] else "right"
-    sole = phase.stance.foot(side)
-    now = com_over_sole(robot, side, sole, measured.position, measured.velocity, measured.imu)
-    position, velocity, _ = plan.knots.at(time)
-    reference = com_over_sole(robot, side, sole, position[0], velocity[0], None)
-    return now, reference, phase
+_TRIES = 4  # largest number of landings that are planned
+_LONGER = 0.03  # by how much longer a step takes that is tried after one that the legs refuse [s]
 
 
 @dataclass(frozen=True)
 class Recovery:
-    plan: object
+    """A walk that was changed after a push.
+
+    Attributes:
+        plan: The new plan; it ends standing on two feet.
+        begin: Its beginning, as a time since the beginning of the plan before it [s].
+        landing: Where and when the foot lands.
+        expected: Expected course of the CoM at the samples of the plan, (N, 2).
+        frequency: Frequency of the pendulum [rad/s].
+        passed: Time since the first change after the push [s].
+    """
+
+    plan: WalkPlan
     begin: float
-    landing: object
-    expected: object
+    landing: Landing
+    expected: Course
     frequency: float
-    gone: float = 0.0
+    passed: float
 
-    def expected_point(self, time):
-        """Expected capture point at a time since the beginning of the plan (2,)."""
-        n = min(max(time, 0.0) / self.plan.schedule.period, len(self.expected.value) - 1.0)
-        i = min(int(n), len(self.expected.value) - 2)
-        f = n - i
+    def capture_point(self, time: float) -> Array:
+        """Return the expected capture point at a time since the plan's beginning, (2,) [m]."""
         rows = self.expected.value + self.expected.speed / self.frequency
-        return rows[i] * (1 - f) + rows[i + 1] * f
+        times = self.plan.schedule.time
+        return np.array([np.interp(time, times, column) for column in rows.T])
 
 
-def recover(robot, plan, time, measured, settings=None, walk=None, previous=None):
+def watch(
+    robot: RobotModel, plan: WalkPlan, time: float, measured: Measured,
+    settings: RecoverySettings | None = None, before: Balance | None = None,
+) -> Balance:
+    """Estimate the robot's balance from a sample and the estimate before it.
+
+    Args:
+        robot: The robot.
+        plan: The plan that the driver follows.
+        time: Time since its beginning [s].
+        measured: What was measured then.
+        settings: Settings; None means the defaults.
+        before: The estimate at the sample before; None for the first one.
+    """
+    smoothing = (settings or RecoverySettings()).filter
+    return balance(robot, plan, max(time, 0.0), measured, smoothing, before)
+
+
+def recover(
+    robot: RobotModel,
+    plan: WalkPlan,
+    time: float,
+    measured: Measured,
+    settings: RecoverySettings | None = None,
+    walk: WalkSettings | None = None,
+    previous: Recovery | None = None,
+    seen: Balance | None = None,
+) -> Recovery | None:
+    """Change a walk if a push has moved the capture point too far.
+
+    Args:
+        robot: The robot.
+        plan: The plan that the driver follows.
+        time: Time since its beginning [s].
+        measured: What was measured then.
+        settings: Settings; None means the defaults.
+        walk: Settings of the walk; None means the defaults.
+        previous: The recovery that made this plan; None for an undisturbed walk.
+        seen: What `watch` found at this time; None means that of this sample alone.
+    """
     settings, walk = settings or RecoverySettings(), walk or WalkSettings()
-    now, reference, phase = error_at(robot, plan, max(time, 0.0), measured)
-    if previous is None:
-        error = now.capture_point - reference.capture_point
-        if np.linalg.norm(error) < settings.trigger:
-            return None
-    else:
-        if time < settings.pause:
-            return None
-        error = now.capture_point - previous.expected_point(time)
-        if np.linalg.norm(error) < (settings.again if phase.kind == 'single' else settings.again_double):
-            return None
-    begin = time + settings.latency
-    touchdown = phase.last * plan.schedule.period
+    seen = seen or watch(robot, plan, time, measured, settings)
+    if not _disturbed(seen, time, settings, previous):
+        return None
+    begin = max(time, 0.0) + settings.latency
+    phase = phase_at(plan, begin)
+    in_air = phase.kind == "single"
+    left = phase.last * plan.schedule.period - begin
+    if in_air and left < settings.frozen:
+        return None
+    if (phase_at(plan, time).kind == "single") != in_air:
+        return None  # the foot lands as planned; what is left is judged on both feet
     state = reference_at(robot, plan, begin, walk.chest_swing)
-    w = now.frequency
-    if phase.kind == "single":
-        left = touchdown - begin
-        if left < settings.frozen:
-            return None
-        standing = phase.stance.foot(other(phase.swing))
-        planned = plan.footsteps[phase.step].pose
-        zmp = _inside(robot, phase, standing, now.capture_point, settings)
-        com, vel = _advance(now, zmp, settings.latency, w)
-        found = landings(robot.config, phase.swing, standing, state.foot.value[:2],
-                         state.foot.speed[:2], planned, touchdown - begin, com + vel / w, w, settings)[:4]
+    com, point = _ahead(robot, state, seen, settings)
+    frequency = seen.com.frequency
+    if in_air:
+        swing = Swing(
+            phase.swing, phase.stance.foot(other(phase.swing)), state.foot.value[:2],
+            state.foot.speed[:2], state.foot.acceleration[:2], plan.footsteps[phase.step].pose,
+            left)
+        found = landings(robot.config, swing, point, frequency, settings)
     else:
-        middle = now.com - state.com.acceleration / w**2
-        hull = support_polygon(*(robot.feet[side].corners(phase.stance.foot(side)[:2], phase.stance.foot(side).yaw) for side in ("left", "right")))
-        zmp = nearest_inside(now.capture_point, hull)
-        com, vel = _advance(now, zmp, settings.latency, w)
-        point = com + vel / w
-        found = [None]
-        if float(polygon_margin(point, hull)) < settings.hold:
-            found = []
-            for swing in ("left", "right"):
-                standing = phase.stance.foot(other(swing))
-                foot = phase.stance.foot(swing)
-                aim = standing.moved(0.0, OUTWARD[swing] * robot.config.footsteps.width)
-                found += landings(robot.config, swing, standing, np.array(foot[:2]), np.zeros(2), aim,
-                                  settings.double + settings.swing, point, w, settings, settings.double)[:4]
-            found.sort(key=lambda one: one.cost)
-            found = [*(one for one in found[:4] if one.margin > settings.hopeless), None]
-    gone = 0.0 if previous is None else previous.gone + begin
-    last = None
-    for landing in found:
+        found = _steps(robot, state.stance, point, frequency, settings)
+    passed = 0.0 if previous is None else previous.passed + begin
+    for _ in range(_TRIES):
+        if not found:
+            break
+        landing = found[0]
         try:
-            new, expected = plan_landing(robot, state, landing, com, vel, w, settings, walk, now.height, gone)
-        except HumanoidMotionError as problem:
-            last = problem
+            new, expected = plan_landing(
+                robot, state, landing, com, frequency, settings, walk, passed)
+        except HumanoidMotionError:  # a leg does not reach there in time
+            found = [later for later in found if later.time > landing.time + _LONGER]
             continue
-        return Recovery(new, begin, landing, expected, w, gone)
+        return Recovery(new, begin, landing, expected, frequency, passed)
     return None
 
 
-def _inside(robot, phase, standing, point, settings):
-    rect = robot.config.soles[other(phase.swing)]
-    from walking.footsteps.footstep import Pose
-    local = Pose(*point, 0.0).seen_from(standing)
-    x = min(max(local.x, rect[0] + settings.inset), rect[1] - settings.inset)
-    y = min(max(local.y, rect[2] + settings.inset), rect[3] - settings.inset)
-    return np.array(standing.moved(x, y)[:2])
+def _disturbed(
+    seen: Balance, time: float, settings: RecoverySettings, previous: Recovery | None
+) -> bool:
+    if previous is None:
+        error, limit = seen.capture_point - seen.planned, settings.trigger
+    else:
+        error, limit = seen.capture_point - previous.capture_point(time), settings.again
+        if time < settings.pause:
+            return False
+    return float(np.linalg.norm(error)) >= limit
 
 
-def _advance(now, zmp, dt, w):
-    c, s = np.cosh(w * dt), np.sinh(w * dt)
-    away = now.com - zmp
-    return zmp + away * c + now.velocity / w * s, away * w * s + now.velocity * c
+def _ahead(
+    robot: RobotModel, state: ReferenceState, seen: Balance, settings: RecoverySettings
+) -> tuple[Array, Array]:
+    """Predict CoM and its velocity (2, 2) and the capture point (2,) at the plan's beginning.
+
+    Until then the stabilizer has the ZMP under the capture point, or as near to it as the soles
+    allow.
+    """
+    w, time = seen.com.frequency, settings.latency
+    com, point = seen.com.com, seen.capture_point
+    zmp = _nearest(point, _hull(robot, state.stance, state.swing))
+    later = zmp + (point - zmp) * np.exp(w * time)
+    # c' = w (x - c) under x(t) = zmp + (x - zmp) exp(w t)
+    com = (zmp + 0.5 * (point - zmp) * np.exp(w * time)
+           + (com - zmp - 0.5 * (point - zmp)) * np.exp(-w * time))
+    return np.stack([com, w * (later - com)]), later
 
 
-def _ahead(now, settings, w, robot, phase, standing):
-    zmp = _inside(robot, phase, standing, now.capture_point, settings)
-    com, vel = _advance(now, zmp, settings.latency, w)
-    return com + vel / w
+def _steps(
+    robot: RobotModel, stance: Stance, point: Array, frequency: float, settings: RecoverySettings
+) -> list[Landing]:
+    """Return steps from both feet, the best one first; none if the robot can stop without one."""
+    if float(polygon_margin(point, _hull(robot, stance, ""))) >= settings.spare:
+        return []
+    width = needed(robot.config.footsteps, "footsteps").width
+    found: list[Landing] = []
+    for side in SIDES:
+        base = stance.foot(other(side))
+        swing = Swing(
+            side, base, np.array(stance.foot(side)[:2]), np.zeros(2), np.zeros(2),
+            base.moved(0.0, OUTWARD[side] * width), settings.double + settings.swing,
+            settings.double)
+        found += landings(robot.config, swing, point, frequency, settings)
+    return sorted((landing for landing in found if landing.margin > settings.enough),
+                  key=lambda landing: landing.cost)
 
 
-def nearest_inside(point, hull):
+def _hull(robot: RobotModel, stance: Stance, swing: str) -> Array:
+    def corners(side: str, pose: Pose) -> Array:
+        return robot.feet[side].corners((pose.x, pose.y, 0.0), pose.yaw)
+
+    return support_polygon(*(corners(side, stance.foot(side)) for side in SIDES if side != swing))
+
+
+def _nearest(point: Array, hull: Array) -> Array:
+    """Return the point of a convex polygon that is nearest to a point, (2,) [m]."""
     if float(polygon_margin(point, hull)) >= 0.0:
         return point
-    after = np.roll(hull, -1, axis=0)
-    edges = after - hull
+    edges = np.roll(hull, -1, axis=0) - hull
     along = np.clip(((point - hull) * edges).sum(axis=1) / (edges**2).sum(axis=1), 0.0, 1.0)
     places = hull + along[:, None] * edges
-    return places[np.argmin(np.linalg.norm(places - point, axis=1))]
+    return np.asarray(places[np.argmin(np.linalg.norm(places - point, axis=1))])

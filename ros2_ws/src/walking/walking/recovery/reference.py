@@ -68,7 +68,6 @@ def reference_at(robot: RobotModel, plan: WalkPlan, time: float, chest_swing: fl
     phase = phase_at(plan, time)
     swing = phase.swing if phase.kind == "single" else ""
     standing = other(swing) if swing else "left"
-    free = other(standing)
     joints = Course(*(rows[0] for rows in plan.knots.at(time)))
     rows = joints.around(_STEP)
     places = np.array([

@@ -1,177 +1,253 @@
-"""A new walk from within a single support: the swing foot lands elsewhere and at another time."""
+"""A new walk after a push, from the middle of a step or from both feet.
+
+The plan begins with the positions, velocities and accelerations of the present reference. Its CoM
+is at first where the reference's is, and goes over to where the measured one is going: the body
+then stands upright again. A body that falls towards the side of its standing foot is given more
+time: to turn it upright would push the CoM on in the direction of the fall.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from door_impact_common.arrays import Array
-from humanoid_motion.dynamics import inverse_dynamics
+from hrp2_description.robot import SIDES, needed
+from humanoid_motion.dynamics import Dynamics, inverse_dynamics, joint_torques
 from humanoid_motion.knots import Knots, quintic
+from humanoid_motion.motion import Motion
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.whole_body import require_joint_limits, shares
+from humanoid_motion.zmp import margins
 
-from walking.footsteps.footstep import OUTWARD, Footstep, as_array, other, wrapped
+from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
 from walking.footsteps.soles import sole_distances
+from walking.pattern.checks import needed_friction
 from walking.pattern.course import Course
+from walking.pattern.plan import com_height, ending_at_rest
+from walking.pattern.preview import CartState, preview_control
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState, rest_height, standing
+from walking.pattern.timing import Phase, Schedule
+from walking.pattern.walk_plan import WalkChecks, WalkPlan
+from walking.pattern.whole_body import BodyCourses, whole_body
+from walking.pattern.zmp_reference import rest_point
+from walking.recovery.adaptation import UPRIGHT, Landing
+from walking.recovery.reference import ReferenceState
+from walking.recovery.settings import RecoverySettings
+
+_OUTWARD = 0.4  # share of the error across the standing foot from which the robot falls outward
+_UPPER = 0.4  # time in which the upper body comes to rest [s]
+_TRIES = 6  # largest number of detours of the swing foot
+_NEAR = 1e-4  # by how much a foot may come nearer to the other than its clearance [m]
 
 
-def quintic_course(begin: Course, end: Array, duration: float, time: Array) -> Course:
-    """Compute a course from a state to rest.
+def plan_landing(
+    robot: RobotModel, state: ReferenceState, landing: Landing, com: Array, frequency: float,
+    settings: RecoverySettings, walk: WalkSettings, passed: float,
+) -> tuple[WalkPlan, Course]:
+    """Plan a step to a landing and the way to rest on both feet.
+
+    Args:
+        robot: The robot.
+        state: State of the reference in which the plan begins.
+        landing: Where and when the foot lands.
+        com: Measured position and velocity of the CoM then, (2, 2) [m, m/s].
+        frequency: Frequency of the pendulum [rad/s].
+        settings: Settings.
+        walk: Settings of the walk.
+        passed: Time since the first change after the push [s].
+
+    Returns:
+        The plan, and the expected course of the CoM, (N, 2) each.
+
+    Raises:
+        HumanoidMotionError: A leg does not reach, or a joint would leave its range or be too fast.
+    """
+    step = Footstep(landing.side, *landing.pose)
+    plan = _schedule(state.stance, step, landing, settings.end, walk.period)
+    time, lifted, landed = plan.time, plan.phases[-2].first, plan.phases[-1].first
+    after = plan.phases[-1].stance
+    rest = rest_point(robot, after)
+    ramp = np.clip((time - time[landed]) / settings.settle, 0.0, 1.0)[:, None]
+    zmp = landing.zmp + ramp * (rest - landing.zmp)
+    cart = CartState(np.vstack([com, frequency**2 * (com[0] - landing.zmp)]), np.zeros(2))
+    control = preview_control(
+        walk.period, com_height(robot, walk.waist_height), walk.horizon, walk.jerk_weight)
+    expected = Course(*np.moveaxis(control.follow(cart, zmp).com, 1, 0))
+    blend = max(settings.blend_least, _blend(state, landing, com, frequency, settings) - passed)
+    gap = Course(*(rows[0] - now for rows, now in zip(expected, state.com, strict=True)))
+    left = to_rest(gap, np.zeros(2), blend, time)
+    course = ending_at_rest(
+        np.stack([rows - gone for rows, gone in zip(expected, left, strict=True)], axis=1),
+        rest, plan)
+    waist = to_rest(Course(*(np.atleast_1d(rows) for rows in state.waist)),
+                    np.array([rest_height(robot)]), float(time[-1]), time)
+    upper = to_rest(state.upper, state.upper.value, _UPPER, time)
+    body = BodyCourses(
+        _feet(robot, state, step, time, lifted, landed, settings),
+        Course(*(rows[:, 0] for rows in waist)), upper, walk.chest_swing)
+    motion = whole_body(robot, time, course, body)
+    require_joint_limits(robot, motion, "recovery step", share=settings.speed_share)
+    dynamics = inverse_dynamics(robot, motion)
+    found = WalkPlan(
+        knots=Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration),
+        motion=motion, com=dynamics.com, zmp=dynamics.zmp, zmp_reference=zmp, schedule=plan,
+        footsteps=(step,),
+        boundaries=tuple(
+            WalkState(
+                plan.phases[index].stance,
+                CartState(np.stack([rows[sample] for rows in course]), np.zeros(2)),
+                CartState.at_rest(np.zeros(2)), zmp[sample], float(waist.value[sample, 0]),
+                upper.value[sample], at_rest=False)
+            for index, sample in ((0, 0), (-1, landed))),
+        final=standing(robot, after, upper.value[-1]),
+        checks=_checks(robot, motion, dynamics, plan))
+    return found, expected
+
+
+def to_rest(begin: Course, end: Array, duration: float, time: Array) -> Course:
+    """Compute a course from a state to rest, a quintic.
 
     Args:
         begin: Value, speed and acceleration at time 0, (M,) each.
-        end: Value at the end, (M,).
-        duration: Time to the end [s].
-        time: Times, (N,) [s]; the end's value holds after the end.
+        end: Value at rest, (M,).
+        duration: Time to rest [s].
+        time: Times, (N,) [s].
     """
-    zero = np.zeros_like(end)
-    d = duration
+    d, zero = duration, np.zeros_like(end)
     c = quintic(begin.value, begin.speed * d, begin.acceleration * d * d, end, zero, zero)
     x = np.clip(time / d, 0.0, 1.0)[:, None]
-    value = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
+    moves = (time < d - 1e-9)[:, None]
     speed = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
     acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
-    inside = (time < d - 1e-9)[:, None]
-    return Course(value, np.where(inside, speed / d, 0.0), np.where(inside, acceleration / d**2, 0.0))
+    return Course(
+        c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5])))),
+        np.where(moves, speed / d, 0.0), np.where(moves, acceleration / d**2, 0.0))
 
 
-def swing_course(
-    robot, side, begin, end, standing, duration, time, upright=0.04, lift=0.045, clearance=0.02,
-):
-    """Course x, y, z, yaw (N, 4) of a swing foot from its present state to rest on the floor."""
-    flat = [0, 1, 3]
-    part = Course(*(rows[flat] for rows in begin))
-    travel = quintic_course(part, end, duration - upright, time)
-    up = quintic_course(Course(*(rows[2:3] for rows in begin)), np.zeros(1), duration, time)
-    # Lift what the present height lacks.
-    u = np.clip(time / duration, 0.0, 1.0)
-    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
-    shape = Course(hump**3, 3.0 * hump**2 * slope / duration,
-                   (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
-    lack = max(0.0, lift - float(up.value.max()))
-    still = np.tile(standing, (len(time), 1))
-    outward = OUTWARD[side] * np.array([-np.sin(standing[2]), np.cos(standing[2])])
-    detour = 0.0
-    for _ in range(6):
-        out = []
-        for t_rows, u_rows, s_rows in zip(travel, up, shape, strict=True):
-            rows = np.empty((len(time), 4))
-            rows[:, flat] = t_rows
-            rows[:, :2] += s_rows[:, None] * detour * outward
-            rows[:, 2] = u_rows[:, 0] + lack * s_rows
-            out.append(rows)
-        course = Course(*out)
+def swing_to(
+    robot: RobotModel, side: str, begin: Course, end: Array, standing_sole: Array, lift: float,
+    time: Array,
+) -> Course:
+    """Compute the course of a swing foot from a state in the air or on the floor to rest.
+
+    Args:
+        robot: The robot.
+        side: Side of the foot.
+        begin: x, y, z [m] and yaw [rad] with derivatives at time 0, (4,) each.
+        end: x, y [m] and yaw [rad] at touchdown, (3,).
+        standing_sole: The same of the other sole, (3,).
+        lift: Height that the foot reaches at least [m].
+        time: Times from 0 to touchdown, (N,) [s].
+
+    Returns:
+        x, y, z [m] and yaw [rad], (N, 4).
+    """
+    duration, flat = float(time[-1]), [0, 1, 3]
+    travel = to_rest(Course(*(rows[flat] for rows in begin)), end,
+                     max(duration - UPRIGHT, UPRIGHT), time)
+    down = to_rest(Course(*(rows[2:3] for rows in begin)), np.zeros(1), duration, time)
+    hump = _hump(time, duration)
+    lack = max(0.0, lift - float(down.value.max()))
+    outward = OUTWARD[side] * np.array([-np.sin(standing_sole[2]), np.cos(standing_sole[2])])
+    still = np.tile(standing_sole, (len(time), 1))
+    clearance, detour = needed(robot.config.footsteps, "footsteps").clearance, 0.0
+    for _ in range(_TRIES):
+        course = Course(*(
+            np.column_stack([
+                along[:, :2] + bump[:, None] * detour * outward, z[:, 0] + lack * bump,
+                along[:, 2]])
+            for along, z, bump in zip(travel, down, hump, strict=True)))
         gap = sole_distances(robot.config, side, course.value[:, flat], still)
-        short = min(clearance, gap[0], gap[-1]) - gap.min()
-        if short < 1e-4:
+        short = min(clearance, gap[0], gap[-1]) - float(gap.min())
+        if short < _NEAR:
             break
         detour += 1.5 * short
     return course
 
 
-def com_course(control, start, zmp, reference, blend, time):
-    """Course of the CoM's reference, and the course of the CoM that is expected."""
-    from walking.pattern.preview import CartState
-    cart = control.follow(CartState(start, np.zeros(2)), zmp)
-    plan = Course(*np.moveaxis(cart.com, 1, 0))
-    gap = Course(*(p[0] - r for p, r in zip(plan, reference, strict=True)))
-    axes, durations = blend
-    parts = [quintic_course(Course(*(rows @ axis[:, None] for rows in gap)), np.zeros(1), duration, time)
-             for axis, duration in zip(axes, durations, strict=True)]
-    delta = Course(*(sum(rows * axis for rows, axis in zip(both, axes, strict=True))
-                     for both in zip(*parts, strict=True)))
-    return Course(*(p - d for p, d in zip(plan, delta, strict=True))), plan
+def _hump(time: Array, duration: float) -> Course:
+    """Rise from 0 to 1 and back with three zeros at each end."""
+    u = np.clip(time / duration, 0.0, 1.0)
+    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
+    return Course(hump**3, 3.0 * hump**2 * slope / duration,
+                  (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
 
 
-def plan_landing(robot, state, landing, com, velocity, frequency, settings, walk, height, gone=0.0):
-    """landing None: both feet stay."""
-    from humanoid_motion.whole_body import require_joint_limits
+def _schedule(
+    stance: Stance, step: Footstep, landing: Landing, end: float, period: float
+) -> Schedule:
+    lifted = round(landing.double / period)
+    landed = lifted + max(1, round((landing.time - landing.double) / period))
+    phases = [Phase("single", lifted, landed, stance, 0, step.side),
+              Phase("end", landed, landed + round(end / period), stance.after(step), 1, "")]
+    if lifted:
+        phases.insert(0, Phase("double", 0, lifted, stance, 0, step.side))
+    return Schedule(tuple(phases), period)
 
-    from walking.pattern.plan import _com_height, _ending_at_rest
-    from walking.pattern.preview import CartState, preview_control
-    from walking.pattern.state import WalkState, rest_height
-    from walking.pattern.state import standing as standing_state
-    from walking.pattern.timing import Phase, Schedule
-    from walking.pattern.walk_plan import WalkChecks, WalkPlan
-    from walking.pattern.whole_body import BodyCourses, whole_body
-    from walking.pattern.zmp_reference import rest_point
 
-    period = walk.period
-    n2 = round(settings.end / period)
-    stance = state.stance
-    if landing is None:
-        n1, steps, after = 0, (), stance
-        schedule = Schedule((Phase("end", 0, n2, stance, 0, ""),), period)
-        time = schedule.time
-        middle = stance.middle.yaw
-        feet = {}
-        for side in ("left", "right"):
-            still = as_array(stance.foot(side))
-            still[2] = middle + wrapped(still[2] - middle)
-            feet[side] = Course.constant(np.insert(still, 2, 0.0), len(time))
+def _blend(
+    state: ReferenceState, landing: Landing, com: Array, frequency: float,
+    settings: RecoverySettings,
+) -> float:
+    """Return the time in which the reference of the CoM joins the measured one [s]."""
+    side = other(landing.side)
+    yaw = state.stance.foot(side).yaw
+    off = com[0] + com[1] / frequency - state.com.value - state.com.speed / frequency
+    across = OUTWARD[side] * float(np.array([-np.sin(yaw), np.cos(yaw)]) @ off)
+    outward = across > _OUTWARD * float(np.linalg.norm(off))
+    return settings.blend_outward if outward else settings.blend
+
+
+def _feet(
+    robot: RobotModel, state: ReferenceState, step: Footstep, time: Array, lifted: int,
+    landed: int, settings: RecoverySettings,
+) -> dict[str, Course]:
+    side, count = step.side, len(time)
+    still = as_array(state.stance.foot(other(side)))
+    end = as_array(step.pose)
+    if state.swing:
+        begin = state.foot
     else:
-        n0 = round(landing.double / period)
-        n1 = n0 + max(1, round((landing.time - landing.double) / period))
-        swing = landing.swing
-        step = Footstep(swing, *landing.pose)
-        steps = (step,)
-        after = stance.after(step)
-        phases = [Phase("single", n0, n1, stance, 0, swing),
-                  Phase("end", n1, n1 + n2, after, 1, "")]
-        if n0:
-            phases.insert(0, Phase("double", 0, n0, stance, 0, swing))
-        schedule = Schedule(tuple(phases), period)
-        time = schedule.time
-        standing_side = other(swing)
-        still = as_array(stance.foot(standing_side))
-        end = as_array(landing.pose)
-        if n0:
-            here = as_array(stance.foot(swing))
-            begin = Course.constant(np.insert(here, 2, 0.0), 1)
-            begin = Course(*(rows[0] for rows in begin))
-        else:
-            begin = state.foot
-        end[2] = begin.value[3] + wrapped(end[2] - begin.value[3])
-        still[2] = begin.value[3] + wrapped(still[2] - begin.value[3])
-        foot = swing_course(robot, swing, begin, end, still, (n1 - n0) * period, time[:len(time) - n0])
-        if n0:
-            foot = Course(*(np.vstack([np.tile(rows[:1], (n0, 1)), rows]) for rows in foot))
-        foot.value[n1:] = np.insert(end, 2, 0.0)
-        foot.speed[n1:] = 0.0
-        foot.acceleration[n1:] = 0.0
-        feet = {swing: foot,
-                standing_side: Course.constant(np.insert(still, 2, 0.0), len(time))}
-    control = preview_control(period, _com_height(robot, walk.waist_height), walk.horizon,
-                              walk.jerk_weight)
-    rest = rest_point(robot, after)
-    first = com - state.com.acceleration / frequency**2
-    if landing is None:
-        zmp = np.tile(rest, (len(time), 1))
-        start = np.vstack([com, velocity, state.com.acceleration])
-    else:
-        ramp = np.clip((np.arange(len(time)) - n1) / max(1, round(settings.ramp / period)), 0.0, 1.0)[:, None]
-        zmp = landing.zmp + ramp * (rest - landing.zmp)
-        start = np.vstack([com, velocity, frequency**2 * (com - landing.zmp)])
-    swings = landing.swing if landing is not None else ""
-    outward = OUTWARD[other(swings)] if swings else 0.0
-    yaw = stance.foot(other(swings)).yaw if swings else stance.middle.yaw
-    axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    off = axes @ (com + velocity / frequency - state.com.value - state.com.speed / frequency)
-    slow = off[1] * outward > 0.4 * np.linalg.norm(off)
-    whole = settings.outward if slow else settings.blend
-    blend = axes, (max(settings.least, whole - gone),) * 2
-    course, expected = com_course(control, start, zmp, state.com, blend, time)
-    course = _ending_at_rest(np.stack(list(course), axis=1), rest, schedule)
-    one = lambda c: Course(*(np.atleast_1d(r) for r in c))
-    waist = quintic_course(one(state.waist), np.array([rest_height(robot)]), float(time[-1]), time)
-    upper = quintic_course(state.upper, state.upper.value, 0.4, time)
-    body = BodyCourses(feet=feet, waist=Course(*(rows[:, 0] for rows in waist)), upper=upper,
-                       chest_swing=walk.chest_swing)
-    motion = whole_body(robot, time, course, body)
-    require_joint_limits(robot, motion, "recovery step", share=0.98)
-    dynamics = inverse_dynamics(robot, motion)
-    knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
-    final = standing_state(robot, after, upper.value[-1])
-    com_now = np.stack([rows[n1] for rows in course])
-    boundary = WalkState(after, CartState(com_now, np.zeros(2)), CartState.at_rest(np.zeros(2)), zmp[n1],
-                         float(waist.value[n1, 0]), upper.value[n1], at_rest=False)
-    checks = WalkChecks(np.zeros(len(time)), np.zeros(1), np.zeros(1), 0.0, None)
-    return WalkPlan(knots, motion, dynamics.com, dynamics.zmp, zmp, schedule, steps, (boundary,),
-                    final, checks), expected
+        here = np.insert(as_array(state.stance.foot(side)), 2, 0.0)
+        here[3] = still[2] + wrapped(here[3] - still[2])
+        begin = Course(here, np.zeros(4), np.zeros(4))
+    for pose in (still, end):
+        pose[2] = begin.value[3] + wrapped(pose[2] - begin.value[3])
+    foot = Course.constant(np.insert(end, 2, 0.0), count)
+    swing = swing_to(robot, side, begin, end, still, settings.lift,
+                     time[lifted : landed + 1] - time[lifted])
+    for rows, new in zip(foot, swing, strict=True):
+        rows[:lifted] = new[0]
+        rows[lifted : landed + 1] = new
+    return {side: foot, other(side): Course.constant(np.insert(still, 2, 0.0), count)}
+
+
+def _checks(
+    robot: RobotModel, motion: Motion, dynamics: Dynamics, plan: Schedule
+) -> WalkChecks:
+    """Compute what is checked in a walk; only the joints' limits bind a recovery step.
+
+    The ZMP here is that of the reference, which is not that of the tilted robot.
+    """
+    margin, torque = np.full(len(motion), np.inf), np.zeros(len(robot.joint_names))
+    phase = plan.phases[-1]
+    for phase in plan.phases:
+        rows = slice(phase.first, phase.last + 1)
+        soles: Sequence[str] = phase.sides
+        feet = {side: np.insert(as_array(phase.stance.foot(side))[:2], 2, 0.0) for side in soles}
+        yaw = {side: phase.stance.foot(side).yaw for side in soles}
+        margin[rows] = np.minimum(
+            margin[rows], margins(robot, dynamics.zmp[rows], feet, soles, yaw))
+    both = {side: phase.stance.foot(side) for side in SIDES}
+    torque = joint_torques(
+        robot, motion, dynamics,
+        {side: np.array([pose.x, pose.y, 0.0]) for side, pose in both.items()}, SIDES,
+        {side: pose.yaw for side, pose in both.items()})
+    return WalkChecks(
+        margin=margin,
+        speed_ratio=shares(motion.joint_speed, robot.speed_limit).max(axis=0),
+        torque_ratio=shares(torque[plan.phases[-1].first:], robot.effort_limit).max(axis=0),
+        friction=float(np.max(needed_friction(robot, dynamics))),
+        clearance=None)
