@@ -181,8 +181,8 @@ class PushKind(Kind):
         def direction(record: Record) -> float:
             return math.degrees(record["case"]["directions"][record["blow"]])
 
-        over = "direction of the blow [deg], 0 ahead, 90 left"
-        out = "share of the blow towards the swinging foot"
+        over = "direction [deg], 0 ahead, 90 left"
+        out = "share towards the swinging foot"
         panels = [
             Panel(over, "largest tilt [deg]", direction, lambda r: r["tilt_deg"]),
             Panel(out, "largest tilt [deg]", outward, lambda r: r["tilt_deg"]),
