@@ -46,7 +46,7 @@ class RecoverySettings:
     latency: float = 0.015
     shortest: float = 0.16
     longest: float = 0.4
-    fastest_foot: float = 1.6
+    fastest_foot: float = 1.2
     inset: float = 0.01
     reserve: float = 0.08
     spare: float = 0.03
@@ -59,7 +59,7 @@ class RecoverySettings:
     settle: float = 0.3
     end: float = 1.4
     lift: float = 0.045
-    speed_share: float = 0.95
+    speed_share: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the settings.

@@ -1,0 +1,80 @@
+"""Pushes on the walking robot in the simulated world: rubber soles, stabilizer, steps changed."""
+
+import math
+
+import numpy as np
+import pytest
+from door_model.door.config import load_door
+from hrp2_sim_bridge.world import World
+from humanoid_motion.driver_interface import TrajectoryArrays
+from walking.recovery.estimate import Measured
+from walking.recovery.recovery import recover, watch
+
+ENGINES = ("pybullet", "mujoco")
+
+
+def arrays(robot, knots):
+    return TrajectoryArrays(
+        robot.joint_names, knots.time.tolist(), knots.position.tolist(),
+        knots.velocity.tolist(), knots.acceleration.tolist())
+
+
+def walked(robot, plan, engine, push=None, when=math.inf, **settings):
+    """Walk a plan and change it after a push [N s] at a time [s]; return the fall and changes."""
+    world = World(robot.config, load_door("paper"), 8.0, -8.0, engine=engine, log=False, **settings)
+    try:
+        world.follow(arrays(robot, plan.knots), 0.0)
+        found, seen, origin, changes = None, None, 0.0, []
+        while world.time < origin + plan.duration + 1.0 and not world.fell:
+            if push is not None and world.time >= when - 1e-9:
+                world.push_robot(np.array([*push, 0.0]), 0.1)
+                push = None
+            sample = world.step()
+            measured = Measured(sample.position, sample.velocity, sample.imu,
+                                sample.left_wrench, sample.right_wrench)
+            time = sample.time - origin
+            seen = watch(robot, plan, time, measured, before=seen)
+            new = recover(robot, plan, time, measured, previous=found, seen=seen)
+            if new is not None:
+                origin += new.begin
+                plan, found = new.plan, new
+                world.follow(arrays(robot, plan.knots), origin)
+                changes.append(new)
+    finally:
+        world.close()
+    return str(world.fall.reason), changes
+
+
+def middle_of(plan, step):
+    phase = next(p for p in plan.schedule.phases if p.kind == "single" and p.step == step)
+    return 0.5 * (phase.first + phase.last) * plan.schedule.period
+
+
+def test_a_push_to_the_swinging_foot_is_caught_by_a_wider_step(robot, walk_to):
+    """A push of 25 N s, under which the robot falls without recovery; it stands afterwards."""
+    plan = walk_to(0.8, 0.0, 0.0)
+    fell, changes = walked(robot, plan, "pybullet", (0.0, 25.0), middle_of(plan, 2))
+    assert fell == ""
+    assert changes[-1].plan.final.at_rest
+
+
+@pytest.mark.nightly("several walks")
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("friction", "rubber"), [(0.4, 1.3), (0.4, 0.7), (1.0, 0.7), (1.0, 1.3)])
+def test_an_undisturbed_walk_is_never_changed(robot, walk_to, engine, friction, rubber):
+    """Whatever floor and rubber: ahead, to the side and turning."""
+    plan = walk_to(0.6, 0.3, 40.0)
+    fell, changes = walked(
+        robot, plan, engine, friction=friction, rubber_scale=rubber)
+    assert (fell, changes) == ("", [])
+
+
+@pytest.mark.nightly("several walks")
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("angle", [90, 180, 270])
+def test_pushes_in_single_support_are_survived(robot, walk_to, engine, angle):
+    """20 N s to the back, to the standing foot's side and to the swinging foot's."""
+    plan = walk_to(0.8, 0.0, 0.0)
+    push = 20.0 * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+    fell, _ = walked(robot, plan, engine, push, middle_of(plan, 2))
+    assert fell == ""
