@@ -118,7 +118,7 @@ def rehearse(
         config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
         **settings)
     try:
-        execution = _run(world, plan, PointB(robot), watch or _nobody, stop_before)
+        execution = execute(world, plan, PointB(robot), watch or _nobody, stop_before)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -146,9 +146,19 @@ def _nobody(world: World, sample: TickSample) -> None:
     """Does nothing after a tick."""
 
 
-def _run(
+def execute(
     world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
 ) -> Execution:
+    """Executes a plan in a world whose robot stands in half-sitting, until it ends or falls.
+
+    Args:
+        world: The world.
+        plan: The plan.
+        point_b: Speed of point B, and the door's direction for the IMU.
+        watch: Function that is called after each tick.
+        stop_before: Time before the planned contact at which a stop is requested [s]; None means
+            no stop.
+    """
     def send(command: Command) -> None:
         world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
 
