@@ -265,7 +265,7 @@ class Rig:
             fault=str(self.fault), fell=log.fell, hand=hand,
             peak=float(log.motion.door_angle.max()), outcome=self.execution.outcome.name,
             reason=self.execution.reason, refused=self.refused, touched=bool(len(touches)),
-            warned=self.plan.missed_margin < 0.0,
+            warned=not self.plan.stands_if_missed,
             noticed=self.inputs.intake.noticed())
 
     def verdict(self, fault: Fault) -> Verdict:

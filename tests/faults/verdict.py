@@ -46,7 +46,7 @@ class Verdict:
 def wrong(fault: Fault, verdict: Verdict) -> str:
     """What is wrong with a run; empty if the robot stands, the hand is gentle and all is said.
 
-    Until the robot can step, it may fall where it missed the door and the plan had warned of that.
+    It may fall where it missed the door and the plan had warned of that.
     """
     if verdict.fell and (verdict.touched or not verdict.warned):
         return f"the robot fell: {verdict.fell}"

@@ -11,6 +11,7 @@ from door_model.motion.dynamics import initial_velocity
 from impact_planner.hit.joint_load import JointLoad
 from impact_planner.hit.learning import ObservedHit, require_on_time
 from impact_planner.motion.hit_design import HitDesign
+from impact_planner.motion.missed import STANDS
 from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import ResolvedRequest
@@ -337,8 +338,13 @@ class ImpactPlan:
 
     @property
     def missed_margin(self) -> float:
-        """Capture point's distance inside the soles after a missed contact [m]."""
+        """Capture point's distance inside the soles when a missed contact is noticed [m]."""
         return self.branches.missed_margin
+
+    @property
+    def stands_if_missed(self) -> bool:
+        """Whether a robot that misses the door is expected to stand; if not, a warning says so."""
+        return self.missed_margin >= STANDS
 
 
 class MeasuredHit(Protocol):

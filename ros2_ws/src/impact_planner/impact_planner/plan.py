@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 import zlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.clearance import bodies_of
@@ -18,17 +18,21 @@ from impact_planner.hit.floor_load import require_no_slip
 from impact_planner.hit.joint_load import overload_warnings, require_bearable
 from impact_planner.hit.placement import Placement, placement_for_step, stand
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com
-from impact_planner.hit.stance import SPARE_DISTANCE, STEP_SHARES, LeafContact
-from impact_planner.hit.transfer import plan_transfer
+from impact_planner.hit.stance import SPARE_DISTANCE, STEP_SHARES, HitStance, LeafContact
+from impact_planner.hit.transfer import MomentumTransfer, plan_transfer
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.hit_design import HitDesign
-from impact_planner.motion.phase_plan import Branches
+from impact_planner.motion.missed import STANDS, inside_edge_for
+from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.motion.phases import plan_phases
 from impact_planner.motion.run_up import RunUpWish, plan_run_up
 from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, ResolvedRequest, resolve
-from impact_planner.task.settings import PlannerSettings
+from impact_planner.task.settings import LEAST_INSIDE_EDGE, PlannerSettings
+
+Phases = tuple[tuple[PhasePlan, ...], PhasePlan, Branches]
+"""The phases, the retreat for a cancel, and the margins for a door that stands elsewhere."""
 
 __all__ = [
     "ImpactPlan",
@@ -42,9 +46,16 @@ __all__ = [
 
 # Factor on the speed that the legs must manage: a lower waist changes v_rB a little.
 _SPEED_RESERVE = 1.005
+# Shares of the way of the CoM that `missed_reserve` needs, tried in this order: the legs, or the
+# ZMP of a shorter run-up, may not allow the whole way.
+_INWARD_SHARES = (1.0, 0.85, 0.7, 0.5, 0.25, 0.0)
+_SPARE_RESERVE = 0.002  # further inside than needed, for a stance that turns out higher [m]
+# Errors after which another step or another place of the CoM is tried.
+_STEP_ERRORS = (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable)
 # Largest distance of B from the CoM along x without a warning [m]; beyond it, yaw reduces the
 # effective mass.
 _LARGEST_OFFSET = 0.03
+_ROUNDING = 5e-4  # error of the CoM's height that is not worth a warning [m]
 
 
 def plan_impact(
@@ -110,14 +121,13 @@ def _planned(
     """
     begin = clock.perf_counter()
     wanted = resolve(request, settings, known)
-    prediction = predict(known, wanted.angle, wanted.initial_angle)
     failure: DoorImpactError | None = None
     for share in STEP_SHARES if wanted.door_distance is None else (1.0,):
-        step = share * robot.config.step.nominal
+        task = _Task(known, predict(known, wanted.angle, wanted.initial_angle), robot, wanted,
+                     settings, share * robot.config.step.nominal)
         try:
-            hit = _design_hit(known, prediction, robot, wanted, settings, step)
-            phases, retreat, branches = plan_phases(robot, known, wanted, settings, hit)
-        except (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable) as error:
+            hit, (phases, retreat, branches) = _motion(task)
+        except _STEP_ERRORS as error:
             failure = failure or error  # keeps the error of the nominal step
             continue
         return ImpactPlan(
@@ -136,42 +146,119 @@ def _planned(
     raise failure
 
 
-def _design_hit(
-    known: KnownDoor,
-    prediction: DoorPrediction,
-    robot: RobotModel,
-    wanted: ResolvedRequest,
-    settings: PlannerSettings,
-    step: float,
-) -> HitDesign:
-    """Decide stance, v_rB, posture and run-up: sections II.C.1, II.C.3 and II.C.4."""
+@dataclass(frozen=True)
+class _Task:
+    """What is planned for one length of the step.
+
+    Attributes:
+        known: The door.
+        prediction: The opening of the door.
+        robot: The robot.
+        wanted: The request.
+        settings: Configuration.
+        step: Length of the step that decides the place of the door where it is left open [m].
+    """
+
+    known: KnownDoor
+    prediction: DoorPrediction
+    robot: RobotModel
+    wanted: ResolvedRequest
+    settings: PlannerSettings
+    step: float
+
+
+@dataclass(frozen=True)
+class _Blow:
+    """Where the robot stands at the hit, and the hit itself.
+
+    Attributes:
+        placement: Place of the door.
+        stance: Feet and posture.
+        contact: Contact of the elbow with the leaf.
+        transfer: Speeds, impulse and loads.
+    """
+
+    placement: Placement
+    stance: HitStance
+    contact: LeafContact
+    transfer: MomentumTransfer
+
+
+def _motion(task: _Task) -> tuple[HitDesign, Phases]:
+    """Plan the hit, with the CoM as far inside as a missed contact needs and the motion allows.
+
+    Raises:
+        PlannerError: The request cannot be met; the error is that of the configured place of the
+            CoM, `com_inside_edge`.
+        HumanoidMotionError: The robot's joints, legs or balance do not allow the motion.
+    """
+    settings = task.settings
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_DISTANCE)
-    placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-    transfer = plan_transfer(
-        robot, known, wanted, settings, stance, contact, prediction.omega)
+    first = _blow(task, settings.com_inside_edge, demands)
+    speed = _com_speed(task.robot, first)
+    needed = inside_edge_for(
+        task.robot, first.stance.posture, speed, settings.overrun,
+        settings.missed_reserve + _SPARE_RESERVE)
+    inward = max(0.0, settings.com_inside_edge - max(needed, LEAST_INSIDE_EDGE))
     # The speed is known only now; a posture with too fast joints is replaced by a lower one.
     demands = replace(
-        demands,
-        speed=_SPEED_RESERVE * _along_y(transfer.speeds.v_rb, contact)
-        / waist_per_com(robot, stance.posture, stance.feet),
-        joint_speed=settings.limit_share * robot.speed_limit)
-    if not capable(robot, stance.posture, stance.feet, demands):
-        placement, stance, contact = stand(robot, known, wanted, settings, demands, step)
-        transfer = plan_transfer(
-            robot, known, wanted, settings, stance, contact, prediction.omega)
-    require_no_slip(transfer.floor, settings.sole_friction)
-    require_bearable(transfer.loads)
-    run_up = plan_run_up(robot, stance, RunUpWish(
-        kind=wanted.run_up,
-        v_rb=_along_y(transfer.speeds.v_rb, contact),
+        demands, speed=speed, joint_speed=settings.limit_share * task.robot.speed_limit)
+    failure: DoorImpactError | None = None
+    for share in _INWARD_SHARES if inward > 0.0 else (0.0,):
+        inside = settings.com_inside_edge - share * inward
+        try:
+            hit = _design_hit(task, inside, demands, first)
+            return hit, plan_phases(task.robot, task.known, task.wanted, settings, hit)
+        except _STEP_ERRORS as error:
+            failure = error
+    assert failure is not None
+    raise failure
+
+
+def _blow(task: _Task, inside_edge: float, demands: LegDemands) -> _Blow:
+    """Decide stance and v_rB for a place of the CoM [m]: sections II.C.1 and II.C.3."""
+    settings = replace(task.settings, com_inside_edge=inside_edge)
+    placement, stance, contact = stand(
+        task.robot, task.known, task.wanted, settings, demands, task.step)
+    transfer = plan_transfer(
+        task.robot, task.known, task.wanted, settings, stance, contact, task.prediction.omega)
+    return _Blow(placement, stance, contact, transfer)
+
+
+def _design_hit(task: _Task, inside_edge: float, demands: LegDemands, first: _Blow) -> HitDesign:
+    """Decide stance, v_rB, posture and run-up: sections II.C.1, II.C.3 and II.C.4.
+
+    Args:
+        task: What is planned.
+        inside_edge: Distance of the CoM inside the right sole's inner edge [m].
+        demands: Demands on the legs past the hit.
+        first: The hit from the configured `com_inside_edge`, without demands on the joints' speed.
+    """
+    robot, settings, blow = task.robot, task.settings, first
+    if inside_edge != settings.com_inside_edge or not capable(
+            robot, first.stance.posture, first.stance.feet, demands):
+        blow = _blow(task, inside_edge, demands)
+    require_no_slip(blow.transfer.floor, settings.sole_friction)
+    require_bearable(blow.transfer.loads)
+    run_up = plan_run_up(robot, blow.stance, RunUpWish(
+        kind=task.wanted.run_up,
+        v_rb=_along_y(blow.transfer.speeds.v_rb, blow.contact),
         steady=settings.door_uncertainty,
         overrun=settings.overrun,
         required_margin=settings.required_margin,
         joint_share=settings.limit_share,
         period=settings.period,
         y_start=settings.y_start,
+        stop=settings.missed_stop,
     ))
-    return HitDesign(placement, stance, contact, prediction, transfer, run_up)
+    return HitDesign(
+        blow.placement, blow.stance, blow.contact, task.prediction, blow.transfer, run_up)
+
+
+def _com_speed(robot: RobotModel, blow: _Blow) -> float:
+    """Speed of the CoM that a hit needs, with a small reserve [m/s]."""
+    v_rb = _along_y(blow.transfer.speeds.v_rb, blow.contact)
+    return _SPEED_RESERVE * v_rb / waist_per_com(robot, blow.stance.posture, blow.stance.feet)
 
 
 def _along_y(speed: float, contact: LeafContact) -> float:
@@ -182,7 +269,9 @@ def _along_y(speed: float, contact: LeafContact) -> float:
     return speed / -float(contact.normal[1])
 
 
-def _warnings(robot: RobotModel, hit: HitDesign, branches: Branches) -> tuple[str, ...]:
+def _warnings(
+    robot: RobotModel, hit: HitDesign, branches: Branches
+) -> tuple[str, ...]:
     """Sentences about what the plan does not achieve or check."""
     stance, posture = hit.stance, hit.stance.posture
     found = [*overload_warnings(hit.transfer.loads)]
@@ -191,7 +280,7 @@ def _warnings(robot: RobotModel, hit: HitDesign, branches: Branches) -> tuple[st
             hit.transfer.response.pad_preload == 0.0):
         found.append("the braced posture does not press the pads of robot.yaml's brace on each "
                      "other: the hit is planned without them")
-    if stance.percussion_error:
+    if abs(stance.percussion_error) >= _ROUNDING:
         found.append(
             f"eq. (5) is not met within the legs' range: the CoM is "
             f"{1e3 * stance.percussion_error:+.0f} mm off the height of the center of percussion"
@@ -207,12 +296,16 @@ def _warnings(robot: RobotModel, hit: HitDesign, branches: Branches) -> tuple[st
         found.append(
             f"{', '.join(unseen) or 'every link'} has no collision shape: its clearance is not "
             "checked")
-    if branches.missed_margin < 0.0:
+    missed = branches.missed_margin
+    if missed < 0.0:
         found.append(
-            f"a contact that is missed cannot be stopped on these feet: the capture point would be "
-            f"{1e3 * branches.recovery_step:.0f} mm beyond the soles, and there is no step to "
-            "recover with"
-        )
+            f"a robot that misses the door falls: the capture point would be {-1e3 * missed:.0f} "
+            "mm beyond the soles when it begins to brake")
+    elif missed < STANDS:
+        found.append(
+            f"a robot that misses the door may fall: the capture point would be only "
+            f"{1e3 * missed:.0f} mm inside the soles when it begins to brake, "
+            f"{1e3 * STANDS:.0f} mm are wanted")
     return tuple(found)
 
 

@@ -181,7 +181,7 @@ def _measured(run: Rehearsal) -> Record:
         "stood": not run.log.fell and bool(tilt[-1] < UPRIGHT),
         "fell": run.log.fell,
         "missed_margin_mm": 1e3 * plan.missed_margin,
-        "announced": plan.missed_margin < 0.0,
+        "announced": not plan.stands_if_missed,
         "v_rb": plan.v_rb,
         "margin_mm": 1e3 * float(margin.min()) if margin.size else None,
         "tilt_deg": float(np.degrees(tilt.max())),

@@ -24,9 +24,10 @@ from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import sole_edges
 from impact_planner.motion.approach import sample_times
 from impact_planner.motion.hit_design import HitDesign
+from impact_planner.motion.missed import missed_margin
 from impact_planner.motion.phase_plan import Branches
 from impact_planner.motion.post import knots_to_rest, path_time, slowing_times
-from impact_planner.motion.run_up import RunUpPlan, capture_reserve
+from impact_planner.motion.run_up import RunUpPlan
 from impact_planner.task.settings import PlannerSettings
 
 _REST_SHARES = (1.0, 1.25, 1.5, 0.75, 0.5)  # shares of the time to rest, tried in this order
@@ -199,13 +200,10 @@ def plan_branches(
             raise _no_rest(
                 settings, hit, nominal + shift, min(_BRANCH_SHARES) * rest, margin, where)
         found[name] = margin
-    # Without a contact, the robot reaches the end of its legs' range at nearly full speed.
-    end = np.array([run_up.y_start - run_up.table.low])
-    speed = np.array([run_up.law.speed])
-    missed = capture_reserve(robot, hit.stance, run_up, end, speed)
     stop_duration, no_return = plan_stop(robot, settings, hit)
     return Branches(
-        found["nearer"], found["farther"], no_return, stop_duration, float(missed[0]), rest)
+        found["nearer"], found["farther"], no_return, stop_duration,
+        missed_margin(robot, hit.stance, run_up), rest)
 
 
 def plan_stop(

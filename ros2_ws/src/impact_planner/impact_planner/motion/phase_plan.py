@@ -58,8 +58,8 @@ class Branches:
         point_of_no_return: Latest start of a safe stop, as time before the nominal contact [s]. A
             later stop breaks the ZMP margin or touches the leaf.
         stop_duration: Time from the start of a stop to rest [s].
-        missed_margin: Distance of the capture point inside the soles at the end of the legs'
-            reach, where no contact happened [m]. The robot falls where it is negative.
+        missed_margin: Distance of the capture point inside the soles when a missed contact is
+            noticed and the run-up begins to brake [m] (`missed.missed_margin`).
         rest_duration: Time from the end of `slow_down` after the hit to rest [s].
     """
 
@@ -69,8 +69,3 @@ class Branches:
     stop_duration: float
     missed_margin: float
     rest_duration: float
-
-    @property
-    def recovery_step(self) -> float:
-        """Length of a step towards the door that would recover from a missed contact [m]."""
-        return max(0.0, -self.missed_margin)

@@ -10,8 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from door_impact_common.arrays import Array
-from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Dynamics, inverse_dynamics
 from humanoid_motion.errors import JointLimit
@@ -34,7 +32,6 @@ _SHORTEST = 0.05  # smallest distance of a run-up [m]
 # Largest tabulated distance past the hit, for a late contact and for the motion after the hit [m].
 _REACH = 0.1
 _SEARCH_SAMPLES = 100  # number of samples of the ZMP of a candidate run-up
-_STOP = 0.3  # longest stop after a missed contact [s]
 # Distance that the overrun leaves for this stop, unless `RunUpWish.steady` needs it [m].
 _STOP_DISTANCE = 0.02
 _OVERRUN_SAMPLES = 33  # number of places at which the overrun's joint speeds are checked
@@ -56,6 +53,7 @@ class RunUpWish:
         period: Sampling period [s].
         y_start: y of the CoM at the start of MCV50 [m]; None chooses the start with the largest
             ZMP margin.
+        stop: Longest stop after a missed contact [s].
     """
 
     kind: str
@@ -66,6 +64,7 @@ class RunUpWish:
     joint_share: float
     period: float
     y_start: float | None = None
+    stop: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def time_run_up(
     if chosen is None or chosen.margin < wish.required_margin:
         raise _too_fast(table, edges, wish, chosen)
     overrun = usable_overrun(robot, table, speed, wish)
-    return _timed(robot, stance, table, chosen, overrun, wish.period)
+    return _timed(robot, stance, table, chosen, overrun, wish)
 
 
 def usable_overrun(
@@ -265,17 +264,17 @@ def _timed(
     table: PostureTable,
     chosen: _Candidate,
     overrun: float,
-    period: float,
+    wish: RunUpWish,
 ) -> RunUpPlan:
     """The chosen run-up with samples, dynamics and margin, including the stop past the overrun."""
-    law, y0 = chosen.law, chosen.y_start
+    law, y0, period = chosen.law, chosen.y_start, wish.period
     end = law.duration + overrun / law.speed
     time = np.append(np.arange(0.0, end - 0.25 * period, period), end)
     time = np.union1d(time, [law.duration])
     time = time[np.append(True, np.diff(time) > 1e-6)]
     # The distance to rest of `path_time` is half of its duration times the speed.
     reach = 2.0 * (table.y_hit - table.low - overrun) / law.speed
-    stop = min(_STOP, reach)
+    stop = min(wish.stop, reach)
     if stop > 0.0:
         time = np.append(time, end + np.linspace(0.0, stop, math.ceil(stop / period) + 1)[1:])
     late = np.maximum(time - end, 0.0)
@@ -324,23 +323,3 @@ def _fastest(table: PostureTable, edges: tuple[float, float], wish: RunUpWish) -
 
     slow = 1e-3
     return 0.0 if reserve(slow) < 0.0 else float(brentq(reserve, slow, too_fast, xtol=1e-4))
-
-
-def capture_reserve(
-    robot: RobotModel, stance: HitStance, plan: RunUpPlan, distance: Array, speed: Array
-) -> Array:
-    """Distance of the capture point inside the soles' edge towards the door, (N,) [m].
-
-    By the capture point of the linear inverted pendulum (Pratt et al., 2006), the robot can come
-    to rest on its feet while y + ydot / sqrt(g / h) is inside the support polygon.
-
-    Args:
-        robot: The robot.
-        stance: Feet and posture at the hit.
-        plan: The run-up.
-        distance: Distance of the CoM from the start of the run-up, (N,) [m].
-        speed: Speed of the CoM towards the door, (N,) [m/s].
-    """
-    omega = math.sqrt(GRAVITY / stance.posture.b_r)
-    return np.asarray(
-        plan.y_start - distance - speed / omega - sole_edges(robot, stance.feet)[0])

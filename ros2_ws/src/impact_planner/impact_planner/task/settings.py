@@ -16,6 +16,7 @@ from impact_planner.task.experience import MASS_FACTORS, Limits
 
 RUN_UPS = ("mcv50", "zmp_limited")
 ENDINGS = ("hold", "retreat")
+LEAST_INSIDE_EDGE = -0.06  # least distance of the CoM inside the right sole's inner edge [m]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,17 @@ class PlannerSettings:
         effective_mass: Effective mass at B [kg]; None means that the model decides.
         run_up: Time law of the run-up where the request names none.
         ending: Last phase of the motion where the request names none.
-        com_inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
+        com_inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m];
+            negative where the CoM is still between the soles. A fast hit is planned with a smaller
+            one, as `missed_reserve` asks for.
+        missed_reserve: Desired `missed.missed_margin` [m], for which the CoM is moved further
+            inside. With -0.03 m of `com_inside_edge`, 0.03 m here and 0.05 s of `missed_stop` a
+            robot that misses the door stands, but reaches only doors that stand 23 mm nearer. The
+            default moves nothing.
+        missed_stop: Longest stop after a missed contact [s]. The legs do not reach far enough to
+            come to rest with the ZMP inside the soles. After a short stop the CoM is still far
+            inside: the robot leans over its outer edge and falls back on its feet. In the
+            simulation a miss with a reserve of 19 mm falls with 0.08 s and stands with 0.05 s.
         y_start: y of the CoM at the start of the run-up [m]. None chooses the start with the
             largest ZMP margin.
         door_uncertainty: Largest error of the door's reported distance [m]. The run-up keeps its
@@ -87,6 +98,8 @@ class PlannerSettings:
     run_up: str = "mcv50"
     ending: str = "hold"
     com_inside_edge: float = 0.01
+    missed_reserve: float = -1.0
+    missed_stop: float = 0.3
     y_start: float | None = None
     door_uncertainty: float = 0.02
     overrun: float = 0.025
@@ -139,8 +152,11 @@ _RANGES: dict[str, tuple[float, float, str]] = {
     "effective_mass": (-math.inf, math.inf, "effective mass of the robot at B [kg]; negative: the "
                        "model's"),
     "initial_angle": (0.0, math.pi, "opening angle of the door at the hit [rad]"),
-    "com_inside_edge": (-0.05, 0.10, "distance of the CoM inside the right sole's inner edge at "
-                        "the hit [m]"),
+    "com_inside_edge": (LEAST_INSIDE_EDGE, 0.10, "distance of the CoM inside the right sole's "
+                        "inner edge at the hit [m]; less where missed_reserve needs it"),
+    "missed_reserve": (-1.0, 0.10, "desired distance of the capture point inside the soles when a "
+                       "missed contact is noticed [m]"),
+    "missed_stop": (0.02, 1.0, "longest stop after a missed contact [s]"),
     "y_start": (-0.2, 0.2, "y of the CoM at the start of the run-up [m]; NaN: the start with the "
                 "largest ZMP margin"),
     "door_uncertainty": (0.0, 0.05, "largest error of the door's distance [m]"),

@@ -18,7 +18,6 @@ from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import AngleUnreachable
-from impact_planner.hit.stance import stance_for_step
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.reach import furthest_contact, largest_angle
 from impact_planner.plan import plan_impact
@@ -172,7 +171,7 @@ def _reach(
     Both are for the plan's stance, and None where the arm can hold the door nowhere.
     """
     placement = plan.hit.placement
-    stance = stance_for_step(robot, plan.hit.stance.step, settings.com_inside_edge)
+    stance = plan.hit.stance
     found: dict[str, float | None] = {"largest_held_angle_deg": None, "furthest_l_b": None}
     with suppress(AngleUnreachable):  # a plan with a retreat may have no angle that can be held
         found["largest_held_angle_deg"] = math.degrees(

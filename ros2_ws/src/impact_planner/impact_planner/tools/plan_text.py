@@ -157,8 +157,8 @@ def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("point of no return", "",
          f"{back:.0f} ms before the contact; a stop before it takes {plan.stop_duration:.1f} s"),
         ("missed contact", "",
-         f"{'can' if missed >= 0.0 else 'cannot'} be stopped: capture point {abs(missed):.0f} mm "
-         f"{'inside' if missed >= 0.0 else 'beyond'} the soles"),
+         f"capture point {abs(missed):.0f} mm {'inside' if missed >= 0.0 else 'beyond'} the soles "
+         "when it is noticed"),
         ("friction needed", "", f"{plan.required_friction:.2f}"),
         ("planned in", "", f"{1e3 * plan.planning_time:.0f} ms"),
     ]  # fmt: skip

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from door_impact_common.constants import GRAVITY
-from door_model.door.config import load_door
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit, PostureUnreachable
@@ -17,7 +15,6 @@ from impact_planner.hit.posture import LegDemands, capable, waist_per_com
 from impact_planner.hit.stance import stance_for_step
 from impact_planner.motion.post import continue_from
 from impact_planner.plan import plan_impact
-from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
 from scipy.interpolate import make_interp_spline
@@ -88,28 +85,6 @@ def test_an_uncertain_door_costs_margin(robot, known):
     assert found[0].late_margin > found[1].late_margin
     assert found[0].early_margin < found[1].early_margin
     assert found[0].missed_margin == pytest.approx(found[1].missed_margin, abs=1e-9)
-
-
-def test_a_robot_that_can_still_stop_does_not_warn_of_a_missed_contact(robot, known):
-    """At 10 deg no warning is given; at 15 deg of size3 the capture point leaves the soles."""
-    slow = plan_impact(PlanRequest(math.radians(10.0)), known, robot)
-    assert slow.branches.missed_margin > 0.0
-    assert slow.branches.recovery_step == 0.0
-    assert not slow.warnings
-    config = load_door("size3")
-    heavy = KnownDoor(config.name, config.door(), config.leaf.width)
-    fast = plan_impact(PlanRequest(math.radians(15.0), run_up="zmp_limited"), heavy, robot)
-    assert fast.branches.missed_margin < -0.03
-    assert fast.branches.recovery_step == -fast.branches.missed_margin
-    assert any("missed" in warning for warning in fast.warnings)
-
-
-def test_a_missed_contact_is_judged_where_the_legs_reach_no_further(robot, plan):
-    """The margin is that of the capture point at full speed at the end of the legs' reach."""
-    y, height = plan.phase("cam").com_samples[-1, 1], plan.b_r
-    edge = robot.feet["right"].corners(plan.right_foot)[:, 1].min()
-    capture = y - plan.v_com * math.sqrt(height / GRAVITY)
-    assert plan.branches.missed_margin == pytest.approx(capture - edge, abs=1e-5)
 
 
 @pytest.mark.parametrize("run_up", ["mcv50", "zmp_limited"])

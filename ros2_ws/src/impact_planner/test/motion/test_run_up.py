@@ -1,11 +1,9 @@
 """The run-up: speed at the contact, ZMP and the stop after a missed contact."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit
@@ -15,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import InvalidRequest, SpeedUnreachable
 from impact_planner.motion.posture_table import PostureTable
-from impact_planner.motion.run_up import RunUpWish, capture_reserve, plan_run_up, usable_overrun
+from impact_planner.motion.run_up import RunUpWish, plan_run_up, usable_overrun
 from impact_planner.motion.zmp_run_up import best_run_up, fastest_run_up
 
 
@@ -254,13 +252,3 @@ def test_the_stop_after_a_missed_contact_is_one_motion_with_the_run_up(robot, st
     np.testing.assert_allclose(slope[inner], motion.joint_speed[inner], atol=1e-3)
     curve = np.gradient(motion.joint_speed, motion.time, axis=0)
     np.testing.assert_allclose(curve[inner], motion.joint_acceleration[inner], atol=0.1)
-
-
-def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, stance, run_up):
-    """The reserve is the distance of y - v / omega from the right sole's outer edge."""
-    course = run_up.law.at(np.array([0.0, run_up.contact_time]))
-    reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
-    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
-    assert reserve[0] == pytest.approx(run_up.y_start - edge)
-    omega = math.sqrt(GRAVITY / stance.posture.b_r)
-    assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)

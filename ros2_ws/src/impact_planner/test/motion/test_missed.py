@@ -1,0 +1,124 @@
+"""A missed contact: the capture reserve of a run-up that meets no door."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from door_impact_common.constants import GRAVITY
+from door_model.door.config import load_door
+from humanoid_motion.errors import PostureUnreachable
+from impact_planner.motion.missed import capture_reserve, inside_edge_for, way_to_stop
+from impact_planner.plan import plan_impact
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest
+from impact_planner.task.settings import make_settings
+
+# With which a miss is no fall.
+STANDING = {"com_inside_edge": -0.03, "missed_reserve": 0.03, "missed_stop": 0.05}
+
+
+def planned(robot, degrees, door="paper", run_up="mcv50", **settings):
+    """A plan with which a miss is no fall, for a door that stands where the planner likes."""
+    return plan_impact(
+        PlanRequest(math.radians(degrees), run_up=run_up),
+        KnownDoor.configured(load_door(door)), robot, make_settings(STANDING | settings))
+
+
+def test_the_capture_point_is_where_an_inverted_pendulum_comes_to_rest():
+    """A pendulum over the capture point ends there; over a nearer point it falls past it."""
+    height, speed = 0.74, 0.4
+    foot = float(way_to_stop(speed, height))
+    for ahead, rests in ((0.0, True), (0.005, True), (-0.005, False)):
+        y, v, step = 0.0, speed, 1e-4
+        for _ in range(20_000):
+            v += GRAVITY / height * (y - foot - ahead) * step
+            y += v * step
+            if v < 0.0 or y > foot + 0.1:
+                break
+        assert (y <= foot + 1e-3) is rests
+
+
+def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, plan):
+    """The reserve is the distance of y - v / omega from the right sole's outer edge."""
+    stance, run_up = plan.hit.stance, plan.hit.run_up
+    course = run_up.law.at(np.array([0.0, run_up.contact_time]))
+    reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
+    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
+    assert reserve[0] == pytest.approx(run_up.y_start - edge)
+    omega = math.sqrt(GRAVITY / stance.posture.b_r)
+    assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)
+
+
+@pytest.mark.parametrize(("degrees", "door", "run_up"), [
+    (25.0, "paper", "mcv50"), (25.0, "size3", "zmp_limited")])
+def test_the_margin_is_that_of_the_last_instant_at_full_speed(robot, degrees, door, run_up):
+    """Up to there the run-up has its speed, 20 mm past the contact or more; then it brakes."""
+    plan = planned(robot, degrees, door, run_up)
+    cam, edge = plan.phase("cam"), robot.feet["right"].corners(plan.right_foot)[:, 1].min()
+    y = cam.com_samples[:, 1]
+    speed = -np.gradient(y, cam.time)
+    last = int(np.flatnonzero(speed > 0.999 * plan.v_com)[-1])
+    assert plan.hit.run_up.y_hit - y[last] > 0.02
+    capture = y[last] - plan.v_com * math.sqrt(plan.b_r / GRAVITY)
+    assert plan.missed_margin == pytest.approx(capture - edge, abs=3e-3)
+
+
+@pytest.mark.parametrize("degrees", [15.0, 25.0, 30.0])
+def test_the_paper_s_door_leaves_a_reserve_of_30_mm(robot, degrees):
+    """Up to 30 deg, where a missed contact must not be a fall; then no warning is given."""
+    plan = planned(robot, degrees)
+    assert plan.missed_margin >= 0.03
+    assert not any("misses" in warning for warning in plan.warnings)
+
+
+def test_a_fast_hit_is_planned_with_the_com_further_inside(robot):
+    """It keeps the reserve by it; without a wish for one it would not."""
+    wished = planned(robot, 20.0, "size3", "zmp_limited")
+    plain = planned(robot, 20.0, "size3", "zmp_limited", missed_reserve=-1.0)
+    for plan, inside in ((wished, None), (plain, STANDING["com_inside_edge"])):
+        inner = robot.feet["right"].corners(plan.right_foot)[:, 1].max()
+        found = inner - plan.hit.stance.posture.com[1]
+        assert found == pytest.approx(inside, abs=1e-6) if inside else found < -0.04
+    assert wished.missed_margin >= 0.03 > plain.missed_margin
+    assert wished.v_rb == pytest.approx(plain.v_rb, rel=0.02)
+
+
+def test_a_plan_that_does_not_leave_the_reserve_says_so(robot):
+    """Both sentences: the robot may fall, and it falls."""
+    may = planned(robot, 40.0, "size3", "zmp_limited")
+    assert 0.0 < may.missed_margin < 0.03
+    assert any("may fall" in warning for warning in may.warnings)
+    falls = planned(robot, 40.0, "size4", "zmp_limited")
+    assert falls.missed_margin < 0.0
+    assert any("misses the door falls" in warning for warning in falls.warnings)
+
+
+def test_legs_that_do_not_reach_get_the_com_as_far_inside_as_they_do(robot, known):
+    """A door at the end of the reach: the plan is made, with less reserve than at a nearer one."""
+    request = PlanRequest(math.radians(45.0), run_up="zmp_limited")
+    near, far = (
+        plan_impact(request, known, robot, make_settings(STANDING | {"door_distance": distance}))
+        for distance in (0.705, 0.727))
+    assert near.missed_margin > far.missed_margin + 0.003
+    assert far.missed_margin > 0.0
+    with pytest.raises(PostureUnreachable, match="door must stand"):
+        plan_impact(request, known, robot, make_settings(STANDING | {"door_distance": 0.76}))
+
+
+def test_the_place_of_the_com_for_a_reserve_gives_that_reserve(robot, stance):
+    """The formula is the inverse of the margin of a run-up from that place."""
+    posture = stance.posture
+    inside = inside_edge_for(robot, posture, 0.36, 0.025, 0.03)
+    moved = replace(
+        stance, posture=replace(posture, com=posture.com + [0.0, stance_inside(
+            robot, stance) - inside, 0.0]))
+    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
+    left = float(moved.posture.com[1]) - 0.025 - float(way_to_stop(0.36, posture.b_r)) - edge
+    assert left == pytest.approx(0.03)
+
+
+def stance_inside(robot, stance):
+    """Distance of the CoM inside the right sole's inner edge [m]."""
+    inner = robot.feet["right"].corners(stance.feet["right"])[:, 1].max()
+    return float(inner - stance.posture.com[1])
