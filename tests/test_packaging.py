@@ -21,6 +21,8 @@ SHIPPED = {"pybullet_utils"}  # comes with pybullet
 # rosdep has no keys of viser and what comes with it; only the view ends without them. A test of
 # the page is skipped without playwright.
 BY_PIP = {"msgspec", "playwright", "rich", "trimesh", "viser", "websockets", "zstandard"}
+# What tests share; pytest's configuration has this folder on the path.
+HELPERS = {path.stem for path in Path(__file__).parent.glob("*.py")}
 EMBEDDED = {"cyclonedds", "ros2_embedded"}  # peers of `make bench`, absent beside a ROS 2
 
 
@@ -70,7 +72,7 @@ def test_every_import_is_a_declared_dependency(package: Path) -> None:
     """So that rosdep brings all that a package needs, on a machine that has nothing yet."""
     needed = imported(package / package.name) - {package.name}
     assert needed <= declared(package, "exec_depend")
-    in_tests = imported(package / "test") - {package.name, "setuptools"}
+    in_tests = imported(package / "test") - {package.name, "setuptools"} - HELPERS
     assert in_tests <= declared(package, "exec_depend", "test_depend")
 
 

@@ -31,7 +31,7 @@ from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.physics.fall import FallWatch
 from hrp2_sim_bridge.physics.hit_meter import HitMeter
 from hrp2_sim_bridge.physics.pushes import RobotPushes
-from hrp2_sim_bridge.physics.scene import Scene
+from hrp2_sim_bridge.physics.scene import Scene, require_place
 from hrp2_sim_bridge.physics.states import IMU, BodyState, DoorState, Reactions
 from hrp2_sim_bridge.sensors.readings import TickReadings
 from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors
@@ -94,6 +94,7 @@ class World(Driver):
         name = engine if isinstance(engine, str) else engine.name
         self.settings = WorldSettings(engine=name, **settings)
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
+        require_place(door_distance, hinge_x)
         self.contact = design_leaf(door, hinge_x, self.settings)
         self._scene = Scene(
             robot, self._posture, door, door_distance, hinge_x, self.contact, self.settings)

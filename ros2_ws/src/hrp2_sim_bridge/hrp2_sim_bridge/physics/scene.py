@@ -13,6 +13,18 @@ from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
 
 
+def require_place(door_distance: float, hinge_x: float) -> None:
+    """Check the place of a door, both in [m].
+
+    Raises:
+        SettingError: The door is too far from the origin, or behind it.
+    """
+    if not 0.0 < door_distance <= FARTHEST:
+        raise SettingError("door_distance", door_distance, f"above 0, up to {FARTHEST:g} m")
+    if not abs(hinge_x) <= FARTHEST:
+        raise SettingError("hinge_x", hinge_x, f"within {FARTHEST:g} m of the origin")
+
+
 @dataclass(frozen=True)
 class Scene:
     """Robot and door in their first state.
@@ -43,11 +55,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Check the door's place."""
-        if not 0.0 < self.door_distance <= FARTHEST:
-            raise SettingError(
-                "door_distance", self.door_distance, f"above 0, up to {FARTHEST:g} m")
-        if not abs(self.hinge_x) <= FARTHEST:
-            raise SettingError("hinge_x", self.hinge_x, f"within {FARTHEST:g} m of the origin")
+        require_place(self.door_distance, self.hinge_x)
 
     @property
     def sole_rubber(self) -> SoleRubber | None:
