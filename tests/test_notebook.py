@@ -31,5 +31,4 @@ def test_the_notebook_shows_what_it_computes(tmp_path: Path) -> None:
     nbclient.NotebookClient(fresh, kernel_name="python3", timeout=600,
                             resources={"metadata": {"path": str(tmp_path)}}).execute()
     for old, new in zip(shown.cells, fresh.cells, strict=True):
-        computed = "\n".join(printed(new))
-        assert [line for line in printed(old) if not tutorial.is_shown(line, computed)] == []
+        assert tutorial.first_missing("\n".join(printed(old)), "\n".join(printed(new))) is None

@@ -64,7 +64,9 @@ def test_lines_are_shown_if_their_words_agree_and_their_numbers_nearly() -> None
     ("5 swings", "5 swings", True), ("5 swings", "6 swings", False),
     ("100 runs", "101 runs", False), ("0 falls", "1 falls", False),
     ("-3 counts", "3 counts", False),
-    ("25.0 deg", "25.1 deg", True), ("25 deg", "25.1 deg", True), ("25 deg", "27.0 deg", False),
+    ("25.0 deg", "25.1 deg", True), ("25 deg", "25.1 deg", True), ("25 deg", "28.0 deg", False),
+    ("1509 N", "1502 N", True), ("1509 N", "1402 N", False), ("3 mm", "4 mm", True),
+    ("3 mm", "5 mm", False),
     ("0.0 mm", "0.1 mm", True), ("0.0 mm", "0.2 mm", False), ("code 0, 1.00 s", "code 1, 1.00 s",
                                                               False)])
 def test_whole_numbers_are_shown_as_they_are(shown: str, printed: str, same: bool) -> None:

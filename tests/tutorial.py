@@ -25,6 +25,7 @@ _BLOCK = re.compile(
     r"(?P<code>.*?)^[ \t]*(?P=fence)[ \t]*$", re.DOTALL | re.MULTILINE)
 _TITLE = re.compile(r"title=\"([^\"]+)\"")
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+_UNIT = re.compile(r" ?(?:N|mm|ms|deg|Hz|kg|%|m/s)(?!\w)")  # of a number that is measured
 _SECONDS = 120  # time in which a block must end; only a command that hangs takes so long
 
 
@@ -88,7 +89,8 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> None:
 def first_missing(shown: str, output: str) -> str | None:
     """The first of the lines that an output does not have behind those before it; None for none.
 
-    A line agrees if its words do, and its numbers to 5 %; whole numbers must be the same.
+    A line agrees if its words do, and its numbers to 5 %; whole numbers without a unit must be the
+    same.
     """
     left = iter(output.splitlines())
     for line in filter(str.strip, shown.splitlines()):
@@ -103,16 +105,17 @@ def _words(line: str) -> list[str]:
 
 
 def _agree(line: str, found: str) -> bool:
-    pairs = zip(_NUMBER.findall(line), _NUMBER.findall(found), strict=True)
-    return all(abs(float(one) - float(other)) <= _tolerance(one, other) for one, other in pairs)
+    pairs = zip(_NUMBER.finditer(line), _NUMBER.findall(found), strict=True)
+    return all(abs(float(one[0]) - float(other)) <= _tolerance(one, other) for one, other in pairs)
 
 
-def _tolerance(one: str, other: str) -> float:
-    """0 for whole numbers, which count something; else 5 % and one unit of the last digit."""
-    digits = len(one.partition(".")[2])
-    if not digits and "." not in other:
+def _tolerance(one: re.Match[str], other: str) -> float:
+    """0 for whole numbers that count something; else 5 % and one unit of the last digit."""
+    digits = len(one[0].partition(".")[2])
+    measured = _UNIT.match(one.string, one.end()) is not None
+    if not digits and "." not in other and not measured:
         return 0.0
-    return 0.05 * abs(float(one)) + float(10.0 ** -digits if digits else 0.0)
+    return 0.05 * abs(float(one[0])) + float(10.0 ** -digits if digits or measured else 0.0)
 
 
 def _output(block: Block, folder: Path, environment: dict[str, str]) -> str:
