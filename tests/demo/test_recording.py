@@ -177,15 +177,15 @@ def layout() -> dict[str, Any]:
 
 
 def test_rviz_shows_topics_of_the_right_type(recording: Recording) -> None:
-    """Robot, door, support polygon, ZMP and CoM, each on a topic that its display takes."""
+    """Robot, door, footsteps, support polygon, ZMP and CoM, on topics that the displays take."""
     shown = {}
     for display in displays():
         topic = display.get("Topic") or display["Description Topic"]
         shown[topic["Value"]] = RVIZ_TYPES[display["Class"]]
         latched = topic["Durability Policy"] == "Transient Local"
-        assert latched == topic["Value"].endswith("_description")
-    assert set(shown) == {"/robot_description", "/door_description", "/support_polygon", "/zmp",
-                          "/com"}
+        assert latched == topic["Value"].endswith(("_description", "/footstep_markers"))
+    assert set(shown) == {"/robot_description", "/door_description", "/footstep_markers",
+                          "/support_polygon", "/zmp", "/com"}
     assert shown == {topic: recording.types[topic] for topic in shown}
 
 
