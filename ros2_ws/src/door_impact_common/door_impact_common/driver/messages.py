@@ -12,7 +12,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from door_impact_common.arrays import Array
 from door_impact_common.driver.intake import Intake
-from door_impact_common.stamps import NANOSECONDS, duration_of
+from door_impact_common.stamps import NANOSECONDS, duration_of, stamp_of
 
 _UNIT = 0.1  # largest difference between the length of a unit quaternion and 1
 
@@ -54,6 +54,32 @@ def trajectory_message(knots: Points, names: Sequence[str]) -> JointTrajectory:
                 time_from_start=duration_of(round(float(time) * NANOSECONDS)),
             )
         )
+    return message
+
+
+class Sent(Protocol):
+    """A trajectory for the driver, such as `humanoid_motion.driver_interface.Command`."""
+
+    @property
+    def stamp(self) -> float:
+        """Time of the robot's clock at which the time of the points is 0 [s]."""
+
+    @property
+    def knots(self) -> Points | None:
+        """The points; None commands the driver's own stop."""
+
+
+def command_message(command: Sent, names: Sequence[str]) -> JointTrajectory:
+    """Convert a command to the JointTrajectory that the driver takes; a stop has no points.
+
+    Args:
+        command: The command.
+        names: Joint names in the order of the points' columns.
+    """
+    if command.knots is None:
+        return JointTrajectory()
+    message = trajectory_message(command.knots, names)
+    message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
     return message
 
 

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from action_msgs.srv import CancelGoal
 from door_impact_common.driver.active_goals import ActiveGoals
-from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
-from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped
@@ -122,12 +121,7 @@ class ImpactExecutor(GuardedNode):
             self._send_feedback(execution, now)
 
     def _send(self, command: Command) -> None:
-        if command.knots is None:
-            self._trajectory.publish(JointTrajectory())
-            return
-        message = trajectory_message(command.knots, self._names)
-        message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
-        self._trajectory.publish(message)
+        self._trajectory.publish(command_message(command, self._names))
 
     def _send_feedback(self, execution: Execution, now: float) -> None:
         feedback = ExecuteDoorImpact.Feedback()

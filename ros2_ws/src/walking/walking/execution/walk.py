@@ -30,6 +30,7 @@ from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 from walking.recovery.estimate import Balance, Measured
 from walking.recovery.recovery import Recovery, recover, watch
+from walking.recovery.reference import phase_at
 
 
 class Outcome(enum.Enum):
@@ -146,9 +147,7 @@ class Walk:
         boundary = self.plan.begin_of(self._sent)
         if since >= boundary:
             return self._rest.phase
-        schedule = self.plan.schedule
-        return next((phase for phase in schedule.phases if since < phase.last * schedule.period),
-                    schedule.phases[-1])
+        return phase_at(self.plan, since)
 
     # -- requests --------------------------------------------------------------------------------
 

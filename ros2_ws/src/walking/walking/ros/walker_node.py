@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.driver.active_goals import ActiveGoals
-from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.driver.topics import SILENCE
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters, allowed_folders
-from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_impact_msgs.action import Walk as WalkAction
 from door_impact_msgs.msg import Footsteps
 from hrp2_description.robot import SIDES, load_robot_config
@@ -116,12 +115,7 @@ class Walker(GuardedNode):
             self._send_feedback(walk, now)
 
     def _send(self, command: Command) -> None:
-        if command.knots is None:
-            self._trajectory.publish(JointTrajectory())
-            return
-        message = trajectory_message(command.knots, self._names)
-        message.header.stamp = stamp_of(round(command.stamp * NANOSECONDS))
-        self._trajectory.publish(message)
+        self._trajectory.publish(command_message(command, self._names))
 
     def _end(self, outcome: Outcome | None) -> None:
         """Hand the outcome to the goal whose walk was under way; None says that it is replaced."""
