@@ -196,8 +196,9 @@ def test_a_browser_that_stops_reading_delays_nothing():
     while waiting() < 100_000:  # until the system's own buffers are full
         count += 1
         noise = base64.b64encode(os.urandom(300_000)).decode()
-        made.draw(State(plan=PlanSummary(f"plan {count}", (("plan", f"no. {count} {noise}"),))))
-        client.read()
+        made.draw(State(plan=PlanSummary(f"plan {count}", (("plan", f"no. {count}. {noise}"),))))
+        # A drawing replaces one that was not sent yet: only those that were sent fill the buffers.
+        client.until(lambda count=count: f"no. {count}." in client.text())
         assert count < 1000, "nothing had to wait"
     held, kept = waiting(), len(made._server._websock_server._broadcast_buffer.message_from_id)
     for _ in range(200):

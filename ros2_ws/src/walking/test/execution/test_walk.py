@@ -239,6 +239,19 @@ def test_a_robot_that_does_not_follow_gets_no_further_step(rig):
     rig.stands()
 
 
+def test_a_driver_is_not_blamed_for_the_joints_of_a_robot_that_falls(rig):
+    """A joint is off while the trunk leans: the robot was pushed. Upright again, it is judged."""
+    rig.run(BEGIN + 2.0)
+    position = rig.driver.sample(rig.now).position.copy()
+    position[rig.robot.joint_names.index("LLEG_JOINT3")] += 0.35
+    rig.send(rig.walk.on_tilt(math.radians(6.0)))
+    rig.send(rig.walk.on_joints(rig.now, position))
+    assert rig.walk.outcome is Outcome.RUNNING
+    rig.send(rig.walk.on_tilt(math.radians(1.0)))
+    rig.send(rig.walk.on_joints(rig.now, position))
+    assert rig.walk.outcome is Outcome.NOT_FOLLOWED
+
+
 def test_a_fall_stops_the_driver_and_says_the_tilt(rig):
     rig.run(BEGIN + 2.0)
     assert rig.walk.on_tilt(math.radians(29.0)) == []

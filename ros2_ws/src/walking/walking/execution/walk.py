@@ -78,6 +78,7 @@ class Walk:
         self.outcome, self.reason = Outcome.RUNNING, ""
         self.lag = 0.0
         self.recovered = 0
+        self._tilt = 0.0  # of the trunk, at its last measurement [rad]
         self._onward = onward
         self._stopping = ""  # why no further step is to be made
         self._made = 0  # footsteps of earlier plans that were made
@@ -290,6 +291,7 @@ class Walk:
 
     def on_tilt(self, tilt: float) -> list[Command]:
         """Handle a tilt of the trunk [rad]: stop the driver when the robot falls."""
+        self._tilt = tilt
         limit = self._settings.fall_tilt
         if self.outcome is not Outcome.RUNNING or tilt <= limit:
             return []
@@ -355,7 +357,7 @@ class Walk:
 
     def _off_track(self, now: float, position: Array) -> str:
         """Reason for a robot that does not follow its trajectory; empty where it does."""
-        if now < self._origin:
+        if now < self._origin or self._tilt > self._settings.leaning:
             return ""
         off = np.abs(position - self._knots.at(now - self._origin)[0][0])
         worst = int(np.argmax(off))
