@@ -1,26 +1,27 @@
 # hrp2_door_impact: see README.md.
 
-# In a shell where ROS 2 is sourced, colcon builds the packages and ROS 2 runs them; elsewhere the
-# embedded runtime does, from pinned dependencies in .venv.
+# In a shell where ROS 2 is sourced, the packages are built for it in ros2_ws; elsewhere ROS 2's
+# wheels are installed into .venv, and the packages are built there.
+VENV := .venv
+BIN := $(VENV)/bin
 ifneq ($(and $(ROS_DISTRO),$(AMENT_PREFIX_PATH)),)
 READY := ros2_ws/install/.ready
 ENV := . ros2_ws/install/local_setup.sh &&
 PYTHON := $(ENV) exec python3
-ROS2 := $(ENV) exec ros2
-RUNTIME :=
+OWN :=
 WORKERS :=
 SITE_TOOLS :=
 else
-READY := .venv/.ready
-PYTHON := .venv/bin/python
-ROS2 := .venv/bin/ros2
-SITE_TOOLS := .venv/.site
-RUNTIME := embedded/tests
-# One worker more than cores: tests that wait for processes leave their core to others.
-WORKERS := -n $(shell expr $$(nproc) + 1) --maxprocesses 8 --dist loadscope --no-loadscope-reorder --max-worker-restart 0
+READY := $(VENV)/.ready
+ENV := . $(BIN)/activate &&
+PYTHON := $(ENV) exec python
+OWN := ros2_commands
+SITE_TOOLS := $(VENV)/.site
+WORKERS := -n $(shell nproc) --maxprocesses 8 --dist loadscope --no-loadscope-reorder --max-worker-restart 0
 endif
-VENV := .venv
-BIN := $(VENV)/bin
+ROS2 := $(ENV) exec ros2
+# ROS 2's own default would command a robot on the network.
+export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 
 DOOR ?= paper
 TARGET_DEG ?= 25
@@ -38,8 +39,10 @@ SEED ?= 1
 
 # Dozens of processes start faster when Python keeps what it has compiled.
 unexport PYTHONDONTWRITEBYTECODE
+# Matrices are small here; further threads of BLAS only spin, on cores that other nodes need.
+export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help setup demo up test test-all test-runtime test-view screenshots lint docs bench sweep faults clean
+.PHONY: help setup demo up test test-all test-view screenshots lint docs bench sweep faults clean
 
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
@@ -47,9 +50,9 @@ help:
 	@echo "             ENDING=hold|retreat ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
 	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
-	@echo "make test-all   every test: statistics, many random requests, interruptions, the runtime's conformance"
+	@echo "make test-all   also what takes long: whole runs, many random draws, interruptions"
 	@echo "make test-view   page and replay in a browser, if Chromium is installed; make screenshots  docs/view/"
-	@echo "make test-runtime   the embedded runtime alone      make lint   ruff, mypy and import-linter"
+	@echo "make lint    ruff, mypy and import-linter"
 	@echo "make docs    the site of the documentation (out/site/index.html)"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
@@ -58,27 +61,24 @@ help:
 
 setup: $(READY)
 
-PACKAGE_FILES := $(wildcard $(addprefix ros2_ws/src/*/,package.xml setup.py setup.cfg))
-# Folders of data (doors, launch files, ...): each changes with a new file, which must be linked.
-DATA_FOLDERS := $(filter-out %/test/ $(dir $(wildcard ros2_ws/src/*/*/__init__.py)),$(wildcard ros2_ws/src/*/*/))
 # What colcon copies or compiles; Python modules are linked.
 COLCON_FILES := $(shell find ros2_ws/src -type f \( -not -name '*.py*' -o -name setup.py \))
 
-$(BIN)/python:
-	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-	  { echo "hrp2_door_impact needs Python 3.11 or newer, found $$(python3 -V)"; exit 1; }
-	@python3 -c 'import venv, ensurepip' || \
-	  { echo "python3-venv is missing: apt install python3-venv"; exit 1; }
-	python3 -m venv $(VENV)
+# A .venv without this file was made otherwise, and begins anew.
+$(VENV)/.made:
+	@python3 ros2_ws/wheels.py check
+	python3 -m venv --clear $(VENV)
+	@touch $@
 
-$(VENV)/.requirements: requirements.txt | $(BIN)/python
-	@echo "installing the dependencies into $(VENV), about a minute"
+$(VENV)/.requirements: requirements.txt $(VENV)/.made
+	@echo "installing ROS 2 and the dependencies into $(VENV), some minutes"
 	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
 	@touch $@
 
-$(VENV)/.ready: $(VENV)/.requirements embedded/pyproject.toml $(PACKAGE_FILES) $(DATA_FOLDERS)
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e embedded
-	$(BIN)/python -m ros2_embedded.install ros2_ws/src
+$(VENV)/.ready: $(VENV)/.requirements ros2_ws/wheels.py ros2_commands/pyproject.toml $(COLCON_FILES)
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e ros2_commands
+	@echo "building the packages by colcon, some minutes the first time"
+	@$(BIN)/python ros2_ws/wheels.py build
 	@touch $@
 
 # What only the site and the notebook need.
@@ -107,14 +107,10 @@ up: $(READY)
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)
-	@$(PYTHON) -m pytest $(WORKERS) -m "not nightly and not wall_clock" \
-	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
+	@$(PYTHON) -m pytest $(WORKERS) -m "not nightly" tests $(OWN) ros2_ws/src
 
 test-all: $(READY) $(SITE_TOOLS)
-	@$(PYTHON) -m pytest $(WORKERS) --hypothesis-profile whole -m "not wall_clock" \
-	  tests ros2_ws/src $(RUNTIME) --ignore embedded/tests/conformance
-	@$(PYTHON) -m pytest --hypothesis-profile whole -m wall_clock tests ros2_ws/src
-	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests/conformance
+	@$(PYTHON) -m pytest $(WORKERS) --hypothesis-profile whole tests $(OWN) ros2_ws/src
 
 test-view: $(READY)
 	@$(PYTHON) -m pytest ros2_ws/src/door_impact_view/test/browser tests/test_hit_in_browser.py
@@ -123,16 +119,13 @@ test-view: $(READY)
 screenshots: $(READY)
 	@SCREENSHOTS=$(CURDIR)/docs/view $(PYTHON) -m pytest tests/test_hit_in_browser.py
 
-test-runtime: $(READY)
-	@$(PYTHON) -m pytest --hypothesis-profile whole embedded/tests
-
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
-	$(BIN)/mypy
-	$(BIN)/lint-imports
+	. $(BIN)/activate && mypy
+	. $(BIN)/activate && lint-imports
 
 docs: $(VENV)/.ready $(VENV)/.site
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	@. $(BIN)/activate && NO_MKDOCS_2_WARNING=1 mkdocs build
 	@echo "written: out/site/index.html"
 
 bench: $(READY)
@@ -142,7 +135,7 @@ sweep: $(READY)
 	@$(ROS2) run door_impact_evaluation sweep --kind "$(KIND)" -n $(N) --seed $(SEED) --engine "$(ENGINE)"
 
 faults: $(READY)
-	@PYTHONPATH=tests $(PYTHON) -m faults -n $(N) --seed $(SEED)
+	@$(ENV) PYTHONPATH="tests:$$PYTHONPATH" exec python3 -m faults -n $(N) --seed $(SEED)
 
 clean:
 	rm -rf $(VENV) out ros2_ws/build ros2_ws/install ros2_ws/log

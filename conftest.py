@@ -1,5 +1,5 @@
 """What holds for every test: a DDS domain of its own for each worker, two profiles of hypothesis,
-two marks with a reason, which tests share a worker, and a browser."""
+a mark with a reason, which tests share a worker, and a browser."""
 
 import os
 import random
@@ -15,10 +15,10 @@ from hypothesis import HealthCheck, settings
 FIRST_PORT, PORTS = 7410, 250  # of a domain's first participant (RTPS 2.5, 9.6.2.3)
 
 
-def free_domain(worker: int) -> int:
-    """A domain whose first participant's port is free; parallel workers never get the same."""
+def free_domain(number: int) -> int:
+    """A domain whose first participant's port is free; two numbers below 20 never get the same."""
     while True:
-        domain = random.randrange(1 + worker % 10, 101, 10)
+        domain = random.randrange(1 + number % 20, 101, 20)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(("", FIRST_PORT + PORTS * domain))
@@ -29,46 +29,45 @@ def free_domain(worker: int) -> int:
 
 # Before any message is imported: ROS 2 reads it then.
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-os.environ["ROS_DOMAIN_ID"] = str(
-    free_domain(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")))
-)
+WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+os.environ["ROS_DOMAIN_ID"] = str(free_domain(WORKER))
 os.environ["GRAPH_DOMAIN_ID"] = str(free_domain(8))  # of tests/graph; no worker has this number
+os.environ["VIEW_DOMAIN_ID"] = str(free_domain(10 + WORKER))  # of tests that kill a view
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 # A shell's background jobs ignore Ctrl-C, and so would every process that the tests start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# How long an example takes says nothing on a busy machine; `make test-all` chooses `whole`.
-UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("quick", max_examples=10, **UNTIMED)
-settings.register_profile("whole", max_examples=300, **UNTIMED)
+# The same examples in every run of `make test`; `make test-all` draws anew, and more of them.
+settings.register_profile(
+    "quick", max_examples=15, deadline=None, derandomize=True, database=None,
+    suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("whole", settings.get_profile("quick"), max_examples=200,
+                          derandomize=False)
 settings.load_profile("quick")
 
-MARKS = ("nightly", "wall_clock")
-SHARING = ("tests/graph/", "tests/demo/")  # folders whose tests share the processes they start
+SHARING = ("tests/demo/", "tests/graph/")  # start every node: one set at a time, on one worker
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Demands a reason of each mark."""
     for item in items:
-        for mark in MARKS:
-            for found in item.iter_markers(mark):
-                if len(found.args) != 1 or not isinstance(found.args[0], str):
-                    raise pytest.UsageError(f"{item.nodeid}: {mark} needs a reason, as a string")
+        for found in item.iter_markers("nightly"):
+            if len(found.args) != 1 or not isinstance(found.args[0], str):
+                raise pytest.UsageError(f"{item.nodeid}: nightly needs a reason, as a string")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Keeps the tests of a file, or of a folder whose tests share processes, on one worker."""
+    """Keeps the tests of a file, and those of `SHARING`, on one worker."""
     from xdist.scheduler import LoadScopeScheduling
 
-    class ByFileOrFolder(LoadScopeScheduling):
+    class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.partition("::")[0]
-            return next((folder for folder in SHARING if file.startswith(folder)), file)
+            return SHARING[0] if nodeid.startswith(SHARING) else nodeid.partition("::")[0]
 
-    return ByFileOrFolder(config, log)
+    return ByFile(config, log)
 
 
 BROWSER_GUARD = 180e3  # longest wait in the browser, without a graphics card and busy [ms]

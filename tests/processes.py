@@ -81,9 +81,9 @@ class Started:
         """Ids of the process and of all it started, whatever their parents are by now."""
         return [pid for pid, environment in environments() if environment.get(MARK) == self.mark]
 
-    def left_over(self) -> list[int]:
+    def left_over(self, patience: float = 60.0) -> list[int]:
         """Those of them that do not end: orphans get time to notice that their launcher is gone."""
-        end = time.monotonic() + 60.0
+        end = time.monotonic() + patience
         while (left := self.family()) and time.monotonic() < end:
             time.sleep(0.1)
         return left
@@ -97,9 +97,11 @@ class Started:
         return self.process.wait(GUARD)
 
     def clean_up(self) -> None:
-        """Ends by id whatever is left."""
-        for _ in range(3):  # one may be starting another
+        """Ends by id whatever is left: the name of a node that is killed stays in the graph."""
+        for number in (signal.SIGINT, signal.SIGKILL, signal.SIGKILL):  # one may start another
             for pid in self.family():
                 with suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
+                    os.kill(pid, number)
+            self.process.poll()
+            self.left_over(20.0)
         self.process.wait()

@@ -67,26 +67,33 @@ class Pair:
     predicted: Figures
 
 
-class _Loads:
-    """Torques of the gears and force of the pads, before the contact and in each step of it."""
+class HitLoads:
+    """Torques of the gears and force of the pads, before the contact and in each step of it.
 
-    def __init__(self) -> None:
+    Args:
+        ends: Whether the simulation ends some time after the contact began.
+    """
+
+    def __init__(self, *, ends: bool = False) -> None:
+        self._ends = ends
         self.rows: list[Array] = []
         self.before = np.empty(0)
         self.start = np.inf
         self._world: World | None = None
 
     def __call__(self, world: World, sample: TickSample) -> None:
-        """After each tick: end the simulation some time after the contact began."""
+        """Watch the world from the first tick on."""
         if self._world is None:
             self._world = world
             world.observers.append(self._add)
-        if world.time > self.start + _FOLLOWED:
+        if self._ends and world.time > self.start + _FOLLOWED:
             raise _Over
 
     def _add(self, engine: Any) -> None:
         world = self._world
         assert world is not None
+        if world.time > self.start + _FOLLOWED:
+            return
         pads = world.joints.pads
         row = np.append(world.joints.drives.gear, 0.0 if pads is None else pads.force[0])
         if engine.touch().force > evaluation.CONTACT_FORCE:
@@ -107,7 +114,7 @@ def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "m
         run_up: Profile of the run-up.
         settings: Settings of the simulated world, of which the model gets the scales.
     """
-    loads, path = _Loads(), folder / "hit.npz"
+    loads, path = HitLoads(ends=True), folder / "hit.npz"
 
     def watch(world: World, sample: TickSample) -> None:
         try:
@@ -119,10 +126,15 @@ def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "m
     with suppress(_Over):
         rehearsal.rehearse(degrees, path, door=door, run_up=run_up, watch=watch, **settings)
     known, planner = KnownDoor.configured(load_door(door)), make_settings(configured_placement())
-    robot = RobotModel(load_robot_config())
-    plan = plan_impact(
-        PlanRequest(np.radians(degrees), run_up=run_up), known, robot, planner)
-    motion = simulation_log.load(path, 0.0).motion
+    plan = plan_impact(PlanRequest(np.radians(degrees), run_up=run_up), known,
+                       RobotModel(load_robot_config()), planner)
+    return pair_of(plan, known, simulation_log.load(path, 0.0), loads, settings)
+
+
+def pair_of(plan: ImpactPlan, known: KnownDoor, log: simulation_log.SimulationLog,
+            loads: HitLoads, settings: dict[str, Any]) -> Pair:
+    """A simulated hit, from its log and its loads, and its prediction."""
+    motion = log.motion
     hit = evaluation.impact(motion, plan.l_b)
     start, end = hit.contact.start, hit.contact.end
     v_post = float(motion.point_b_velocity[end:end + _SETTLED + 1].mean())

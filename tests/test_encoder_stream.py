@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import rclpy
-from door_encoder.ros.play_node import main as play
 from door_impact_bringup.mcap_file import McapFile
 from door_impact_bringup.message_definitions import MessageDefinitions
 from door_impact_msgs.msg import EncoderSamples
@@ -117,14 +116,3 @@ def test_a_board_becomes_an_angle(start: Start, listener: Listener) -> None:
     for message in listener.heard:
         assert min(message.counts) >= -1
         assert len(message.counts) == 1 or np.abs(np.diff(message.counts)).max() <= 3
-
-
-def test_a_recording_that_cannot_be_played_is_a_sentence(
-        capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """A file without the topic: its name, and what there is."""
-    path = tmp_path / "empty.mcap"
-    McapFile(path).close()
-    assert play(["--mcap", str(path)]) == 1
-    text = capfd.readouterr().err
-    assert "has no messages on /door_encoder/counts or /door_encoder/samples" in text
-    assert "topics with messages: none" in text

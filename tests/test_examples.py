@@ -56,6 +56,7 @@ def test_the_planned_speeds_keep_momentum_and_restitution() -> None:
     assert min(margins) >= 20.0
 
 
+@pytest.mark.nightly("test_hit.py looks closer at the same hit")
 def test_the_simulated_door_opens_to_the_desired_angle(tmp_path: Path) -> None:
     """The peak is within 1 deg of 25, and the robot stands."""
     text = printed_by("hit_in_simulation.py", "--log", str(tmp_path / "hit.npz"))

@@ -62,21 +62,3 @@ def test_the_simulation_goes_on_without_its_log(
     assert "Traceback" not in started.text()
     assert "Exception" not in started.text()
     assert [found.read_text() for found in path.parent.iterdir()] == ["older"]
-
-
-@pytest.mark.nightly("starts every node; test_nodes.py reads in the launch file who is required")
-def test_a_graph_outlives_its_recorder(
-        start_process: Callable[..., Any], caller: Callable[[str], Any], tmp_path: Path) -> None:
-    """The recorder ends on the full disk; the others still answer, and end with Ctrl-C."""
-    started = start_process(limited(
-        400, "launch", "door_impact_bringup", "bringup.launch.yaml",
-        f"record:={tmp_path / 'run.mcap'}"))
-    started.wait_for_text("run.mcap: cannot be written: File too large")
-    started.wait_for_text("recorder-")
-    assert caller("/sim/reset").success
-    assert caller("/stop").success
-    assert caller("/forget_hits").success
-    assert started.process.poll() is None
-    started.process.send_signal(signal.SIGINT)
-    started.wait()
-    assert started.family() == []

@@ -21,6 +21,8 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from simulated_hit import HitLoads, pair_of
+from test_hit_model import require_alike
 
 
 class TiltWatch:
@@ -34,11 +36,12 @@ class TiltWatch:
         self.error = max(self.error, float(np.degrees(np.arccos(min(cosine, 1.0)))))
 
 
-tilt, floor, hand = TiltWatch(), [], []
+tilt, loads, floor, hand = TiltWatch(), HitLoads(), [], []
 
 
 def watch(world: World, sample: TickSample) -> None:
-    """Tilt, ZMP, and force on the right hand."""
+    """Tilt, ZMP, loads of the gears, and force on the right hand."""
+    loads(world, sample)
     hand.append((sample.time, *sample.right_hand_wrench[:3]))
     if not floor:
         floor.append(ZmpWatch(world))
@@ -196,6 +199,11 @@ def test_the_arm_leans_on_the_trunk_and_no_gear_bears_its_peak_torque(run: Rehea
     assert loads.brace_impulse > 1.0
     assert max(loads.shares.values()) < 0.5
     assert loads.shares[loads.heaviest] == max(loads.shares.values())
+
+
+def test_the_planners_model_predicts_the_hit(run: Rehearsal) -> None:
+    """w' to 3 %, mass and forces to 5 %, loads of the arms to 10 %."""
+    require_alike(pair_of(run.plan, run.known, run.log, loads, {}))
 
 
 def test_the_feet_do_not_slip(run: Rehearsal) -> None:

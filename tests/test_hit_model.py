@@ -16,19 +16,9 @@ LOADED = 20.0  # torque of a gear above which its load is compared [N m]
 TOLERANCES = {"RLEG": (0.25, 13.0), "LLEG": (0.25, 13.0), "CHES": (0.28, 2.0)}
 FAST = {"door": "size3", "run_up": "zmp_limited"}
 CASES: list[dict[str, Any]] = [
-    *({"degrees": degrees} for degrees in (15.0, 20.0, 30.0, 36.0)),
-    *({"degrees": degrees, "gear_scale": scale} for degrees in (15.0, 25.0, 35.0)
-      for scale in (0.5, 2.0)),
-    *({"degrees": 25.0, "pad_scale": scale} for scale in (0.5, 2.0)),
-    {"degrees": 15.0, "gear_scale": 2.0, "pad_scale": 0.5},
-    {"degrees": 30.0, "gear_scale": 0.5, "pad_scale": 2.0},
-    *({"degrees": 30.0, "gear_scale": scale, "pad_scale": scale} for scale in (0.5, 2.0)),
-    {"degrees": 15.0, "door": "size2"},
-    {"degrees": 24.0, "door": "size2"},
-    *({"degrees": 20.0, "door": "size2", **scales} for scales in (
-        {"gear_scale": 0.5}, {"pad_scale": 0.5}, {"gear_scale": 2.0, "pad_scale": 2.0})),
-    *({"degrees": 15.0, **FAST, **scales} for scales in (
-        {}, {"gear_scale": 0.5}, {"gear_scale": 2.0}, {"pad_scale": 0.5}, {"pad_scale": 2.0})),
+    {"degrees": 15.0, "gear_scale": 0.5}, {"degrees": 35.0, "gear_scale": 2.0},
+    {"degrees": 36.0}, {"degrees": 30.0, "gear_scale": 0.5, "pad_scale": 2.0},
+    {"degrees": 24.0, "door": "size2"}, {"degrees": 15.0, **FAST, "pad_scale": 0.5},
 ]
 
 
@@ -49,11 +39,6 @@ def require_alike(pair: Pair) -> None:
         most, least = TOLERANCES.get(NAMES[column][:4], (0.10, 2.0))
         assert abs(model.gear[column]) == pytest.approx(
             abs(real.gear[column]), rel=most, abs=least), NAMES[column]
-
-
-def test_the_model_predicts_a_hit_of_the_simulation(tmp_path: Path) -> None:
-    """25 deg on the paper's door: w' to 3 %, mass and forces to 5 %, loads of the arms to 10 %."""
-    require_alike(hit_pair(tmp_path, 25.0))
 
 
 @pytest.mark.nightly("the same for many hits")

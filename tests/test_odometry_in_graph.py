@@ -73,6 +73,7 @@ def wait_for(graph: Graph, wanted: Pose, since: float = 0.0) -> None:
     graph.listen(TFMessage, "/tf", there)
 
 
+@pytest.mark.nightly("a walk in a graph of its own")
 def test_a_walk_from_a_start_elsewhere_and_a_reset(graph: Graph) -> None:
     """/tf begins at `robot_start`, ends where the walk leads, and begins there anew by a reset."""
     model = RobotModel(load_robot_config())

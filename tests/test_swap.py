@@ -23,10 +23,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-pytestmark = [
-    pytest.mark.nightly("half a minute: the driver runs in real time"),
-    pytest.mark.wall_clock("the driver runs in real time, and the executor watches its silence"),
-]
+pytestmark = pytest.mark.nightly("half a minute: the driver runs in real time")
 
 DRIVER = Path(__file__).parent / "kinematic_driver.py"
 TARGET = math.radians(20.0)

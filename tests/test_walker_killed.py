@@ -1,7 +1,6 @@
 """A walker that is killed in the middle of a walk leaves the robot standing on two feet."""
 
 import math
-import random
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,7 +19,7 @@ from running_graph import Graph, seconds
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 
-pytestmark = pytest.mark.nightly("four walks in a graph of its own")
+pytestmark = pytest.mark.nightly("two walks in a graph of its own")
 
 WITHIN = 2.1  # time after the last message within which the robot is at rest, and a little more [s]
 ARGUMENTS = ("--ros-args", "--params-file", parameters())
@@ -56,10 +55,10 @@ def now(graph: Graph) -> float:
     return seconds(graph.last(JointState, "/joint_states").header.stamp)
 
 
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.55, 0.8])
+@pytest.mark.parametrize("wait", [0.4, 3.7])
 def test_a_killed_walker_leaves_the_robot_standing(
-        robot: tuple[Graph, Path], share: float) -> None:
-    """At a random instant of each part of a walk."""
+        robot: tuple[Graph, Path], wait: float) -> None:
+    """So long after the first feedback [s]; `make faults` draws other instants."""
     graph, folder = robot
     assert graph.call(Trigger, "/sim/reset").success
     graph.last(PointStamped, "/zmp")
@@ -74,7 +73,6 @@ def test_a_killed_walker_leaves_the_robot_standing(
             assert graph.result(future).accepted
             graph.spin_until(lambda: feedback, "feedback")
             begin = now(graph)
-            wait = random.random() * 0.8 + share * 6.0
             graph.listen(JointState, "/joint_states",
                          lambda heard: seconds(heard[-1].header.stamp) > begin + wait)
             walker.clean_up()

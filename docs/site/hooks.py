@@ -24,8 +24,7 @@ PAGES = {
     "README.md": "index.md",
     "CHANGELOG.md": "changelog.md",
     "LICENSE": "license.md",
-    "embedded/README.md": "embedded.md",
-    "embedded/CHANGELOG.md": "embedded_changelog.md",
+    "ros2_commands/README.md": "ros2_commands.md",
 }
 # Code, or what stands before the target of a link or of a reference's definition, and the target.
 LINK = re.compile(

@@ -28,7 +28,7 @@ KEYS = {
     "zmp": {"planned_min_margin_mm", "measured_min_margin_mm", "raw_min_margin_mm"},
     "robot": {"fell", "max_tilt_deg", "max_tracking_error_deg", "max_torque_ratio", "foot_slip_mm",
               "gear_load"},
-    "run": {"real_time_factor", "wall_s", "engine", "runtime", "rmw", "versions"},
+    "run": {"real_time_factor", "wall_s", "engine", "rclpy", "rmw", "versions"},
 }
 PICTURES = ("door_angle.png", "zmp.png", "identification.png", "restoring_torque.png",
             "closer_angle.png", "cam_curve.png")

@@ -17,11 +17,10 @@ def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
     return started
 
 
+@pytest.mark.nightly("starts every node three times")
 @pytest.mark.parametrize(("how", "earlier"), [
-    ("Ctrl-C", {"summary.json": "{}", "report.html": "earlier"}),
-    pytest.param("Ctrl-C twice", {}, marks=pytest.mark.nightly("another signal")),
-    pytest.param("SIGTERM", {"summary.json": "{}", "run.mcap": "earlier"},
-                 marks=pytest.mark.nightly("another signal"))])
+    ("Ctrl-C", {"summary.json": "{}", "report.html": "earlier"}), ("Ctrl-C twice", {}),
+    ("SIGTERM", {"summary.json": "{}", "run.mcap": "earlier"})])
 def test_an_interrupted_demo_leaves_no_process_and_no_result_of_its_own(
         start: Callable[..., Any], tmp_path: Path, how: str, earlier: dict[str, str]) -> None:
     """Its status is not 0, no node runs on, and the results are those of an earlier run or none."""

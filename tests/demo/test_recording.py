@@ -44,7 +44,7 @@ TYPES = {
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     "/clock": "rosgraph_msgs/msg/Clock",
 }
-RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 200.0,
+RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 50.0,
          "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0,
          "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0, "/support_polygon": 50.0,
          "/door_encoder/counts": 50.0}
@@ -111,11 +111,11 @@ def test_stamps_only_grow(recording: Recording, topic: str) -> None:
 
 
 def test_receive_times_are_the_graphs(recording: Recording) -> None:
-    """Simulated time: none lies outside of what /clock told in the run."""
+    """Simulated time: none lies outside of what /clock, each 20 ms, told in the run."""
     clock = [seconds(message.clock) for message in recording.messages["/clock"]]
     times = np.concatenate(list(recording.times.values()))
     assert times.min() > 0.0
-    assert times.max() <= clock[-1] + 1e-9
+    assert times.max() < clock[-1] + 0.02
 
 
 def test_zmp_at_rest_is_under_the_com(recording: Recording) -> None:

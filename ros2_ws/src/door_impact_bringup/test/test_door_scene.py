@@ -45,7 +45,7 @@ def place(client: Any, pose: door_scene.Pose) -> tuple[Any, Any]:
     return client.multiplyTransforms(pose[:3], pose[3:], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 12.0, 25.0, 60.0])
+@pytest.mark.parametrize("angle_deg", [0.0, 25.0])
 def test_the_shown_leaf_is_where_the_simulated_one_is(
         clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
     """Rays from the front and from above hit the shown leaf where they hit the simulated one."""
@@ -76,10 +76,10 @@ def test_the_closed_leafs_face_lies_where_it_was_surveyed(clients: tuple[Any, An
     assert [hit[3][1] for hit in found if hit[0] >= 0] == pytest.approx([-DISTANCE] * 4, abs=1e-6)
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 40.0])
 def test_the_urdfs_joint_opens_like_the_transform(
-        clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
+        clients: tuple[Any, Any], tmp_path: Path) -> None:
     """A viewer that moves the joint door_hinge itself shows the leaf in its pose on /tf."""
+    angle_deg = 40.0
     client, _ = clients
     path = tmp_path / "door.urdf"
     path.write_text(door_scene.door_urdf(DOOR))

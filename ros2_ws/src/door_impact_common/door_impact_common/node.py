@@ -1,25 +1,35 @@
 """How every node of this project starts and ends, and what an exception in it does."""
 
+import gc
 import signal
 import sys
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
+from rclpy.task import Future
 
 from door_impact_common.errors import DoorImpactError
 
-DISCOVERY_TIME = 1.0  # time after which a running node of the same name has been discovered [s]
+try:  # it takes a third of the processor time
+    from rclpy.experimental import EventsExecutor as NodeExecutor
+except ImportError:
+    from rclpy.executors import SingleThreadedExecutor as NodeExecutor
+
+# Time after which every running node has been discovered [s]: Fast DDS announces itself every 3 s,
+# and about half of the nodes miss the first announcements.
+DISCOVERY_TIME = 3.5
 _POLL = 0.05  # interval between two looks at the graph [s]
 _THROTTLE = 5.0  # shortest time between two reports of callbacks that fail again [s]
+_TURN = 0.5  # longest time for which `spin` lets the executor run at once [s]
 
 
 class GuardedNode(Node):
@@ -44,7 +54,13 @@ class GuardedNode(Node):
         self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
         """Create a subscription; a message whose callback fails is lost."""
-        safe = self.guarded(callback, f"the subscription of {topic}")
+        guarded = self.guarded(callback, f"the subscription of {topic}")
+
+        @wraps(callback)
+        def safe(*given: Any) -> Any:
+            # EventsExecutor of rclpy 7.1 passes message and info as one tuple.
+            return guarded(*given[0]) if isinstance(given[0], tuple) else guarded(*given)
+
         return super().create_subscription(msg_type, topic, safe, *args, **options)
 
     def create_timer(
@@ -96,9 +112,9 @@ class GuardedNode(Node):
             try:
                 return callback(*args)
             except Exception as error:
-                if not self.context.ok():  # a signal has ended the context, as in `run_node`
-                    raise
                 text = f"{what} failed, a fault of the program: {type(error).__name__}"
+                if not self.context.ok():  # a signal has ended the context: publishing fails then
+                    return failed(text)
                 self.failures[text] += 1
                 if self.failures[text] == 1:
                     self.get_logger().error(f"{text}\n{traceback.format_exc()}")
@@ -117,7 +133,7 @@ class TwinError(DoorImpactError):
     def __init__(self, name: str) -> None:
         super().__init__(
             f"another node named {name} is in the graph: end that node first (a killed node "
-            "disappears after about 10 s), rename this node with --ros-args -r __node:=NAME, or "
+            "disappears after about 20 s), rename this node with --ros-args -r __node:=NAME, or "
             "set another ROS_DOMAIN_ID",
             quantity="name of the node",
             value=name,
@@ -146,12 +162,40 @@ def refuse_twin(node: Node, until: float) -> None:
         time.sleep(min(left, _POLL))
 
 
+def executor_of(node: Node) -> Executor:
+    """Return an executor that runs the callbacks of a node, by `spin_for` alone."""
+    executor = NodeExecutor()
+    executor.add_node(node)
+    return executor
+
+
+def spin_for(executor: Executor, duration: float) -> None:
+    """Run callbacks for a duration [s]; 0 runs what has work now.
+
+    Raises:
+        ExternalShutdownException: The context has ended.
+    """
+    # Without a time limit the EventsExecutor of rclpy 7.1 calls nothing.
+    executor.spin_until_future_complete(Future(), timeout_sec=duration)
+
+
+def spin(node: Node) -> None:
+    """Run the callbacks of a node until the context ends.
+
+    Raises:
+        ExternalShutdownException: The context has ended.
+    """
+    with executor_of(node) as executor:
+        while rclpy.ok():
+            spin_for(executor, _TURN)
+
+
 def run_node(
     make: Callable[[], Any],
     *,
     errors: tuple[type[Exception], ...] = (),
-    args: Sequence[str] | None = None,
-    spin: Callable[[Any], None] = rclpy.spin,
+    args: list[str] | None = None,
+    spin: Callable[[Any], None] = spin,
 ) -> int:
     """Run a node until Ctrl-C or SIGTERM; must be called in the main thread.
 
@@ -193,6 +237,7 @@ def run_node(
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        gc.collect()  # a node that could not be made would stay in the graph
         if not ends:  # otherwise another signal may come while Python ends
             signal.signal(signal.SIGINT, previous)
     return 0

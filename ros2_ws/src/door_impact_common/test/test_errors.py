@@ -1,7 +1,6 @@
 """The errors that all packages share."""
 
-import pytest
-from door_impact_common.errors import DoorImpactError, OutputError, SettingError
+from door_impact_common.errors import DoorImpactError, SettingError
 
 
 def test_a_message_is_made_of_quantity_value_and_limit():
@@ -10,13 +9,6 @@ def test_a_message_is_made_of_quantity_value_and_limit():
     assert str(error) == "angle [deg] is 95.0, must be 90 or less"
     assert (error.quantity, error.value, error.limit) == ("angle [deg]", 95.0, "90 or less")
     assert error.phase == "hold"
-
-
-def test_a_text_of_its_own_is_kept_as_it_is():
-    """A message that is given replaces the one that is made."""
-    error = DoorImpactError("the door is shut", quantity="angle [deg]", value=0.0, limit=1.0)
-    assert str(error) == "the door is shut"
-    assert error.limit == 1.0
 
 
 def test_the_reason_is_that_of_the_class_unless_one_is_given():
@@ -32,9 +24,3 @@ def test_a_setting_error_names_the_setting():
     error = SettingError("width", -1.0, "positive")
     assert str(error) == "width is -1.0, must be positive"
     assert error.setting == error.quantity == "width"
-
-
-@pytest.mark.parametrize("error", [SettingError("width", 0, "positive"), OutputError("full")])
-def test_every_error_is_a_door_impact_error(error):
-    """Nodes and commands show errors of this base in one line."""
-    assert isinstance(error, DoorImpactError)

@@ -6,11 +6,10 @@ import pytest
 import rclpy
 from door_impact_common.node import GuardedNode
 from rcl_interfaces.msg import SetParametersResult
-from rcl_interfaces.srv import GetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from std_msgs.msg import String
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
 
 class Fragile(GuardedNode):
@@ -90,12 +89,6 @@ def test_a_service_that_fails_answers_so_and_works_later(rig):
     assert dict(rig[0].failures)[answer.message] == 1
 
 
-def test_a_service_without_success_and_message_answers_all_the_same(rig):
-    """Whoever waits for the answer goes on."""
-    rig[0].create_service(GetParameters, "/odd", lambda request, response: 1 // 0)
-    assert call(rig, GetParameters, "/odd").values == []
-
-
 def test_subscriptions_and_timers_go_on(rig):
     """Each message and each beat is tried; the traceback is logged once for each callback."""
     node, other, until = rig
@@ -131,21 +124,10 @@ def test_parameters_whose_check_fails_are_refused(rig):
     assert node.set_parameters([Parameter("gain", value=2.0)])[0].successful
 
 
-def test_an_exception_after_the_end_of_the_context_passes(rig):
+def test_after_the_end_of_the_context_nothing_is_logged(rig):
     """A signal ends the context in the midst of a callback, in which publishing then fails."""
-    node, seen = rig[0], []
-    guarded = node.guarded(lambda: seen.append(1) or 1 // 0, "work")
-    assert guarded() is None
-    rclpy.shutdown()
-    with pytest.raises(ZeroDivisionError):
-        guarded()
-    rclpy.init()
-
-
-def test_what_does_not_fail_passes_through(rig):
-    """Arguments, results and the callback's signature are as without the guard."""
     node = rig[0]
-    node.fails = False
-    node.create_service(SetBool, "/switch", lambda request, response: response)
-    assert call(rig, SetBool, "/switch") == SetBool.Response()
+    rclpy.shutdown()
+    assert node.guarded(lambda: 1 // 0, "work")() is None
     assert not node.failures
+    rclpy.init()

@@ -1,7 +1,5 @@
 """Names of spans never overlap, however short the spans are."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from door_impact_common.span_labels import label_spans
@@ -11,26 +9,6 @@ from hypothesis import strategies as st
 pytest.importorskip("matplotlib")
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-
-@given(lengths=st.lists(st.floats(0.01, 5.0), min_size=1, max_size=20), width=st.floats(3.0, 12.0))
-@settings(max_examples=25, deadline=None)
-def test_names_of_spans_do_not_overlap_and_stay_above_the_axes(lengths, width):
-    figure = Figure(figsize=(width, 4.0), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots()
-    ends = np.cumsum(lengths)
-    axes.set_xlim(0.0, ends[-1])
-    spans = [(f"phase {number}", end - length, end)
-             for number, (end, length) in enumerate(zip(ends, lengths, strict=True))]
-    height = label_spans(axes, spans)
-    axes.set_title("title", pad=height)
-    figure.draw_without_rendering()
-    names = [text.get_window_extent() for text in axes.texts]
-    assert len(names) == len(spans)
-    assert not [1 for one, other in combinations(names, 2) if one.overlaps(other)]
-    assert min(box.y0 for box in names) >= axes.get_window_extent().y1
-    assert max(box.y1 for box in names) <= axes.title.get_window_extent().y0 + 1.0
 
 
 @given(missing=st.lists(st.tuples(st.integers(0, 4), st.sampled_from(
@@ -53,11 +31,3 @@ def test_spans_whose_times_are_unknown_change_nothing(missing):
         figure.draw_without_rendering()
         drawn.append((height, [(text.get_text(), text.xy, text.xyann) for text in axes.texts]))
     assert drawn[0] == drawn[1]
-
-
-def test_a_span_without_a_name_has_no_label():
-    figure = Figure()
-    FigureCanvasAgg(figure)
-    axes = figure.subplots()
-    label_spans(axes, [("", 0.0, 1.0), ("post", 0.0, 0.5)])
-    assert [text.get_text() for text in axes.texts] == ["post"]

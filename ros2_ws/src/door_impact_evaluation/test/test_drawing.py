@@ -53,9 +53,10 @@ def batches(config: DoorConfig) -> list[EncoderSamples]:
     return made
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, list[Any]]:
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     """The lines of each picture of the mirrored door, by the name of its file."""
+    folder = tmp_path_factory.mktemp("drawn")
     lines: dict[str, list[Any]] = {}
     keep = figures._save
 
@@ -63,10 +64,11 @@ def drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, list[Any
         lines[path.name] = [line.get_xydata() for line in figure.axes[0].lines]
         keep(figure, path)
 
-    monkeypatch.setattr(figures, "_save", save)
     config = mirrored_door()
-    drawing.draw_door(message(config), batches(config), config, tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(lines)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "_save", save)
+        drawing.draw_door(message(config), batches(config), config, folder)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(lines)
     return lines
 
 

@@ -66,13 +66,6 @@ def test_phases_begin_where_the_trajectory_has_their_knots():
     assert hit.end == pytest.approx(SWITCH + 3.0)
 
 
-def test_joints_may_come_in_another_order():
-    """A driver's order of the joints is its own."""
-    (hit,) = find_hits(Bag(plans=[(90.0, plan())], trajectories=sent((1, 0)),
-                           reports=[(120.0, report())]))
-    assert [name for _, name in hit.starts] == ["prepare", "shift", "cam", "post", "hold"]
-
-
 def test_without_a_report_the_door_shows_contact_and_peak():
     """The recording may end before the report, or be of another executor."""
     (hit,) = find_hits(Bag(plans=[(90.0, plan())], trajectories=sent(), door=door()))
@@ -89,14 +82,6 @@ def test_a_missed_door_has_no_contact():
         (hit,) = find_hits(bag)
         assert (hit.contact, hit.peak) == (None, None)
         assert [name for _, name in hit.starts] == ["prepare", "shift", "cam"]
-
-
-def test_a_plan_without_numbers_has_no_contact():
-    """NaN in a plan of another planner."""
-    strange = Some(**{**vars(plan()), "contact_time": math.nan})
-    (hit,) = find_hits(Bag(plans=[(90.0, strange)], trajectories=sent(),
-                           reports=[(120.0, report())]))
-    assert hit.contact is None
 
 
 def test_two_hits_are_two():

@@ -4,7 +4,6 @@ import base64
 import json
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -158,12 +157,6 @@ def test_a_recording_of_hardware_becomes_a_page(recording, tmp_path, capsys):
     assert data["events"] == data["phases"] == []
 
 
-def test_the_page_stands_beside_the_recording_unless_told_otherwise(tmp_path):
-    path = record(tmp_path / "walk.mcap", hardware())
-    assert main([str(path)]) == 0
-    assert {file.name for file in tmp_path.iterdir()} == {"walk.mcap", "walk.html"}
-
-
 def test_a_folder_of_ros2_bag_record_is_a_recording(tmp_path):
     """With metadata.yaml and its file, as `ros2 bag record -s mcap` leaves it."""
     folder = tmp_path / "bag"
@@ -191,7 +184,7 @@ MOVING = ("/joint_states", "/tf", "/door_angle", "/zmp", "/left_foot/wrench")
 TOPICS = sorted({topic for topic, _, _ in hardware()})
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=6)
 @given(st.sets(st.sampled_from(TOPICS)))
 def test_whatever_is_missing_the_rest_is_shown(tmp_path_factory, kept):
     """Any subset of the topics is a page, or one sentence; a page says what is missing."""
@@ -208,16 +201,6 @@ def test_whatever_is_missing_the_rest_is_shown(tmp_path_factory, kept):
         assert ("has no door" in text) == (not door)
 
 
-def test_a_robot_without_transforms_stands_on_the_floor(tmp_path):
-    """Its lowest link is at the height 0; the page says that the base does not move."""
-    urdf = ROBOT.replace('<axis', '<origin xyz="0 0 -0.6"/><axis')
-    rows = [("/robot_description", EPOCH, text(urdf)),
-            *(("/joint_states", t, joints(t, ["elbow"], [0.3])) for t in times())]
-    replay = replay_of(only_run(record(tmp_path / "run.mcap", rows)))
-    np.testing.assert_allclose(replay.trees[0].base, [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]])
-    assert any("stands at the origin" in note for note in replay.notes)
-
-
 def test_a_gap_is_said_and_drawn(tmp_path):
     """Without messages for half a second curves break, and a sentence names the times."""
     rows = [row for row in hardware() if not EPOCH + 1.0 < row[1] < EPOCH + 1.5]
@@ -229,7 +212,7 @@ def test_a_gap_is_said_and_drawn(tmp_path):
     assert np.isnan(support.places[within]).all()
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=6)
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.sets(st.sampled_from(MOVING)),
        st.booleans())
 def test_samples_that_are_no_numbers_are_left_out(tmp_path_factory, wrong, topics, all_of_them):
@@ -270,6 +253,7 @@ def test_after_a_reset_a_new_run_begins(tmp_path, capsys):
     assert any("has no door" in note for note in after["notes"])
 
 
+@settings(max_examples=4)
 @given(st.integers(0, 5), st.integers(0, 2))
 def test_a_message_that_comes_after_the_reset_belongs_before_it(tmp_path_factory, late, which):
     """Topics of several nodes do not begin anew at the same message."""
@@ -288,64 +272,12 @@ def test_a_message_that_comes_after_the_reset_belongs_before_it(tmp_path_factory
         assert run.poses["trunk"].t[-1] < start + 2.0
 
 
-def test_a_part_is_that_part_of_each_run_that_lasts_so_long(tmp_path, capsys):
-    """A shorter run is left out; if none is left that is one sentence."""
-    path = record(tmp_path / "run.mcap", [*hardware(10.0), *hardware(0.5)[:700]])
-    assert main([str(path), "--start", "1.2", "--end", "1.8"]) == 0
-    assert [run["name"] for run in page_of(path.with_suffix(".html"))["runs"]] == [
-        "1 of 2: 0.6 s, 0 hits"]
-    assert main([str(path), "--start", "5"]) == 1
-    assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_several_publishers_of_joint_states_are_taken_together(tmp_path):
-    """A gripper's driver may publish its own joints at its own rate."""
-    rows = [*hardware(), *(("/joint_states", t, joints(t, ["finger"], [2.0]))
-                           for t in times()[::7])]
-    bag = only_run(record(tmp_path / "run.mcap", sorted(rows, key=lambda row: row[1])))
-    assert [angles.names for angles in bag.joints] == [("elbow",), ("finger",)]
-    np.testing.assert_allclose(replay_of(bag).trees[0].positions[-1, 0], 1.99, atol=1e-6)
-
-
-@pytest.mark.parametrize("content", [b"", b"no MCAP", b"cut off"])
-def test_a_broken_recording_is_one_sentence_and_no_page(recording, tmp_path, capsys, content):
+def test_a_broken_recording_is_one_sentence_and_no_page(recording, tmp_path, capsys):
     """Status 1, nothing on the disk, no traceback."""
     path = tmp_path / "broken.mcap"
-    path.write_bytes(recording.read_bytes()[:3000] if content == b"cut off" else content)
+    path.write_bytes(recording.read_bytes()[:3000])
     assert main([str(path)]) == 1
     said = capsys.readouterr().err
-    assert re.fullmatch(r"report: .*broken\.mcap: .*\n", said), said
-    assert [file.name for file in tmp_path.iterdir()] == ["broken.mcap"]
-
-
-@pytest.mark.parametrize(("arguments", "words"), [
-    (("none.mcap",), "none.mcap: cannot be read: no such file"),
-    (("{run}", "--start", "5", "--end", "6"), "lasts 2.0 s"),
-    (("{run}", "--start", "1", "--end", "0.5"), "0 samples"),
-    (("{run}", "--out", "{run}"), "would replace the recording"),
-    (("{run}", "--out", "/proc/none/page.html"), "cannot be written"),
-])  # fmt: skip
-def test_what_cannot_be_done_is_one_sentence(recording, tmp_path, capsys, monkeypatch, arguments,
-                                             words):
-    monkeypatch.chdir(tmp_path)
-    before = recording.read_bytes()
-    assert main([argument.format(run=recording) for argument in arguments]) == 1
-    said = capsys.readouterr().err
-    assert words in said
+    assert "broken.mcap" in said
     assert said.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
-    assert recording.read_bytes() == before
-
-
-@pytest.mark.parametrize("time", ["nan", "-1", "soon"])
-def test_a_time_that_is_none_is_refused(recording, capsys, time):
-    with pytest.raises(SystemExit):
-        main([str(recording), f"--start={time}"])
-    assert "it must be a number from 0 s on" in capsys.readouterr().err
-
-
-def test_a_description_that_is_no_urdf_is_one_sentence(tmp_path, capsys):
-    """Whatever stands on /robot_description."""
-    rows = [("/robot_description", EPOCH, text("<robot")), *hardware()[1:]]
-    assert main([str(record(Path(tmp_path / "run.mcap"), rows))]) == 1
-    assert "the URDF cannot be drawn" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["broken.mcap"]

@@ -4,12 +4,9 @@ import base64
 
 import numpy as np
 import pytest
-from door_impact_bringup.mcap_file import partial_folder
 from door_impact_evaluation.report import report
 from door_impact_evaluation.report.table import Row
 from door_impact_view.replay.recording import Replay
-
-LINK = 'href="run.mcap"'
 
 
 @pytest.fixture
@@ -28,17 +25,6 @@ def test_texts_are_escaped(page):
     text = page([Row("a<b", "<= 2", "3 & 4", "m")], ["5 < 6"])
     for escaped in ("a&lt;b", "&lt;= 2", "3 &amp; 4", "5 &lt; 6"):
         assert escaped in text
-
-
-def test_without_a_recording_there_is_no_link_to_it(page):
-    """A launch without `record:=` leaves no run.mcap."""
-    assert LINK not in page()
-
-
-def test_a_recording_that_still_grows_is_linked(page, tmp_path):
-    """The recorder completes run.mcap after the page is written."""
-    partial_folder(tmp_path / "run.mcap").mkdir()
-    assert LINK in page()
 
 
 def test_the_pictures_are_part_of_the_page(page, tmp_path):

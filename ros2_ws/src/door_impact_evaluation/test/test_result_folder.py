@@ -43,9 +43,9 @@ def demonstrate(out, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize(("error", "status"), [
-    (KeyboardInterrupt(), 130), (DemoError("a node ended"), 1)])
-@pytest.mark.parametrize("written", [(), (LOG, "simulation.npz", "zmp.png", "report.html")])
+@pytest.mark.parametrize(("error", "status", "written"), [
+    (KeyboardInterrupt(), 130, ()),
+    (DemoError("a node ended"), 1, (LOG, "simulation.npz", "zmp.png", "report.html"))])
 def test_a_run_without_results_leaves_those_of_the_run_before(
         demonstrate, out, capsys, error, status, written):
     """Interrupted or failed: every file is as it was, and a line says where the new log is."""
@@ -68,20 +68,6 @@ def test_a_failed_motion_has_results_too(demonstrate, out):
     """The status is 1, and the report in the folder is that of the motion that failed."""
     assert demonstrate(RESULTS, DemoError("the motion failed: it fell")) == 1
     assert files(out) == dict.fromkeys(RESULTS, "new") | {"my_notes.txt": "old"}
-
-
-def test_an_old_file_does_not_pass_for_a_new_result(demonstrate, out):
-    """A file that the new run did not write is removed with the results that it belonged to."""
-    written = [name for name in RESULTS if name != report.RECORDING]
-    assert demonstrate(written) == 0
-    assert not (out / report.RECORDING).exists()
-
-
-def test_what_an_interrupted_run_left_is_removed_by_the_next(demonstrate, out):
-    """Its unfinished recording cannot stop the next recorder."""
-    assert demonstrate(["run.mcap.partial"], KeyboardInterrupt()) == 130
-    assert demonstrate(RESULTS) == 0
-    assert not (out / UNFINISHED).exists()
 
 
 def test_a_demonstration_beside_another_one_touches_nothing(out, monkeypatch, capsys):
@@ -115,13 +101,3 @@ def test_a_demonstration_beside_another_one_with_the_same_folder_is_refused(
     assert files(running.unfinished) == {LOG: "running"}
     running.release()
     assert demonstrate(RESULTS) == 0
-
-
-def test_a_folder_that_cannot_be_made_is_reported_in_one_line(tmp_path, monkeypatch, capsys):
-    """The path leads through a file; the file stays."""
-    (tmp_path / "file").write_text("kept")
-    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", lambda: None)
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-    assert demo.main(["--out", str(tmp_path / "file" / "out")]) == 1
-    assert capsys.readouterr().err.count("\n") == 1
-    assert files(tmp_path) == {"file": "kept"}

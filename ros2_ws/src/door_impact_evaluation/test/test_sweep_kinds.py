@@ -4,18 +4,12 @@ import json
 import math
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from door_impact_evaluation.run.walk_run import PUSH_DURATION, plan_between
-from door_impact_evaluation.sweep import miss, push, running, sweep, walk
+from door_impact_evaluation.sweep import push, running, sweep, walk
 from door_impact_evaluation.sweep.kind import REPLAYS
 from door_impact_evaluation.sweep.numbers import plain
-from hrp2_sim_bridge.errors import SimBridgeError
-from hrp2_sim_bridge.settings import ENGINES
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from walking.errors import InvalidFootsteps
-from walking.footsteps.footstep import Pose
 
 NEW = ("walk", "push", "miss")
 CONTRACT = {"n", "seed", "engine", "stood", "min_margin_mm", "runs"}
@@ -56,7 +50,7 @@ def summary(kind, records, n):
 
 @pytest.mark.parametrize("kind", NEW)
 @given(n=st.integers(1, 9), more=st.integers(0, 9), seed=seeds)
-@settings(phases=[Phase.generate], max_examples=20)  # a seed has nothing to shrink
+@settings(phases=[Phase.generate], max_examples=5)  # a seed has nothing to shrink
 def test_a_longer_sweep_contains_the_shorter_ones_cases(kind, n, more, seed):
     """The same seed draws the same cases, with a name and noise of their own."""
     draw = sweep.KINDS[kind].cases
@@ -68,11 +62,9 @@ def test_a_longer_sweep_contains_the_shorter_ones_cases(kind, n, more, seed):
     assert not {case.seed for case in long} & {case.seed for case in draw(n, seed + 1)}
 
 
-@given(seeds)
-@settings(phases=[Phase.generate], max_examples=20)
-def test_walks_are_drawn_from_the_whole_of_their_ranges(seed):
+def test_walks_are_drawn_from_the_whole_of_their_ranges():
     """Every goal, both sides, every heading, starts up to 10 m away, slippery floors."""
-    cases = walk.walk_cases(200, seed)
+    cases = walk.walk_cases(200, 1)
     for values, low, high in (
             ([case.friction for case in cases], 0.4, 1.0),
             ([case.rubber_scale for case in cases], 0.7, 1.3),
@@ -87,80 +79,22 @@ def test_walks_are_drawn_from_the_whole_of_their_ranges(seed):
         (0.0, 0.0, 2.0 * math.pi), (0.0, 0.0, -2.0 * math.pi)} | {(5.0, -0.0, -0.0)}
 
 
-@given(seeds)
-@settings(phases=[Phase.generate], max_examples=20)
-def test_misses_are_drawn_up_to_30_deg_for_every_door(seed):
-    """The paper's door by the paper's run-up, others by the fastest one."""
-    cases = miss.miss_cases(200, seed)
-    assert all(10.0 <= case.target_deg <= 30.0 for case in cases)
-    assert max(case.target_deg for case in cases if case.group == "paper") > 26.0
-    assert {(case.door, case.run_up) for case in cases} == {
-        ("paper", "mcv50"), ("size2", "zmp_limited"), ("size3", "zmp_limited")}
-
-
-def test_blows_are_in_the_middle_of_a_single_support_of_a_random_step():
-    """Their size and direction are the stated ones, as the walking robot sees them."""
-    robot, steps, turned = walk.walker(), set(), 0.7
-    plans = {}
-    for case in push.push_cases(24, 3):
-        start = Pose(1.0, 2.0, turned)
-        if case.goal not in plans:
-            plans[case.goal] = plan_between(
-                robot, start, start.moved(*case.goal), keep_heading=True)
-        plan = plans[case.goal]
-        for number, blow in enumerate(push.BLOWS):
-            found, swing = push.push_of(case, plan, number)
-            middle = found.at_s + 0.5 * PUSH_DURATION
-            phase = next(phase for phase in plan.schedule.phases
-                         if phase.last * plan.schedule.period > middle)
-            assert (phase.kind, phase.swing) == ("single", swing)
-            assert middle == pytest.approx(
-                0.5 * (phase.first + phase.last) * plan.schedule.period)
-            assert math.hypot(*found.impulse) == pytest.approx(blow.impulse)
-            seen = np.array(Pose(*found.impulse[:2], 0.0).seen_from(Pose(0.0, 0.0, turned)))[:2]
-            assert seen == pytest.approx(blow.impulse * np.array(
-                [math.cos(case.directions[number]), math.sin(case.directions[number])]))
-            if number < 2:  # fore and aft, sideways
-                assert abs(seen[1 - number]) < 1e-9
-            steps.add((case.group, phase.step))
-    assert len(steps) > 8
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("kind", NEW)
-@pytest.mark.parametrize("ended", ["stood", "fell", "refused", "unknown"])
-def test_summary_table_and_figure_however_a_sweep_of_two_ended(kind, ended, tmp_path):
-    """The contract's keys are there, nothing is NaN, and what fell or is unknown has a replay."""
-    records = every(kind, 2, {} if ended == "stood" else {
-        case.name: {"stood": ended != "fell"} for case in sweep.KINDS[kind].cases(2, 1)})
-    if ended == "refused" and kind != "push":
-        records = [{key: r[key] for key in ("name", kind, "case")}
-                   | {"stood": False, "refused": "too far"} for r in records]
-    if ended == "unknown":
-        records[0] |= {"margin_mm": math.nan}
-    records = plain(records)
+def test_summary_table_and_figure_of_a_sweep_in_which_all_fell(kind, tmp_path):
+    """The contract's keys are there, nothing is NaN, and what fell has a replay."""
+    records = plain(every(kind, 2, {
+        case.name: {"stood": False} for case in sweep.KINDS[kind].cases(2, 1)}))
     found = summary(kind, records, 2)
     assert set(found) >= CONTRACT
     assert set(found["min_margin_mm"]) == {"p5", "min"}
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     sweep.write(sweep.KINDS[kind], found, tmp_path)
     assert (tmp_path / "sweep.png").stat().st_size > 5000
-    text = (tmp_path / "report.txt").read_text()
-    if ended == "fell":
-        assert found["stood"] == 0
-        assert text.count("fell: tilted") >= len(records)
-        assert all("fell: tilted" in bad["why"] for bad in found["replays"])
-        assert found["min_margin_mm"]["min"] == -40.0
-    elif ended == "refused" and kind != "push":
-        assert found["stood"] == 0
-        assert found["replays"] == []
-        assert text.count("refused: too far") == len(records)
-    else:
-        assert found["stood"] == 2
-        assert found["min_margin_mm"] == {"p5": 30.0, "min": 30.0}
-    if ended == "unknown":
-        assert found["replays"][0]["name"] == records[0]["name"]
-        assert "ZMP margin - mm" in found["replays"][0]["why"]
+    assert found["stood"] == 0
+    assert (tmp_path / "report.txt").read_text().count("fell: tilted") >= len(records)
+    assert all("fell: tilted" in bad["why"] for bad in found["replays"])
+    assert found["min_margin_mm"]["min"] == -40.0
 
 
 def test_a_walk_arrives_within_2_percent_and_3_deg():
@@ -200,24 +134,6 @@ def test_falls_that_no_plan_announced_are_named_first():
     assert "not announce" in found["replays"][0]["why"]
 
 
-@pytest.mark.parametrize("kind", ["walk", "miss"])
-def test_a_refused_plan_is_recorded_and_a_failed_simulation_is_not(kind, monkeypatch):
-    """The sweep goes on after the one, and ends with the other."""
-    def fails(error):
-        def run(*_):
-            raise error
-        return run
-
-    module, of = {"walk": (walk, "_walked"), "miss": (miss, "_missed")}[kind]
-    case = sweep.KINDS[kind].cases(1, 1)[0]
-    monkeypatch.setattr(module, of, fails(InvalidFootsteps("no way")))
-    record, = sweep.KINDS[kind].run(case, "mujoco")
-    assert (record["refused"], record["stood"]) == ("no way", False)
-    monkeypatch.setattr(module, of, fails(SimBridgeError("diverged")))
-    with pytest.raises(SimBridgeError):
-        sweep.KINDS[kind].run(case, "mujoco")
-
-
 @pytest.fixture
 def short(monkeypatch):
     """Short walks, and a pool of processes that runs its tasks in this process."""
@@ -239,18 +155,18 @@ def short(monkeypatch):
     monkeypatch.setattr(push, "GOALS", {"ahead": (0.2, 0.0)})
 
 
-def swept(kind, engine, folder):
+def swept(kind, folder):
     """Runs a sweep of one case; returns its summary."""
-    assert sweep.main(["--kind", kind, "-n", "1", "--seed", "2", "--engine", engine,
+    assert sweep.main(["--kind", kind, "-n", "1", "--seed", "2", "--engine", "mujoco",
                        "--out", str(folder)]) == 0
     return json.loads((folder / "summary.json").read_text())
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_sweep_of_a_short_walk(short, tmp_path, engine, monkeypatch):
-    """It stands, it arrives, its worst run has a replay, and it is not run again."""
-    found = swept("walk", engine, tmp_path)
-    assert (found["stood"], found["n"], found["engine"]) == (1, 1, engine)
+@pytest.mark.nightly("a walk and its replay")
+def test_a_sweep_of_a_short_walk(short, tmp_path):
+    """It stands, it arrives, and its worst run has a replay."""
+    found = swept("walk", tmp_path)
+    assert (found["stood"], found["n"], found["engine"]) == (1, 1, "mujoco")
     assert found["min_margin_mm"]["min"] > 15.0
     run = found["runs"][0]
     assert run["off_mm"] < 10.0
@@ -258,39 +174,3 @@ def test_a_sweep_of_a_short_walk(short, tmp_path, engine, monkeypatch):
     assert run["tilt_deg"] < 2.0
     pages = {path.name for path in (tmp_path / REPLAYS).iterdir()}
     assert pages == {bad["file"] for bad in found["replays"]} == {"ahead-0-walk1.html"}
-    monkeypatch.setattr(walk, "_walked", None)
-    assert swept("walk", engine, tmp_path) == found
-
-
-@pytest.mark.nightly("three walks")
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_sweep_of_blows_at_a_short_walk(short, tmp_path, engine):
-    """Each blow has a run of its own, and tilts the robot more than the walk alone does."""
-    found = swept("push", engine, tmp_path)
-    assert [run["kind"] for run in found["runs"]] == [blow.name for blow in push.BLOWS]
-    assert [row["n"] for row in found["blows"].values()] == [1, 1, 1]
-    assert min(run["tilt_deg"] for run in found["runs"]) > 0.5
-    assert not any(run["changed_steps"] for run in found["runs"] if not run["step_change"])
-    assert found["runs"][-1]["changed_steps"] > 0
-
-
-@pytest.mark.nightly("two hits")
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_sweep_of_missed_hits(short, tmp_path, engine):
-    """The robot meets nothing; a fall of the paper's run-up, if any, was announced."""
-    found = swept("miss", engine, tmp_path)
-    assert [run["name"] for run in found["runs"]] == ["paper-0", "fast-0"]
-    for group in miss.GROUPS:
-        row = found[group]
-        assert row["stood"] + row["fell"] + row["refused"] == row["n"] == 1
-        assert row["unannounced"] == []
-
-
-def test_every_kind_has_a_folder_of_its_own():
-    """The hit's in PyBullet is out/sweep, as the contract has it."""
-    folders = {(kind, engine): str(sweep.folder_of(kind, engine))
-               for kind in sweep.KINDS for engine in ENGINES}
-    assert len(set(folders.values())) == len(folders) == 8
-    assert folders["hit", "pybullet"] == "out/sweep"
-    assert folders["hit", "mujoco"] == "out/sweep_hit_mujoco"
-    assert folders["walk", "pybullet"] == "out/sweep_walk_pybullet"

@@ -31,8 +31,7 @@ def base_of(world):
 
 
 @pytest.mark.nightly("a hit and a walk, half a minute each")
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
-@pytest.mark.parametrize("ending", ["hold", "retreat"])
+@pytest.mark.parametrize(("engine", "ending"), [("pybullet", "hold"), ("mujoco", "retreat")])
 def test_the_robot_walks_away_after_a_hit(engine, ending):
     """0.4 m away from the door, with the arm where it is: within 20 mm, upright."""
     robot = RobotModel(load_robot_config())

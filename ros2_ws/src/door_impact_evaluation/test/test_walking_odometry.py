@@ -25,7 +25,6 @@ from walking.pattern.state import standing
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator, wrench_in_world
 
-ENGINES = ("pybullet", "mujoco")
 ROBOT = load_robot_config()
 WEIGHT = ROBOT.mass * GRAVITY
 EVERY_TICK = 5  # rows of the log in a tick
@@ -141,7 +140,8 @@ def figures(errors, walk):
             f"tilt {math.degrees(errors.tilt):.2f} deg, jump {1e3 * errors.jump:.2f} mm")
 
 
-@pytest.fixture(scope="module", params=ENGINES)
+@pytest.fixture(scope="module", params=[
+    "mujoco", pytest.param("pybullet", marks=pytest.mark.nightly("another engine"))])
 def arc(request, walked):
     """Some steps ahead and to the left that end turned by 40 deg, from a start elsewhere."""
     return walked(request.param, 0.4, 0.2, 40.0, start=START)
@@ -218,25 +218,14 @@ def test_the_support_polygon_is_that_of_the_soles_that_bear_load(arc, found):
     assert apart > 0.1
 
 
-def test_half_the_samples_are_enough(arc, found):
-    """At 100 Hz the end is that of 200 Hz to 2 mm and 0.1 deg."""
-    fast = errors(arc, found)
-    slow = errors(arc, followed(arc, every=2, start=START), every=2)
-    assert slow.end[:2] == pytest.approx(fast.end[:2], abs=0.002)
-    assert math.degrees(abs(slow.end[2] - fast.end[2])) < 0.1
-
-
 @pytest.mark.nightly("tens of seconds each")
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("friction", [0.4, 1.0])
-@pytest.mark.parametrize(("goal", "way"), [
-    ((5.0, 0.0, 0.0), 5.0), ((0.0, 2.0, 0.0), 2.0), ((0.0, 0.0, 360.0), 0.0),
-    ((1.5, 1.0, 90.0), 2.0)])
-def test_long_walks_do_not_drift(walked, engine, friction, goal, way):
+@pytest.mark.parametrize(("engine", "goal", "way"), [
+    ("mujoco", (5.0, 0.0, 0.0), 5.0), ("pybullet", (0.0, 0.0, 360.0), 0.0)])
+def test_long_walks_do_not_drift(walked, engine, goal, way):
     """At most 3 mm and 0.3 % of the way, 0.05 deg and 0.01 deg a step, on every floor."""
-    walk = walked(engine, *goal, friction=friction)
+    walk = walked(engine, *goal, friction=0.4)
     found = errors(walk, followed(walk))
-    print(f"\n{engine} {goal} friction {friction}: {figures(found, walk)}")
+    print(f"\n{engine} {goal}: {figures(found, walk)}")
     print(f"    without IMU {figures(errors(walk, followed(walk, with_imu=False)), walk)}")
     assert np.linalg.norm(found.end[:2]) < 0.003 + 0.003 * way
     assert abs(math.degrees(found.end[2])) < 0.01 * walk.footsteps + 0.05

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hrp2_description.data import data_path
 from hrp2_description.robot import load_robot_config
-from hrp2_description.urdf import main, urdf_string
+from hrp2_description.urdf import urdf_string
 
 ROBOT = load_robot_config()
 MODEL = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
@@ -33,13 +33,6 @@ def _frame(data, name):
 def test_committed_file_is_what_the_generator_makes():
     """hrp2.urdf was generated from the present table."""
     assert data_path("urdf/hrp2.urdf").read_text(encoding="utf-8") == urdf_string()
-
-
-def test_generator_writes_where_told(tmp_path, capsys):
-    """--output sets the path of the file, and the path is printed."""
-    main(["--output", str(tmp_path / "a.urdf")])
-    assert (tmp_path / "a.urdf").read_text(encoding="utf-8") == urdf_string()
-    assert "a.urdf" in capsys.readouterr().out
 
 
 def test_half_sitting_waist_height_and_soles():
@@ -85,13 +78,6 @@ def test_mirrored_posture_gives_mirrored_frames():
         left = base.actInv(_frame(data, f"l_{name}"))
         np.testing.assert_allclose(flip @ right.translation, left.translation, atol=1e-9)
         np.testing.assert_allclose(flip @ right.rotation @ flip, left.rotation, atol=1e-9)
-
-
-def test_rep_120_frames_exist():
-    """The frames that REP-120 names for a humanoid are links."""
-    links = {element.attrib["name"] for element in ET.fromstring(urdf_string()).iter("link")}
-    sides = {f"{side}_{name}" for side in "lr" for name in ("sole", "ankle", "gripper")}
-    assert {"base_link", "torso", "gaze", "imu_link"} | sides <= links
 
 
 def test_braced_wrist_presses_its_pad_into_the_trunks():

@@ -8,10 +8,9 @@ from door_model.door.config import load_door
 from door_model.door.door import Zone
 from door_model.motion.dynamics import follow_free, simulate
 from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque, DoorLoad
-from hrp2_sim_bridge.physics.pybullet.leaf import HINGE
 from hrp2_sim_bridge.physics.states import DoorState
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
-from hrp2_sim_bridge.settings import ENGINES, WorldSettings
+from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,11 +25,8 @@ REAL = replace(
 
 @pytest.mark.parametrize(
     ("config", "impulse"),
-    [
-        (load_door("paper"), 9.0), (REAL, 9.0), *(
-            pytest.param(*case, marks=pytest.mark.nightly("another push of the same kind"))
-            for case in ((load_door("paper"), 5.0), (load_door("size3"), 11.0))),
-    ],
+    [(REAL, 9.0), pytest.param(
+        load_door("paper"), 9.0, marks=pytest.mark.nightly("another door"))],
 )
 def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     """A pushed door swings as eq. (1) predicts."""
@@ -45,7 +41,7 @@ def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     model = simulate(
         config.door(), 0.0, 0.0, 3.0, torque=lambda t: torque(t + begin), stop=True
     )
-    world = World(robot, config, 0.9, -0.42)
+    world = World(robot, config, 0.9, -0.42, sole="rigid")
     world.push_door(impulse, DURATION)
     for _ in range(350):
         world.step()
@@ -82,11 +78,10 @@ def test_real_closer_shuts_as_the_model_says(robot) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "name", ["paper", pytest.param("size4", marks=pytest.mark.nightly("another door"))])
-def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
+@pytest.mark.nightly("four seconds of simulated time")
+def test_door_falls_shut_without_bouncing_much_and_settles(robot, paper_door) -> None:
     """A door closes, bounces by less than 0.3 deg, and settles."""
-    world = World(robot, load_door(name), 0.9, -0.42)
+    world = World(robot, paper_door, 0.9, -0.42)
     world.push_door(8.0, DURATION)
     for _ in range(750):
         world.step()
@@ -101,12 +96,12 @@ def test_door_falls_shut_without_bouncing_much_and_settles(robot, name) -> None:
 
 def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_world) -> None:
     """The count of a closed door is constant, and that of a swing follows the angle."""
-    world = make_world(encoder_bits=16, seed=5)
+    world = make_world(encoder_bits=16, seed=5, sole="rigid")
     zero = world.step().counts[0]
     counts = [c for _ in range(20) for c in world.step().counts]
     assert set(counts) == {zero}
     world.push_door(9.0, DURATION)
-    counts = [c for _ in range(250) for c in world.step().counts]
+    counts = [c for _ in range(120) for c in world.step().counts]
     angle = world.log(with_com=False)["door_angle"][-len(counts):]
     turned = (np.array(counts) - zero + (1 << 15)) % (1 << 16) - (1 << 15)
     expected = angle / math.tau * COUNTS_PER_TURN
@@ -124,16 +119,11 @@ def test_counter_wraps_and_never_leaves_its_range(offset, bits, angle) -> None:
     assert steps == math.floor(angle / math.tau * COUNTS_PER_TURN) % (1 << bits)
 
 
-@pytest.mark.parametrize(("impulse", "duration"), [(1.0, 0.0), (1.0, -1.0), (float("nan"), 0.1)])
-def test_impossible_push_is_refused(make_world, impulse, duration) -> None:
-    """An impossible push is refused."""
-    with pytest.raises(SettingError):
-        make_world().push_door(impulse, duration)
-
-
 def test_pushes_together_are_no_faster_than_a_hand(make_world) -> None:
     """Pushes at once and one after the other are refused before the leaf is too fast for them."""
-    world = make_world()
+    world = make_world(sole="rigid")
+    with pytest.raises(SettingError):
+        world.push_door(float("nan"), 0.1)
     refused = []
     for tick in range(100):
         try:
@@ -161,13 +151,8 @@ def test_a_light_leaf_is_pushed_with_less(paper_door) -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("time_step_coarse", 0.0007), ("time_step_fine", 0.0), ("friction", -0.1),
-        ("friction", float("nan")), ("restitution", 1.5), ("restitution", float("nan")),
-        ("iterations", 0), ("iterations", 2**31), ("contact_duration", 10.0),
-        ("contact_duration", 1e-9), ("time_step_fine", 1e-9),
-        ("log_seconds", 0.0), ("log_seconds", 1e308), ("time_step_coarse", 0.002),
-        ("leaf_friction", -0.1),
-        ("leaf_friction", float("inf")),
+        ("time_step_coarse", 0.0007), ("friction", float("nan")), ("restitution", 1.5),
+        ("iterations", 0),
     ],
 )
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
@@ -178,18 +163,11 @@ def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
     assert str(value) in str(error.value)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.6])
-def test_the_leafs_friction_is_that_of_the_setting(make_world, friction) -> None:
-    """The surface of PyBullet's leaf has the coefficient of the setting."""
-    engine = make_world(leaf_friction=friction).engine
-    assert engine.client.getDynamicsInfo(engine.leaf.body, HINGE)[1] == pytest.approx(friction)
-
-
 def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:
     """A hard push ends at the outer stop, within the range of the linkage."""
-    world = make_world()
+    world = make_world(sole="rigid")
     world.push_door(60.0, 0.3)
-    for _ in range(300):
+    for _ in range(220):
         world.step()
     angle = world.log(with_com=False)["door_angle"]
     limit = world.door_config.linkage.opening_limit()
@@ -197,10 +175,9 @@ def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) ->
     assert angle.max() < limit
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_leaf_that_is_pushed_at_the_robot_is_looked_at_in_every_tick(make_world, engine) -> None:
+def test_a_leaf_that_is_pushed_at_the_robot_is_looked_at_in_every_tick(make_world) -> None:
     """At 12 m/s a leaf covers the 8 cm within a tick and a half; no tick near it may be coarse."""
-    world = make_world(door_distance=2.0, engine=engine, sole="rigid")
+    world = make_world(door_distance=2.0, sole="rigid")
     asked: list[int] = []
     look = world.engine.leaf_distance
     world.engine.leaf_distance = lambda most: asked.append(world.tick) or look(most)

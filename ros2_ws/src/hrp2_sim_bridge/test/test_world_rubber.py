@@ -6,7 +6,7 @@ from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.settings import SensorSettings
 from hrp2_sim_bridge.world import World
 
-HALF_SOLE = {"roll": 0.065, "pitch": 0.115}  # [m]
+HALF_WIDTH = 0.065  # of a sole [m]
 EXACT = SensorSettings(sensor_noise=False)
 
 
@@ -65,18 +65,16 @@ def test_soles_sag_by_weight_over_stiffness(stood, robot) -> None:
     assert min(np.linalg.norm(corner.force) for corner in corners) > 10.0
 
 
-@pytest.mark.parametrize("axis", ["roll", "pitch"])
-def test_soles_tilt_by_moment_over_stiffness(make_world, robot, sway, axis) -> None:
-    """The stiffness of a sole against rotation is k times half its width or length squared."""
-    posture = sway(0.03) if axis == "roll" else robot.posture({"CHEST_JOINT1": 0.1})
-    world = make_world(posture=posture, sole="rubber", sensors=EXACT)
+@pytest.mark.nightly("a second of simulated time")
+def test_soles_tilt_by_moment_over_stiffness(make_world, robot, sway) -> None:
+    """The stiffness of a sole against rotation is k times half its width squared."""
+    world = make_world(posture=sway(0.03), sole="rubber", sensors=EXACT)
     log = run(world, 1.0)
-    stiffness = robot.sole_rubber.stiffness * HALF_SOLE[axis] ** 2
-    place = ("roll", "pitch").index(axis)
+    stiffness = robot.sole_rubber.stiffness * HALF_WIDTH**2
     for side in SIDES:
-        moment = about_middle(log, side)[1 + place]
+        moment = about_middle(log, side)[1]
         assert abs(moment) > 1.0
-        assert -moment / depth_and_tilt(log, side)[1 + place] == pytest.approx(stiffness, rel=0.03)
+        assert -moment / depth_and_tilt(log, side)[1] == pytest.approx(stiffness, rel=0.03)
 
 
 def test_half_sitting_on_rubber_is_upright_with_the_zmp_under_the_com(stood) -> None:
@@ -94,9 +92,8 @@ def test_half_sitting_on_rubber_is_upright_with_the_zmp_under_the_com(stood) -> 
         assert rotation(quaternion)[2, 2] > np.cos(np.radians(0.1))
 
 
-@pytest.mark.parametrize("impulse", [(23.0, 0.0), *(
-    pytest.param(impulse, marks=pytest.mark.nightly("the other directions of the same push"))
-    for impulse in ((0.0, 34.0), (0.0, -34.0)))])
+@pytest.mark.nightly("six seconds of simulated time each")
+@pytest.mark.parametrize("impulse", [(23.0, 0.0), (0.0, 34.0)])
 def test_a_push_topples_the_robot_only_without_the_stabilizer(make_world, impulse) -> None:
     """Pushes of 23 N s from behind and 34 from the side topple it only without the stabilizer."""
     fell = {}
@@ -118,6 +115,7 @@ def sway_over_one_foot(world, sway, moving):
     return run(world, 3.0)
 
 
+@pytest.mark.nightly("six seconds of simulated time")
 def test_a_sway_onto_one_foot_keeps_the_body_upright(make_world, sway, moving) -> None:
     """With the stabilizer the body tilts by at most 0.3 deg, without it by more than 2 deg."""
     tilt = {}
@@ -129,16 +127,15 @@ def test_a_sway_onto_one_foot_keeps_the_body_upright(make_world, sway, moving) -
     assert tilt[False] > 2.0
 
 
-@pytest.mark.nightly("ten seconds of simulated time")
+@pytest.mark.nightly("four seconds of simulated time")
 def test_noise_of_the_sensors_does_not_shake_the_robot(make_world, sway, moving) -> None:
     """With noise in all sensors the tilt is at most 0.4 deg, and the CoM at rest moves 3 mm."""
-    for seed in (1, 2):
-        world = make_world(sole="rubber", seed=seed)
-        rest = run(world, 1.0)
-        assert np.ptp(rest["com_position"], axis=0).max() < 3e-3
-        sway_over_one_foot(world, sway, moving)
-        assert np.degrees(world.fall.max_tilt) < 0.4
-        assert not world.fell
+    world = make_world(sole="rubber", seed=1)
+    rest = run(world, 1.0)
+    assert np.ptp(rest["com_position"], axis=0).max() < 3e-3
+    sway_over_one_foot(world, sway, moving)
+    assert np.degrees(world.fall.max_tilt) < 0.4
+    assert not world.fell
 
 
 @pytest.mark.nightly("ten seconds of simulated time")
@@ -155,18 +152,3 @@ def test_rubber_may_be_a_third_softer_or_stiffer_than_thought(
     run(world, 2.0)
     sway_over_one_foot(world, sway, moving)
     assert not world.fell
-
-
-@pytest.mark.nightly("the same on rigid soles is in test_world_motion.py")
-def test_reset_brings_back_the_same_run_bit_for_bit(make_world, sway, moving) -> None:
-    """Runs after two resets are the same on rubber with the stabilizer."""
-    world = make_world(door_distance=0.47, sole="rubber")
-    logs = []
-    for _ in range(2):
-        world.reset()
-        world.push_door(6.0, 0.2)
-        path = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
-        world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), path), 0.0)
-        logs.append(run(world, 0.85))
-    for name, column in logs[0].items():
-        np.testing.assert_array_equal(column, logs[1][name], err_msg=name)

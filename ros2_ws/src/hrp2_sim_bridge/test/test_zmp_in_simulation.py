@@ -5,7 +5,7 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
-from humanoid_motion.kinematics import RobotKinematics, inverse_pose
+from humanoid_motion.kinematics import RobotKinematics
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator
 
@@ -76,11 +76,3 @@ def test_moving_zmp_leads_the_com_as_a_pendulums_does(moved):
     assert np.abs(pendulum - com[:, :2]).max() > 0.005
     # The pendulum leaves out the change of angular momentum, small with the trunk upright.
     assert np.sqrt(np.mean((measured - pendulum) ** 2)) < 0.005
-
-
-def test_poses_are_rigid(moved):
-    """The poses of base_link and the soles remain rigid over the whole motion."""
-    poses, _, _ = moved
-    for pose in poses[::50]:
-        for matrix in (pose.base, *pose.soles.values()):
-            np.testing.assert_allclose(inverse_pose(matrix) @ matrix, np.eye(4), atol=1e-9)

@@ -5,9 +5,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 import pytest
-from door_impact_common.errors import SettingError
 from hrp2_description.robot import load_robot_config
-from humanoid_motion.kinematics import RobotKinematics, inverse_pose, pose_row, yaw_of
+from humanoid_motion.kinematics import RobotKinematics
 
 ROBOT = load_robot_config()
 
@@ -56,18 +55,3 @@ def test_com_counts_every_link_once():
         total, moment = total + mass, moment + mass * place[:3]
     assert total == pytest.approx(ROBOT.mass)
     np.testing.assert_allclose(kinematics.com(), moment / total, atol=1e-9)
-
-
-def test_pose_helpers():
-    """An inverse undoes a pose, a row equals the matrix, and yaw is the heading."""
-    pose = np.array(pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.7), np.array([1.0, 2, 3])).homogeneous)
-    np.testing.assert_allclose(inverse_pose(pose) @ pose, np.eye(4), atol=1e-12)
-    np.testing.assert_allclose(pin.XYZQUATToSE3(pose_row(pose)).homogeneous, pose, atol=1e-12)
-    assert yaw_of(pose) == pytest.approx(0.7)
-
-
-def test_unknown_link_is_an_error():
-    """The error names the link."""
-    with pytest.raises(SettingError) as caught:
-        RobotKinematics(ROBOT).pose("tail")
-    assert caught.value.value == "tail"

@@ -84,12 +84,6 @@ def test_nan_is_an_error(robot):
         leg_ik(robot.legs["right"], [np.nan, 0.0, -0.5])
 
 
-def test_an_ankle_in_the_hip_is_an_error(robot):
-    """A hip and an ankle in one place are out of reach of the folded leg."""
-    with pytest.raises(PostureUnreachable, match="folded"):
-        leg_ik(robot.legs["right"], robot.legs["right"].hip + [0.0, -0.035, 0.0])
-
-
 def test_pinocchio_reads_the_robot_s_order(robot):
     """Each column of the joints sets the joint of its name."""
     q = robot.configuration(np.zeros(3), np.arange(30) / 100.0)

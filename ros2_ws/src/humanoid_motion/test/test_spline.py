@@ -66,15 +66,3 @@ def test_joints_rest_outside_the_knots() -> None:
     for time, place in ((0.5, 0.0), (2.0, 1.0), (9.0, 1.0)):
         assert spline.sample(time).position[0] == place
         assert spline.sample(time).velocity[0] == 0.0
-
-
-def test_inner_states_equal_samples() -> None:
-    """The states that are checked are those that are followed."""
-    rng = np.random.default_rng(2)
-    times = np.array([0.0, 0.4, 1.1])
-    spline = Spline(times, *rng.normal(size=(3, 3, 4)))
-    at, position, velocity = spline.inner_states(5)
-    for row in (1, 3, 6, 8):
-        state = spline.sample(float(at[row]))
-        np.testing.assert_allclose(position[row], state.position, atol=1e-12)
-        np.testing.assert_allclose(velocity[row], state.velocity, atol=1e-12)

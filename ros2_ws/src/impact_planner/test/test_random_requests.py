@@ -1,10 +1,6 @@
-"""Random doors and requests: a sound plan, or a refusal that names its limit.
-
-The environment variable RANDOM_REQUESTS sets their number, 150 by default (half a minute).
-"""
+"""Random doors and requests: a sound plan, or a refusal that names its limit."""
 
 import math
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -27,8 +23,7 @@ from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import ENDINGS, RUN_UPS, PlannerSettings
 
 SEED = 2015
-COUNT = int(os.environ.get("RANDOM_REQUESTS", "150"))
-QUICK = 30  # number of requests in `make test`
+QUICK, COUNT = 12, 60  # number of requests in `make test` and in `make test-all`
 # Defaults of PlannerSettings: share of the joints' limits, and required ZMP margin [m].
 SHARE, MARGIN = 0.9, 0.02
 PERIOD = 0.005  # sampling period of the motions that are computed from the knots [s]

@@ -15,8 +15,6 @@ from humanoid_motion.zmp import zmp_of
 from walking.footsteps.footstep import Pose
 from walking.pattern.plan import plan_walk
 
-ENGINES = ("pybullet", "mujoco")
-
 
 @dataclass(frozen=True)
 class Walked:
@@ -120,37 +118,25 @@ def assert_walked(found, way):
     assert found.slip < 0.002
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_four_steps_ahead_end_where_they_were_planned(robot, walk_to, engine):
-    """A short walk: upright, without slip, with a ZMP margin above 15 mm."""
-    plan = walk_to(0.6, 0.0, 0.0)
-    assert len(plan.footsteps) == 4
-    assert_walked(simulate(robot, plan, engine), 0.6)
-
-
 @pytest.mark.nightly("tens of seconds each")
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(("goal", "way"), [
-    ((5.0, 0.0, 0.0), 5.0), ((0.0, 2.0, 0.0), 2.0), ((0.0, -2.0, 0.0), 2.0),
-    ((0.0, 0.0, 360.0), 2.5), ((0.0, 0.0, -360.0), 2.5), ((-1.0, 0.0, 0.0), 1.0),
-    ((1.0, 1.0, 0.0), 1.4), ((1.5, 1.0, 90.0), 2.0)])
+@pytest.mark.parametrize(("engine", "goal", "way"), [
+    ("mujoco", (5.0, 0.0, 0.0), 5.0), ("mujoco", (0.0, -2.0, 0.0), 2.0),
+    ("pybullet", (0.0, 0.0, 360.0), 2.5), ("pybullet", (1.5, 1.0, 90.0), 2.0)])
 def test_long_walks_end_where_they_were_planned(robot, walk_to, engine, goal, way):
-    """Ahead, back, sideways, diagonal, an arc and whole turns; turns end within 50 mm."""
+    """Ahead, sideways, a whole turn and an arc; turns end within 50 mm."""
     plan = walk_to(*goal, keep_heading=True, whole_turns=True)
     assert_walked(simulate(robot, plan, engine), way)
 
 
-@pytest.mark.nightly("several walks")
-@pytest.mark.parametrize("friction", [0.4, 1.0])
-def test_friction_of_the_floor_hardly_matters(robot, walk_to, friction):
+@pytest.mark.nightly("another floor")
+def test_friction_of_the_floor_hardly_matters(robot, walk_to):
     """The friction that the plan checks for is enough, also in a turn."""
     plan = walk_to(0.4, 0.2, 60.0)
-    assert_walked(simulate(robot, plan, "mujoco", friction=friction), 0.6)
+    assert_walked(simulate(robot, plan, "mujoco", friction=0.4), 0.6)
 
 
 @pytest.mark.nightly("tens of seconds")
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_to, engine):
+def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_to):
     """Two steps ahead at a time, each plan ends at rest; the last one has no further step."""
     whole = walk_to(1.6, 0.3, 40.0)
     later, state, time = [], whole.boundaries[0], whole.begin_of(0)
@@ -160,7 +146,7 @@ def test_a_walk_that_is_planned_anew_at_every_step_and_then_stopped(robot, walk_
         later.append((time, plan))
         state, time = plan.boundaries[1], time + plan.begin_of(1)
     later.append((time, plan_walk(robot, state, [])))
-    found = simulate(robot, whole, engine, later)
+    found = simulate(robot, whole, "mujoco", later)
     assert_walked(found, 1.0)
 
 
@@ -175,6 +161,7 @@ def plate(x, y, top):
     return lay
 
 
+@pytest.mark.nightly("ten seconds")
 def test_a_foot_that_lands_early_on_a_plate_is_not_pressed_on(robot, walk_to):
     """A plate of 10 mm under the third of four footsteps; pressed on, it took the whole margin."""
     plan = walk_to(0.6, 0.0, 0.0)
@@ -184,10 +171,9 @@ def test_a_foot_that_lands_early_on_a_plate_is_not_pressed_on(robot, walk_to):
     assert found.tilt_deg < 0.8
 
 
-@pytest.mark.nightly("eight walks")
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("impulse", [
-    (20.0, 0.0, 0.0), (-20.0, 0.0, 0.0), (0.0, 16.0, 0.0), (0.0, -16.0, 0.0)])
+@pytest.mark.nightly("two walks")
+@pytest.mark.parametrize(("engine", "impulse"), [
+    ("pybullet", (20.0, 0.0, 0.0)), ("mujoco", (0.0, -16.0, 0.0))])
 def test_a_push_in_mid_single_support_ends_upright_where_it_was_planned(
         robot, walk_to, engine, impulse):
     """20 N s from behind and ahead and 16 from the sides, without another footstep."""

@@ -1,7 +1,6 @@
 """Matching of samples with readings of an IMU."""
 
 import pytest
-from door_impact_common.errors import SettingError
 from hypothesis import given
 from hypothesis import strategies as st
 from zmp_publisher.imu_matching import ImuMatcher
@@ -87,20 +86,3 @@ def test_nothing_is_matched_across_a_jump_backwards(first):
         (0, ("sample", 0)), (5, ("sample", 5))]
     assert {reading for _, _, reading in found} <= {None, ("reading", 0), ("reading", 5)}
     assert found[-1][2] == ("reading", 5)
-
-
-def test_memory_is_bounded():
-    """Readings without samples, and samples without readings, do not pile up."""
-    matcher = ImuMatcher(PATIENCE)
-    for stamp in range(10_000):
-        matcher.add_reading(stamp, None)
-    assert len(matcher._readings) <= 2 * PATIENCE + 2
-    for stamp in range(10_000, 20_000):
-        matcher.add_sample(stamp, None)
-    assert len(matcher._waiting) <= PATIENCE + 2
-
-
-def test_patience_must_be_positive():
-    """The error names the setting."""
-    with pytest.raises(SettingError, match="patience"):
-        ImuMatcher(0)

@@ -1,7 +1,5 @@
 """Pairing of samples of the same stamp."""
 
-import pytest
-from door_impact_common.errors import SettingError
 from hypothesis import given
 from hypothesis import strategies as st
 from zmp_publisher.stamp_pairing import StampPairer
@@ -54,9 +52,3 @@ def test_buffers_are_bounded():
     for stamp in range(1000):
         assert pairer.add("a", stamp, stamp) is None
     assert pairer.dropped == 990
-
-
-def test_capacity_must_be_positive():
-    """The error names the setting."""
-    with pytest.raises(SettingError, match="capacity"):
-        StampPairer(STREAMS, capacity=0)

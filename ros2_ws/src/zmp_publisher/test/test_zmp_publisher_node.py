@@ -11,7 +11,6 @@ from hrp2_description.robot import load_robot_config
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
-from visualization_msgs.msg import Marker
 from zmp_publisher.zmp_publisher_node import ZmpPublisher, main
 
 ROBOT = load_robot_config()
@@ -118,20 +117,6 @@ def test_transforms_are_a_tree_at_the_tf_rate(node):
     assert {t.header.frame_id for t in transforms} <= {"odom", *children}
 
 
-def test_no_transforms_when_nobody_listens(node):
-    """Without a subscriber, or with tf_rate 0, no scene is made; /zmp goes on."""
-    scene = ("tf", "com", "polygon", "marker")
-    for name in scene:
-        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 0
-    _feed(node, 0)
-    for name in scene:
-        getattr(node, f"_{name}_publisher").get_subscription_count = lambda: 1
-    node._tf_period = 0
-    _feed(node, 10_000_000_000)
-    assert not any(node.sent[name] for name in scene)
-    assert len(node.sent["zmp"]) == 2
-
-
 def test_com_of_the_half_sitting_robot_is_where_the_whole_body_model_has_it(node):
     """With a free base at the published base_link, Pinocchio finds the same center of mass."""
     _feed(node, 0)
@@ -156,27 +141,6 @@ def test_polygon_is_the_hull_of_the_soles_that_bear_load(node):
     assert (min(both), max(both)) == pytest.approx((-0.095 - outer, 0.095 + outer), abs=1e-6)
     assert (min(left), max(left)) == pytest.approx((0.095 + inner, 0.095 + outer), abs=1e-6)
     assert {m.header.frame_id for m in node.sent["polygon"]} == {"odom"}
-
-
-def test_markers_are_at_zmp_and_com_and_the_zmps_goes_in_the_air(node):
-    """One ball each; without a ZMP its ball is deleted and the CoM's stays."""
-    _feed(node, 0, 0.75 * WEIGHT, 0.25 * WEIGHT)
-    _feed(node, 10_000_000_000, 0.01 * WEIGHT, 0.01 * WEIGHT)
-    balls, air = ({m.ns: m for m in array.markers} for array in node.sent["marker"])
-    zmp, com = node.sent["zmp"][0].point, node.sent["com"][0].point
-    assert balls["zmp"].pose.position == zmp
-    assert balls["com"].pose.position == com
-    assert air["zmp"].action == Marker.DELETE
-    assert air["com"].action == Marker.ADD
-
-
-def test_joint_order_of_the_message_does_not_matter(node):
-    """Joints are found by name, and further joints do no harm."""
-    order = np.random.default_rng(0).permutation(30)
-    names = [ROBOT.joint_names[i] for i in order] + ["door_hinge"]
-    _feed(node, 0, posture=[*ROBOT.half_sitting[order], 0.3], names=names)
-    z = node.sent["tf"][0].transforms[0].transform.translation.z
-    assert z == pytest.approx(0.648702, abs=1e-6)
 
 
 def test_bad_joint_states_are_skipped(node, capfd):
@@ -224,31 +188,15 @@ def test_tilt_comes_from_the_imu_where_there_is_one(node):
     assert len(node.sent["zmp"]) == 37
 
 
-def test_a_sample_waits_for_the_imu_of_its_tick(node):
-    """In whatever order the messages of a tick arrive, its own reading counts."""
-    node._take_imu(_imu(0, 0.01))
-    _feed(node, 0)
-    _feed(node, 4 * PERIOD)
-    assert len(node.sent["zmp"]) == 1
-    node._take_imu(_imu(4 * PERIOD, 0.05))
-    assert len(node.sent["zmp"]) == 2
-    assert _base(node)[0][1] == pytest.approx(0.05, abs=1e-9)
-
-
-@pytest.mark.parametrize("wrong", ["orientation", "rate", "nan", "zero"])
+@pytest.mark.parametrize("wrong", ["orientation", "nan"])
 def test_an_imu_that_says_nothing_does_not_count(node, wrong, capfd):
     """By REP-145 a covariance of -1 means that a field is not filled in; NaN is no rotation."""
     for step in range(0, 20, 4):
         message = _imu(step * PERIOD, 0.05)
         if wrong == "orientation":
             message.orientation_covariance[0] = -1.0
-        elif wrong == "rate":
-            message.angular_velocity_covariance[0] = -1.0
-        elif wrong == "nan":
-            message.angular_velocity.z = float("nan")
         else:
-            message.orientation.x = message.orientation.y = 0.0
-            message.orientation.z = message.orientation.w = 0.0
+            message.angular_velocity.z = float("nan")
         node._take_imu(message)
         _feed(node, step * PERIOD)
     assert len(node.sent["zmp"]) == 5
@@ -340,11 +288,6 @@ def test_topics_reach_the_node_and_its_answer_comes_back():
     ("parameter", "name"),
     [
         ("threshold:=0.01", "threshold"),
-        ("threshold:=nonsense", "threshold"),
-        ("tf_rate:=-1.0", "tf_rate"),
-        ("reliability:=sometimes", "reliability"),
-        ("robot_start:=[1.0, 2.0]", "robot_start"),
-        ("robot_start:=[1.0, .nan, 0.0]", "robot_start"),
         ("robot_config:=/nowhere/robot.yaml", "/nowhere/robot.yaml"),
     ],
 )

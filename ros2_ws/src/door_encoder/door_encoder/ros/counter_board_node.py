@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import rclpy
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.node import GuardedNode, run_node, spin
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import EncoderSamples
 from door_model.recording.batch import SampleBatch
@@ -52,7 +52,7 @@ class CounterBoardNode(GuardedNode):
         poller = threading.Thread(target=self._poll, name="poll")
         poller.start()
         try:
-            rclpy.spin(self)
+            spin(self)
         finally:
             self._ended.set()
             poller.join()

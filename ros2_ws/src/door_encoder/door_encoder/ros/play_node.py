@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import rclpy
-from door_impact_common.node import run_node
+from door_impact_common.node import executor_of, run_node, spin_for
 from door_impact_msgs.msg import EncoderSamples
 from door_model.errors import DoorModelError
 from door_model.recording.batch import SampleBatch
@@ -44,6 +44,7 @@ class PlayNode(Node):
 
     def run(self) -> None:
         """Publish all batches, each at the time at which its last sample was measured."""
+        self._callbacks = executor_of(self)
         self._spin_until(time.monotonic() + _PATIENCE, subscribed=True)
         if not self._counts.get_subscription_count():
             self.get_logger().warning("no node subscribes to /door_encoder/counts: playing anyway")
@@ -67,7 +68,7 @@ class PlayNode(Node):
             left = end - time.monotonic()
             if left <= 0.0:
                 return
-            rclpy.spin_once(self, timeout_sec=min(left, 0.1))
+            spin_for(self._callbacks, min(left, 0.1))
 
 
 def _rate(text: str) -> float:

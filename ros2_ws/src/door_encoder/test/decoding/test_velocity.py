@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from door_encoder.decoding.velocity import ENOUGH, LONGEST, Velocity, VelocityEstimator
-from door_impact_common.errors import SettingError
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -122,27 +121,9 @@ def test_a_flickering_count_is_no_motion(flicker: list[int]) -> None:
         assert abs(found.omega) <= 1.5 * COUNT / (max(WINDOW, newest) * PERIOD)
 
 
-def test_little_is_known_behind_a_gap() -> None:
-    """A single count in two samples gives no velocity; five counts do."""
-    made = estimator()
-    assert made.velocity() == Velocity(0.0, 0.0)
-    made.take(np.array([0, 1]))
-    assert made.velocity().omega == 0.0
-    made.take(np.array([4, 7, 10]))
-    assert made.velocity().omega == pytest.approx(2.6 * COUNT / PERIOD)
-    made.reset()
-    assert made.velocity() == Velocity(0.0, 0.0)
-
-
 def test_an_accelerating_door_lags_by_the_stated_delay() -> None:
     """The slope of a parabola is that in the middle of the window."""
     t = np.arange(200) * PERIOD
     newest, found = velocities(0.5 * 8.0 * t**2)[-1]
     assert found.omega == pytest.approx(8.0 * (t[newest] - found.delay), rel=2e-3)
     assert found.delay == pytest.approx(SHORTEST_DELAY)
-
-
-def test_the_window_must_hold_two() -> None:
-    """A window of one sample is refused."""
-    with pytest.raises(SettingError):
-        VelocityEstimator(period=PERIOD, window=1, radians_per_count=COUNT)

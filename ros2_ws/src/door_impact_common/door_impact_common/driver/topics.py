@@ -15,7 +15,7 @@ from rclpy.duration import Duration
 
 from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
-from door_impact_common.driver.intake import Arrival, Intake
+from door_impact_common.driver.intake import CURRENT, Arrival, Intake
 from door_impact_common.driver.messages import diagnostics
 from door_impact_common.driver.names import COMMANDERS, TRAJECTORY
 from door_impact_common.node import GuardedNode
@@ -89,6 +89,7 @@ class WatchedTopics:
     ) -> None:
         self._node, self._inputs, self._after = node, inputs, after
         self._topics: list[str] = []
+        self._newest = -math.inf  # stamp of the last message of the present [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, watches.freshness))
@@ -101,8 +102,8 @@ class WatchedTopics:
 
     def subscribe(
         self, kind: Any, topic: str, handle: Callable[[Any, Arrival], Sequence[Any]]
-    ) -> None:
-        """Subscribe to a topic about robot or door.
+    ) -> Any:
+        """Subscribe to a topic about robot or door; return the subscription.
 
         Args:
             kind: Type of its messages, which have a header.
@@ -112,11 +113,14 @@ class WatchedTopics:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
             underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
+            if self._newest < stamp <= self._clock() + CURRENT:
+                self._newest = stamp
             with self._ends_the_motion():
                 self._after(stamp, handle(message, Arrival(stamp, self.now(), underway)))
 
-        self._node.create_subscription(kind, topic, callback, 50)
-        self._topics.append(topic)
+        if topic not in self._topics:
+            self._topics.append(topic)
+        return self._node.create_subscription(kind, topic, callback, 50)
 
     @contextmanager
     def _ends_the_motion(self) -> Iterator[None]:
@@ -128,7 +132,10 @@ class WatchedTopics:
             raise
 
     def now(self) -> float:
-        """Present time of the robot's clock [s]."""
+        """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
+        return max(self._clock(), self._newest)
+
+    def _clock(self) -> float:
         return float(self._node.get_clock().now().nanoseconds * 1e-9)
 
     def ignored(self, topic: str, why: str) -> list[Any]:
@@ -139,6 +146,7 @@ class WatchedTopics:
 
     def _clock_went_back(self, _: Any) -> None:
         """Give up the motion: after a reset of the simulation its times mean nothing any more."""
+        self._newest = -math.inf
         self._inputs.forget()
         self._after(-math.inf, [])
 

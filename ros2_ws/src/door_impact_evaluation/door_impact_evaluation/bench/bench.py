@@ -11,7 +11,6 @@ from typing import Any
 from door_impact_evaluation.bench import bridge as bench_bridge
 from door_impact_evaluation.bench import door as bench_door
 from door_impact_evaluation.bench import planner as bench_planner
-from door_impact_evaluation.bench import topics as bench_topics
 from door_impact_evaluation.bench import view as bench_view
 from door_impact_evaluation.bench import walking as bench_walking
 from door_impact_evaluation.errors import EvaluationError
@@ -149,42 +148,6 @@ def _view_cpu(out: Path) -> Measurement:
         "targets: at most 15 % with a client, 5 % without")
 
 
-def _talk(
-    measure: Callable[[bench_topics.Layer], float], unit: str, reference: str,
-    higher_is_better: bool = False,
-) -> Callable[[Path], Measurement]:
-    """Makes a benchmark of two processes that exchange messages, with a peer if there is one."""
-
-    def benchmark(_: Path) -> Measurement:
-        peer = bench_topics.peer()
-        return Measurement(
-            measure(bench_topics.ours()), unit, higher_is_better,
-            peer.title if peer else None, measure(peer) if peer else None, reference)
-
-    return benchmark
-
-
-_JOINTS = "the states of 30 joints from one process to another, 200 a second"
-
-TALKS: dict[str, Callable[[Path], Measurement]] = {
-    "topic_latency_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz()[layer]["median"], f"ms one way, median: {_JOINTS}",
-        "rclpy on rmw_cyclonedds_cpp: 0.74 ms"),
-    "topic_latency_p99_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz()[layer]["p99"], "ms one way, 99th percentile", ""),
-    "topic_cpu_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz()[layer]["listener"], "% of a core, subscriber",
-        "rclpy on rmw_cyclonedds_cpp: 19 %; target: at most half of it"),
-    "publisher_cpu_200hz": _talk(
-        lambda layer: bench_topics.at_200_hz()[layer]["publisher"], "% of a core, publisher", ""),
-    "topic_rate": _talk(
-        bench_topics.largest_rate, "messages per second, all of which arrive in time", "", True),
-    "service_round_trip": _talk(bench_topics.round_trip, "ms for a call, median", ""),
-    "start_to_first_message": _talk(
-        bench_topics.start_to_first_message,
-        "s from the start of a process to its first callback", ""),
-}
-
 BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "identify_five_swings": _identify_five_swings,
     "identify_twenty_swings": _identify_twenty_swings,
@@ -201,7 +164,6 @@ BENCHMARKS: dict[str, Callable[[Path], Measurement]] = {
     "real_time_factor": _real_time_factor("pybullet", 0.8),
     "real_time_factor_mujoco": _real_time_factor("mujoco", 1.0),
     "view_cpu": _view_cpu,
-    **TALKS,
 }
 
 

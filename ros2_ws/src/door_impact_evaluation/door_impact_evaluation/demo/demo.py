@@ -124,7 +124,7 @@ def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> No
         f"log_file:={simulation_log}", f"record:={recording}",
         f"allowed_folders:={_allowed(settings.door)}")
     try:
-        run(settings, nodes_alive=lambda: launcher.poll() is None)
+        run(settings, lambda: launcher.poll() is None, lambda: stop_nodes(launcher))
     except DemoError as error:
         if launcher.poll() is None:
             raise

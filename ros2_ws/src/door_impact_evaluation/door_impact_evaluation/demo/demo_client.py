@@ -6,7 +6,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import rclpy
+from door_impact_common.driver.intake import CURRENT
+from door_impact_common.node import executor_of
 from door_impact_common.stamps import seconds
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters, EncoderSamples, ImpactPlan
@@ -45,6 +46,7 @@ class DemoClient(Node):
     def __init__(self, nodes_alive: Callable[[], bool] = lambda: True) -> None:
         super().__init__("demo_runner", parameter_overrides=[Parameter("use_sim_time", value=True)])
         self._nodes_alive = nodes_alive
+        self._callbacks = executor_of(self)
         self._push = self.create_client(PushDoor, "/sim/push_door")
         self._identify = self.create_client(IdentifyCloser, "/identify_closer")
         self._plan = self.create_client(PlanDoorImpact, "/plan_door_impact")
@@ -81,8 +83,9 @@ class DemoClient(Node):
             report_progress(f"    {phase}")
 
     def now(self) -> float:
-        """Returns the graph's time [s]."""
-        return self.get_clock().now().nanoseconds * 1e-9
+        """Returns the graph's time [s]; stamps tell it between two messages on /clock."""
+        clock = self.get_clock().now().nanoseconds * 1e-9
+        return max([clock, *(stamp for stamp, *_ in self.zmp[-1:] if stamp < clock + CURRENT)])
 
     def until(self, condition: Callable[[], bool], what: str, timeout: float) -> None:
         """Spins until a condition holds.
@@ -101,7 +104,7 @@ class DemoClient(Node):
                 raise DemoError(f"a node ended while waiting for {what}")
             if time.monotonic() > end:
                 raise DemoError(f"waited {timeout:.0f} s for {what}: see nodes.log")
-            rclpy.spin_once(self, timeout_sec=0.1)
+            self._callbacks.spin_once(timeout_sec=0.1)
 
     def call(self, client: Any, request: Any, timeout: float = 60.0) -> Any:
         """Calls a service and returns its response.
@@ -225,9 +228,11 @@ class DemoClient(Node):
         Raises:
             DemoError: The simulation was not reset.
         """
+        before = self.now()
         response = self.call(self._reset, Trigger.Request())
         if not response.success:
             raise DemoError(f"the simulation was not reset: {response.message}")
+        self.until(lambda: self.now() < before, "the clock to go back", 30.0)
         self.door, self.zmp, self.phases = [], [], []
         self.wait_for_graph()
 

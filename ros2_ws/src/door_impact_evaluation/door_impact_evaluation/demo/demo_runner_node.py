@@ -10,6 +10,7 @@ import numpy as np
 import rclpy
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.files import make_folder
+from door_impact_common.node import DISCOVERY_TIME
 from door_impact_common.parameters import Parameters, allowed_folders
 from door_impact_msgs.msg import ImpactPlan
 from door_model.door.config import load_door
@@ -36,8 +37,6 @@ PARAMETERS = {
 }
 """Default and description of each parameter of the node demo_runner."""
 
-_DISCOVERY = 1.0       # wall time after which every node of a running graph is known [s]
-
 
 def refuse_running_graph() -> None:
     """Checks that none of the demonstration's nodes is running in this domain.
@@ -48,9 +47,7 @@ def refuse_running_graph() -> None:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # signals are the caller's
     try:
         node = Node("demo_check")
-        end = time.monotonic() + _DISCOVERY
-        while time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.1)
+        time.sleep(DISCOVERY_TIME)
         running = sorted(set(node.get_node_names()) & set(NODES))
         node.destroy_node()
     finally:
@@ -60,12 +57,17 @@ def refuse_running_graph() -> None:
                         "demonstration first, or set another ROS_DOMAIN_ID")
 
 
-def run(settings: DemoSettings, nodes_alive: Callable[[], bool] = lambda: True) -> None:
+def run(
+    settings: DemoSettings,
+    nodes_alive: Callable[[], bool] = lambda: True,
+    stop_nodes: Callable[[], None] = lambda: None,
+) -> None:
     """Runs the demonstration with nodes that were started by others, and writes the results.
 
     Args:
         settings: What to do.
         nodes_alive: Reports whether the launcher of the nodes still runs.
+        stop_nodes: Is called when they are not needed any more.
 
     Raises:
         DemoError: Something failed; the message says what. The results of a motion that failed
@@ -96,7 +98,9 @@ def run(settings: DemoSettings, nodes_alive: Callable[[], bool] = lambda: True) 
             if not outcome.success:
                 break
         real_time_factor = (simulated + node.now()) / (time.perf_counter() - began)
+        end = node.now()
         node.save_log()
+        stop_nodes()
         report_progress("drawing the figures, the animation and the replay")
         try:
             results.write(Received(
@@ -104,7 +108,7 @@ def run(settings: DemoSettings, nodes_alive: Callable[[], bool] = lambda: True) 
                 plan=plan, outcome=outcome, planning_ms=planning_ms,
                 real_time_factor=real_time_factor, wall_s=wall_time(),
                 door_angle=np.array(node.door), zmp=np.array(node.zmp), samples=samples,
-                phases=node.phases, end=node.now()), settings.out)
+                phases=node.phases, end=end), settings.out)
         except OSError as error:
             raise DemoError(f"the results cannot be written: {error.strerror or error}") from error
         except DemoError as error:

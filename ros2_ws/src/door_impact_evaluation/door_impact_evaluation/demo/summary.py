@@ -3,17 +3,14 @@
 Units are SI units; degrees, millimetres and milliseconds only where the key ends in their names.
 """
 
-import importlib.util
 import math
 import os
 import platform
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio
-import rclpy
 from door_model.door.config import load_door
 from rclpy.utilities import get_rmw_implementation_identifier
 
@@ -26,7 +23,7 @@ _HELD_OVER = 0.3  # time at the end over which the held angle is averaged [s]
 _IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
 _PLANNED = ("omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
             "b_r", "i_rob", "l_b")  # numbers of the message ImpactPlan that the summary repeats
-_PACKAGES = ("numpy", "scipy", "cyclonedds")  # packages whose versions are recorded
+_PACKAGES = ("numpy", "scipy")  # packages whose versions are recorded
 
 
 def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, record: DemoRecord,
@@ -59,7 +56,7 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
             "engine": log.engine,
-            "runtime": runtime(),
+            "rclpy": _rclpy(),
             "rmw": get_rmw_implementation_identifier(),
             "versions": _versions(log.engine),
         },
@@ -138,12 +135,13 @@ def _robot(log: SimulationLog, loads: HitLoads, record: DemoRecord) -> dict[str,
     }
 
 
-def runtime() -> str:
-    """Names the rclpy in use: "embedded" for this project's own, "ros2" for ROS 2's."""
-    own = importlib.util.find_spec("ros2_embedded")
-    if own is None or own.origin is None:
+def _rclpy() -> str:
+    """Names where rclpy is from: "pypi" for the wheels of PyPI, "ros2" for an installed ROS 2."""
+    try:
+        metadata.version("ros-jazzy-rclpy")
+    except metadata.PackageNotFoundError:
         return "ros2"
-    return "embedded" if Path(rclpy.__file__).parents[1] == Path(own.origin).parents[1] else "ros2"
+    return "pypi"
 
 
 def _versions(engine: str) -> dict[str, str]:

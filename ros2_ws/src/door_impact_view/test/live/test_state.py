@@ -30,10 +30,9 @@ def test_an_old_zmp_has_no_margin():
     assert State().margin() is None
 
 
-@pytest.mark.parametrize("corners", [np.zeros((0, 2)), SQUARE[:2], SQUARE[::-1]])
-def test_a_polygon_without_area_has_no_margin(corners):
-    """Two corners, none, or corners in the wrong order are no error."""
-    known = State(zmp=Stamped(1.0, np.zeros(2)), polygon=Stamped(1.0, corners))
+def test_a_polygon_without_area_has_no_margin():
+    """Two corners are no error."""
+    known = State(zmp=Stamped(1.0, np.zeros(2)), polygon=Stamped(1.0, SQUARE[:2]))
     assert known.margin() is None
 
 
@@ -61,11 +60,3 @@ def test_a_clock_that_goes_back_clears_the_history():
     for time in (10.0, 11.0, 0.5):
         history.add(time, 1.0)
     assert len(history.curves()[0]) == 1
-
-
-def test_several_curves_share_their_times():
-    """An empty history too has an array for each curve."""
-    history = History(2)
-    assert [len(row) for row in history.curves()] == [0, 0, 0]
-    history.add(1.0, 2.0, 3.0)
-    assert [row.tolist() for row in history.curves()] == [[0.0], [2.0], [3.0]]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from door_impact_view.replay.page import page, picture
+from door_impact_view.replay.page import page
 from door_impact_view.replay.recording import (
     Curve,
     Event,
@@ -88,14 +88,6 @@ def test_recorded_data_come_back(replay):
     assert data["events"] == [{"name": "contact", "time": pytest.approx(0.2, abs=1e-6)}]
 
 
-def test_slow_motion_surrounds_the_contact(replay):
-    """The contact lies in each slow part; without a contact nothing is slow."""
-    slow = data_of(page("A replay", replay))["slow"]
-    assert slow
-    assert all(part["start"] < 0.2 < part["end"] and part["speed"] < 1.0 for part in slow)
-    assert data_of(page("A replay", replace(replay, events=())))["slow"] == []
-
-
 def test_no_text_of_a_recording_becomes_html(replay):
     """Names and titles may contain any character."""
     evil = '</script><script>alert(1)</script>&"'
@@ -104,26 +96,8 @@ def test_no_text_of_a_recording_becomes_html(replay):
     assert data_of(text)["phases"][0]["name"] == evil
 
 
-def test_texts_that_look_like_placeholders_stay(replay):
-    """Only the template's own names are replaced."""
-    assert "<p>@@DATA@@</p>" in page("A replay", replay, before="<p>@@DATA@@</p>")
-
-
-def test_a_recording_of_nothing_but_a_time_has_a_page():
-    """No robot, no door, no plot: the page is made nevertheless."""
-    assert data_of(page("Empty", Replay(np.array([0.0, 1.0]))))["trees"] == []
-
-
 MESH = URDF.replace('<box size="0.1 0.2 0.3"/>',
                     '<mesh filename="package://a/b.stl" scale="1 -1 1"/>')
-
-
-def test_a_mesh_that_cannot_be_read_is_left_out_and_said_so(replay):
-    """It does not stop the page."""
-    data = data_of(page("A replay", replace(replay, trees=(
-        replace(replay.trees[0], scene=read_urdf(MESH)),))))
-    assert data["trees"][0]["shapes"] == []
-    assert any("package://a/b.stl" in note for note in data["notes"])
 
 
 def test_meshes_are_part_of_the_page_once(replay, monkeypatch):
@@ -151,13 +125,3 @@ def test_the_run_that_is_shown_first_is_the_last_one_with_a_contact(replay):
         data = page_of(page("Runs", *runs))
         assert data["first"] == first
         assert [run["name"] for run in data["runs"]] == [run.name for run in runs]
-
-
-def test_a_picture_is_part_of_the_page(tmp_path):
-    """Its bytes come back from the address, and its caption is escaped."""
-    path = tmp_path / "a.png"
-    path.write_bytes(b"\x89PNG\r\n")
-    found = picture(path, "a < b")
-    content = re.search(r'data:image/png;base64,([^"]*)', found)[1]
-    assert base64.b64decode(content) == path.read_bytes()
-    assert "a &lt; b" in found

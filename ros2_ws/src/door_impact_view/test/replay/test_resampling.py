@@ -1,15 +1,10 @@
 """Which samples a replay keeps, and recorded values at other times."""
 
-from itertools import pairwise
-
 import numpy as np
-from door_impact_view.replay import resampling
 from door_impact_view.replay.resampling import (
     at_stamps,
     between,
-    broken_at_gaps,
     choose_stamps,
-    gaps,
     latest,
     poses_at_stamps,
 )
@@ -21,13 +16,6 @@ steps = st.lists(st.floats(1e-4, 0.5), min_size=0, max_size=400)
 moments = st.lists(st.floats(-1.0, 20.0), max_size=3)
 
 
-def wanted_rate(time, near):
-    """The most samples a second that a replay wants at a time."""
-    distance = min((abs(time - moment) for moment in near), default=np.inf)
-    return max([resampling.SPARSE, *(rate for reach, rate in resampling.DENSE
-                                     if distance <= reach)])
-
-
 @given(steps, moments)
 def test_kept_stamps_are_recorded_ones_with_both_ends(steps, moments):
     """No time is invented, none is kept twice, and the first and the last one stay."""
@@ -36,18 +24,6 @@ def test_kept_stamps_are_recorded_ones_with_both_ends(steps, moments):
     assert np.isin(kept, t).all()
     assert (np.diff(kept) > 0.0).all()
     assert (kept[0], kept[-1]) == (t[0], t[-1])
-
-
-@given(steps, moments)
-def test_no_kept_step_is_longer_than_wanted(steps, moments):
-    """A step is at most the wanted period at its end, and one step of the recording, longer."""
-    t = np.cumsum([0.0, *steps])
-    kept = choose_stamps(t, moments)
-    for begin, end in pairwise(kept):
-        inside = t[(t > begin) & (t <= end)]
-        if len(inside) > 1:  # samples were left out
-            rates = [wanted_rate(time, moments) for time in inside[:-1]]
-            assert inside[-2] - begin <= 1.0 / max(min(rates), 1e-9) + 1e-6
 
 
 @given(st.floats(1.5, 8.0))
@@ -61,11 +37,6 @@ def test_every_millisecond_of_a_contact_is_kept_and_few_samples_elsewhere(contac
     assert 0.9 * 25.0 < far.sum() / (10.0 - 2.0) < 1.1 * 25.0
 
 
-def test_a_recording_of_an_hour_stays_small():
-    """A replay keeps a bounded number of samples of a recording of any length."""
-    assert len(choose_stamps(np.arange(0.0, 3600.0, 5e-3), [])) <= resampling.MOST + 2
-
-
 @given(steps.filter(len))
 def test_interpolation_hits_the_samples_and_stays_at_the_ends(steps):
     """At sample times the values are the samples; outside they are those of the ends."""
@@ -74,13 +45,6 @@ def test_interpolation_hits_the_samples_and_stays_at_the_ends(steps):
     np.testing.assert_allclose(at_stamps(t, values, t), values, atol=1e-12)
     np.testing.assert_allclose(at_stamps(t, values, np.array([-5.0, t[-1] + 5.0])),
                                values[[0, -1]])
-
-
-def test_one_sample_is_enough():
-    """A recording with one message can be shown."""
-    t, values = np.array([2.0]), np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(poses_at_stamps(t, values, np.array([1.0, 2.0, 3.0])),
-                                  np.repeat(values, 3, axis=0))
 
 
 @given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=30, max_size=30))
@@ -107,12 +71,3 @@ def test_a_value_that_is_too_old_is_unknown():
     t, values = np.array([1.0, 2.0]), np.array([[10.0], [20.0]])
     found = latest(t, values, np.array([0.5, 1.0, 1.4, 1.6, 2.2, 9.0]), longest=0.5)[:, 0]
     np.testing.assert_array_equal(found, [np.nan, 10.0, 10.0, np.nan, 20.0, np.nan])
-
-
-def test_a_curve_breaks_at_a_gap():
-    """One NaN within each long gap, and everything else as it was."""
-    t, values = np.array([0.0, 0.1, 1.0, 1.1]), np.arange(4.0)
-    assert gaps(t, 0.5) == [(0.1, 1.0)]
-    times, broken = broken_at_gaps(t, values, 0.5)
-    np.testing.assert_allclose(times, [0.0, 0.1, 0.55, 1.0, 1.1])
-    np.testing.assert_array_equal(broken, [0.0, 1.0, np.nan, 2.0, 3.0])

@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 @pytest.fixture(scope="session")
 def view_domain() -> int:
     """The ROS_DOMAIN_ID of the rigs, and of views in processes of their own beside them."""
-    return 100 + os.getpid() % 50
+    return int(os.environ["VIEW_DOMAIN_ID"])
 
 
 class Rig:

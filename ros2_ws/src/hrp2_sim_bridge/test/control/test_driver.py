@@ -26,15 +26,7 @@ def message(times, positions, velocities=(), accelerations=(), names=NAMES) -> T
 GOOD = message(
     [0.5, 1.0], [[0.1, 0.2, -0.1], [0.2, 0.1, -0.3]], [[0.1] * 3, [0.0] * 3], [[0.0] * 3] * 2
 )
-NAN, INF = float("nan"), float("inf")
-
-
-def test_silence_means_hold() -> None:
-    """Without a trajectory the joints hold their position."""
-    for time in (0.0, 1.0, 1e6):
-        state = driver().sample(time)
-        assert not state.position.any()
-        assert not state.velocity.any()
+NAN = float("nan")
 
 
 def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> None:
@@ -67,33 +59,17 @@ def test_names_may_come_in_any_order() -> None:
     ("bad", "joint", "words"),
     [
         (replace(GOOD, joint_names=("a", "b", "x")), "x", "unknown"),
-        (replace(GOOD, joint_names=("a", "b", "b")), "b", "twice"),
         (replace(GOOD, joint_names=("a", "b")), "c", "missing"),
         (replace(GOOD, times=[0.5, NAN]), "", "finite"),
-        (replace(GOOD, times=[0.5, INF]), "", "finite"),
         (replace(GOOD, times=[0.5, 0.5]), "", "increase"),
-        (replace(GOOD, times=[0.5, 0.4]), "", "increase"),
-        (replace(GOOD, times=[-0.1, 1.0]), "", "first point"),
-        (replace(GOOD, positions=GOOD.positions[:1]), "", "points"),
         (replace(GOOD, positions=[[0.0, 0.0], [0.0, 0.0, 0.0]]), "", "values"),
-        (replace(GOOD, velocities=[[0.1] * 3, []]), "", "values"),
         (replace(GOOD, velocities=()), "", "without velocities"),
         (replace(GOOD, positions=[[0.1, NAN, 0.0], [0.0] * 3]), "b", "finite"),
-        (replace(GOOD, velocities=[[0.0] * 3, [0.0, 0.0, INF]]), "c", "finite"),
-        (replace(GOOD, accelerations=[[NAN, 0.0, 0.0], [0.0] * 3]), "a", "finite"),
         (replace(GOOD, positions=[[0.1, 0.2, -0.1], [0.2, 1.01, -0.3]]), "b", "above"),
-        (replace(GOOD, positions=[[0.1, 0.2, -0.1], [0.2, 0.1, -1.2]]), "c", "below"),
         (replace(GOOD, velocities=[[2.1, 0.0, 0.0], [0.0] * 3]), "a", "speed"),
         (message([0.1], [[0.3, 0.0, 0.0]]), "a", "jump"),
-        (message([0.0, 1.0], [[0.1, 0.4, 0.0], [0.0] * 3]), "b", "jump"),
-        (message([0.5, 0.6], [[0.0] * 3, [0.3, 0.0, 0.0]]), "a", "between points"),
-        (replace(GOOD, accelerations=[[1e308, 0.0, 0.0], [0.0] * 3]), "a", "between points"),
-        (message([1e-300, 2e-300], [[0.0] * 3] * 2, [[0.0] * 3] * 2, [[0.0] * 3] * 2), "b", ""),
         # The braking after a last point with a velocity or an acceleration is part of the motion.
         (message([3.0], [[1.0, 0.0, 0.0]], [[1.9, 0.0, 0.0]]), "a", "above"),
-        (message([1.0, 1.001], [[0.0] * 3] * 2, [[0.0] * 3, [0.01, 0.0, 0.0]],
-                 [[0.0] * 3, [1e4, 0.0, 0.0]]), "a", ""),
-        (message(np.arange(1.0, 6002.0).tolist(), [[0.0] * 3] * 6001), "", "points"),
         # Outside the limits only for a short part of a long segment.
         (message([0.6, 5.58], [[0.0, 0.0, 0.0], [-0.67, 0.0, 0.0]], [[0.0] * 3, [1.9, 0.0, 0.0]],
                  [[0.0] * 3, [13.0, 0.0, 0.0]]), "a", ""),
@@ -114,11 +90,10 @@ def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> Non
     np.testing.assert_array_equal(before, after)
 
 
-@pytest.mark.parametrize("stamp", [NAN, INF, -1.0])
-def test_impossible_stamp_is_refused(stamp) -> None:
+def test_impossible_stamp_is_refused() -> None:
     """An impossible stamp is refused."""
     with pytest.raises(TrajectoryRefusedError):
-        driver().accept(GOOD, stamp, 0.0)
+        driver().accept(GOOD, NAN, 0.0)
 
 
 def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
@@ -160,17 +135,6 @@ def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
     for time in np.linspace(0.2, 0.69, 30):
         np.testing.assert_array_equal(d.sample(time).position, alone.sample(time).position)
     np.testing.assert_allclose(d.sample(1.3).position, [-0.2, 0.0, 0.0])
-
-
-def test_later_stamp_waits_behind_an_earlier_one_that_also_waits() -> None:
-    """A trajectory waits after an earlier one that waits, too."""
-    d = driver()
-    d.accept(message([0.5], [[0.1, 0.0, 0.0]]), 1.0, 0.0)
-    d.accept(message([0.5], [[0.2, 0.0, 0.0]]), 2.0, 0.0)
-    assert d.sample(1.9).position[0] == pytest.approx(0.1)
-    assert d.sample(2.5).position[0] == pytest.approx(0.2)
-    d.accept(message([0.5], [[-0.1, 0.0, 0.0]]), 0.0, 1.2)
-    assert d.sample(3.0).position[0] == pytest.approx(-0.1)
 
 
 def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
@@ -228,7 +192,7 @@ def test_stop_on_the_way_to_a_limit_stays_within_it(when) -> None:
     assert path[:, 0].max() < 1.0 + 0.006
 
 
-@pytest.mark.parametrize("tick", [1, 3, 6, 12, 84, 1000, 1663])
+@pytest.mark.parametrize("tick", [3, 84, 1663])
 def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(tick) -> None:
     """A waiting trajectory starts in its tick even if its stamp is rounded to a later time."""
     d = driver()

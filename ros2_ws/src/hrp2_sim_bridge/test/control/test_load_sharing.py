@@ -34,16 +34,6 @@ def zmp_of(loads, left=0.0, right=0.0):
     return np.array([x, y])
 
 
-@pytest.mark.parametrize("zmp", [(0.0, -0.1), (0.05, 0.09), (-0.06, -0.33), (0.1, 0.15)])
-def test_the_feet_together_make_the_zmp_that_was_asked(zmp) -> None:
-    """The forces and moments of the feet together have the wanted ZMP."""
-    loads = shared(zmp)
-    assert loads.beyond == 0.0
-    assert loads.force.sum() == pytest.approx(570.0)
-    assert (loads.force >= 0.0).all()
-    np.testing.assert_allclose(zmp_of(loads), zmp, atol=1e-12)
-
-
 def test_a_zmp_under_one_sole_or_one_sole_on_the_floor_is_borne_by_it_alone() -> None:
     """A ZMP near a sole's middle, or with one sole in the air, loads one sole alone."""
     assert shared((0.0, 0.09)).force.tolist() == [570.0, 0.0]

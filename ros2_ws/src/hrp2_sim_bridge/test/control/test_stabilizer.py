@@ -6,9 +6,8 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_sim_bridge.control.stabilizer import Stabilizer, StabilizerSettings, measured_tilt
 from hrp2_sim_bridge.control.stance_reference import ReferenceStanceModel
-from hrp2_sim_bridge.settings import TICK, WorldSettings
+from hrp2_sim_bridge.settings import TICK
 from humanoid_motion.driver_interface import ImuSample, TickSample
-from humanoid_motion.kinematics import RobotKinematics
 from humanoid_motion.spline import JointReference
 
 
@@ -40,52 +39,10 @@ def about(axis, angle):
     return np.append(np.sin(angle / 2.0) * np.eye(3)[axis], np.cos(angle / 2.0))
 
 
-@pytest.mark.parametrize("name", ["frequency", "force_memory", "largest_lift"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_gains_out_of_range_are_refused(name, value) -> None:
+def test_gains_out_of_range_are_refused() -> None:
     """The error names the setting."""
-    with pytest.raises(SettingError, match=name):
-        StabilizerSettings(**{name: value})
-
-
-def test_unknown_soles_are_refused() -> None:
-    """The error names the setting and the allowed values."""
-    with pytest.raises(SettingError, match="sole is soft, must be rigid or rubber"):
-        WorldSettings(sole="soft")
-
-
-def test_the_stabilizer_comes_with_the_rubber_unless_told_otherwise() -> None:
-    """Rubber soles and the stabilizer are the default; rigid soles have no stabilizer."""
-    assert WorldSettings().stabilized
-    assert not WorldSettings(sole="rigid").stabilized
-    assert not WorldSettings(stabilizer=False).stabilized
-
-
-def test_a_walk_brings_feedback_of_the_dcm_which_fades_when_it_is_over(robot) -> None:
-    """The same rate of the tilt is answered more strongly; standing it is answered as ever."""
-    lifted = robot.posture(
-        {"RLEG_JOINT2": -0.65, "RLEG_JOINT3": 1.25, "RLEG_JOINT4": -0.60})
-    stabilizer, walked = Stabilizer(robot), Stabilizer(robot)
-    for tick in range(40):
-        now, alone = tick * TICK, sample(robot, tick * TICK, load=(569.0, 0.0))
-        stabilizer.update(sample(robot, now), resting(robot.half_sitting))
-        walked.update(alone, resting(lifted))
-    assert stabilizer._walking == 0.0
-    assert walked._walking == 1.0
-    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
-    answers = []
-    for one in (stabilizer, walked):
-        one._rate[:] = 0.0, 0.02
-        one._tilt_sum[:] = 0.0
-        planned = one._share(stance.zmp, stance, (True, True))
-        wanted = one._wanted_loads(stance, planned, (True, True), np.zeros(2))
-        answers.append(float((wanted.moment - planned.moment)[:, 1].sum()))
-    height = float(stance.com[2]) - stance.floor
-    more = StabilizerSettings.dcm_gain * robot.mass * GRAVITY * height * np.sqrt(height / GRAVITY)
-    assert answers[1] - answers[0] == pytest.approx(-0.02 * more, rel=1e-6)
-    for tick in range(40, 240):
-        walked.update(sample(robot, tick * TICK), resting(robot.half_sitting))
-    assert walked._walking == 0.0
+    with pytest.raises(SettingError, match="frequency"):
+        StabilizerSettings(frequency=0.0)
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -100,6 +57,7 @@ def test_tilt_is_what_the_imu_turned_and_not_what_the_trunk_was_told(robot, axis
     np.testing.assert_allclose(rate, np.eye(2)[axis], atol=1e-9)
 
 
+@pytest.mark.nightly("two seconds of simulated time")
 def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, moving) -> None:
     """On rigid soles the ZMP of the reference is that of the simulation to millimeters."""
     world = make_world(sole="rigid", friction=0.4)  # with more friction soles chatter
@@ -119,22 +77,6 @@ def test_zmp_of_the_reference_is_that_of_the_simulated_robot(make_world, sway, m
     assert np.ptp(np.array(said)[:, 1]) > 0.08
     assert np.median(error) < 1e-3
     assert np.percentile(error, 95.0) < 1e-2  # joints that give swing
-
-
-def test_corrections_move_the_soles_as_asked(robot) -> None:
-    """A commanded sole moves down by 5 mm and rolls by 0.02 rad about its middle."""
-    stabilizer, body = Stabilizer(robot), RobotKinematics(robot)
-    middle = np.array([0.015, 0.01, 0.0, 1.0])
-    stance = ReferenceStanceModel(robot).at(at_rest(robot.half_sitting))
-    stabilizer._feet[:] = [[-0.005, 0.02, 0.0], [0.0, 0.0, 0.0]]
-    body.set_joints(robot.half_sitting)
-    before = body.soles()
-    body.set_joints(robot.half_sitting + stabilizer._joint_offsets(stance))
-    after = body.soles()
-    np.testing.assert_allclose(after["right"], before["right"], atol=1e-9)
-    moved = (after["left"] - before["left"]) @ middle
-    np.testing.assert_allclose(moved[:3], [0.0, 0.0, -0.005], atol=2e-4)
-    assert after["left"][2, 1] == pytest.approx(0.02, abs=5e-4)
 
 
 def test_corrections_are_bounded_and_respect_the_joints_limits(robot) -> None:
@@ -161,21 +103,3 @@ def test_corrections_are_continuous_in_time(robot) -> None:
         np.testing.assert_allclose(offset_at(stabilizer, begin), ended, atol=1e-12)
         middle = 0.5 * (offset_at(stabilizer, begin) + offset_at(stabilizer, begin + TICK))
         np.testing.assert_allclose(offset_at(stabilizer, begin + 0.5 * TICK), middle, atol=1e-12)
-
-
-def test_a_foot_in_the_air_forgets_its_corrections(robot) -> None:
-    """The corrections of a lifted foot decay."""
-    stabilizer = Stabilizer(robot)
-    lifted = robot.posture(
-        {"RLEG_JOINT2": -0.65, "RLEG_JOINT3": 1.25, "RLEG_JOINT4": -0.60}
-    )
-    for tick in range(100):
-        uneven = sample(robot, tick * TICK, load=(400.0, 170.0))
-        stabilizer.update(uneven, resting(robot.half_sitting))
-    made_up = np.abs(stabilizer._made_up[1]).max()
-    assert made_up > 1e-4
-    for tick in range(100, 700):
-        alone = sample(robot, tick * TICK, load=(569.0, 0.0))
-        stabilizer.update(alone, resting(lifted))
-    assert np.abs(stabilizer._made_up[1]).max() < 0.1 * made_up
-    assert np.abs(stabilizer._feet[1]).max() < 0.1 * made_up

@@ -20,14 +20,6 @@ def test_recorder_keeps_the_latest_rows_in_order_and_within_its_bound(most, tick
     np.testing.assert_array_equal(data["v"][:, 1], -data["n"])
 
 
-def test_recorder_grows_beyond_its_first_capacity() -> None:
-    """A recorder grows beyond its first capacity."""
-    recorder = Recorder({"n": ((), "i8")}, 100_000)
-    for row in range(10_000):
-        recorder.add(1, n=row)
-    np.testing.assert_array_equal(recorder.arrays()["n"], np.arange(10_000))
-
-
 class Watch:
     """A clock whose time the test sets."""
 
@@ -56,10 +48,3 @@ def test_pacer_does_not_hurry_after_a_long_stop() -> None:
     for _ in range(41):
         pacer.advance(0.005)
     assert pacer.wait() > 0.0
-
-
-def test_pacer_without_a_factor_never_waits() -> None:
-    """A pacer without a factor never waits."""
-    pacer = Pacer(0.0, Watch())
-    pacer.advance(1e3)
-    assert pacer.wait() == 0.0

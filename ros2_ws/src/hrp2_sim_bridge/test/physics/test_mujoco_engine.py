@@ -1,17 +1,13 @@
 """The MuJoCo engine by itself: its model, contacts and sensors, without world and drives."""
 
-import sys
 from dataclasses import replace
-from unittest.mock import MagicMock
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from door_impact_common.constants import GRAVITY
-from door_impact_common.errors import SettingError
-from hrp2_description.errors import RobotConfigError
 from hrp2_sim_bridge.benches.pull_bench import pull_test
-from hrp2_sim_bridge.errors import DivergedError, ModelError, SimulatorMissingError
+from hrp2_sim_bridge.errors import DivergedError, ModelError
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.physics.mujoco.engine import MuJoCoEngine
@@ -154,13 +150,12 @@ def test_soles_carry_the_weight_and_do_not_creep(make, robot, sole) -> None:
     np.testing.assert_allclose(measured[:2], moment[:2], atol=1e-3 * force[2])  # a millimetre
 
 
-@pytest.mark.parametrize("step", [0.0005, 0.00025])
-def test_rubber_sags_by_weight_over_stiffness_at_any_step(make, robot, step) -> None:
+def test_rubber_sags_by_weight_over_stiffness_at_any_step(make, robot) -> None:
     """The soles sag by m g / 2 k on average; a change of the step does not move them."""
     engine = make(sole="rubber")
     stand(engine, 1.0)
-    engine.set_time_step(step)
-    soles, _ = stand(engine, 1.0, step)
+    engine.set_time_step(0.00025)
+    soles, _ = stand(engine, 1.0, 0.00025)
     middle = soles.position[-1] + rotation(soles.quaternion[-1]) @ np.array([0.015, 0.0, 0.0])
     sag = robot.mass * GRAVITY / 2.0 / robot.sole_rubber.stiffness
     assert -middle[:, 2].mean() == pytest.approx(sag, rel=0.01)
@@ -281,13 +276,6 @@ def test_a_simulation_that_diverges_says_so(make) -> None:
         engine.read_frames()
 
 
-@pytest.mark.parametrize("field", ["sole_rubber", "imu_frame"])
-def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(make, robot, field) -> None:
-    """The error names the missing field."""
-    with pytest.raises(RobotConfigError, match=field):
-        make(config=replace(robot, **{field: None}))
-
-
 def test_a_robot_that_mujoco_refuses_is_an_error_that_names_it(make, robot, tmp_path) -> None:
     """An inertia that no body can have is refused."""
     broken = tmp_path / "broken.urdf"
@@ -295,38 +283,3 @@ def test_a_robot_that_mujoco_refuses_is_an_error_that_names_it(make, robot, tmp_
     broken.write_text(text.replace('ixx="0.002327"', 'ixx="2.327"'), encoding="utf-8")
     with pytest.raises(ModelError, match=robot.name):
         make(config=replace(robot, urdf_path=broken))
-
-
-def test_a_missing_engine_is_one_sentence_that_names_what_to_install(monkeypatch) -> None:
-    """Without MuJoCo the error says what to install."""
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(SimulatorMissingError, match=r"needs MuJoCo.*pip install mujoco"):
-        MuJoCoEngine()
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no DISPLAY")
-def test_a_window_needs_a_display(make, monkeypatch) -> None:
-    """Without a display a window is refused before anything is shown."""
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    with pytest.raises(SettingError, match="DISPLAY"):
-        make(gui=True)
-
-
-def test_a_window_shows_the_run_sixty_times_a_second_until_it_is_closed(make, monkeypatch) -> None:
-    """The window is redrawn every 1/60 s of simulated time, and no longer after it was closed."""
-    viewer = pytest.importorskip("mujoco.viewer")
-    shown = MagicMock()
-    shown.is_running.return_value = True
-    monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.setattr(viewer, "launch_passive", lambda *_, **__: shown)
-    engine = make(gui=True)
-    for _ in range(1000):
-        engine.step(NONE, 0.0)
-    assert shown.sync.call_count == pytest.approx(30, abs=1)
-    shown.is_running.return_value = False
-    for _ in range(100):
-        engine.step(NONE, 0.0)
-    assert shown.sync.call_count == pytest.approx(30, abs=1)
-    engine.close()
-    shown.close.assert_called_once_with()

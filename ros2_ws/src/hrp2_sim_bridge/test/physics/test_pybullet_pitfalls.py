@@ -75,6 +75,7 @@ def test_nothing_slows_a_joint(lifted) -> None:
     assert client.getJointState(body.body, joint)[1] == pytest.approx(before, rel=0.02)
 
 
+@pytest.mark.nightly("two seconds of simulated time")
 def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
     """Joints that are held at the URDF's limits need no more torque than gravity requires."""
     world = make_world(sole="rigid")  # on rubber the whole body sways a little
@@ -91,13 +92,3 @@ def test_servo_on_its_limit_pumps_no_force(make_world, robot, moving) -> None:
         assert sample.position[index] == pytest.approx(posture[index], abs=5e-3)
         assert torque[:, index].max() < 0.1 * robot.effort_limit[index]
         assert np.ptp(torque[:, index]) < 0.1
-
-
-def test_world_without_a_door_nearby_takes_coarse_steps_and_beside_it_fine_ones(make_world) -> None:
-    """Physics steps are fine near the door, where the solver would fail with coarse ones."""
-    for distance, fine in ((0.9, False), (0.4, True)):
-        world = make_world(door_distance=distance)
-        for _ in range(5):
-            world.step()
-        assert set(world.log(with_com=False)["tick_fine"]) == {fine}
-        assert world.settings.time_step_fine <= 0.00025

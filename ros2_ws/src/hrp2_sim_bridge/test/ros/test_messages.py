@@ -26,13 +26,6 @@ def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
     assert convert.trajectory_arrays(JointTrajectory()).is_stop
 
 
-@pytest.mark.parametrize("nanoseconds", [0, 5_000_000, 3_999_999_999, 600_000_000_000])
-def test_stamp_keeps_every_nanosecond(nanoseconds: int) -> None:
-    """Seconds and nanoseconds of a stamp add up to the time."""
-    stamp = stamp_of(nanoseconds)
-    assert stamp.sec * 1_000_000_000 + stamp.nanosec == nanoseconds
-
-
 @pytest.mark.parametrize("noisy", [True, False])
 def test_imu_message_carries_the_variances_on_its_diagonals(noisy: bool) -> None:
     """Covariances are row-major and diagonal; those of exact sensors are zero."""

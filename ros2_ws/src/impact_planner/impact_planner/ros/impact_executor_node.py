@@ -156,7 +156,7 @@ class ImpactExecutor(GuardedNode):
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, self._stop_requested = True, True
-        execution, joints = self._inputs.execution, self._inputs.joints
+        execution = self._inputs.execution
         if execution is None and self._walk.running:
             self._end_walk.call_async(CancelGoal.Request())  # without an identifier: every goal
             response.message = ("the walk is being stopped: the robot finishes its step and "
@@ -166,8 +166,7 @@ class ImpactExecutor(GuardedNode):
             response.message = "nothing is being executed; the driver was commanded to stop"
         else:
             execution.stop()
-            past = joints is not None and execution.past_no_return(
-                max(joints[0], self._driver.topics.now()))
+            past = execution.past_no_return(self._driver.topics.now())
             response.message = ("the point of no return has passed: the motion will be stopped "
                                 "after the door's peak" if past else "the motion is being stopped")
         return response

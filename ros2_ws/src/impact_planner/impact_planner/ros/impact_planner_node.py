@@ -53,13 +53,13 @@ class ImpactPlanner(GuardedNode):
     def __init__(self) -> None:
         """Read the parameters, load the robot and connect to topics and services."""
         super().__init__(NAME)
-        self._parameters = Parameters(self, PARAMETERS, read_only=False)
+        self._given = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
         self._folders = allowed_folders(self)
-        self._configured = self._configured_door(self._parameters.text("door"))
+        self._configured = self._configured_door(self._given.text("door"))
         self._robot = RobotModel(
-            load_robot_config(self._parameters.text("robot_config") or None, self._folders))
-        name = self._parameters.text("experience_file")
+            load_robot_config(self._given.text("robot_config") or None, self._folders))
+        name = self._given.text("experience_file")
         self._learner = HitLearner(
             Path(name).expanduser() if name else None, self.get_logger(), self._folders)
         self._identified: KnownDoor | None = None
@@ -76,7 +76,7 @@ class ImpactPlanner(GuardedNode):
         self.create_service(Trigger, "/forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:
-        return {name: self._parameters.value(name) for name in (*NUMBERS, *WORDS)}
+        return {name: self._given.value(name) for name in (*NUMBERS, *WORDS)}
 
     def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
         changed = {parameter.name: parameter.value for parameter in parameters}

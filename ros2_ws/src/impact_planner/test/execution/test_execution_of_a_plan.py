@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 from humanoid_motion.knots import TOLERANCE
-from humanoid_motion.splice import cut, duration
+from humanoid_motion.splice import duration
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.types import ExecutablePlan, ExecutionSettings, Outcome
-from impact_planner.plan import plan_impact
-from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
 
 # Feet on stiff gears, which show the contact before the switch.
 SETTINGS = ExecutionSettings(force_delay=0.0045)
 FORCE = 150.0  # force of the floor in a contact [N]
-LATE = (-1.0, -0.6, 0.0, 0.4, 1.0)  # delays of the contact, as shares of the steady time
+LATE = (-1.0, 0.0, 1.0)  # delays of the contact, as shares of the steady time
 
 
 @pytest.fixture(scope="module")
@@ -110,13 +108,6 @@ def test_after_a_missed_contact_the_driver_takes_the_robot_back_by_itself(robot,
         np.testing.assert_allclose(soles_apart(robot, joints), placed, atol=5e-4)
 
 
-def test_a_contact_as_planned_is_the_planned_motion_after_the_hit(robot, good):
-    _, _, _, splice = hit(robot, good, 0.0)
-    time = np.linspace(0.0, duration(good.phases["post"]), 50)
-    planned = good.phases["post"].at(time)[0]
-    np.testing.assert_allclose(splice.knots.at(time)[0], planned, atol=2e-4)
-
-
 @pytest.mark.parametrize("share", LATE)
 def test_the_hold_keeps_soles_and_ranges_wherever_the_door_stood(robot, good, share):
     """The soles move by at most 0.7 mm, which makes 35 N on rubber of 1e5 N/m."""
@@ -137,32 +128,6 @@ def test_speed_of_b_is_the_plan_s_before_the_hit_and_after_it(robot, plan, good)
     assert speed(position[0], velocity[0], still) == pytest.approx(plan.v_rb, rel=2e-3)
     position, velocity, _ = good.phases["post"].at(good.slow_down)
     assert speed(position[0], velocity[0], still) == pytest.approx(plan.v_rb_post, abs=4e-3)
-
-
-def test_a_robot_that_turns_on_its_soles_moves_b_by_its_height(robot, plan, good):
-    """The speed is omega x r about the standing sole; a turn to the right is towards the door."""
-    position = good.phases["cam"].at(good.contact_time)[0][0]
-    speed = PointB(robot).speed(position, np.zeros(30), np.array([0.1, 0.0, 0.0]))
-    assert speed == pytest.approx(0.1 * plan.contact_point[2], rel=1e-3)
-
-
-@pytest.mark.parametrize("run_up", ["mcv50", "zmp_limited"])
-@pytest.mark.parametrize("angle", [12.0, 25.0, 30.0])
-def test_a_missed_contact_ends_at_rest_inside_the_joints_ranges(robot, known, angle, run_up):
-    plan = plan_impact(PlanRequest(np.radians(angle), run_up=run_up), known, robot)
-    knots = plan.phase("cam").knots
-    late = np.linspace(plan.contact_time, knots.time[-1], 200)
-    position, velocity, _ = knots.at(late)
-    assert np.all((position >= robot.lower - TOLERANCE) & (position <= robot.upper + TOLERANCE))
-    assert np.all(np.abs(velocity) <= robot.speed_limit)
-    np.testing.assert_allclose(velocity[-1], 0.0, atol=1e-9)
-
-
-def test_the_switch_is_where_the_plan_s_phase_post_begins(good):
-    """The run-up and the motion after the hit meet at the planned contact."""
-    end = cut(good.phases["cam"], good.switch_time)
-    np.testing.assert_allclose(end.position[-1], good.phases["post"].position[0], atol=1e-4)
-    np.testing.assert_allclose(end.velocity[-1], good.phases["post"].velocity[0], atol=1e-2)
 
 
 def stand(execution, now, knots):
@@ -212,8 +177,7 @@ def test_an_ending_that_the_driver_does_not_follow_is_no_success(robot, good):
 
 @pytest.mark.parametrize(
     ("later", "angle", "velocity"),
-    [(0.03, np.nan, 0.5), (0.03, 0.05, np.nan), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0),
-     (50.0, 0.0, 0.0), (-50.0, 0.0, 0.0)])
+    [(0.03, np.nan, 0.5), (-0.01, 0.0, 0.0), (50.0, 0.0, 0.0)])
 def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
         robot, good, later, angle, velocity):
     """It is no number, older than the last angle, or has the stamp of another clock."""
@@ -225,7 +189,7 @@ def test_an_angle_of_the_door_that_makes_no_sense_changes_nothing(
     assert execution.measured.peak_angle == 0.03
 
 
-@pytest.mark.parametrize(("lag", "phase"), [(0.0, "hold"), (0.05, "hold"), (0.2, "retreat")])
+@pytest.mark.parametrize(("lag", "phase"), [(0.05, "hold"), (0.2, "retreat")])
 def test_a_peak_that_is_noticed_too_late_sends_the_robot_back(robot, good, lag, phase):
     """The arm would meet the leaf too low: with 0.2 s the hand strikes it with 258 N."""
     execution, _, begin, _ = hit(robot, good, 0.0)
@@ -239,32 +203,7 @@ def test_a_peak_that_is_noticed_too_late_sends_the_robot_back(robot, good, lag, 
         assert "0.18 s later than the hold allows for, at most 0.1 s" in execution.reason
 
 
-def test_a_peak_whose_messages_were_lost_sends_the_robot_back(robot, good):
-    """The first angle after a gap of 0.3 s shows that the door has turned round."""
-    execution, _, begin, _ = hit(robot, good, 0.0)
-    execution.on_door(begin + 1.4, good.desired_angle, 0.0)
-    assert execution.on_door(begin + 1.7, good.desired_angle - 0.03, -0.2)
-    assert execution.phase == "retreat"
-
-
-def test_after_the_retreat_has_begun_by_itself_the_arm_stays_in(robot, good):
-    """A door that turns round much later than planned is not caught from the retreat."""
-    execution, _, _, splice = hit(robot, good, 0.0)
-    after = duration(good.phases["post"]) + ExecutionSettings().goes_back
-    execution.on_door(splice.stamp + after - 0.05, good.desired_angle, 0.0)
-    assert execution.on_door(splice.stamp + after + 0.01, good.desired_angle - 0.002, -0.1) == []
-
-
-def test_a_hold_that_is_sent_late_still_meets_the_leaf_in_time(robot, good):
-    """Its times count from its stamp, so that the driver skips what has passed."""
-    execution, _, begin, _ = hit(robot, good, 0.0)
-    execution.on_door(begin + 1.4, good.desired_angle, 0.0)
-    (command,) = execution.on_door(begin + 1.5, good.desired_angle - 0.01, -0.1)
-    assert command.stamp == pytest.approx(begin + 1.5)
-
-
-@pytest.mark.parametrize("lag", [0.11, 0.9, 5.0])
-@pytest.mark.parametrize("by", ["feet", "door"])
+@pytest.mark.parametrize(("lag", "by"), [(0.11, "feet"), (5.0, "door")])
 def test_a_contact_that_is_noticed_too_late_sends_nothing(robot, good, lag, by):
     """The driver brings the run-up to rest and the robot back by itself."""
     execution = Execution(good, PointB(robot), SETTINGS)
@@ -294,7 +233,7 @@ def test_a_stop_is_judged_by_the_present_and_not_by_the_stamp_of_an_old_message(
         assert bool(execution.on_joint_state(now, position[0], velocity[0])) is stops
 
 
-@pytest.mark.parametrize("late", [0.06, 0.1, 0.2])
+@pytest.mark.parametrize("late", [0.06, 0.2])
 def test_a_contact_far_from_the_planned_one_ends_within_the_joints_ranges(robot, good, late):
     """The door shows it; the hold is shifted no further than at the edge of the steady time."""
     execution, cam, _, _ = hit(robot, good, 1.0)

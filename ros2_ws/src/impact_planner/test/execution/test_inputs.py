@@ -66,24 +66,13 @@ def rig(robot, good) -> Rig:
 BAD = {
     "joints 5 s ahead": lambda rig: rig.inputs.on_joints(
         rig.at(rig.now + 5.0), rig.pose(), np.zeros(30)),
-    "joints that are old": lambda rig: rig.inputs.on_joints(
-        rig.at(rig.now - 0.3), rig.pose(), np.zeros(30)),
     "joints that jump": lambda rig: rig.inputs.on_joints(
         rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
-    "joints that race": lambda rig: rig.inputs.on_joints(
-        rig.at(rig.now + TICK), rig.pose(), np.full(30, 1e3)),
     "an IMU upside down": lambda rig: rig.inputs.on_imu(
         rig.at(rig.now + TICK), np.pi, STILL, UPRIGHT),
     "an accelerometer without a number": lambda rig: rig.inputs.on_imu(
         rig.at(rig.now + TICK), 0.0, STILL, np.array([0.0, np.nan, 9.8])),
-    "an accelerometer beyond its range": lambda rig: rig.inputs.on_imu(
-        rig.at(rig.now + TICK), 0.0, STILL, np.array([0.0, 200.0, 9.8])),
-    "a gyro without end": lambda rig: rig.inputs.on_imu(
-        rig.at(rig.now + TICK), 0.0, np.array([np.inf, 0.0, 0.0]), UPRIGHT),
-    "a door that jumps": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.4, 0.1),
     "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
-    "a door without an angle": lambda rig: rig.inputs.on_door(
-        rig.at(rig.now + TICK), np.nan, 0.1),
     "a foot without a force": lambda rig: rig.inputs.on_wrench(
         "left", rig.at(rig.now + TICK), np.nan),
 }
@@ -127,7 +116,7 @@ def test_no_single_message_moves_the_robot_before_the_contact(
     assert rig.execution.outcome is Outcome.RUNNING
 
 
-@pytest.mark.parametrize("odd", [5.0, 30.0, 159.0])
+@pytest.mark.parametrize("odd", [5.0, 159.0])
 def test_an_accelerometer_that_lies_far_from_the_planned_contact_is_no_contact(
         robot, good, odd) -> None:
     """However many of its messages lie; near the planned contact a single one is no contact."""
@@ -159,15 +148,6 @@ def test_without_an_accelerometer_the_feet_show_the_contact(robot, good, acceler
     assert len(commands) == 1
     assert rig.execution.phase == "post"
     assert rig.execution.measured.contact_sensor == ("imu" if accelerometer else "feet")
-
-
-def test_outside_a_run_every_message_is_kept(robot) -> None:
-    """What may begin is decided by the checks of the goal, which name age and value."""
-    inputs = Inputs(robot.speed_limit, Freshness((JOINTS, IMU, DOOR), 0.5, 0.05))
-    inputs.on_door(Arrival(7.0, 1.0, 0.0), 0.8, 0.0)
-    inputs.on_door(Arrival(1.0, 1.0, 0.0), 0.1, 0.0)
-    assert inputs.door_angle == 0.1
-    assert not inputs.intake.dropped
 
 
 def test_a_clock_that_goes_back_ends_the_run(rig) -> None:

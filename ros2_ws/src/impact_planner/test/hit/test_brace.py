@@ -1,7 +1,5 @@
 """The braced posture: the load of the hit runs through the pads into the trunk."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from humanoid_motion.clearance import BodyGeometry
@@ -23,7 +21,7 @@ def test_the_load_of_the_configured_posture_runs_through_the_pads(robot, plan):
     assert plan.joint_loads[0].share < 0.5
 
 
-@pytest.mark.parametrize("distance", [0.42, 0.43, 0.44])
+@pytest.mark.parametrize("distance", [0.42, 0.44])
 def test_a_found_posture_leans_on_its_pad(robot, distance):
     """It presses the pads by the depth, in one plane, and the hand keeps the clearance."""
     arm = braced_arm(robot, distance)
@@ -62,10 +60,3 @@ def test_an_elbow_out_of_the_arm_s_reach_is_refused(robot):
     with pytest.raises(PostureUnreachable, match="cannot lean") as caught:
         braced_arm(robot, 0.60)
     assert caught.value.value == 0.60
-
-
-def test_a_hand_that_finds_no_room_is_refused(robot):
-    """With a clearance of half a metre no turn of the hand is left."""
-    wide = RobotModel(replace(robot.config, clearance=0.5))
-    with pytest.raises(PostureUnreachable, match="no turn of the hand"):
-        braced_arm(wide, 0.43)

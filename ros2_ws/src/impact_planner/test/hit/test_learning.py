@@ -13,7 +13,7 @@ from door_impact_common.errors import OutputError
 from door_model.door.config import load_door
 from door_model.errors import DoorModelError
 from door_model.motion.dynamics import peak
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from impact_planner.errors import ImplausibleHit, InvalidRequest
 from impact_planner.hit import momentum
@@ -84,16 +84,6 @@ def test_more_hits_converge(world, omega, other):
     assert struck(known, other * omega, world).omega == pytest.approx(other * omega, rel=5e-3)
 
 
-def test_mass_and_restitution_are_told_apart_where_v_post_is_heard():
-    """With a measured v'_rB, thirty hits find both mass and restitution."""
-    world = PAPER | {"factor": 0.85, "restitution": 0.6}
-    known = NEW
-    for _ in range(30):
-        known = learn(known, struck(known, 0.635, world))
-    assert known.mass_factor == pytest.approx(0.85, abs=0.02)
-    assert known.restitution == pytest.approx(0.6, abs=0.02)
-
-
 @given(worlds, speeds)
 def test_a_hit_makes_surer_and_never_certain(world, omega):
     """Each hit reduces the covariance in a direction, and no variance becomes zero."""
@@ -109,23 +99,12 @@ def test_a_hit_makes_surer_and_never_certain(world, omega):
 
 
 @pytest.mark.parametrize("changes", [
-    {"omega": math.nan}, {"omega": math.inf}, {"omega": 0.0}, {"omega": -0.635},
-    {"omega": 1e-9}, {"omega": 0.635 / 30.0}, {"omega": 0.635 * 30.0}, {"omega": 1e300},
-    {"v_rb": math.nan}, {"v_rb": 0.0}, {"braking": 1e3}, {"model_mass": math.nan},
-    {"i_a": math.inf}, {"v_rb_post": 1e200}, {"v_rb_post": -1e308}])
-@pytest.mark.parametrize("before", [NEW, SOUND])
-def test_a_hit_that_makes_no_sense_changes_nothing(before, changes):
-    """An implausible hit is refused with a sentence, whereas the hit itself is accepted."""
-    assert learn(before, a_hit()).hits == before.hits + 1
-    with pytest.raises(ImplausibleHit, match=r"\w+ \w+ \w+"):
-        learn(before, a_hit(**changes))
-
-
-def test_an_opening_beyond_all_numbers_changes_nothing_either():
-    """A hit that only an infinite mass could explain is refused."""
-    sure = Experience(1, 3.0, 0.5, np.diag([1.0, 1e-12]))
+    {"omega": math.nan}, {"omega": 0.0}, {"omega": 0.635 * 30.0}, {"v_rb_post": 1e200}])
+def test_a_hit_that_makes_no_sense_changes_nothing(changes):
+    """An implausible hit is refused, whereas the hit itself is accepted."""
+    assert learn(SOUND, a_hit()).hits == SOUND.hits + 1
     with pytest.raises(ImplausibleHit):
-        learn(sure, a_hit(omega=1.7e308, v_rb_post=math.nan, i_a=1e6))
+        learn(SOUND, a_hit(**changes))
 
 
 @pytest.mark.parametrize("before", [NEW, ONE_HIT])
@@ -137,8 +116,6 @@ def test_a_contact_that_was_detected_too_early_is_refused(before, v_post):
     with pytest.raises(ImplausibleHit, match="normalised innovation squared") as caught:
         learn(before, hit)
     assert caught.value.value > caught.value.limit
-    assert "0.440 rad/s" in str(caught.value)
-    assert "0.635 rad/s" in str(caught.value)
 
 
 @pytest.mark.parametrize("before", [NEW, ONE_HIT])
@@ -151,6 +128,7 @@ def test_a_speed_that_does_not_fit_the_peak_is_refused(before):
     assert good.hits == before.hits + 1
 
 
+@pytest.mark.nightly("statistics of 4000 hits")
 @pytest.mark.parametrize("measured", [True, False])
 def test_of_the_hits_that_the_filter_expects_one_in_a_thousand_is_refused(measured):
     """Mass, restitution and noise drawn as the filter assumes: 1 to 12 of 4000 hits are refused."""
@@ -166,20 +144,6 @@ def test_of_the_hits_that_the_filter_expects_one_in_a_thousand_is_refused(measur
         except ImplausibleHit:
             refused += 1
     assert 1 <= refused <= 12
-
-
-@given(worlds, speeds, st.floats(0.7, 0.85))
-def test_a_figure_at_its_limit_leaves_w_right(world, omega, restitution):
-    """Where the true restitution is beyond its limit, the mass makes up for it: 1 % in w'."""
-    known, world = NEW, world | {"restitution": restitution, "factor": 1.0, "measured": False}
-    for _ in range(3):
-        try:
-            known = learn(known, struck(known, omega, world))
-        except ImplausibleHit:
-            assert known is NEW  # only a hit that nobody expected is refused, never a later one
-            return
-    assert known.restitution <= 0.7
-    assert struck(known, omega, world).omega == pytest.approx(omega, rel=1e-2)
 
 
 @given(st.lists(st.builds(a_hit, omega=st.floats(0.3, 1.2), v_rb_post=st.floats(-0.5, 0.5)),
@@ -201,10 +165,8 @@ ON_TIME = {"contact_delay": 0.0, "switch_latency": 0.012}
 
 
 @pytest.mark.parametrize(("changes", "reason"), [
-    ({"contact_delay": math.nan}, "contact_delay"), ({"contact_delay": -0.1}, "contact_delay"),
-    ({"contact_delay": 0.069}, "contact_delay was 69.0 ms"),
-    ({"switch_latency": math.nan}, "switch_latency"), ({"switch_latency": 0.0}, "switch_latency"),
-    ({"switch_latency": 0.023}, "switch_latency was 23.0 ms")])
+    ({"contact_delay": math.nan}, "contact_delay"), ({"contact_delay": 0.069}, "contact_delay"),
+    ({"switch_latency": 0.023}, "switch_latency")])
 def test_a_contact_or_a_switch_at_the_wrong_time_is_refused(changes, reason):
     """A contact may be 58 ms early or late, within the steady run-up; the switch at most 10 ms."""
     plan = {"steady_time": 0.058, "switch_delay": 0.012}
@@ -217,10 +179,9 @@ def test_a_contact_or_a_switch_at_the_wrong_time_is_refused(changes, reason):
         _told(load_door("paper"), 0.0, 0.4, **changes)
 
 
-@pytest.mark.parametrize("v_post", [math.nan, math.inf, -math.inf])
-def test_v_post_that_is_no_number_is_left_out(v_post):
+def test_v_post_that_is_no_number_is_left_out():
     """Without a finite v'_rB, the hit is learned from its angle alone."""
-    after = learn(NEW, a_hit(v_rb_post=v_post, omega=0.7))
+    after = learn(NEW, a_hit(v_rb_post=math.nan, omega=0.7))
     assert after.mass_factor > 1.0 < after.restitution / 0.5
     speeds = momentum.speeds_for(
         0.7, i_a=12.75, l_b=0.42, effective_mass=58.0 * after.mass_factor,
@@ -248,7 +209,7 @@ def test_the_peak_tells_the_speed_from_the_angle_of_the_hit_on(name, initial, wa
     assert peak(config.door(), initial, hit.omega).angle == pytest.approx(initial + way, abs=1e-6)
 
 
-@pytest.mark.parametrize("degrees", [math.nan, math.inf, 0.0, -3.0, 4.9, 5.0, 170.0])
+@pytest.mark.parametrize("degrees", [math.nan, 5.0, 170.0])
 def test_an_angle_to_which_the_door_cannot_have_opened_is_an_error(degrees):
     """Angles that are not finite, not beyond the hit's 5 deg or beyond the linkage are errors."""
     with pytest.raises(DoorModelError):
@@ -262,6 +223,7 @@ experiences = st.builds(
     st.floats(1e-6, 1.0), st.floats(-0.95, 0.95))
 
 
+@settings(max_examples=5)
 @given(st.dictionaries(st.text(), experiences, max_size=4))
 def test_what_is_saved_is_loaded_to_the_bit(known):
     """Any numbers and any names of doors, such as `null`, survive the file exactly."""
@@ -300,24 +262,9 @@ def _entry(**changes: object) -> bytes:
     return ("paper:\n" + "".join(f"  {k}: {v}\n" for k, v in entry.items())).encode()
 
 
-def test_the_entry_that_the_broken_ones_differ_from_is_sound(tmp_path):
-    """The entry that the next test breaks can be loaded."""
-    (tmp_path / "e.yaml").write_bytes(_entry())
-    assert load(tmp_path / "e.yaml")["paper"].hits == 1
-
-
 @pytest.mark.parametrize("content", [
-    b"just some words\n", b"- paper\n- size2\n", b"[]\n", b"false\n", b"0\n", b"paper: 3\n",
-    b"paper: " + 5000 * b"[",
-    b"paper: [1, 2]\n", b"paper: {hits: 1\n", b"\xff\xfe\x00", b"paper: !!python/object:os.x {}\n",
-    _entry(speed=1.0), _entry(restitution=None), _entry(restitution=2), _entry(restitution=-0.1),
-    _entry(restitution=".nan"), _entry(restitution="half"), _entry(mass_factor=".nan"),
-    _entry(mass_factor=0.0), _entry(mass_factor=40.0), _entry(hits=0), _entry(hits=-1),
-    _entry(hits=1.5), _entry(hits=".inf"), _entry(hits="many"), _entry(covariance="[0.1, 0.1]"),
-    _entry(covariance="[[0.1, 0], [0]]"), _entry(covariance="[[-0.1, 0], [0, 0.1]]"),
-    _entry(covariance="[[0.1, 0.2], [0.2, 0.1]]"), _entry(covariance="[[0.1, 0.2], [0, 0.1]]"),
-    _entry(covariance="[[.nan, 0], [0, 0.1]]"), _entry(covariance="[[.inf, 0], [0, 0.1]]"),
-    _entry(covariance="{a: 1}")])  # fmt: skip
+    b"just some words\n", b"paper: {hits: 1\n", _entry(speed=1.0), _entry(restitution=2),
+    _entry(mass_factor=".nan"), _entry(hits=1.5), _entry(covariance="[[0.1, 0.2], [0.2, 0.1]]")])
 def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content):
     """A file with any invalid content is refused by its name and not changed."""
     path = tmp_path / "precious.yaml"
@@ -327,13 +274,6 @@ def test_a_file_of_something_else_is_refused_by_name_and_kept(tmp_path, content)
     assert caught.value.value == str(path)
     assert path.read_bytes() == content
     assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("name", ["", "x" * 300])
-def test_a_path_that_cannot_be_read_is_refused_the_same(tmp_path, name):
-    """A folder and a name that is too long are refused."""
-    with pytest.raises(InvalidRequest):
-        load(tmp_path / name)
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):

@@ -79,17 +79,6 @@ def weaker(robot, joint, peak, ratcheting):
         drives, peak_torque=limits[0], ratcheting_torque=limits[1])))
 
 
-def test_a_gear_beyond_its_peak_torque_is_warned_about(robot, known, plan):
-    """The plan is made, and a warning names joint, value and limit."""
-    (load,) = (each for each in plan.joint_loads if each.joint == "RARM_JOINT3")
-    limit = 0.5 * abs(load.gear_torque)
-    weak = weaker(robot, "RARM_JOINT3", limit, 10.0 * limit)
-    found = plan_impact(PlanRequest(math.radians(25.0)), known, weak)
-    (warning,) = set(found.warnings) - set(plan.warnings)
-    assert f"RARM_JOINT3 with {abs(load.gear_torque):.0f} N m" in warning
-    assert f"{limit:.0f} N m" in warning
-
-
 def test_a_gear_whose_teeth_would_skip_is_refused(robot, known, plan):
     """Beyond the ratcheting torque there is no plan; the error has quantity, value and limit."""
     (load,) = (each for each in plan.joint_loads if each.joint == "RARM_JOINT3")
@@ -112,11 +101,10 @@ def test_a_robot_without_drives_has_no_loads_of_gears(robot, known):
     assert abs(found.brace_impulse) > 0.5
 
 
-@pytest.mark.parametrize("gap", [0.003, 0.05])
-def test_pads_that_the_posture_does_not_press_are_no_brace(robot, known, gap):
+def test_pads_that_the_posture_does_not_press_are_no_brace(robot, known):
     """With a pad that is farther in, the plan warns and counts on the free arm alone."""
     brace = robot.config.brace
-    place = np.array(brace.trunk.place) - gap * np.array(brace.normal)
+    place = np.array(brace.trunk.place) - 0.003 * np.array(brace.normal)
     far = RobotModel(replace(robot.config, brace=replace(
         brace, trunk=replace(brace.trunk, place=tuple(place.tolist())))))
     request = PlanRequest(math.radians(7.5), ending="retreat")

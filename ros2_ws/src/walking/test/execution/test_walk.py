@@ -9,7 +9,7 @@ from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.trajectory import JointLimits
 from humanoid_motion.driver_interface import TrajectoryArrays
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from walking.execution.goal import WalkGoal, plan_goal
 from walking.execution.walk import Outcome, Walk
@@ -116,6 +116,7 @@ def test_every_trajectory_ends_with_the_robot_standing_on_two_feet(rig):
         assert_on_two_feet(rig.robot, command.knots.position[-1])
 
 
+@settings(max_examples=8)
 @given(share=st.floats(0.0, 1.0))
 def test_a_silent_walker_leaves_the_robot_at_rest_within_2_s(robot, ahead, share):
     """A crash at any instant of a walk: the driver has all that it needs. Before the first step the
@@ -133,6 +134,7 @@ def test_a_silent_walker_leaves_the_robot_at_rest_within_2_s(robot, ahead, share
             assert_on_two_feet(robot, found.position)
 
 
+@settings(max_examples=8)
 @given(share=st.floats(0.0, 1.0))
 def test_a_stop_finishes_the_step_and_stands_within_2_s(robot, ahead, share):
     rig = Rig(robot, Walk(robot, ahead))
@@ -148,6 +150,7 @@ def test_a_stop_finishes_the_step_and_stands_within_2_s(robot, ahead, share):
     rig.steady()
 
 
+@settings(max_examples=3)
 @given(begin=st.floats(0.5, 5.0), gap=st.floats(0.15, 1.0))
 def test_a_walk_whose_messages_pause_stands_and_goes_on_to_its_goal(robot, ahead, begin, gap):
     """No step is sent into a motion that has begun to stop."""
@@ -169,7 +172,7 @@ def test_a_walk_that_is_late_again_and_again_is_given_up(robot, ahead):
     rig.stands()
 
 
-@pytest.mark.parametrize("when", [0.4, 1.3, 2.0, 2.6, 3.1, 4.4])
+@pytest.mark.parametrize("when", [0.4, 2.6])
 def test_new_footsteps_replace_those_that_have_not_begun(robot, ahead, when):
     """The feet that are on their way land where they were to; then the walk goes elsewhere."""
     rig = Rig(robot, Walk(robot, ahead))

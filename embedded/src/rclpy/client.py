@@ -1,5 +1,0 @@
-"""Clients of services."""
-
-from rclpy.service import Client
-
-__all__ = ["Client"]

@@ -1,1 +1,0 @@
-"""Parts of rclpy that programs import for type annotations."""

@@ -1,1 +1,0 @@
-"""The base of the drop-in `rclpy`: interface definitions, the DDS mapping, the commands."""

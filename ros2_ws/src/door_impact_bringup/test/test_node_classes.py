@@ -1,0 +1,71 @@
+"""No node hides or touches what belongs to rclpy's Node."""
+
+import ast
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.node import Node
+
+SOURCES = Path(__file__).parents[2]
+BASES = {"Node", "GuardedNode"}
+
+
+def node_modules():
+    """Modules of all packages that import rclpy, by their paths."""
+    for path in sorted(SOURCES.glob("*/*/**/*.py")):
+        text = path.read_text("utf-8")
+        if "rclpy" in text and "test" not in path.relative_to(SOURCES).parts:
+            yield path, ast.parse(text)
+
+
+CLASSES = [pytest.param(each, id=each.name)
+           for _, module in node_modules() for each in ast.walk(module)
+           if isinstance(each, ast.ClassDef) and {ast.unparse(base) for base in each.bases} & BASES]
+
+
+def is_self(node):
+    return isinstance(node, ast.Name) and node.id in ("self", "cls")
+
+
+@pytest.fixture(scope="module")
+def taken():
+    """Names of a plain Node's attributes and methods."""
+    rclpy.init(args=[])
+    node = Node("plain")
+    yield {*vars(node), *dir(Node)}
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_there_are_nodes():
+    assert len(CLASSES) >= 14
+
+
+@pytest.mark.parametrize("node_class", CLASSES)
+def test_a_node_sets_no_attribute_of_rclpy(node_class, taken):
+    """The planner's `_parameters` once replaced rclpy's, and the node ended at its start."""
+    assert taken.isdisjoint(
+        each.attr for each in ast.walk(node_class)
+        if isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store)
+        and is_self(each.value))
+
+
+@pytest.mark.parametrize("node_class", CLASSES)
+def test_a_node_overrides_public_methods_only_and_calls_them(node_class, taken):
+    for method in node_class.body:
+        if isinstance(method, ast.FunctionDef | ast.AsyncFunctionDef) and method.name in taken:
+            assert method.name == "__init__" or not method.name.startswith("_")
+            assert f"super().{method.name}(" in ast.unparse(method)
+
+
+def test_nothing_touches_private_names_of_rclpy():
+    """Neither modules nor attributes: another version need not have them."""
+    for path, module in node_modules():
+        for each in ast.walk(module):
+            if isinstance(each, ast.Import | ast.ImportFrom):
+                names = [getattr(each, "module", None) or "", *(name.name for name in each.names)]
+                assert not any(".impl" in name or "._" in name for name in names), path
+            elif isinstance(each, ast.Attribute) and not is_self(each.value):
+                assert not each.attr.startswith("_") or each.attr.startswith("__"), (
+                    path, each.lineno)
