@@ -34,6 +34,7 @@ GUI ?= 0
 VIEW ?= 1
 HITS ?= 1
 KIND ?= hit
+CLUSTER ?=
 N ?= 50
 SEED ?= 1
 
@@ -57,6 +58,7 @@ help:
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "             KIND=hit|walk|miss|push: how far doors open, where walks end, what a miss or a push does"
+	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
 	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
 
 setup: $(READY)
@@ -88,7 +90,7 @@ $(VENV)/.site: docs/requirements.txt $(VENV)/.requirements
 	@touch $@
 
 ros2_ws/install/.ready: $(COLCON_FILES)
-	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, rosbags, tqdm' && \
+	@python3 -c 'import rclpy, numpy, scipy, yaml, matplotlib, PIL, pinocchio, rosbags, mcap, pydantic, tqdm' && \
 	  { python3 -c 'import pybullet' 2>/dev/null || python3 -c 'import mujoco'; } || \
 	  { echo "ROS 2 $(ROS_DISTRO) is sourced, but something is missing, see above. This brings it:"; \
 	    echo "  PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths ros2_ws/src --ignore-src"; \
@@ -132,7 +134,8 @@ bench: $(READY)
 	@$(ROS2) run door_impact_evaluation bench --out out/bench
 
 sweep: $(READY)
-	@$(ROS2) run door_impact_evaluation sweep --kind "$(KIND)" -n $(N) --seed $(SEED) --engine "$(ENGINE)"
+	@$(ROS2) run door_impact_evaluation sweep --kind "$(KIND)" -n $(N) --seed $(SEED) --engine "$(ENGINE)" \
+	  --cluster "$(CLUSTER)"
 
 faults: $(READY)
 	@$(ENV) PYTHONPATH="tests:$$PYTHONPATH" exec python3 -m faults -n $(N) --seed $(SEED)

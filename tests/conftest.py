@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 import yaml
-from ament_index_python.packages import get_package_share_directory
+from door_model.data import data_path
 from processes import GUARD, Started, find_ros2, stop_daemon
 from reference_door import ReferenceDoor
 
@@ -127,8 +127,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
 @pytest.fixture(scope="session")
 def paper_door() -> dict[str, Any]:
     """doors/paper.yaml as it stands in the package."""
-    path = Path(get_package_share_directory("door_model")) / "doors" / "paper.yaml"
-    return yaml.safe_load(path.read_text())
+    return yaml.safe_load((data_path("doors") / "paper.yaml").read_text())
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from door_impact_common.constants import GRAVITY
 from hrp2_sim_bridge.physics.engine import Engine
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TickSample
-from humanoid_motion.kinematics import RobotKinematics
+from humanoid_motion.robot_model import RobotModel
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator
 
@@ -24,7 +24,7 @@ class ZmpWatch:
     def __init__(self, world: World) -> None:
         robot = world.robot_config
         weight = robot.mass * GRAVITY
-        self._odometry = FootOdometry(RobotKinematics(robot), loaded_force=0.05 * weight)
+        self._odometry = FootOdometry(RobotModel(robot), loaded_force=0.05 * weight)
         self._zmp = ZmpEstimator(weight, robot.soles)
         self._sums = np.zeros(3)
         world.observers.append(self._count)

@@ -4,33 +4,31 @@ import numpy as np
 import pinocchio as pin
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import ImuSample
-from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose
+from humanoid_motion.kinematics import inverse_pose, planar_pose
+from humanoid_motion.robot_model import RobotModel
 
 ROBOT = load_robot_config()
-KINEMATICS = RobotKinematics(ROBOT)
-MODEL = pin.buildModelFromUrdf(str(ROBOT.urdf_path))
+MODEL = RobotModel(ROBOT)
 
 
 def legs(base, soles):
     """Joint angles for given poses of base and soles, by Newton's method from half-sitting."""
-    data = MODEL.createData()
-    q = pin.neutral(MODEL)
-    columns = [MODEL.joints[MODEL.getJointId(name)].idx_q for name in ROBOT.joint_names]
-    q[columns] = ROBOT.half_sitting
+    model, data = MODEL.model, MODEL.data
+    q = MODEL.configuration(np.zeros(3), ROBOT.half_sitting)
     for side, pose in soles.items():
         target = inverse_pose(base) @ pose
         aim = pin.SE3(target[:3, :3].copy(), target[:3, 3].copy())
-        frame = MODEL.getFrameId(ROBOT.feet[side].sole)
-        leg = [columns[ROBOT.index(f"{side[0].upper()}LEG_JOINT{i}")] for i in range(6)]
+        frame = model.getFrameId(ROBOT.feet[side].sole)
+        leg = MODEL.leg_columns[side]
         for _ in range(60):
-            pin.framesForwardKinematics(MODEL, data, q)
+            pin.framesForwardKinematics(model, data, q)
             error = pin.log6(data.oMf[frame].actInv(aim)).vector
             if np.linalg.norm(error) < 1e-13:
                 break
-            slope = pin.computeFrameJacobian(MODEL, data, q, frame, pin.ReferenceFrame.LOCAL)
-            q[leg] += np.linalg.solve(slope[:, leg], error)
+            slope = pin.computeFrameJacobian(model, data, q, frame, pin.ReferenceFrame.LOCAL)
+            q[MODEL.q_index[leg]] += np.linalg.solve(slope[:, MODEL.v_index[leg]], error)
         assert np.linalg.norm(error) < 1e-10, (side, error)
-    return q[columns]
+    return q[MODEL.q_index]
 
 
 def base_at(x, y, z=0.62, tilt=(0.0, 0.0, 0.0)):
@@ -82,8 +80,8 @@ class ExactImu:
 
     def read(self, positions, base):
         """Return the reading one period later."""
-        KINEMATICS.set_joints(positions)
-        turn = base[:3, :3] @ KINEMATICS.pose(ROBOT.imu_frame)[:3, :3]
+        (imu,) = MODEL.poses_in_base(positions, [ROBOT.imu_frame])
+        turn = base[:3, :3] @ imu[:3, :3]
         before = turn if self._before is None else self._before
         self._before = turn
         self.time += self._period

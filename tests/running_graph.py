@@ -90,6 +90,19 @@ class Graph:
 
 
 @contextmanager
+def graph_of(*processes: Started) -> Iterator[Graph]:
+    """A node of the tests among running nodes, once they publish the ZMP."""
+    context = Context()  # of its own: other tests of the process begin and end the default one
+    rclpy.init(args=[], context=context)
+    try:
+        running = Graph(*processes, context=context)
+        running.last(PointStamped, "/zmp")
+        yield running
+    finally:
+        rclpy.try_shutdown(context=context)
+
+
+@contextmanager
 def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> Iterator[Graph]:
     """The nodes of bringup.launch.yaml; Ctrl-C must end them all.
 
@@ -101,12 +114,9 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
     others = [Started(command, folder / f"beside_{i}.txt") for i, command in enumerate(beside)]
     started = Started([find_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml",
                        *arguments], folder / "nodes.txt")
-    context = Context()  # of its own: other tests of the process begin and end the default one
-    rclpy.init(args=[], context=context)
     try:
-        running = Graph(started, *others, context=context)
-        running.last(PointStamped, "/zmp")
-        yield running
+        with graph_of(started, *others) as running:
+            yield running
         for process in (started, *others):
             process.process.send_signal(signal.SIGINT)
             process.wait()
@@ -115,4 +125,3 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
     finally:
         for process in (started, *others):
             process.clean_up()
-        rclpy.try_shutdown(context=context)

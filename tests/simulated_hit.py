@@ -32,31 +32,18 @@ class _Over(Exception):
 
 @dataclass(frozen=True)
 class Figures:
-    """What a hit shows, in the simulation or by the planner's model.
+    """What a hit shows, in the simulation or by the planner's model."""
 
-    Attributes:
-        omega: Angular velocity of the leaf at the end of the contact [rad/s].
-        v_post: Mean speed of B in the 10 ms after the contact [m/s].
-        mass: Effective mass [kg].
-        restitution: Apparent restitution.
-        duration: Duration of the contact [s].
-        peak: Largest force on the leaf, as a mean over a millisecond [N].
-        pads: Largest normal force of the pads [N].
-        gear: Torques of the gears where they are largest in the contact, (30,) [N m].
-        before: Torques of the gears before the contact, (30,) [N m].
-        preload: Normal force of the pads before it [N].
-    """
-
-    omega: float
-    v_post: float
-    mass: float
-    restitution: float
-    duration: float
-    peak: float
-    pads: float
-    gear: Array
-    before: Array
-    preload: float
+    omega: float  # angular velocity of the leaf at the end of the contact [rad/s]
+    v_post: float  # mean speed of B in the 10 ms after the contact [m/s]
+    mass: float  # effective mass [kg]
+    restitution: float  # apparent restitution
+    duration: float  # of the contact [s]
+    peak: float  # largest force on the leaf, as a mean over a millisecond [N]
+    pads: float  # largest normal force of the pads [N]
+    gear: Array  # torques of the gears where they are largest in the contact, (30,) [N m]
+    before: Array  # torques of the gears before the contact, (30,) [N m]
+    preload: float  # normal force of the pads before it [N]
 
 
 @dataclass(frozen=True)
@@ -70,8 +57,7 @@ class Pair:
 class HitLoads:
     """Torques of the gears and force of the pads, before the contact and in each step of it.
 
-    Args:
-        ends: Whether the simulation ends some time after the contact began.
+    With `ends` the simulation ends some time after the contact began.
     """
 
     def __init__(self, *, ends: bool = False) -> None:
@@ -107,12 +93,7 @@ def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "m
              **settings: Any) -> Pair:
     """Simulates a hit, and predicts it for the speed of B that the simulation had.
 
-    Args:
-        folder: Folder for the log.
-        degrees: Desired opening angle [deg].
-        door: Name of the door.
-        run_up: Profile of the run-up.
-        settings: Settings of the simulated world, of which the model gets the scales.
+    The log is written to `folder`; `settings` are the world's, the model gets their scales.
     """
     loads, path = HitLoads(ends=True), folder / "hit.npz"
 
@@ -144,7 +125,8 @@ def pair_of(plan: ImpactPlan, known: KnownDoor, log: simulation_log.SimulationLo
     simulated = Figures(
         omega=hit.omega_door, v_post=v_post, mass=impulse / (hit.v_rb - v_post),
         restitution=(hit.omega_door * plan.l_b - v_post) / hit.v_rb, duration=hit.duration,
-        peak=hit.peak_force, pads=float(rows[:, -1].max()), gear=_largest(gear),
+        peak=hit.peak_force, pads=float(rows[:, -1].max()),
+        gear=gear[np.abs(gear).argmax(axis=0), np.arange(gear.shape[1])],
         before=loads.before[:-1], preload=float(loads.before[-1]))
     return Pair(simulated, _predicted(plan, known, hit.v_rb, settings))
 
@@ -173,9 +155,3 @@ def _predicted(
         restitution=(found.omega_end * plan.l_b - found.v_rb_post) / v_rb,
         duration=found.duration, peak=found.peak_force, pads=found.pad_force, gear=found.gear,
         before=structure.torque, preload=found.pad_preload)
-
-
-def _largest(torque: Array) -> Array:
-    """The value of each column (N, J) whose size is the largest, (J,)."""
-    rows = np.abs(torque).argmax(axis=0)
-    return np.asarray(torque[rows, np.arange(torque.shape[1])])

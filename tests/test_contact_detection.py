@@ -9,8 +9,7 @@ from door_impact_common.arrays import Array
 from door_impact_evaluation.run import rehearsal
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.settings import TICK, SensorSettings
-from hrp2_sim_bridge.world import World
+from hrp2_sim_bridge.settings import TICK
 from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
@@ -23,7 +22,6 @@ FRICTIONS = (0.0, 0.1, 0.3, 0.6)  # of the leaf
 TARGETS = (15.0, 20.0, 25.0, 30.0)  # opening angles [deg]
 GEARS = (0.5, 1.0, 2.0)  # factors on the stiffness of the gears
 PHASE = 0.0004  # distance that B covers in a millisecond [m]
-COPIES = 50  # copies of each run-up with other noise
 
 
 @dataclass
@@ -33,14 +31,13 @@ class Run:
     rehearsal: Rehearsal
     samples: list[TickSample]
 
-    def contact(
-        self, random: np.random.Generator | None = None, *, accelerometer: bool = True,
-    ) -> tuple[float, str]:
-        """Stamp of the sample that shows the contact [s], and the sensor; NaN without one.
+    @property
+    def begin(self) -> float:
+        """Time of the first millisecond with more than 5 N [s]."""
+        return float(self.rehearsal.log.motion.t[self.rehearsal.impact.contact.start])
 
-        The samples are handed to another execution, with noise besides their own if `random` is
-        given, and without the accelerometer if there is none.
-        """
+    def contact(self, *, accelerometer: bool = True) -> tuple[float, str]:
+        """Stamp of the sample that shows the contact [s], and the sensor, to another execution."""
         plan, (first, *samples) = self.rehearsal.plan, self.samples
         execution = Execution(
             ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
@@ -50,15 +47,11 @@ class Run:
         for sample in samples:
             if sample.time < begin:
                 continue
-            rate, force = sample.imu.angular_velocity, sample.imu.specific_force
-            feet = -float(sample.left_wrench[1] + sample.right_wrench[1])
-            if random is not None:
-                rate = rate + SensorSettings.gyro_noise * random.standard_normal(3)
-                force = force + SensorSettings.accelerometer_noise * random.standard_normal(3)
-                feet += SensorSettings.force_noise * float(random.standard_normal())
             execution.on_joint_state(sample.time, sample.position, sample.velocity)
-            execution.on_imu(sample.time, 0.0, rate, force if accelerometer else None)
-            execution.on_foot_forces(sample.time, feet)
+            execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity,
+                             sample.imu.specific_force if accelerometer else None)
+            execution.on_foot_forces(
+                sample.time, -float(sample.left_wrench[1] + sample.right_wrench[1]))
             if execution.measured.contact_sensor:
                 return sample.time, execution.measured.contact_sensor
         return np.nan, ""
@@ -66,11 +59,8 @@ class Run:
 
 def recorded(target: float, path: Path, **options: float | str) -> Run:
     samples: list[TickSample] = []
-
-    def watch(_: World, sample: TickSample) -> None:
-        samples.append(sample)
-
-    return Run(rehearse(target, path, watch=watch, **options), samples)
+    done = rehearse(target, path, watch=lambda _, sample: samples.append(sample), **options)
+    return Run(done, samples)
 
 
 @pytest.fixture(scope="module")
@@ -87,8 +77,7 @@ def test_the_imu_shows_every_hit_within_12_ms_and_half_of_them_within_8(hits: li
     """From the first millisecond with more than 5 N to the stamp of the sample that decides."""
     found = [run.contact() for run in hits]
     assert {sensor for _, sensor in found} == {"imu"}
-    took = [stamp - run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
-            for (stamp, _), run in zip(found, hits, strict=True)]
+    took = [stamp - run.begin for (stamp, _), run in zip(found, hits, strict=True)]
     assert min(took) > 0.0
     assert np.median(took) <= 0.008
     assert max(took) <= 0.012
@@ -97,15 +86,13 @@ def test_the_imu_shows_every_hit_within_12_ms_and_half_of_them_within_8(hits: li
 def test_without_an_accelerometer_the_feet_show_every_hit_within_20_ms(hits: list[Run]) -> None:
     for run in hits:
         stamp, sensor = run.contact(accelerometer=False)
-        begin = run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
         assert sensor == "feet"
-        assert 0.0 < stamp - begin <= 0.02
+        assert 0.0 < stamp - run.begin <= 0.02
 
 
 def test_the_begin_of_the_contact_is_measured_within_3_ms(hits: list[Run]) -> None:
     for run in hits:
-        begin = run.rehearsal.log.motion.t[run.rehearsal.impact.contact.start]
-        assert run.rehearsal.execution.measured.contact_time == pytest.approx(begin, abs=0.003)
+        assert run.rehearsal.execution.measured.contact_time == pytest.approx(run.begin, abs=0.003)
 
 
 def test_the_speeds_of_b_are_measured_as_exactly_as_learning_assumes(hits: list[Run]) -> None:
@@ -118,22 +105,18 @@ def test_the_speeds_of_b_are_measured_as_exactly_as_learning_assumes(hits: list[
     assert np.abs(after).max() < 0.05
 
 
-@pytest.mark.parametrize(("target", "run_up"), [
-    (15.0, "mcv50"), (25.0, "mcv50"), (30.0, "mcv50"), (30.0, "zmp_limited")])
+@pytest.mark.parametrize(("target", "run_up"), [(15.0, "mcv50"), (30.0, "zmp_limited")])
 def test_no_run_up_without_a_door_shows_a_contact(
         tmp_path: Path, target: float, run_up: str) -> None:
-    """One run, and copies of its measurements with as much noise again."""
-    run = recorded(target, tmp_path / "run.npz", run_up=run_up, door_offset=3.0, seed=7)
-    assert run.rehearsal.impact is None
-    random = np.random.default_rng(23)
-    assert not run.rehearsal.execution.measured.contact_sensor
-    assert not any(run.contact(random)[1] for _ in range(COPIES))
+    run = rehearse(target, tmp_path / "run.npz", run_up=run_up, door_offset=3.0, seed=7)
+    assert run.impact is None
+    assert not run.execution.measured.contact_sensor
 
 
-@pytest.mark.parametrize("early", [0.05, 0.03])
 def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_goes_back(
-        monkeypatch: pytest.MonkeyPatch, tmp_path: Path, early: float) -> None:
+        monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Two forged messages within the time in which the contact is expected."""
+    early = 0.05
 
     class Forged(Execution):
         def on_imu(

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 import rclpy
-from door_impact_bringup.mcap_file import McapFile
-from door_impact_bringup.message_definitions import MessageDefinitions
+from door_impact_bringup.recorder_node import definition
+from door_impact_common.stamps import stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_model.recording.recording import write_counts_csv
+from mcap.writer import Writer
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 from running_graph import Graph, seconds
 
 KIND = "door_impact_msgs/msg/EncoderSamples"
@@ -79,20 +81,18 @@ def test_a_recorded_stream_is_played_as_it_was(
         start: Start, listener: Listener, tmp_path: Path) -> None:
     """Batches of a file with their wraps, numbers and gaps; stamps keep their distances."""
     path = tmp_path / "door.mcap"
-    definitions = MessageDefinitions()
-    definitions.require(KIND)
-    store = definitions.store
-    file = McapFile(path)
-    topic = file.add_topic("/door_encoder/counts", KIND, store, [])
     raw = (COUNTS[:3000] + 65400) % 2**16
-    for first in [*range(0, 1000, 20), *range(1100, 3000, 20)]:
-        stamp = store.types["builtin_interfaces/msg/Time"](first // 1000, first % 1000 * 1_000_000)
-        message = store.types[KIND](
-            header=store.types["std_msgs/msg/Header"](stamp, "door_hinge"), period=1e-3,
-            first_index=first, counts_per_turn=14400, counts=raw[first:first + 20],
-            gap_before=False, index_counts=np.array([], dtype=np.int64))
-        file.write(topic, 10**9 + first * 10**6, bytes(store.serialize_cdr(message, KIND)))
-    file.close()
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2")
+        schema = writer.register_schema(KIND, "ros2msg", definition(KIND).encode())
+        channel = writer.register_channel("/door_encoder/counts", "cdr", schema)
+        for first in [*range(0, 1000, 20), *range(1100, 3000, 20)]:
+            message = EncoderSamples(period=1e-3, first_index=first, counts_per_turn=14400,
+                                     counts=raw[first:first + 20].tolist())
+            message.header.stamp = stamp_of(first * 10**6)
+            writer.add_message(channel, first, serialize_message(message), first)
+        writer.finish()
     start("run", "door_encoder", "play", "--mcap", str(path))
     listener.until(2999)
     assert listener.numbers() == [*range(1000), *range(1100, 3000)]

@@ -3,6 +3,7 @@
 No file of a process may exceed a limit here, which looks like a full disk to the process.
 """
 
+import random
 import signal
 import time
 from collections.abc import Callable
@@ -11,8 +12,10 @@ from typing import Any
 
 import pytest
 import rclpy
+from door_model.recording.mcap import open_bag
 from processes import GUARD, find_ros2, parameters
 from rclpy.node import Node
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 
@@ -62,3 +65,29 @@ def test_the_simulation_goes_on_without_its_log(
     assert "Traceback" not in started.text()
     assert "Exception" not in started.text()
     assert [found.read_text() for found in path.parent.iterdir()] == ["older"]
+
+
+def test_the_recording_keeps_what_fits(
+        start_process: Callable[..., Any], caller: Callable[[str], Any], tmp_path: Path) -> None:
+    """The recorder ends with a sentence; the first messages can be read, in order."""
+    path = tmp_path / "run.mcap"
+    started = start_process(limited(
+        500, "run", "door_impact_bringup", "recorder", "--ros-args", "-p", f"file:={path}"))
+    node = Node("talker")
+    texts, noise = node.create_publisher(String, "/text", 1000), random.Random(0)
+    number, end = 0, time.monotonic() + GUARD
+    while started.process.poll() is None:
+        assert time.monotonic() < end, started.text()
+        texts.publish(String(data=f"{number} {noise.randbytes(500).hex()}"))
+        number += 1
+        time.sleep(0.005)
+    node.destroy_node()
+    assert started.wait() == 1
+    assert started.text().count(f"recorder: {path}: cannot be written: File too large") == 1
+    assert "Traceback" not in started.text()
+    with open_bag(path) as bag:
+        chosen = [each for each in bag.connections if each.topic == "/text"]
+        got = [int(bag.deserialize(data, each.msgtype).data.split()[0])
+               for each, _, data in bag.messages(chosen)]
+    assert len(got) > 100
+    assert got == list(range(got[0], got[0] + len(got)))

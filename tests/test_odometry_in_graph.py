@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from door_impact_common.stamps import duration_of, nanoseconds
+from door_impact_common.driver.messages import trajectory_message
+from door_impact_common.stamps import nanoseconds
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from processes import Started, find_ros2
@@ -17,7 +18,7 @@ from rclpy.context import Context
 from running_graph import Graph
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
@@ -83,13 +84,7 @@ def test_a_walk_from_a_start_elsewhere_and_a_reset(graph: Graph) -> None:
     goal = START.moved(middle.x, middle.y, middle.yaw)
     wait_for(graph, START)
 
-    message = JointTrajectory(joint_names=list(model.config.joint_names))
-    for row, time in enumerate(plan.knots.time.tolist()):
-        message.points.append(JointTrajectoryPoint(
-            positions=plan.knots.position[row].tolist(),
-            velocities=plan.knots.velocity[row].tolist(),
-            accelerations=plan.knots.acceleration[row].tolist(),
-            time_from_start=duration_of(round(1e9 * time))))
+    message = trajectory_message(plan.knots, model.joint_names)
     publisher = graph.node.create_publisher(JointTrajectory, "/joint_trajectory", 1)
     graph.spin_until(publisher.get_subscription_count, "the driver")
     publisher.publish(message)

@@ -19,9 +19,9 @@ KEYS = {  # rosdep's key of a module that is called otherwise
     "rosbags": "python3-rosbags-pip", "scipy": "python3-scipy",
     "tqdm": "python3-tqdm", "yaml": "python3-yaml"}
 SHIPPED = {"pybullet_utils"}  # comes with pybullet
-# rosdep has no keys of viser and what comes with it; only the view ends without them. A test of
-# the page is skipped without playwright.
-BY_PIP = {"msgspec", "playwright", "rich", "trimesh", "viser", "websockets", "zstandard"}
+# rosdep has no keys of these, or of an older version (pydantic). The README's command brings them.
+BY_PIP = {"dask", "distributed", "mcap", "msgspec", "playwright", "pyarrow", "pydantic", "trimesh",
+          "viser", "websockets", "yourdfpy", "zstandard"}
 # What tests share; pytest's configuration has this folder on the path.
 HELPERS = {path.stem for path in Path(__file__).parent.glob("*.py")}
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 from door_impact_view.live import panels
-from door_impact_view.live.page_client import PageClient
 from impact_planner.task import settings
+from page_client import PageClient
 from processes import GUARD, Started
 
 Start = Callable[..., Started]

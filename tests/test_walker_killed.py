@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from door_impact_msgs.action import Walk
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from processes import Started, find_ros2, parameters
 from rclpy.action import ActionClient
-from rclpy.context import Context
-from running_graph import Graph, seconds
+from running_graph import Graph, graph_of, seconds
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 
@@ -40,15 +38,9 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Graph, Pat
     """The simulated robot and its odometry."""
     folder = tmp_path_factory.mktemp("killed")
     with node("hrp2_sim_bridge", "hrp2_sim_bridge", folder) as bridge, \
-            node("zmp_publisher", "zmp_publisher", folder, "-p", "use_sim_time:=true") as zmp:
-        context = Context()
-        rclpy.init(args=[], context=context)
-        try:
-            graph = Graph(bridge, zmp, context=context)
-            graph.last(PointStamped, "/zmp")
-            yield graph, folder
-        finally:
-            rclpy.try_shutdown(context=context)
+            node("zmp_publisher", "zmp_publisher", folder, "-p", "use_sim_time:=true") as zmp, \
+            graph_of(bridge, zmp) as graph:
+        yield graph, folder
 
 
 def now(graph: Graph) -> float:
@@ -58,7 +50,7 @@ def now(graph: Graph) -> float:
 @pytest.mark.parametrize("wait", [0.4, 3.7])
 def test_a_killed_walker_leaves_the_robot_standing(
         robot: tuple[Graph, Path], wait: float) -> None:
-    """So long after the first feedback [s]; `make faults` draws other instants."""
+    """So long after the first feedback [s]."""
     graph, folder = robot
     assert graph.call(Trigger, "/sim/reset").success
     graph.last(PointStamped, "/zmp")

@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Pages outside docs/, by their path in the repository, and their places in the site.
 PAGES = {
     "README.md": "index.md",
+    "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
     "LICENSE": "license.md",
     "ros2_commands/README.md": "ros2_commands.md",

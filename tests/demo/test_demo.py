@@ -34,11 +34,19 @@ PICTURES = ("door_angle.png", "zmp.png", "identification.png", "restoring_torque
             "closer_angle.png", "cam_curve.png")
 
 
+def read(folder: Path) -> dict[str, Any]:
+    """summary.json, in which every number is finite: NaN is no JSON, and no measurement."""
+    def refuse(text: str) -> None:
+        raise AssertionError(f"{text} in summary.json")
+
+    return json.loads((folder / "summary.json").read_text(), parse_constant=refuse)
+
+
 @pytest.fixture(scope="module")
 def summary(demo: Any) -> dict[str, Any]:
     """summary.json."""
     assert demo.status == 0, demo.text
-    return json.loads((demo.out / "summary.json").read_text())
+    return read(demo.out)
 
 
 @pytest.fixture(scope="module")
@@ -48,16 +56,20 @@ def log(demo: Any) -> dict[str, Any]:
         return {name: data[name] for name in data.files}
 
 
-def test_the_demo_ends_with_status_0(demo: Any) -> None:
+@pytest.fixture(scope="module")
+def first(log: dict[str, Any]) -> slice:
+    """Samples of the first contact."""
+    begin = int(np.argmax(log["contact_force"] > 5.0))
+    return slice(begin, begin + int(np.argmax(log["contact_force"][begin:] <= 5.0)))
+
+
+def test_the_demo_ends_with_status_0_and_leaves_no_process(demo: Any) -> None:
     assert demo.status == 0, demo.text
     assert "Traceback" not in demo.text
-
-
-def test_no_process_is_left(demo: Any) -> None:
     assert demo.left_over == []
 
 
-def test_summary_has_exactly_the_contracts_keys(summary: dict[str, Any]) -> None:
+def test_summary_has_exactly_the_keys_that_the_docs_name(summary: dict[str, Any]) -> None:
     assert {name: set(part) for name, part in summary.items()} == KEYS
     assert all(set(summary["identified"][name]) == {"value", "std", "true", "relative_error"}
                for name in PARAMETERS)
@@ -70,8 +82,7 @@ def test_summary_and_table_name_the_engine(demo: Any, summary: dict[str, Any]) -
     assert run["engine"] == "pybullet"
     assert run["versions"]["pybullet"] == metadata.version("pybullet")
     assert "mujoco" not in run["versions"]
-    (line,) = (line for line in demo.text.splitlines() if "physics engine" in line)
-    assert line.split()[-1] == "pybullet"
+    assert re.search("physics engine.* pybullet", demo.text)
 
 
 @pytest.mark.nightly("the demonstration once more, in the other engine")
@@ -81,7 +92,7 @@ def test_the_demonstration_runs_in_mujoco(ros2: Any, tmp_path: Path) -> None:
     done = ros2("run", "door_impact_evaluation", "demo", "--engine", "mujoco", "--out",
                 str(tmp_path))
     assert done.status == 0, done.out + done.err
-    found = json.loads((tmp_path / "summary.json").read_text())
+    found = read(tmp_path)
     assert {name: set(part) for name, part in found.items()} == KEYS
     assert found["run"]["engine"] == "mujoco"
     assert "mujoco" in found["run"]["versions"]
@@ -92,44 +103,23 @@ def test_the_demonstration_runs_in_mujoco(ros2: Any, tmp_path: Path) -> None:
     assert re.search("physics engine.* mujoco", done.out)
 
 
-def test_every_number_of_the_summary_is_finite(demo: Any, summary: dict[str, Any]) -> None:
-    """NaN and infinity are no JSON, and no measurement."""
-    def refuse(text: str) -> None:
-        raise AssertionError(f"{text} in summary.json")
+def test_one_contact_opens_the_door_to_25_deg_where_it_is_held(
+        demo: Any, summary: dict[str, Any], log: dict[str, Any], first: slice) -> None:
+    """By the right elbow; the legs slow down after it and not before, and the planner counts it.
 
-    json.loads((demo.out / "summary.json").read_text(), parse_constant=refuse)
-
-
-def test_the_door_opens_to_25_deg_and_is_held_there(summary: dict[str, Any]) -> None:
-    door = summary["door"]
+    On a loaded machine the legs may have switched too late for it to be learned from.
+    """
+    door, hit = summary["door"], summary["impact"]
     assert door["target_deg"] == 25.0
     assert door["peak_deg"] == pytest.approx(25.0, abs=1.0)
     assert door["error_deg"] == pytest.approx(door["peak_deg"] - 25.0, abs=1e-9)
     assert door["held_deg"] == pytest.approx(25.0, abs=2.0)
-
-
-def test_one_contact_opens_the_door(summary: dict[str, Any]) -> None:
-    assert summary["impact"]["contacts_before_peak"] == 1
-
-
-def test_b_has_its_planned_speed_and_gives_the_door_its_momentum(summary: dict[str, Any]) -> None:
-    """Speeds of the simulation, effective mass and distance of the plan: 1.5 and 4 %."""
-    plan, hit = summary["plan"], summary["impact"]
-    assert hit["v_rb_measured"] == pytest.approx(plan["v_rb"], rel=0.015)
-    given = plan["effective_mass"] * (hit["v_rb_measured"] - hit["v_rb_post_measured"])
-    taken = summary["identified"]["i_a"]["true"] * hit["omega_door_measured"] / plan["l_b"]
-    assert given == pytest.approx(taken, rel=0.04)
-
-
-def test_the_legs_slow_down_after_the_contact_and_not_before(summary: dict[str, Any]) -> None:
-    assert 5.0 < summary["impact"]["switch_latency_ms"] < 60.0
-
-
-def test_the_planner_counts_the_hit_once(demo: Any) -> None:
-    """It is learned from, or on a loaded machine the legs may have switched too late for that."""
-    log = (demo.out / "nodes.log").read_text()
-    assert len(re.findall("hit 1 opened the door|switch_latency was", log)) == 1, log
-    assert "was seen running" not in log
+    assert hit["contacts_before_peak"] == 1
+    assert str(log["link_names"][log["contact_link"][first.start]]) == "RARM_LINK3"
+    assert 5.0 < hit["switch_latency_ms"] < 60.0
+    nodes = (demo.out / "nodes.log").read_text()
+    assert len(re.findall("hit 1 opened the door|switch_latency was", nodes)) == 1, nodes
+    assert "was seen running" not in nodes
 
 
 def test_the_robot_stands_without_slipping(summary: dict[str, Any]) -> None:
@@ -153,17 +143,15 @@ def test_identified_parameters_are_the_doors(summary: dict[str, Any], paper_door
     assert found["relative_error"] == pytest.approx(found["value"] / true - 1.0, abs=1e-9)
 
 
-def test_the_zmp_stays_inside_in_every_phase(summary: dict[str, Any]) -> None:
-    """By 15 mm before the hit and by 20 mm after it."""
+def test_the_zmp_stays_inside_in_every_phase(demo: Any, summary: dict[str, Any]) -> None:
+    """By 15 mm before the hit and by 20 mm after it; it is on an edge for less than 0.1 s.
+
+    Rocking lasts a few hundredths of a second; tipping over would begin with more.
+    """
     measured = summary["zmp"]["measured_min_margin_mm"]
-    assert set(measured) == PHASES
     after = {"post", "hold"}
     assert min(measured[phase] for phase in PHASES - after) > 15.0, measured
     assert min(measured[phase] for phase in after) > 20.0, measured
-
-
-def test_the_robot_does_not_stay_on_an_edge(demo: Any) -> None:
-    """Rocking lasts a few hundredths of a second; tipping over would begin with more."""
     motion = simulation_log.load(demo.out / "simulation.npz", 0.0).motion
     margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
     assert np.sum(margin < 0.005) * 0.001 < 0.1
@@ -200,11 +188,9 @@ def test_eq_1_takes_the_planned_speed_to_the_target(
 
 
 def test_the_simulated_door_obeys_eq_1(summary: dict[str, Any], log: dict[str, Any],
-                                       reference_door: Callable[..., Any]) -> None:
+                                       reference_door: Callable[..., Any], first: slice) -> None:
     """From the state after the hit the true door, integrated by other code, peaks as measured."""
-    free = np.flatnonzero(log["contact_force"] > 5.0)
-    hit = free[0]
-    after = hit + int(np.argmax(log["contact_force"][hit:] <= 5.0))
+    hit, after = first.start, first.stop
     angle, time = reference_door().peak(log["door_velocity"][after], log["door_angle"][after])
     assert np.degrees(angle) == pytest.approx(summary["door"]["peak_deg"], abs=0.3)
     assert log["time"][after] - log["time"][hit] + time == pytest.approx(
@@ -233,88 +219,61 @@ def test_the_plan_obeys_eqs_2_3_and_5(
     assert plan["b_r"] == pytest.approx(plan["i_rob"] / (58.0 * plan["a_r"]), rel=0.01)
 
 
-def test_b_hits_at_the_planned_speed(summary: dict[str, Any], log: dict[str, Any]) -> None:
-    """Within 3 % by the summary, and by differences of B's place in the log."""
-    v_rb = summary["impact"]["v_rb_measured"]
-    assert v_rb == pytest.approx(summary["plan"]["v_rb"], rel=0.03)
-    hit = int(np.argmax(log["contact_force"] > 5.0))
+def test_b_hits_at_the_planned_speed(
+        summary: dict[str, Any], log: dict[str, Any], first: slice) -> None:
+    """Within 1.5 % by the summary, and by differences of B's place in the log."""
+    v_rb, hit = summary["impact"]["v_rb_measured"], first.start
+    assert v_rb == pytest.approx(summary["plan"]["v_rb"], rel=0.015)
     way = log["b_position"][hit - 5, 1] - log["b_position"][hit - 1, 1]
     assert way / (log["time"][hit - 1] - log["time"][hit - 5]) == pytest.approx(v_rb, rel=0.05)
 
 
-def test_momentum_from_measured_speeds(summary: dict[str, Any]) -> None:
-    """What B lost is what the door got, within 8 %."""
+def test_the_door_gets_the_momentum_that_b_loses(
+        summary: dict[str, Any], log: dict[str, Any], first: slice) -> None:
+    """By measured speeds and by the integral of the force, each within 4 %; the closer takes some.
+    """
     hit, plan = summary["impact"], summary["plan"]
-    lost = plan["effective_mass"] * (hit["v_rb_measured"] - hit["v_rb_post_measured"]) * plan["l_b"]
-    i_a = summary["identified"]["i_a"]["true"]
-    assert lost == pytest.approx(i_a * hit["omega_door_measured"], rel=0.08)
+    taken = summary["identified"]["i_a"]["true"] * hit["omega_door_measured"]
+    lost = plan["effective_mass"] * (hit["v_rb_measured"] - hit["v_rb_post_measured"])
+    assert lost * plan["l_b"] == pytest.approx(taken, rel=0.04)
+    assert 0.001 * log["contact_force"][first].sum() * plan["l_b"] == pytest.approx(taken, rel=0.04)
 
 
-def test_the_impulse_of_the_contact_is_the_doors_momentum(
-        summary: dict[str, Any], log: dict[str, Any]) -> None:
-    """Integral of the force of the first contact times l_B, within 4 %: the closer takes some."""
-    first = int(np.argmax(log["contact_force"] > 5.0))
-    last = first + int(np.argmax(log["contact_force"][first:] <= 5.0))
-    impulse = 0.001 * log["contact_force"][first:last].sum() * summary["plan"]["l_b"]
-    i_a = summary["identified"]["i_a"]["true"]
-    assert impulse == pytest.approx(i_a * summary["impact"]["omega_door_measured"], rel=0.04)
-
-
-def test_the_right_elbow_hits_the_door(log: dict[str, Any]) -> None:
-    first = int(np.argmax(log["contact_force"] > 5.0))
-    assert str(log["link_names"][log["contact_link"][first]]) == "RARM_LINK3"
-
-
-@pytest.mark.parametrize("name", PICTURES)
-def test_figures_show_something(demo: Any, name: str) -> None:
-    """They open, are large enough to read and not of one colour."""
-    with Image.open(demo.out / name) as picture:
-        pixels = np.asarray(picture.convert("L"), dtype=float)
-    assert min(pixels.shape) > 200
-    assert pixels.std() > 5.0
-
-
-def test_the_animation_moves(demo: Any) -> None:
-    """More than 50 frames, and the last is not the first."""
+def test_pictures_and_animation_show_something(demo: Any) -> None:
+    """They open, are large enough to read and not of one colour; the animation moves."""
+    for name in PICTURES:
+        with Image.open(demo.out / name) as picture:
+            pixels = np.asarray(picture.convert("L"), dtype=float)
+        assert min(pixels.shape) > 200, name
+        assert pixels.std() > 5.0, name
     with Image.open(demo.out / "impact.gif") as film:
         frames = [np.asarray(f.convert("L"), dtype=float) for f in ImageSequence.Iterator(film)]
     assert len(frames) > 50
     assert np.abs(frames[-1] - frames[0]).max() > 50.0
 
 
-def test_the_report_shows_every_picture(demo: Any) -> None:
+def test_the_report_is_one_file_with_every_picture(demo: Any) -> None:
+    """It refers to the other results only by links, and is small enough to be sent."""
     text = (demo.out / "report.html").read_text(encoding="utf-8")
     made = {path.name for pattern in ("*.png", "*.gif") for path in demo.out.glob(pattern)}
     assert made == {*PICTURES, "impact.gif"}
     assert all(base64.b64encode((demo.out / name).read_bytes()).decode() in text for name in made)
-
-
-def test_the_report_is_one_file(demo: Any) -> None:
-    """It refers to the other results only by links, and is small enough to be sent."""
-    text = (demo.out / "report.html").read_text(encoding="utf-8")
     assert len(text) < 6e6
-    assert set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text)) == {
-        "summary.json", "simulation.npz", "run.mcap"}
-    assert "https://" not in text
-    data = json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.DOTALL)[1])
-    assert [len(run["trees"]) for run in data["runs"]] == [2]  # the robot and the door
+    links = set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text))
+    assert links == {"summary.json", "simulation.npz", "run.mcap"}
 
 
-@pytest.mark.parametrize(
-    ("row", "paper", "measured"),
-    [("moment of inertia I_A", "12.75", lambda s: f"{s['identified']['i_a']['value']:.2f}"),
-     ("viscosity c_c", "0.06", lambda s: f"{s['identified']['c_c']['value']:.4f}"),
-     ("spring k_c", "1.13", lambda s: f"{s['identified']['k_c']['value']:.3f}"),
-     ("inertia I_rob", "6.147", lambda s: f"{s['plan']['i_rob']:.3f}"),
-     ("height of the CoM b_r", "0.71", lambda s: f"{s['plan']['b_r']:.3f}"),
-     ("hinge to B l_B", "0.42", lambda s: f"{s['plan']['l_b']:.3f}"),
-     ("m_re by eq. (3)", "47.92", lambda s: f"{s['plan']['effective_mass_planar']:.1f}"),
-     ("largest opening angle", "26.3", lambda s: f"{s['door']['peak_deg']:.2f}")])  # fmt: skip
+@pytest.mark.parametrize(("row", "paper", "part", "name", "digits"), [
+    ("moment of inertia I_A", "12.75", "identified", "i_a", 2),
+    ("inertia I_rob", "6.147", "plan", "i_rob", 3),
+    ("m_re by eq. (3)", "47.92", "plan", "effective_mass_planar", 1),
+    ("largest opening angle", "26.3", "door", "peak_deg", 2)])
 def test_the_table_has_the_papers_figure_beside_the_measured_one(
-        demo: Any, summary: dict[str, Any], row: str, paper: str,
-        measured: Callable[[dict[str, Any]], str]) -> None:
-    lines = [line for line in demo.text.splitlines() if row in line]
-    assert len(lines) == 1, demo.text
-    words = lines[0].split(row)[1].split()
+        demo: Any, summary: dict[str, Any], row: str, paper: str, part: str, name: str,
+        digits: int) -> None:
+    (line,) = (line for line in demo.text.splitlines() if row in line)
+    words = line.split(row)[1].split()
+    found = summary[part][name]
+    found = found["value"] if part == "identified" else found
     assert words[0] == paper
-    assert measured(summary) in words[1:]
+    assert f"{found:.{digits}f}" in words[1:]

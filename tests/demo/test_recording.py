@@ -11,7 +11,7 @@ import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from door_impact_evaluation.report.bag import read_runs
-from door_impact_evaluation.report.bag_replay import replay_of
+from door_impact_evaluation.report.replay import replay_of
 from door_impact_evaluation.run import evaluation, simulation_log
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore

@@ -27,23 +27,14 @@ ONCE = 0.5  # share of the faults of messages that affect a single message
 
 @dataclass(frozen=True)
 class Fault:
-    """A disturbance.
+    """A disturbance."""
 
-    Attributes:
-        part: Part or topic that is disturbed.
-        kind: What happens to it.
-        begin: Begin relative to the planned contact [s].
-        length: Duration; 0 means that a single message is affected [s].
-        size: Delay, or error of the stamp [s].
-        seed: Seed of forged values.
-    """
-
-    part: str
-    kind: str
-    begin: float
-    length: float
-    size: float
-    seed: int
+    part: str  # part or topic that is disturbed
+    kind: str  # what happens to it
+    begin: float  # relative to the planned contact [s]
+    length: float  # 0 means that a single message is affected [s]
+    size: float  # delay, or error of the stamp [s]
+    seed: int  # of forged values
 
     @property
     def noticeable(self) -> bool:
@@ -72,12 +63,7 @@ NAMED = (
 
 
 def draw(seed: int, count: int) -> list[Fault]:
-    """Faults of a seed, in the order in which they begin.
-
-    Args:
-        seed: Seed of the random numbers.
-        count: Number of faults.
-    """
+    """Faults of a seed, in the order in which they begin."""
     rng = np.random.default_rng(seed)
 
     def length() -> float:

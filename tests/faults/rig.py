@@ -49,15 +49,7 @@ HIT = 0.1  # time after the first contact that belongs to the hit itself [s]
 
 @dataclass(frozen=True)
 class Message:
-    """A message that is underway.
-
-    Attributes:
-        topic: Its topic.
-        stamp: Its stamp [s].
-        sent: Time at which it was published [s].
-        due: Time at which it arrives [s].
-        values: Its numbers.
-    """
+    """A message that is underway; its stamp, and when it was published and arrives [s]."""
 
     topic: str
     stamp: float
@@ -68,13 +60,9 @@ class Message:
 
 @dataclass
 class Rig:
-    """A hit that runs tick by tick.
+    """A hit that runs tick by tick."""
 
-    Args:
-        folder: Folder for logs.
-    """
-
-    folder: Path
+    folder: Path  # for logs
     fault: Fault | None = None
     waiting: list[Message] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)

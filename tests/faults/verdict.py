@@ -9,31 +9,18 @@ GENTLE = 200.0  # largest mean force of hand and leaf after the hit, over 20 ms 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the simulation's truth says of a run with a fault.
+    """What the simulation's truth says of a run with a fault."""
 
-    Attributes:
-        fault: The fault, in words.
-        fell: Why the robot counts as fallen; empty if it stands.
-        hand: Largest mean force of robot and leaf after the hit, over 20 ms [N].
-        peak: Largest angle of the door [rad].
-        outcome: How the execution ended.
-        reason: Its explanation.
-        touched: Whether the robot touched the door.
-        warned: Whether the plan warned that the robot falls if it misses the door.
-        noticed: What the checks of the messages have noticed.
-        refused: Refusals of the driver.
-    """
-
-    fault: str
-    fell: str
-    hand: float
-    peak: float
-    outcome: str
-    reason: str
-    touched: bool
-    warned: bool
-    noticed: dict[str, str] = field(default_factory=dict)
-    refused: list[str] = field(default_factory=list)
+    fault: str  # in words
+    fell: str  # why the robot counts as fallen; empty if it stands
+    hand: float  # largest mean force of robot and leaf after the hit, over 20 ms [N]
+    peak: float  # largest angle of the door [rad]
+    outcome: str  # how the execution ended
+    reason: str  # its explanation
+    touched: bool  # whether the robot touched the door
+    warned: bool  # whether the plan warned that the robot falls if it misses the door
+    noticed: dict[str, str] = field(default_factory=dict)  # by the checks of the messages
+    refused: list[str] = field(default_factory=list)  # by the driver
 
     def __str__(self) -> str:
         """The verdict in one line."""

@@ -6,7 +6,6 @@ The fixture of a package ends with the package only if it is defined in the pack
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 
 import pytest
 from geometry_msgs.msg import PointStamped
@@ -15,19 +14,14 @@ from running_graph import Graph, launch
 from std_srvs.srv import Trigger
 
 
-@dataclass(frozen=True)
-class Nodes:
-    """A running graph and its ROS_DOMAIN_ID."""
-
-    graph: Graph
-    domain: int
-
-
 @contextmanager
-def in_domain(domain: int) -> Iterator[None]:
-    """Contexts and processes that begin meanwhile are in another domain."""
+def own_domain() -> Iterator[None]:
+    """Contexts and processes that begin meanwhile are in the graph's own domain.
+
+    Other tests start nodes of the same names.
+    """
     before = os.environ["ROS_DOMAIN_ID"]
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    os.environ["ROS_DOMAIN_ID"] = os.environ["GRAPH_DOMAIN_ID"]
     try:
         yield
     finally:
@@ -35,25 +29,21 @@ def in_domain(domain: int) -> Iterator[None]:
 
 
 @pytest.fixture(scope="package")
-def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Nodes]:
-    """Every node, as `make up` starts them but as fast as it goes; one set for this folder.
-
-    It has a domain of its own, because other tests start nodes of the same names.
-    """
-    own = int(os.environ["GRAPH_DOMAIN_ID"])
+def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
+    """Every node, as `make up` starts them but as fast as it goes; one set for this folder."""
     with ExitStack() as end:
-        with in_domain(own):
+        with own_domain():
             running = end.enter_context(launch(tmp_path_factory.mktemp("graph"), "paced:=false"))
-        yield Nodes(running, own)
-        with in_domain(own):
+        yield running
+        with own_domain():
             stop_daemon()
 
 
 @pytest.fixture(scope="module")
-def graph(nodes: Nodes) -> Iterator[Graph]:
+def graph(nodes: Graph) -> Iterator[Graph]:
     """The nodes after a reset, so that a module finds robot and door as at the start."""
-    with in_domain(nodes.domain):
-        answer = nodes.graph.call(Trigger, "/sim/reset")
+    with own_domain():
+        answer = nodes.call(Trigger, "/sim/reset")
         assert answer.success, answer.message
-        nodes.graph.last(PointStamped, "/zmp")
-        yield nodes.graph
+        nodes.last(PointStamped, "/zmp")
+        yield nodes

@@ -17,24 +17,25 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 # A joint that moves less stands still [rad]: sensor noise makes the stabilizer move an ankle by
 # up to 4.8 mrad.
 STILL = 6e-3
+ROBOT = load_robot_config()
+HEAD = ROBOT.index("HEAD_JOINT0")
 
 
-def send(graph: Any, names: list[str], points: list[tuple[float, list[float]]],
-         stamp: int = 0) -> None:
-    """Publishes a trajectory that starts at a stamp [s], 0 for now."""
-    if not hasattr(graph, "trajectories"):  # one for all: a new one may be unknown to the driver
-        graph.trajectories = graph.node.create_publisher(
-            JointTrajectory, "/joint_trajectory", 10)
-        graph.spin_until(graph.trajectories.get_subscription_count, "the driver")
-        time.sleep(1.0)
-    message = JointTrajectory(joint_names=names)
-    message.header.stamp.sec = stamp
-    for at, position in points:
-        point = JointTrajectoryPoint(positions=position)
-        point.time_from_start.sec = int(at)
-        point.time_from_start.nanosec = round((at % 1.0) * 1e9)
-        message.points.append(point)
-    graph.trajectories.publish(message)
+@pytest.fixture(scope="module")
+def send(graph: Any) -> Callable[..., None]:
+    """Publishes a trajectory to one posture after a time [s]; its stamp is 0 for now [s]."""
+    publisher = graph.node.create_publisher(JointTrajectory, "/joint_trajectory", 10)
+    graph.spin_until(publisher.get_subscription_count, "the driver")
+    time.sleep(1.0)  # a new publisher may be unknown to the driver
+
+    def publish(at: float, position: Any, stamp: int = 0) -> None:
+        point = JointTrajectoryPoint(positions=list(position))
+        point.time_from_start.sec, point.time_from_start.nanosec = int(at), round(at % 1.0 * 1e9)
+        message = JointTrajectory(joint_names=list(ROBOT.joint_names), points=[point])
+        message.header.stamp.sec = stamp
+        publisher.publish(message)
+
+    return publish
 
 
 def driver(graph: Any, told: Callable[[dict[str, str]], bool],
@@ -49,62 +50,45 @@ def driver(graph: Any, told: Callable[[dict[str, str]], bool],
     return [s for s in states(heard) if told(s)][-1]
 
 
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    [("NaN", "HEAD_JOINT0: position in point"), ("jump", "HEAD_JOINT0: jump")])
+@pytest.mark.parametrize(("at", "turn", "ahead", "words"), [
+    (1.0, math.nan, False, "HEAD_JOINT0: position"), (0.0, 0.2, False, "HEAD_JOINT0: jump"),
+    (1.0, 0.0, True, "use_sim_time")], ids=["NaN", "jump", "another clock"])
 def test_bad_trajectories_move_nothing_and_are_reported(
-        graph: Any, fault: str, words: str) -> None:
-    """The joints stay where they are, and /diagnostics counts the refusal and names the joint."""
+        graph: Any, send: Callable[..., None], at: float, turn: float, ahead: bool,
+        words: str) -> None:
+    """/diagnostics counts them and names the joint, or the sender's clock, decades ahead."""
     state = graph.last(JointState, "/joint_states")
-    names, rest = list(state.name), list(state.position)
-    head, goal, at = names.index("HEAD_JOINT0"), list(rest), 1.0
-    goal[head] += 0.2
-    if fault == "NaN":
-        goal[head] = math.nan
-    else:
-        at = 0.0
+    rest = dict(zip(state.name, state.position, strict=True))
+    goal = np.array([rest[name] for name in ROBOT.joint_names])
+    goal[HEAD] += turn
     count = int(driver(graph, lambda s: True)["refused"])
     told = driver(graph, lambda s: int(s["refused"]) > count and words in s.get("last_refusal", ""),
-                  lambda: send(graph, names, [(at, goal)]))
+                  lambda: send(at, goal, int(time.time()) if ahead else 0))
     assert "refused" in told["message"]
     heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 250)
-    assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
+    assert max(np.abs(np.array(m.position) - state.position).max() for m in heard) < STILL
 
 
-def test_a_good_trajectory_moves_the_joint_it_names(graph: Any) -> None:
-    """The counterpart of the refusals: the head turns by 0.1 rad, and back."""
-    state, robot = graph.last(JointState, "/joint_states"), load_robot_config()
-    names, rest = list(robot.joint_names), robot.half_sitting
-    moved = np.array([0.1 if name == "HEAD_JOINT0" else 0.0 for name in names])
-    for goal in (rest + moved, rest):
-        heard = graph.listen(
-            JointState, "/joint_states", lambda got: len(got) > 800,
-            meanwhile=lambda goal=goal: send(graph, names, [(0.5, goal.tolist())]))
-        assert list(heard[-1].name) == names
-        # The legs stand where the stabilizer has them.
-        wanted = np.array(state.position) + (goal - rest)
-        assert np.array(heard[-1].position) == pytest.approx(wanted, abs=STILL)
-
-
-def test_a_stamp_of_another_clock_is_refused_with_a_hint(graph: Any) -> None:
-    """A sender without use_sim_time stamps by the wall clock: decades ahead."""
+def test_a_good_trajectory_moves_the_joint_it_names(
+        graph: Any, send: Callable[..., None]) -> None:
+    """The counterpart of the refusals: the head turns by 0.1 rad."""
     state = graph.last(JointState, "/joint_states")
-    told = driver(graph, lambda s: "use_sim_time" in s.get("last_refusal", ""),
-                  lambda: send(graph, list(state.name), [(1.0, list(state.position))],
-                               stamp=int(time.time())))
-    assert "refused" in told["message"]
+    goal = np.array(ROBOT.half_sitting)
+    goal[HEAD] += 0.1
+    heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 400,
+                         meanwhile=lambda: send(0.5, goal))
+    # The legs stand where the stabilizer has them.
+    wanted = np.array(state.position) + (goal - ROBOT.half_sitting)
+    assert np.array(heard[-1].position) == pytest.approx(wanted, abs=STILL)
 
 
-def test_a_fall_is_reported_and_ends_in_a_reset(graph: Any) -> None:
+def test_a_fall_is_reported_and_ends_in_a_reset(graph: Any, send: Callable[..., None]) -> None:
     """The robot leans over its toes: it is told why it fell, refuses to move, and stands again."""
-    robot = load_robot_config()
-    lean = robot.posture({"RLEG_JOINT4": -1.0, "LLEG_JOINT4": -1.0}).tolist()
-    names = list(robot.joint_names)
-    told = driver(graph, lambda s: s["message"].startswith("fell"),
-                  lambda: send(graph, names, [(0.6, lean)]))
+    lean = ROBOT.posture({"RLEG_JOINT4": -1.0, "LLEG_JOINT4": -1.0})
+    told = driver(graph, lambda s: s["message"].startswith("fell"), lambda: send(0.6, lean))
     assert float(told["max_tilt_deg"]) > 10.0
     told = driver(graph, lambda s: "fallen" in s.get("last_refusal", ""),
-                  lambda: send(graph, names, [(2.0, robot.half_sitting.tolist())]))
+                  lambda: send(2.0, ROBOT.half_sitting))
     assert told["message"].startswith("fell")
     assert graph.call(Trigger, "/sim/reset").success
     driver(graph, lambda s: s["message"] == "holding")
@@ -126,5 +110,5 @@ def test_pushes_at_once_and_a_reset_leave_the_zero_of_the_door_where_it_is(graph
     assert abs(heard[-1].position[0]) < 0.01
     assert answers[0].success, answers[0].message
     refused = [answer.message for answer in answers if not answer.success]
-    assert all("rad/s" in text for text in refused)
     assert refused
+    assert all("rad/s" in text for text in refused)

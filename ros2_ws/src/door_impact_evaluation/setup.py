@@ -10,9 +10,11 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
+    install_requires=[
+        "dask", "distributed", "door_encoder", "door_impact_bringup", "door_impact_view",
+        "hrp2_sim_bridge", "impact_planner", "matplotlib", "Pillow", "pyarrow", "tqdm", "walking"],
     extras_require={"test": ["pytest", "hypothesis"]},
-    zip_safe=True,
+    zip_safe=False,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
     description="Demonstration, benchmarks, sweeps, studies and report of hrp2_door_impact.",

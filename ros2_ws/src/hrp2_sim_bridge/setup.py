@@ -10,9 +10,9 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
+    install_requires=["door_model", "humanoid_motion", "mujoco"],
     extras_require={"test": ["pytest", "hypothesis"]},
-    zip_safe=True,
+    zip_safe=False,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
     description="A simulated HRP-2 in front of a door, in place of the robot's driver.",
@@ -20,7 +20,6 @@ setup(
     entry_points={
         "console_scripts": [
             "hrp2_sim_bridge = hrp2_sim_bridge.ros.hrp2_sim_bridge_node:main",
-            "replay = hrp2_sim_bridge.replay:main",
         ],
     },
 )

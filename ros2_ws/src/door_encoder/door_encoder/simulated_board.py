@@ -18,18 +18,15 @@ class SimulatedBoard(CounterBoard):
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Set the function that returns the time [s]."""
-        self._clock = clock
-        self._begin: float | None = None
-        self._last = 0
+        self._clock, self._last = clock, 0
+        self._begin: float | None = None  # time of the first reading [s]
 
     def read(self) -> Reading:
         """Read the counter, and the index if the door has passed it since the last reading."""
         now = self._clock()
-        if self._begin is None:
-            self._begin = now
+        self._begin = now if self._begin is None else self._begin
         t = max(0.0, now - self._begin - _REST)
         count = round(0.5 * _PEAK * (1.0 - math.cos(2.0 * math.pi * t / _PERIOD)))
         passed = (self._last < _INDEX) != (count < _INDEX)
         self._last = count
-        index = (_START + _INDEX) % 2**16 if passed else None
-        return Reading((_START + count) % 2**16, index)
+        return Reading((_START + count) % 2**16, (_START + _INDEX) % 2**16 if passed else None)

@@ -4,7 +4,7 @@ import math
 import sys
 
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_model.door.config import load_door
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -37,7 +37,7 @@ class ScenePublisher(GuardedNode):
     def __init__(self) -> None:
         super().__init__("scene_publisher")
         parameters = Parameters(self, PARAMETERS)
-        urdf = door_scene.door_urdf(load_door(parameters.text("door"), allowed_folders(self)))
+        urdf = door_scene.door_urdf(load_door(parameters.text("door")))
         frame = door_scene.frame_pose(
             parameters.number("door_distance"), parameters.number("hinge_x"))
         world = parameters.text("world_frame")
@@ -59,14 +59,7 @@ class ScenePublisher(GuardedNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Runs the node until it is stopped.
-
-    Args:
-        args: Command line; None means the process's own.
-
-    Returns:
-        0 after Ctrl-C or SIGTERM, 1 if the node cannot run.
-    """
+    """Run the node until it is stopped; the exit code is 1 if it cannot run."""
     return run_node(ScenePublisher, args=args)
 
 

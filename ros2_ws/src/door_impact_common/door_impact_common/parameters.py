@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from ament_index_python.packages import get_packages_with_prefixes
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from door_impact_common.errors import SettingError
-
-FOLDERS = "allowed_folders"
-_FOLDERS_TEXT = (
-    "folders with the files that parameters and messages may name, subfolders included, or single "
-    "files; empty list: none; empty text: working folder, home folder, folders of the packages")
 
 
 class Parameters:
@@ -124,51 +117,6 @@ class Parameters:
         if value not in (True, False, "true", "false", "0", "1"):
             raise SettingError(name, value, "true or false")
         return value in (True, "true", "1")
-
-
-def allowed_folders(node: Node) -> tuple[Path, ...]:
-    """Declare the parameter `allowed_folders` of a node that reads files, and return its value.
-
-    The parameter is read-only: whoever may set parameters must not be able to open more folders.
-
-    Returns:
-        The folders, with symbolic links followed, for `files.read_file`.
-
-    Raises:
-        SettingError: The parameter is not a list of texts.
-    """
-    usual = [str(folder) for folder in default_folders()]
-    value = Parameters(node, {FOLDERS: (usual, _FOLDERS_TEXT)}).value(FOLDERS)
-    if value == "":  # launch files cannot leave a parameter out
-        value = usual
-    entries = [] if value is None else value  # ROS 2 may pass an empty list as no value
-    if isinstance(entries, str) or not isinstance(entries, Sequence) or not all(
-            isinstance(entry, str) and "\0" not in entry for entry in entries):
-        raise SettingError(FOLDERS, value, "a list of folders")
-    return tuple(Path(entry).expanduser().resolve() for entry in entries if entry)
-
-
-def default_folders() -> list[Path]:
-    """Return the folders that nodes read from by default, with symbolic links followed.
-
-    These are the working folder, the home folder, and the share folders of all packages. A
-    development install has links there to the packages' sources, so the folders to which their
-    package.xml leads are added. A root folder, in which services often work, is left out, and so
-    is a folder below another one.
-    """
-    named = [Path.home(), *_working_folder()]
-    for package, prefix in get_packages_with_prefixes().items():
-        share = Path(prefix, "share")
-        named += [share, (share / package / "package.xml").resolve().parent]
-    found = {folder for each in named if (folder := each.resolve()) != folder.parent}
-    return sorted(folder for folder in found if found.isdisjoint(folder.parents))
-
-
-def _working_folder() -> list[Path]:
-    try:
-        return [Path.cwd()]
-    except FileNotFoundError:  # it was removed
-        return []
 
 
 def _range(low: float, high: float) -> str:

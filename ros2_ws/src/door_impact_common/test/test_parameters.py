@@ -1,13 +1,11 @@
 """Parameters as people give them, and what is refused."""
 
 import math
-from pathlib import Path
 
 import pytest
 import rclpy
-from ament_index_python.packages import get_package_share_directory
 from door_impact_common.errors import SettingError
-from door_impact_common.parameters import FOLDERS, Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from rclpy.parameter import Parameter
 
 TABLE = {"value": (1.5, "a number"), "other": ("word", "another")}
@@ -76,66 +74,3 @@ def test_a_fixed_parameter_cannot_be_set_and_a_free_one_can(reading):
         result = parameters._node.set_parameters([Parameter("value", value=2.0)])[0]
         assert result.successful is not read_only
         assert parameters.number("value") == (1.0 if read_only else 2.0)
-
-
-@pytest.fixture
-def folders():
-    """Makes a node with a value of `allowed_folders`, and returns what it reads."""
-    rclpy.init()
-    nodes = []
-
-    def read(*given):
-        overrides = [Parameter(FOLDERS, value=value) for value in given]
-        nodes.append(rclpy.create_node("tested", parameter_overrides=overrides))
-        found = allowed_folders(nodes[-1])
-        assert nodes[-1].describe_parameter(FOLDERS).read_only
-        return found
-
-    yield read
-    for node in nodes:
-        node.destroy_node()
-    rclpy.shutdown()
-
-
-def test_the_usual_folders_are_those_of_the_user_and_of_the_packages(
-        folders, tmp_path, monkeypatch):
-    """The parameter shows them; in a development install the sources' data are among them."""
-    (tmp_path / "work").mkdir()
-    (tmp_path / "home").mkdir()
-    monkeypatch.chdir(tmp_path / "work")
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    found = folders()
-    assert {tmp_path / "work", tmp_path / "home"} <= set(found)
-    share = Path(get_package_share_directory("door_model"))
-    for file in (share / "package.xml", share / "doors" / "paper.yaml"):
-        assert any(file.resolve().is_relative_to(folder) for folder in found)
-    assert not any(tmp_path.is_relative_to(folder) for folder in found)
-    assert found == folders("")  # as launch files give it
-
-
-def test_a_root_folder_is_not_among_the_usual_ones(folders, monkeypatch):
-    """Services work in / and may have it as their home."""
-    monkeypatch.chdir("/")
-    monkeypatch.setenv("HOME", "/")
-    assert Path("/") not in folders()
-
-
-def test_the_given_folders_replace_the_usual_ones(folders, tmp_path, monkeypatch):
-    """Relative folders, ~ and links are followed when the node starts; empty texts are left out."""
-    (tmp_path / "real").mkdir()
-    (tmp_path / "link").symlink_to("real")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert folders(["link", "~/other", ""]) == (tmp_path / "real", tmp_path / "other")
-    assert folders(["/"]) == (Path("/"),)
-
-
-def test_an_empty_list_allows_no_folder(folders):
-    """Then only doors of the packages can be named."""
-    assert folders([]) == ()
-
-
-def test_other_values_of_allowed_folders_are_refused(folders):
-    """A single text is no list: it would be taken letter by letter."""
-    with pytest.raises(SettingError, match="list of folders"):
-        folders("/tmp")

@@ -1,25 +1,26 @@
-"""The benchmarks' table, ratios and errors; nothing is measured here."""
+"""The benchmarks' ratios and their file; nothing is measured here."""
 
 import json
 
 import pytest
 from door_impact_evaluation.bench import bench
-from door_impact_evaluation.bench.bench import Measurement
+from door_impact_evaluation.bench.bench import Benchmark
 
 
-def test_a_ratio_above_one_is_better_than_the_peer():
+def test_a_ratio_above_one_is_better_than_the_peer(tmp_path):
     """A duration that is 15 % longer has the ratio 0.87, and twice the rate has the ratio 2."""
-    assert Measurement(1.15, "s", False, "bare", 1.0).ratio == pytest.approx(1.0 / 1.15)
-    assert Measurement(400.0, "Hz", True, "peer", 200.0).ratio == pytest.approx(2.0)
+    longer = Benchmark(lambda out: (1.15, 1.0), "s", "bare")
+    faster = Benchmark(lambda out: (400.0, 200.0), "Hz", "peer", higher_is_better=True)
+    assert longer.run(tmp_path)["ratio"] == pytest.approx(1.0 / 1.15)
+    assert faster.run(tmp_path)["ratio"] == pytest.approx(2.0)
 
 
-def test_without_a_peer_there_is_no_ratio(tmp_path, monkeypatch):
-    """summary.json then has null for the ratio, and the table a dash."""
-    lonely = Measurement(1.1, "simulated over wall time", True, reference="at least 1")
-    monkeypatch.setattr(bench, "BENCHMARKS", {"lonely": lambda out: lonely})
-    written = bench.run(["lonely"], tmp_path / "deep")
-    assert json.loads((tmp_path / "deep" / "summary.json").read_text()) == written
-    assert written["lonely"]["ratio"] is None
-    assert {"value", "unit", "higher_is_better", "peer", "peer_value", "ratio"} <= set(
-        written["lonely"])
-    assert "at least 1" in bench.table({"lonely": lonely})
+def test_the_figures_of_each_benchmark_are_written(tmp_path, monkeypatch, capsys):
+    """summary.json has what was measured, by the name of the benchmark; a folder is made."""
+    monkeypatch.setattr(bench, "BENCHMARKS", {
+        "one": Benchmark(lambda out: (3.0, 6.0), "ms for a thing", "the usual way", "target: 4")})
+    assert bench.main(["--out", str(tmp_path / "deep")]) == 0
+    assert json.loads((tmp_path / "deep" / "summary.json").read_text()) == {"one": {
+        "value": 3.0, "unit": "ms for a thing", "higher_is_better": False,
+        "peer": "the usual way", "peer_value": 6.0, "ratio": 2.0, "reference": "target: 4"}}
+    assert "ms for a thing" in capsys.readouterr().out

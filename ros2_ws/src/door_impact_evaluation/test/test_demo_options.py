@@ -1,15 +1,10 @@
 """Options of the demonstration, as a command and as a node."""
 
-import json
-
 import pytest
 import rclpy
 from door_impact_common.errors import SettingError
-from door_impact_common.parameters import default_folders
 from door_impact_evaluation.demo import demo, demo_runner_node
 from door_impact_evaluation.demo.demo_runner_node import settings_of
-from door_model.data import data_path
-from door_model.errors import ConfigError
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -21,14 +16,6 @@ def test_a_number_of_hits_outside_1_to_5_is_refused(tmp_path, capsys):
     assert ended.value.code == 2
     assert "--hits" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_the_nodes_may_read_the_file_of_the_door_that_a_person_named(tmp_path):
-    """Besides the usual folders, just this file; the name of a door adds nothing."""
-    usual = [str(folder) for folder in default_folders()]
-    door = tmp_path / "my door.yaml"
-    assert json.loads(demo._allowed("paper")) == usual
-    assert json.loads(demo._allowed(str(door))) == [*usual, str(door.resolve())]
 
 
 @pytest.fixture
@@ -51,16 +38,6 @@ def test_a_target_that_is_no_number_is_refused(runner):
     with pytest.raises(SettingError, match="target_deg") as found:
         settings_of(runner(target_deg="far"))
     assert found.value.value == "far"
-
-
-def test_the_node_reads_a_door_s_file_only_from_allowed_folders(runner, tmp_path):
-    """The folder of the file may be added."""
-    door = tmp_path / "door.yaml"
-    door.write_text(data_path("doors").joinpath("paper.yaml").read_text())
-    with pytest.raises(ConfigError, match="allowed_folders"):
-        settings_of(runner(door=str(door), allowed_folders=["/nowhere"]))
-    found = settings_of(runner(door=str(door), allowed_folders=[str(tmp_path)]))
-    assert found.door == str(door)
 
 
 def test_the_node_reports_a_wrong_parameter_in_one_line(tmp_path, capfd):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from door_impact_evaluation.demo import drawing
+from door_impact_evaluation.demo.results import draw_door
 from door_impact_evaluation.report import figures
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_model.door.config import DoorConfig, load_door
@@ -14,7 +14,6 @@ from door_model.door.door import Zone
 from door_model.recording.synthetic import synthetic_recording
 
 PEAKS = np.radians([12.0, 20.0, 30.0]).tolist()  # of the pushes by hand [rad]
-BATCH = 20  # samples in a message
 
 
 def mirrored_door() -> DoorConfig:
@@ -38,19 +37,11 @@ def message(config: DoorConfig) -> CloserParameters:
         assembly=link.assembly, leaf_mass=config.leaf.mass, leaf_width=config.leaf.width)
 
 
-def batches(config: DoorConfig) -> list[EncoderSamples]:
-    """The door's swings as door_encoder publishes them."""
+def samples(config: DoorConfig) -> EncoderSamples:
+    """The door's swings as door_encoder publishes them, in one message."""
     recording = synthetic_recording(config.door(), PEAKS)
     counts = np.round(recording.theta / recording.resolution).astype(int)
-    made = []
-    for first in range(0, len(counts), BATCH):
-        batch = EncoderSamples(
-            period=1e-3, first_index=first, counts_per_turn=14400,
-            counts=counts[first:first + BATCH].tolist())
-        stamp = round(1e9 * recording.t[first])
-        batch.header.stamp.sec, batch.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
-        made.append(batch)
-    return made
+    return EncoderSamples(period=1e-3, counts_per_turn=14400, counts=counts.tolist())
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +58,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     config = mirrored_door()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "_save", save)
-        drawing.draw_door(message(config), batches(config), config, folder)
+        draw_door(message(config), [samples(config)], config, folder)
     assert sorted(path.name for path in folder.iterdir()) == sorted(lines)
     return lines
 

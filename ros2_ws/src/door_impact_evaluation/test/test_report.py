@@ -1,36 +1,109 @@
-"""The page that shows the results of a demonstration."""
+"""The replay of a run by the simulation's log, and the page of a demonstration."""
 
 import base64
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
 from door_impact_evaluation.report import report
+from door_impact_evaluation.report.recorded_run import events_of, padded, phases_of
+from door_impact_evaluation.report.replay import replay_of
+from door_impact_evaluation.report.run_replay import run_of_log
 from door_impact_evaluation.report.table import Row
+from door_impact_evaluation.run.record import Motion, Support
 from door_impact_view.replay.recording import Replay
+from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+
+T = np.arange(0.0, 4.0, 1e-3)
+CONTACT, PEAK = 2.0, 3.5
+PHASES = {"cam": (1.0, CONTACT), "post": (CONTACT, PEAK), "hold": (PEAK, 3.9)}
+PLAN = Some(desired_opening_angle=0.4, v_rb=0.5,
+            zmp_margins=[Some(phase="cam", margin=0.01), Some(phase="post", margin=0.02)])
 
 
-@pytest.fixture
-def page(tmp_path):
-    """Writes the page and returns its text."""
-    def write(rows=(), notes=()):
-        report.write(rows, "It opened.", notes, Replay(np.array([0.0, 1.0])),
-                     tmp_path / "report.html")
-        return (tmp_path / "report.html").read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def run():
+    """HRP-2 slides along x at 0.1 m/s and hits a door that opens at 0.2 rad/s."""
+    robot, n = load_robot_config(), len(T)
+    zeros = np.zeros(n)
+    along = np.column_stack([0.1 * T, zeros, zeros])
+    motion = Motion(
+        t=T, left_wrench=np.zeros((n, 6)), right_wrench=np.zeros((n, 6)), left_sole=along,
+        right_sole=along, left_heading=zeros, right_heading=zeros,
+        base_orientation=np.tile([0.0, 0.0, 0.6, 0.8], (n, 1)),
+        door_angle=0.2 * np.clip(T - CONTACT, 0.0, None), door_velocity=zeros,
+        contact_force=100.0 * (np.abs(T - CONTACT) < 0.01), point_b_velocity=zeros,
+        joints=np.tile(T[:, None], (1, len(robot.joint_names))), base_position=along, com=along)
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    support = Support(along[:, :2], np.full(n, 0.05), zeros, zeros, [square], np.zeros(n, int))
+    log = Some(motion=motion, joint_names=list(robot.joint_names), door_distance=0.6, hinge_x=-0.4)
+    return run_of_log(log, support, robot, PHASES, events_of(CONTACT, PEAK), plan=PLAN,
+                      door=load_door("paper"))
 
-    return write
+
+def test_robot_and_door_move_as_in_the_log(run):
+    """From the first phase to the end of the last one, with every millisecond at the contact."""
+    replay = replay_of(run)
+    robot, door = replay.trees
+    t = replay.stamps
+    assert (t[0], t[-1]) == pytest.approx((1.0, 3.9))
+    assert np.diff(t[np.abs(t - CONTACT) < 0.1]).max() == pytest.approx(1e-3)
+    np.testing.assert_allclose(robot.positions, np.tile(t[:, None], (1, len(robot.joints))))
+    np.testing.assert_allclose(robot.base[:, 0], 0.1 * t)
+    np.testing.assert_allclose(robot.base[:, 3:], np.tile([0.8, 0.0, 0.0, 0.6], (len(t), 1)))
+    np.testing.assert_allclose(door.positions[:, 0], 0.2 * np.clip(t - CONTACT, 0.0, None))
+    np.testing.assert_allclose(door.base, [[-0.4, -0.6, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    assert replay.begin == CONTACT
+    assert [phase.name for phase in replay.phases] == list(PHASES)
 
 
-def test_texts_are_escaped(page):
-    """Quantities, figures and warnings may contain any character."""
-    text = page([Row("a<b", "<= 2", "3 & 4", "m")], ["5 < 6"])
+def test_plots_show_what_was_measured_beside_the_plan(run):
+    """Angles in degrees, margins in millimetres; phases without a planned margin have a gap."""
+    plots = {plot.title: plot for plot in replay_of(run).plots}
+    angle, margin = plots["Angle of the door"], plots["ZMP margin"]
+    assert angle.curves[0].values[-1] == pytest.approx(np.degrees(0.2 * 1.9))
+    assert angle.limits[0].value == pytest.approx(np.degrees(0.4), abs=1e-3)
+    measured, planned = margin.curves
+    assert measured.values == pytest.approx(50.0)
+    np.testing.assert_array_equal(planned.values, [10.0, 10.0, np.nan, 20.0, 20.0, np.nan])
+    assert (np.diff(planned.t) > 0.0).all()
+    assert plots["Force of the robot on the door"].curves[0].values.max() == 100.0
+
+
+def test_the_first_view_has_the_leaf_in_its_middle(run):
+    """Every camera looks from the robot's side of the closed door, which lies in y = -0.6."""
+    cameras = replay_of(run).cameras
+    assert len(cameras) == 4
+    for camera in cameras:
+        assert camera.position[1] > -0.6
+        assert -0.4 < camera.target[0] < 0.6
+
+
+def test_polygons_of_any_number_of_corners_fit_in_one_array():
+    """The corners stay; the last one is repeated; an empty polygon is unknown."""
+    triangle, square = np.eye(3)[:, :2], np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    found = padded([triangle, np.empty((0, 2)), square])
+    np.testing.assert_array_equal(found[0, :, :2], triangle[[0, 1, 2, 2]])
+    assert np.isnan(found[1]).all()
+    np.testing.assert_array_equal(found[2, :, :2], square)
+
+
+def test_phases_without_duration_are_left_out():
+    """A plan may leave out a phase."""
+    found = phases_of([(2.0, "prepare"), (2.0, "shift"), (3.0, "cam")], 4.0)
+    assert [(phase.name, phase.start, phase.end) for phase in found] == [
+        ("shift", 2.0, 3.0), ("cam", 3.0, 4.0)]
+
+
+def test_the_page_of_a_demonstration_is_one_file(tmp_path):
+    """It contains the pictures beside it, and texts with any character are escaped."""
+    (tmp_path / "zmp.png").write_bytes(b"a picture")
+    path = tmp_path / "report.html"
+    report.write([Row("a<b", "<= 2", "3 & 4", "m")], "It opened.", ["5 < 6"],
+                 Replay(np.array([0.0, 1.0])), path)
+    text = path.read_text(encoding="utf-8")
     for escaped in ("a&lt;b", "&lt;= 2", "3 &amp; 4", "5 &lt; 6"):
         assert escaped in text
-
-
-def test_the_pictures_are_part_of_the_page(page, tmp_path):
-    """The page can be sent to somebody without its folder."""
-    (tmp_path / "zmp.png").write_bytes(b"a picture")
-    text = page()
     assert base64.b64encode(b"a picture").decode() in text
-    assert 'src="data:image/png' in text
     assert 'src="zmp.png"' not in text

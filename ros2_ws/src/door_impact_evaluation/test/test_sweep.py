@@ -1,157 +1,138 @@
-"""Statistics, records and report of a sweep; nothing is simulated here."""
+"""How a sweep is run, stored and resumed; but for one, its runs here take no time."""
 
 import json
-import math
-from types import SimpleNamespace
+import os
+import signal
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
 
-import numpy as np
+import pyarrow.parquet as pq
 import pytest
-from door_impact_evaluation.sweep import hit as hit_kind
-from door_impact_evaluation.sweep import numbers, replays, running, sweep
-from door_impact_evaluation.sweep.hit import Hit
-from door_impact_evaluation.sweep.hit_cases import hit_cases as cases
-from hypothesis import given
-from hypothesis import strategies as st
+from distributed import LocalCluster
+from door_impact_evaluation.errors import EvaluationError
+from door_impact_evaluation.sweep import running, store, sweep
+from door_impact_evaluation.sweep.walk import WALK, draw
 
-PHASES = ("prepare", "cam", "post", "hold")
-STATISTICS = {"mean", "sd", "p95", "max"}
-CONTRACT = {"n", "seed", "engine", "stood", "error_deg", "after_learning", "min_margin_mm",
-            "contacts_one", "runs"}
-REFUSED, MISSED = "refused", "missed"
+ENGINE = "mujoco"
 
 
-def record(case, hit, error):
-    """Makes the record of a hit from its error [deg], `REFUSED` or `MISSED`."""
-    found = {"name": case.name, "hit": hit, "case": json.loads(json.dumps(case.as_json()))}
-    if error == REFUSED:
-        return found | {"refused": "no such posture"}
-    planned = {"v_rb": 0.4, "omega_door": 0.63, "effective_mass": 58.0, "restitution": 0.5,
-               "impulse": 19.0, "learned_hits": hit}
-    found |= {"outcome": "NO_CONTACT" if error == MISSED else "SUCCESS", "stood": True,
-              "planned": planned}
-    if error == MISSED:
-        return found
-    return found | {
-        "peak_deg": 25.0 + error, "error_deg": error, "held_deg": 24.0, "contacts": 1,
-        "margin_mm": {name: 20.0 + number + error for number, name in enumerate(PHASES)},
-        "v_rb": 0.41, "omega_door": 0.63, "momentum_ratio": 1.01, "slip_mm": 1.0,
-        "hand_force_n": 30.0, "switch_latency_ms": 12.0}
+@pytest.fixture(scope="module")
+def address():
+    """Address of a cluster of one worker, which is started again when it dies."""
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, host="127.0.0.1", memory_limit=None,
+        dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+    ) as cluster:
+        yield cluster.scheduler_address
 
 
-def made_up(case, errors=None):
-    """Makes the records of a case; without `errors`, each case has its own."""
-    errors = errors or [0.1 * (case.index + 1) * (-1) ** hit for hit in range(case.hits)]
-    return [record(case, hit, error) for hit, error in enumerate(errors)]
+def walks(folder, *, killed=None, failing=None):
+    """Return a kind whose runs simulate nothing; each has a token of its own.
+
+    The case `killed` ends its worker when it runs for the first time, as soon as there are rows;
+    `failing` raises then.
+    """
+    def run(case, folder=str(folder)):
+        mark = Path(folder, f"ran-{case['index']}")
+        first = not mark.exists()
+        mark.touch()
+        if first and case["index"] == killed:
+            while not Path(folder, "runs.parquet").exists():
+                time.sleep(0.02)
+            os.kill(os.getpid(), signal.SIGKILL)
+        if first and case["index"] == failing:
+            raise ValueError("a bad run")
+        yield {"stood": True, "fell": "", "margin_mm": 30.0 + case["index"],
+               "tilt_deg": float("nan"), "off_share": 0.1, "token": os.urandom(8).hex()}
+
+    return replace(WALK, run=run)
 
 
-def summary(records, n, seed, engine="pybullet"):
-    """Makes the contents of summary.json."""
-    return sweep.summary(Hit(), records, n, seed, engine, Hit().worst(records))
+def swept(kind, n, folder, address, seed=1):
+    """Run a sweep; return its rows."""
+    with closing(store.Runs(folder)) as runs:
+        return running.run(kind, draw(n, seed), ENGINE, runs, address)
 
 
-def run(wanted, out):
-    """Runs cases in PyBullet."""
-    return running.run(Hit(), wanted, out, "pybullet", running.sources())
+def stored(folder):
+    """Read the rows of a file by pyarrow alone."""
+    return pq.ParquetFile(folder / store.NAME).read().to_pylist()
 
 
-def every(n, **special):
-    """Makes the records of a sweep; `special` has the errors of some cases by `group_index`."""
-    return [each for case in cases(n, 1)
-            for each in made_up(case, special.get(case.name.replace("-", "_")))]
+def test_killed_workers_and_exceptions_cost_only_their_own_run(address, tmp_path):
+    """A dead worker's run is done again at once, that of an exception by the next sweep."""
+    kind = walks(tmp_path, killed=1, failing=2)
+    rows = swept(kind, 4, tmp_path, address)
+    assert [row["error"] for row in rows] == [None, None, "ValueError: a bad run", None]
+    assert [row.get("margin_mm") for row in rows] == [30.0, 31.0, None, 33.0]
+    assert len(stored(tmp_path)) == 4
+    again = swept(kind, 4, tmp_path, address)
+    assert again[2]["margin_mm"] == 32.0
+    assert [row["token"] for row in again[:2] + again[3:]] == [
+        row["token"] for row in rows[:2] + rows[3:]]
 
 
-@given(st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=40))
-def test_statistics_are_those_of_a_textbook(errors):
-    """They are the mean, the sample standard deviation, and 95 % and maximum of the sizes."""
-    found = numbers.statistics(iter(errors))
-    n = len(errors)
-    mean = sum(errors) / n
-    sizes = sorted(abs(each) for each in errors)
-    place = 0.95 * (n - 1)
-    low = min(int(place), n - 2)
-    assert set(found) == STATISTICS
-    assert found["mean"] == pytest.approx(mean, abs=1e-9)
-    assert found["sd"] == pytest.approx(
-        math.sqrt(sum((each - mean) ** 2 for each in errors) / (n - 1)), abs=1e-9)
-    assert found["p95"] == pytest.approx(
-        sizes[low] + (place - low) * (sizes[low + 1] - sizes[low]), abs=1e-9)
-    assert found["max"] == sizes[-1]
+def test_an_interrupted_sweep_resumes_by_its_rows(address, tmp_path, monkeypatch):
+    """Every finished run is in the file at once, and is not run again."""
+    put = store.Runs.put
+
+    def interrupted(self, key, rows):
+        put(self, key, rows)
+        if len(self.rows) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(store.Runs, "put", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        swept(walks(tmp_path), 5, tmp_path, address)
+    done = {row["index"]: row["token"] for row in stored(tmp_path)}
+    assert len(done) == 2
+    rows = swept(walks(tmp_path), 5, tmp_path, address)
+    assert [row["index"] for row in rows] == list(range(5))
+    assert done.items() <= {row["index"]: row["token"] for row in rows}.items()
 
 
-def test_the_summary_has_the_contracts_keys_and_figures():
-    """First and second hits are apart; refused and missed hits are in no statistics."""
-    records = every(4, perturbed_1=[REFUSED], perturbed_2=[MISSED], rough_0=[0.7, REFUSED],
-                    rough_3=[MISSED])
-    for each in records:
-        if each["name"] == "perturbed-3":
-            each |= {"contacts": 2, "stood": False}
-    found = summary(records, 4, 9)
-    assert set(found) >= CONTRACT
-    assert (found["n"], found["seed"], found["contacts_one"]) == (4, 9, 1)
-    assert found["error_deg"] == pytest.approx(numbers.statistics([0.1, 0.4]))
-    assert found["before_learning"] == pytest.approx(numbers.statistics([0.7, 0.2, 0.3]))
-    assert found["after_learning"] == pytest.approx(numbers.statistics([-0.2, -0.3]))
-    assert set(found["min_margin_mm"]) == set(PHASES)
-    every_margin = [each["margin_mm"]["cam"] for each in records if "margin_mm" in each]
-    assert found["min_margin_mm"]["cam"] == pytest.approx(
-        {"p5": np.percentile(every_margin, 5), "min": min(every_margin)})
-    assert found["refused"] == 2
-    assert found["runs"] == records
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
+def test_rows_of_other_versions_or_cases_do_not_count(address, tmp_path, capsys):
+    """They stay in the file, and the command says how many there are."""
+    row, = swept(walks(tmp_path), 1, tmp_path, address, seed=2)
+    with closing(store.Runs(tmp_path)) as runs:
+        runs.put("old", [row | {"id": "old", "numpy_version": "1.0"}])
+    assert len(swept(walks(tmp_path), 2, tmp_path, address)) == 2
+    assert "count: 1 of other versions, 1 of other cases" in capsys.readouterr().out
+    assert len(stored(tmp_path)) == 4
+    with pytest.raises(EvaluationError, match="numpy_version"):
+        running.run_case(row | {"numpy_version": "1.0"}, WALK.run)
 
 
-class Pool:
-    """A pool of processes that runs its tasks at once in this process."""
-
-    def __init__(self, *_):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def imap_unordered(self, task, arguments):
-        """Returns the results of the tasks in their order."""
-        return map(task, arguments)
+def test_a_folder_has_one_sweep_at_a_time(tmp_path):
+    """A second one would lose the rows of the first."""
+    with closing(store.Runs(tmp_path)), pytest.raises(EvaluationError, match="another sweep"):
+        store.Runs(tmp_path)
 
 
-@pytest.fixture
-def ran(monkeypatch):
-    """Returns the names of the cases that were run, in order."""
-    names = []
-
-    def run_case(case, engine):
-        names.append(case.name)
-        return made_up(case)
-
-    monkeypatch.setattr(hit_kind, "run_case", run_case)
-    monkeypatch.setattr(running, "get_context", lambda _: SimpleNamespace(Pool=Pool))
-    monkeypatch.setattr(running, "sources", lambda: "these")
-    monkeypatch.setattr(
-        replays, "make", lambda order: order.path.write_text(
-            f"{replays._MARK}{order.key} -->", encoding="utf-8"))
-    return names
+def test_the_same_walk_is_the_same_row_on_every_worker(address, tmp_path):
+    """A walk of 0.2 m on slippery, soft soles stands and arrives; its row is equal bit for bit."""
+    case = draw(1, 1)[0] | {"goal": [0.2, 0.0, 0.0], "friction": 0.5, "rubber_scale": 0.8}
+    with closing(store.Runs(tmp_path)) as runs:
+        row, = running.run(WALK, [case], ENGINE, runs, address)
+    assert stored(tmp_path) == [row]
+    assert running.run_case({name: row[name] for name in (
+        "id", "kind", "engine", *case, *store.versions(ENGINE))}, WALK.run) == [row]
+    assert (row["stood"], row["error"], row["refused"]) == (True, None, None)
+    assert row["off_mm"] < 10.0
+    assert abs(row["yaw_deg"]) < 1.0
+    assert row["margin_mm"] > 15.0
 
 
-def test_what_was_run_before_is_not_run_again(ran, tmp_path):
-    """A longer sweep runs only the new cases; its records are in the order of its cases."""
-    run(cases(2, 1), tmp_path)
-    assert len(ran) == 10
-    ran.clear()
-    found = run(cases(3, 1), tmp_path)
-    assert ran == ["perturbed-2", "rough-2"]
-    assert found == every(3)
-    ran.clear()
-    run(cases(3, 2), tmp_path)
-    assert len(ran) == 6  # the cases of another seed; the nominal ones are the same
-
-
-def test_the_command_writes_summary_report_and_figure(ran, tmp_path, capsys):
-    """They are summary.json, report.txt and sweep.png; the table is printed, too."""
-    assert sweep.main(["-n", "2", "--seed", "1", "--out", str(tmp_path / "deep")]) == 0
-    found = json.loads((tmp_path / "deep" / "summary.json").read_text())
-    assert found == summary(every(2), 2, 1)
-    assert (tmp_path / "deep" / "sweep.png").read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "deep" / "report.txt").read_text() in capsys.readouterr().out
+def test_the_command_runs_on_this_machine_and_writes_its_files(tmp_path, monkeypatch, capsys):
+    """They are runs.parquet, summary.json, report.txt and sweep.png; the table is printed, too."""
+    monkeypatch.setitem(sweep.KINDS, "walk", walks(tmp_path))
+    out = tmp_path / "deep" / "a=1"
+    assert sweep.main(["--kind", "walk", "-n", "2", "--engine", ENGINE, "--out", str(out)]) == 0
+    found = json.loads((out / "summary.json").read_text())
+    assert (found["n"], found["seed"], found["engine"], found["stood"]) == (2, 1, ENGINE, 2)
+    assert found["min_margin_mm"] == pytest.approx({"p5": 30.05, "min": 30.0})
+    assert found["runs"] == sorted(stored(out), key=lambda row: row["index"])
+    assert (out / "sweep.png").stat().st_size > 5000
+    assert (out / "report.txt").read_text() in capsys.readouterr().out

@@ -24,7 +24,7 @@ from walking.pattern.settings import WalkSettings
 
 def base_of(world):
     """Pose of base_link from above, by the simulation's truth."""
-    log = world.log(with_com=False)
+    log = world.log()
     x, y, z, w = log["base_quaternion"][-1]
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return Pose(*(float(each) for each in log["base_position"][-1, :2]), yaw)
@@ -55,7 +55,7 @@ def test_the_robot_walks_away_after_a_hit(engine, ending):
         done, _ = walk_run.execute(world, robot, walk)
         assert done.outcome is Outcome.SUCCESS, done.reason
         assert not world.fell
-        log = world.log(with_com=False)
+        log = world.log()
     finally:
         world.close()
     end = np.mean([log[f"{side}_sole_position"][-1, :2] for side in SIDES], axis=0)

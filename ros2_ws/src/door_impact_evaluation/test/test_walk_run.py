@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_evaluation.report.walk_replay import replay_of_walk
+from door_impact_evaluation.report.run_replay import replay_of_walk
 from door_impact_evaluation.run.walk_run import AFTERWARDS, Push, plan_between, walk
 from door_impact_view.replay.page import page
 from hrp2_description.robot import load_robot_config

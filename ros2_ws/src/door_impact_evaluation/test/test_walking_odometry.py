@@ -15,7 +15,7 @@ from hrp2_description.support import polygon_margin, sole_corners, support_polyg
 from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
-from humanoid_motion.kinematics import RobotKinematics, planar_pose, yaw_of
+from humanoid_motion.kinematics import planar_pose, yaw_of
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.zmp import zmp_of
 from walking.footsteps.footstep import Pose, Stance
@@ -72,8 +72,8 @@ def walked():
 
 def followed(walk, *, with_imu=True, every=1, start=(0.0, 0.0, 0.0)):
     """Return RobotPose, CoM and ZmpReading at every tick of a walk, as the node computes them."""
-    kinematics = RobotKinematics(ROBOT)
-    odometry = FootOdometry(kinematics, loaded_force=0.05 * WEIGHT, start=start)
+    model = RobotModel(ROBOT)
+    odometry = FootOdometry(model, loaded_force=0.05 * WEIGHT, start=start)
     zmp = ZmpEstimator(WEIGHT, ROBOT.soles)
     found = []
     for tick in walk.ticks[every - 1 :: every]:
@@ -81,7 +81,8 @@ def followed(walk, *, with_imu=True, every=1, start=(0.0, 0.0, 0.0)):
         forces = {side: row[2] for side, row in wrenches.items()}
         imu = tick.imu if with_imu else None
         pose = odometry.update(tick.position, forces, imu, tick.time)
-        com = pose.base[:3, :3] @ kinematics.com() + pose.base[:3, 3]
+        com = pose.base[:3, :3] @ model.com(model.configuration(np.zeros(3), tick.position))
+        com += pose.base[:3, 3]
         found.append((pose, com, zmp.read(pose.soles, wrenches)))
     return found
 

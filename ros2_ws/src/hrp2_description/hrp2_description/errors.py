@@ -18,14 +18,6 @@ class DescriptionError(DoorImpactError, ValueError):
             f"{message} (found {value!r}, expected {limit!r})", value=value, limit=limit)
 
 
-class DataFileNotFoundError(DescriptionError):
-    """A data file is neither in the package's source tree nor in its installed share folder."""
-
-
-class ModelTableError(DescriptionError):
-    """The table of links and joints contradicts itself."""
-
-
 class RobotConfigError(DescriptionError):
     """The robot's configuration file is incomplete or contradicts the URDF."""
 

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.errors import InputError
+from door_impact_common.documents import (
+    Count,
+    Name,
+    Number,
+    Part,
+    Positive,
+    Range,
+    Vector,
+    checked,
+)
+from door_impact_common.errors import InputError, SettingError
 from door_impact_common.files import read_file
 from door_impact_common.yaml_files import read_yaml
+from pydantic import field_validator, model_validator
 
 from hrp2_description.data import data_path, share_folders
-from hrp2_description.errors import DataFileNotFoundError, RobotConfigError
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot_types import (
     Arm,
     Brace,
@@ -26,10 +36,10 @@ from hrp2_description.robot_types import (
     RobotConfig,
     SoleRubber,
     Step,
+    StepLimits,
     WristSensor,
     needed,
 )
-from hrp2_description.step_limits import StepLimits, read_step_limits
 
 __all__ = [
     "Brace", "Drives", "RobotConfig", "SoleRubber", "StepLimits", "load_robot_config", "needed",
@@ -42,11 +52,121 @@ LEG_JOINTS = 6  # number of joints of a leg
 _FIXED_TYPES = ("fixed", "floating", "planar")
 _IN_PACKAGE = "package://"
 _UNIT = 1e-6  # largest deviation of a unit vector's length
+_Names = tuple[Name, ...]
 
 
-def load_robot_config(
-    path: str | Path | None = None, folders: Sequence[Path] | None = None
-) -> RobotConfig:
+class _Sides(Part, Generic[T]):
+    left: T
+    right: T
+
+    def mapping(self) -> Mapping[str, T]:
+        return MappingProxyType({"left": self.left, "right": self.right})
+
+
+class _Arm(Part):
+    joints: _Names
+    elbow: Name
+    straightest_elbow_deg: Number
+    wrist_link: Name
+    heights: Range
+
+
+class _Footsteps(Part):
+    ahead: Positive
+    back: Positive
+    width: Positive
+    narrowest: Positive
+    widest: Positive
+    turn_deg: Positive
+    clearance: Positive
+
+    @model_validator(mode="after")
+    def _wide_enough(self) -> _Footsteps:
+        if not self.narrowest <= self.width <= self.widest:
+            raise ValueError(f"a width from narrowest to widest, not {self.width:g}")
+        return self
+
+
+class _Row(Part):
+    gear: tuple[Positive, ...]
+    rotor_inertia: tuple[Positive, ...]
+    size: tuple[int, ...]
+    position_gain: tuple[Positive, ...]
+    speed_gain: tuple[Positive, ...]
+
+
+class _GearSize(Part):
+    stiffness: Positive
+    peak_torque: Positive
+    ratcheting_torque: Positive
+
+    @model_validator(mode="after")
+    def _ratchets_last(self) -> _GearSize:
+        if self.ratcheting_torque < self.peak_torque:
+            raise ValueError(f"a ratcheting_torque of at least peak_torque, {self.peak_torque:g}")
+        return self
+
+
+class _Pad(Part):
+    link: Name
+    xyz: Vector
+    radius: Positive
+
+
+class _Disc(_Pad):
+    normal: Vector
+
+    @field_validator("normal")
+    @classmethod
+    def _unit(cls, normal: Vector) -> Vector:
+        if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
+            raise ValueError("a vector of length 1")
+        return normal
+
+
+class _Brace(Part):
+    arm: _Pad
+    trunk: _Disc
+    stiffness: Positive
+    damping: Positive
+    friction: Positive
+
+
+class _File(Part):
+    """The fields of robot.yaml; that file says what they mean."""
+
+    name: Name
+    urdf: Name
+    joint_names: _Names
+    other_joints: Literal["fixed"] | None = None
+    legs: _Sides[_Names]
+    arm: _Arm
+    step: Step
+    footsteps: _Footsteps | None = None
+    chest_yaw: Name | None = None
+    run_up_start: Range
+    half_sitting_deg: dict[Name, tuple[Number, ...]]
+    drives: dict[Name, _Row] | None = None
+    gear_sizes: dict[int, _GearSize] | None = None
+    gear_damping_time: Positive | None = None
+    motor_encoder_counts: Count | None = None
+    sole: tuple[Number, Number, Number, Number]
+    sole_rubber: SoleRubber | None = None
+    feet: _Sides[FootNames]
+    wrist_sensors: _Sides[WristSensor] | None = None
+    imu_frame: Name | None = None
+    contact_link: Name
+    contact_radius: Positive
+    hand_link: Name
+    hand_radius: Positive | None = None
+    clearance: Positive = RobotConfig.clearance
+    disabled_collisions: tuple[tuple[Name, Name], ...] = ()
+    braced_posture_deg: dict[Name, Number]
+    brace: _Brace | None = None
+    braced_joints: _Names
+
+
+def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     """Read the robot's configuration.
 
     The file must name all joints of the URDF in ``joint_names``. With ``other_joints: fixed`` the
@@ -57,175 +177,112 @@ def load_robot_config(
             is a path relative to the file's folder, to the parent of that folder, or to this
             package's data; or it begins with ``package://`` and the name of a package that ROS or
             pip has installed.
-        folders: Folders that may contain the file and its URDF, as for
-            `door_impact_common.files.read_file`; None allows every folder. Installed packages may
-            always contain the URDF.
 
     Raises:
-        RobotConfigError: The file cannot be read, or a field is missing, is unusable, or
+        RobotConfigError: The file cannot be read, or a field is missing, unknown or unusable, or
             contradicts the URDF.
     """
-    if path is None:
-        path, folders = data_path("config/robot.yaml"), None
-    file = Path(path)
+    file = data_path("config/robot.yaml") if path is None else Path(path)
     try:
-        data = read_yaml(file, folders)
-        if not isinstance(data, dict):
-            raise RobotConfigError(f"{file} is not a mapping", value=data, limit="a mapping")
-        urdf = str(data["urdf"])
-        installed = urdf.startswith(_IN_PACKAGE)
-        return _build(data, _find_urdf(urdf, file), None if installed else folders)
-    except RobotConfigError:
-        raise
-    except KeyError as error:
-        raise RobotConfigError(f"{file}: missing field", value=None, limit=error.args[0]) from error
-    except (InputError, ET.ParseError, AttributeError, TypeError, ValueError, LookupError,
-            OverflowError) as error:
+        found = checked(_File, read_yaml(file))
+        urdf_path = _find_urdf(found.urdf, file)
+        return _build(found, urdf_path, ET.fromstring(read_file(urdf_path)))
+    except SettingError as error:
         raise RobotConfigError(
-            f"{file} cannot be read", value=str(error), limit="fields as in config/robot.yaml"
+            f"{file}: {error.setting}", value=error.value, limit=error.limit) from error
+    except (InputError, ET.ParseError, KeyError, ValueError) as error:
+        if isinstance(error, RobotConfigError):
+            raise
+        raise RobotConfigError(
+            f"{file} cannot be used", value=str(error), limit="a robot.yaml with its URDF"
         ) from error
 
 
-def _build(
-    data: dict[str, Any], urdf_path: Path, folders: Sequence[Path] | None
-) -> RobotConfig:
-    names = tuple(data["joint_names"])
-    robot = ET.fromstring(read_file(urdf_path, folders))
-    limits = _read_limits(robot, names, data.get("other_joints"))
-    braced = {name: float(np.deg2rad(deg)) for name, deg in data["braced_posture_deg"].items()}
-    x_min, x_max, y_min, y_max = (float(value) for value in data["sole"])
+def _build(file: _File, urdf_path: Path, urdf: ET.Element) -> RobotConfig:
+    names = file.joint_names
+    limits = _read_limits(urdf, names, file.other_joints)
+    x_min, x_max, y_min, y_max = file.sole
+    arm = file.arm
     config = RobotConfig(
-        name=data["name"],
-        mass=sum(float(element.attrib["value"]) for element in robot.iter("mass")),
+        name=file.name,
+        mass=sum(float(element.attrib["value"]) for element in urdf.iter("mass")),
         joint_names=names,
         half_sitting=_frozen(
-            np.deg2rad(_per_joint(data["half_sitting_deg"], names, "half_sitting_deg"))
+            np.deg2rad(_per_joint(file.half_sitting_deg, names, "half_sitting_deg"))
         ),
         lower=_frozen(limits[:, 0]),
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
         effort_limit=_frozen(limits[:, 3]),
-        legs=MappingProxyType({side: tuple(data["legs"][side]) for side in SIDES}),
-        arm=_arm(data["arm"]),
-        step=Step(**{name: float(value) for name, value in data["step"].items()}),
-        run_up_start=_range(data, "run_up_start"),
+        legs=file.legs.mapping(),
+        arm=Arm(arm.joints, arm.elbow, float(np.deg2rad(arm.straightest_elbow_deg)),
+                arm.wrist_link, arm.heights),
+        step=file.step,
+        run_up_start=file.run_up_start,
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        feet=MappingProxyType({side: FootNames(**data["feet"][side]) for side in SIDES}),
-        contact_link=data["contact_link"],
-        contact_radius=_positive(data, "contact_radius"),
-        hand_link=data["hand_link"],
-        braced_posture=MappingProxyType(braced),
-        braced_joints=tuple(data["braced_joints"]),
+        feet=file.feet.mapping(),
+        contact_link=file.contact_link,
+        contact_radius=file.contact_radius,
+        hand_link=file.hand_link,
+        braced_posture=MappingProxyType(
+            {name: float(np.deg2rad(deg)) for name, deg in file.braced_posture_deg.items()}),
+        braced_joints=file.braced_joints,
         urdf_path=urdf_path,
-        **_optional(data, names),
+        hand_radius=file.hand_radius,
+        clearance=file.clearance,
+        disabled_collisions=file.disabled_collisions,
+        drives=_drives(file, names),
+        motor_encoder_counts=file.motor_encoder_counts,
+        brace=_brace(file.brace),
+        sole_rubber=file.sole_rubber,
+        imu_frame=file.imu_frame,
+        wrist_sensors=file.wrist_sensors.mapping() if file.wrist_sensors else None,
+        footsteps=_footsteps(file.footsteps),
+        chest_yaw=file.chest_yaw,
     )
-    _check_names(config, robot)
+    _check_names(config, urdf)
     _check_chains(config)
     _check_postures(config)
     return config
 
 
-def _optional(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
-    """Return those fields of the file that it may omit."""
-    found: dict[str, Any] = {}
-    for name in ("hand_radius", "clearance"):
-        if name in data:
-            found[name] = _positive(data, name)
-    if "drives" in data:
-        found["drives"] = _drives(data, names)
-    if "brace" in data:
-        found["brace"] = _brace(data["brace"])
-    if "motor_encoder_counts" in data:
-        counts = found["motor_encoder_counts"] = data["motor_encoder_counts"]
-        if type(counts) is not int or counts < 1:
-            raise RobotConfigError(
-                "motor_encoder_counts", value=counts, limit="a whole number, 1 or more"
-            )
-    if "sole_rubber" in data:
-        found["sole_rubber"] = _sole_rubber(data["sole_rubber"])
-    if "disabled_collisions" in data:
-        found["disabled_collisions"] = tuple((a, b) for a, b in data["disabled_collisions"])
-    if "wrist_sensors" in data:
-        found["wrist_sensors"] = MappingProxyType(
-            {side: WristSensor(**data["wrist_sensors"][side]) for side in SIDES})
-    if "footsteps" in data:
-        found["footsteps"] = read_step_limits(data["footsteps"])
-    found |= {name: data[name] for name in ("imu_frame", "chest_yaw") if name in data}
-    return found
+def _footsteps(given: _Footsteps | None) -> StepLimits | None:
+    if given is None:
+        return None
+    values = given.model_dump()
+    return StepLimits(turn=float(np.deg2rad(values.pop("turn_deg"))), **values)
 
 
-def _arm(data: dict[str, Any]) -> Arm:
-    return Arm(
-        joints=tuple(data["joints"]),
-        elbow=data["elbow"],
-        straightest_elbow=float(np.deg2rad(data["straightest_elbow_deg"])),
-        wrist_link=data["wrist_link"],
-        heights=_range(data, "heights"),
-    )
+def _brace(given: _Brace | None) -> Brace | None:
+    if given is None:
+        return None
+    arm, trunk = (Pad(pad.link, pad.xyz, pad.radius) for pad in (given.arm, given.trunk))
+    return Brace(arm, trunk, given.trunk.normal, given.stiffness, given.damping, given.friction)
 
 
-def _drives(data: dict[str, Any], names: tuple[str, ...]) -> Drives:
-    rows = {key: {start: row[key] for start, row in data["drives"].items()}
-            for key in ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")}
-    columns = {key: _per_joint(table, names, key) for key, table in rows.items()}
-    sizes, decay = data["gear_sizes"], _positive(data, "gear_damping_time")
+def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:
+    if file.drives is None:
+        return None
+    sizes, decay = needed(file.gear_sizes, "gear_sizes"), file.gear_damping_time
+    rows = {start: row.model_dump() for start, row in file.drives.items()}
+    columns = {key: _per_joint({start: row[key] for start, row in rows.items()}, names, key)
+               for key in _Row.model_fields}
     for name, size in zip(names, columns["size"], strict=True):
         if size not in sizes:
             raise RobotConfigError(
-                f"size of the gear of {name}", value=float(size), limit=f"one of {sorted(sizes)}")
-    gears = {key: np.array([float(sizes[int(size)][key]) for size in columns["size"]])
-             for key in ("stiffness", "peak_torque", "ratcheting_torque")}
-    drives = Drives(
+                f"size of the gear of {name}", value=int(size), limit=f"one of {sorted(sizes)}")
+    gears = {key: np.array([getattr(sizes[int(size)], key) for size in columns["size"]])
+             for key in _GearSize.model_fields}
+    return Drives(
         gear_ratio=_frozen(columns["gear"]),
         rotor_inertia=_frozen(columns["rotor_inertia"]),
-        damping=_frozen(decay * gears["stiffness"]),
+        damping=_frozen(needed(decay, "gear_damping_time") * gears["stiffness"]),
         position_gain=_frozen(columns["position_gain"]),
         speed_gain=_frozen(columns["speed_gain"]),
         **{key: _frozen(values) for key, values in gears.items()},
     )
-    weak = np.flatnonzero(gears["ratcheting_torque"] < gears["peak_torque"])
-    if weak.size:
-        at = int(weak[0])
-        raise RobotConfigError(
-            f"ratcheting_torque of the gear of {names[at]}",
-            value=float(gears["ratcheting_torque"][at]),
-            limit=f"at least its peak_torque, {gears['peak_torque'][at]:g}")
-    for name, values in asdict(drives).items():
-        wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
-        if wrong.size:
-            at = int(wrong[0])
-            raise RobotConfigError(
-                f"{name} of {names[at]}", value=float(values[at]), limit="positive")
-    return drives
-
-
-def _brace(data: dict[str, Any]) -> Brace:
-    arm, trunk = (
-        Pad(pad["link"], _vector(pad, "xyz"), _positive(pad, "radius"))
-        for pad in (data["arm"], data["trunk"]))
-    normal = _vector(data["trunk"], "normal")
-    if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
-        raise RobotConfigError("normal of the trunk's pad", value=normal, limit="length 1")
-    stiffness, damping, friction = (
-        _positive(data, name) for name in ("stiffness", "damping", "friction"))
-    return Brace(arm, trunk, normal, stiffness, damping, friction)
-
-
-def _vector(data: dict[str, Any], name: str) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in data[name])
-    if not np.isfinite([x, y, z]).all():
-        raise RobotConfigError(name, value=(x, y, z), limit="three finite numbers")
-    return x, y, z
-
-
-def _sole_rubber(data: dict[str, Any]) -> SoleRubber:
-    rubber = SoleRubber(float(data["stiffness"]), float(data["damping"]))
-    for name, value in asdict(rubber).items():
-        if not (np.isfinite(value) and value > 0.0):
-            raise RobotConfigError(f"{name} of sole_rubber", value=value, limit="positive")
-    return rubber
 
 
 def _check_names(config: RobotConfig, robot: ET.Element) -> None:
@@ -266,11 +323,6 @@ def _check_chains(config: RobotConfig) -> None:
         raise RobotConfigError(
             "elbow of the right arm", value=config.arm.elbow, limit=list(config.arm.joints)
         )
-    step = config.step
-    if not 0.0 < step.shortest < step.nominal < step.longest or not step.lift > 0.0:
-        raise RobotConfigError(
-            "step", value=asdict(step), limit="0 < shortest < nominal < longest, lift > 0"
-        )
 
 
 def _check_postures(config: RobotConfig) -> None:
@@ -289,24 +341,8 @@ def _check_postures(config: RobotConfig) -> None:
             )
 
 
-def _positive(data: dict[str, Any], name: str) -> float:
-    value = float(data[name])
-    if not (np.isfinite(value) and value > 0.0):
-        raise RobotConfigError(name, value=value, limit="a positive number")
-    return value
-
-
-def _range(data: dict[str, Any], name: str) -> tuple[float, float]:
-    low, high = (float(value) for value in data[name])
-    if not low < high:
-        raise RobotConfigError(name, value=(low, high), limit="two numbers, the lower one first")
-    return low, high
-
-
 def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) -> Array:
     """Return lower limit, upper limit, largest speed and largest torque of the joints, (J, 4)."""
-    if others not in (None, "fixed"):
-        raise RobotConfigError("other_joints", value=others, limit="fixed, or no such field")
     joints = {
         joint.attrib["name"]: joint
         for joint in robot.findall("joint")
@@ -382,18 +418,13 @@ def _find_urdf(name: str, config_file: Path) -> Path:
         package, _, place = name.removeprefix(_IN_PACKAGE).partition("/")
         tried = [folder / place for folder in share_folders(package)]
     else:
-        tried = [folder / name for folder in (config_file.parent, config_file.parent.parent)]
+        tried = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
     for path in tried:
         if path.is_file():
             return path
-    try:
-        return data_path(name)
-    except DataFileNotFoundError:
-        raise RobotConfigError(
-            "there is no URDF",
-            value=name,
-            limit=f"a file in the folder of {config_file}, or package:// and an installed package",
-        ) from None
+    raise RobotConfigError(
+        "there is no URDF", value=name,
+        limit=f"a file in the folder of {config_file}, or package:// and an installed package")
 
 
 def _frozen(values: Array) -> Array:

@@ -9,15 +9,17 @@ from typing import TypeVar
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.documents import STRICT, Name, Positive
+from pydantic import model_validator
+from pydantic.dataclasses import dataclass as described
 
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.step_limits import StepLimits
 
 Rect = tuple[float, float, float, float]
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class FootNames:
     """Names in the URDF that belong to one foot.
 
@@ -28,12 +30,12 @@ class FootNames:
             does not name it.
     """
 
-    sole: str
-    ankle: str | None = None
-    sensor_joint: str | None = None
+    sole: Name
+    ankle: Name | None = None
+    sensor_joint: Name | None = None
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class WristSensor:
     """Force sensor of a wrist.
 
@@ -42,8 +44,8 @@ class WristSensor:
         joint: Fixed joint above that link that contains the sensor.
     """
 
-    link: str
-    joint: str
+    link: Name
+    joint: Name
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Arm:
     heights: tuple[float, float]
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class Step:
     """The step of the right foot towards the door.
 
@@ -77,13 +79,19 @@ class Step:
         lift: Height of the foot in the middle of the step [m].
     """
 
-    shortest: float
-    nominal: float
-    longest: float
-    lift: float
+    shortest: Positive
+    nominal: Positive
+    longest: Positive
+    lift: Positive
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Step:
+        if not self.shortest < self.nominal < self.longest:
+            raise ValueError("shortest < nominal < longest")
+        return self
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class SoleRubber:
     """Rubber under one whole sole.
 
@@ -92,8 +100,8 @@ class SoleRubber:
         damping: Damping along the vertical [N s/m].
     """
 
-    stiffness: float
-    damping: float
+    stiffness: Positive
+    damping: Positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +187,31 @@ class Brace:
     stiffness: float
     damping: float
     friction: float
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """How far one foot may be placed from the other, in the axes of the foot that stands.
+
+    Distances are between the origins of the soles' frames.
+
+    Attributes:
+        ahead: Largest distance ahead of the standing foot [m].
+        back: Largest distance behind the standing foot [m].
+        width: Distance of the feet beside each other when the robot stands [m].
+        narrowest: Smallest distance of the feet along the standing foot's y axis [m].
+        widest: Largest distance of the feet along the standing foot's y axis [m].
+        turn: Largest angle between the feet [rad].
+        clearance: Smallest distance between the rectangles of the soles [m].
+    """
+
+    ahead: float
+    back: float
+    width: float
+    narrowest: float
+    widest: float
+    turn: float
+    clearance: float
 
 
 @dataclass(frozen=True, eq=False)

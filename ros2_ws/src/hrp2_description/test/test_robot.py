@@ -1,6 +1,7 @@
 """Tests of the robot's configuration."""
 
 import copy
+import math
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ BRACE = {
 }  # fmt: skip
 DRIVE = ("gear", "rotor_inertia", "size", "position_gain", "speed_gain")
 WRIST = {"link": "l_gripper", "joint": "l_gripper_joint"}
+FOOTSTEPS = {"ahead": 0.2, "back": 0.15, "width": 0.19, "narrowest": 0.17, "widest": 0.34,
+             "turn_deg": 20.0, "clearance": 0.02}
 STEP = {"shortest": 0.12, "nominal": 0.20, "longest": 0.30, "lift": 0.035}
 
 
@@ -121,6 +124,12 @@ def test_rubber_under_the_soles_is_as_stiff_as_published():
     assert 400.0 < rubber.stiffness * half_width**2 < 600.0
 
 
+def test_footsteps_are_as_wide_as_half_sitting():
+    """The feet of half-sitting are 0.19 m apart; degrees of the file become radians."""
+    assert ROBOT.footsteps.width == pytest.approx(0.19)
+    assert ROBOT.footsteps.turn == pytest.approx(math.radians(20.0))
+
+
 @pytest.mark.parametrize("field", ["joint_names", "step"])
 def test_missing_field_is_named(tmp_path, field):
     """The error names the missing field."""
@@ -138,11 +147,11 @@ def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_p
 
 @pytest.mark.parametrize(("place", "value", "message"), [
     (("drives", "RARM", "size"), [25, 17, 13, 17, 11, 11, 11], "size of the gear of RARM_JOINT2"),
-    (("gear_sizes", 17, "peak_torque"), 500.0, "ratcheting_torque of the gear of RLEG_JOINT0"),
+    (("gear_sizes", 17, "peak_torque"), 500.0, "gear_sizes.17"),
 ])
 def test_a_gear_of_no_size_or_whose_teeth_skip_below_its_peak_torque_is_refused(
         tmp_path, place, value, message):
-    """The error names the joint and the limit."""
+    """The error names the joint or the size."""
     data = yaml.safe_load(data_path("config/robot.yaml").read_text(encoding="utf-8"))
     changed = copy.deepcopy(data[place[0]])  # RARM and LARM are one table in the file
     changed[place[1]][place[2]] = value
@@ -173,11 +182,15 @@ def test_joints_left_out_are_fixed_only_where_the_file_says_so(tmp_path):
         ({"braced_posture_deg": {"RARM_JOINT1": -100}}, "RARM_JOINT1 outside its limits"),
         ({"joint_names": list(ROBOT.joint_names[:-1])}, "LARM_JOINT6"),
         ({"urdf": "urdf/none.urdf"}, "none.urdf"),
-        ({"sole": [1, 2, 3]}, "cannot be read"),
+        ({"sole": [1, 2, 3]}, "sole"),
         ({"step": {**STEP, "shortest": 0.25}}, "shortest < nominal"),
         ({"brace": {**BRACE, "stiffness": float("inf")}}, "stiffness"),
         ({"wrist_sensors": {"left": WRIST}}, "right"),
         ({"drives": {"RLEG": {key: [1] for key in DRIVE}}}, "RLEG_JOINT0"),
+        ({"chest_yaw": "CHEST_JOINT7"}, "CHEST_JOINT7"),
+        ({"footsteps": {**FOOTSTEPS, "clearance": math.nan}}, r"footsteps\.clearance"),
+        ({"footsteps": {**FOOTSTEPS, "width": 0.4}}, "narrowest to widest"),
+        ({"contact_lnk": "RARM_LINK3"}, r"contact_lnk .*contact_link"),
     ],
 )
 def test_contradictions_are_refused(tmp_path, changes, message):

@@ -5,9 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 import pytest
-from hrp2_description.data import data_path
 from hrp2_description.robot import load_robot_config
-from hrp2_description.urdf import urdf_string
 
 ROBOT = load_robot_config()
 MODEL = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
@@ -30,9 +28,45 @@ def _frame(data, name):
     return data.oMf[MODEL.getFrameId(name)]
 
 
-def test_committed_file_is_what_the_generator_makes():
-    """hrp2.urdf was generated from the present table."""
-    assert data_path("urdf/hrp2.urdf").read_text(encoding="utf-8") == urdf_string()
+def _names(element):
+    return [each.attrib["name"] for each in ET.parse(ROBOT.urdf_path).getroot().findall(element)]
+
+
+def test_every_link_is_a_body_that_can_be():
+    """Principal moments are positive and obey the triangle inequality; the sum is 58 kg."""
+    for name, body in zip(MODEL.names, MODEL.inertias, strict=True):
+        if body.mass > 0.0:
+            a, b, c = np.linalg.eigvalsh(body.inertia)
+            assert a > 0.0, name
+            assert a + b > c * 1.0001, name
+    assert ROBOT.mass == pytest.approx(58.0, abs=1e-6)
+
+
+def test_left_is_the_mirror_of_right():
+    """Mass, CoM and inertia are those of the other side, reflected in the plane y = 0."""
+    flip = np.diag([1.0, -1.0, 1.0])
+    for right in ROBOT.joint_names:
+        if right.startswith("R"):
+            one, other = (
+                MODEL.inertias[MODEL.getJointId(name)] for name in (right, "L" + right[1:]))
+            assert one.mass == pytest.approx(other.mass)
+            np.testing.assert_allclose(flip @ one.lever, other.lever, atol=1e-9, err_msg=right)
+            np.testing.assert_allclose(
+                flip @ one.inertia @ flip, other.inertia, atol=1e-9, err_msg=right)
+
+
+def test_the_foot_has_the_published_mass_and_centre():
+    """Ankle link and sole together are the published foot of 1.64 kg."""
+    foot = MODEL.inertias[MODEL.getJointId("RLEG_JOINT5")]
+    assert foot.mass == pytest.approx(1.6388, abs=1e-6)
+    np.testing.assert_allclose(foot.lever, [-0.0007, -0.0047, -0.0654], atol=1e-6)
+
+
+def test_thirty_moving_joints_in_the_robots_order():
+    """Moving joints come first, chain by chain."""
+    counts = {"RLEG": 6, "LLEG": 6, "CHEST": 2, "HEAD": 2, "RARM": 7, "LARM": 7}
+    moving = [f"{chain}_JOINT{i}" for chain, n in counts.items() for i in range(n)]
+    assert list(ROBOT.joint_names) == _names("joint")[:30] == moving
 
 
 def test_half_sitting_waist_height_and_soles():
@@ -158,7 +192,7 @@ def test_elbow_touches_a_wall_first(bullet):
 
 def test_nothing_reaches_below_the_soles(bullet):
     """In half-sitting the soles' boxes are the lowest collision shapes, 0.23 x 0.13 m."""
-    robot = ET.fromstring(urdf_string())
+    robot = ET.parse(ROBOT.urdf_path).getroot()
     assert not [
         link
         for link in robot.iter("link")

@@ -10,11 +10,7 @@ class SimBridgeError(DoorImpactError):
 
 
 class SimulatorMissingError(SimBridgeError):
-    """A physics engine cannot be imported.
-
-    Attributes:
-        value: Name of the engine.
-    """
+    """A physics engine, whose name is the value, cannot be imported."""
 
     def __init__(
         self,
@@ -23,53 +19,37 @@ class SimulatorMissingError(SimBridgeError):
         "needs g++ and python3-dev)",
     ) -> None:
         super().__init__(
-            f"the simulation needs {engine}, which is not installed: run {remedy}", value=engine
-        )
+            f"the simulation needs {engine}, which is not installed: run {remedy}", value=engine)
 
 
 class DivergedError(SimBridgeError):
-    """The simulation has diverged: its state is no longer a finite number.
-
-    Attributes:
-        value: Simulated time since the start [s].
-    """
+    """The simulation is no longer a finite number; the value is the time since its start [s]."""
 
     def __init__(self, engine: str, time: float) -> None:
         super().__init__(
             f"the simulation in {engine} diverged {time:.4f} s after its start: reset it, and take "
-            "shorter physics steps or smaller torques",
-            value=time,
-        )
+            "shorter physics steps or smaller torques", value=time)
 
 
 class SecondDriverError(SimBridgeError):
-    """Another driver of a robot is in the graph already.
-
-    Attributes:
-        value: Topic that the other driver publishes.
-    """
+    """Another driver of a robot publishes a topic, the value, already."""
 
     def __init__(self, topic: str) -> None:
         super().__init__(
             f"another node publishes {topic} already: the simulation must not run together with "
-            "the driver of a robot (driver:=none leaves the simulation out)",
-            value=topic,
-        )
+            "the driver of a robot (driver:=none leaves the simulation out)", value=topic)
 
 
 class ModelError(SimBridgeError):
-    """The simulator changed the model of the robot.
+    """The simulator changed the model of the robot: value there, and limit in the model.
 
     Attributes:
         body: Name of the link, joint or robot concerned.
-        value: Value in the simulator.
-        limit: Value in the model.
     """
 
     def __init__(self, body: str, value: object, limit: object, what: str) -> None:
         super().__init__(
-            f"{body}: {what} is {value}, must be {limit}", quantity=what, value=value, limit=limit
-        )
+            f"{body}: {what} is {value}, must be {limit}", quantity=what, value=value, limit=limit)
         self.body = body
 
 
@@ -79,8 +59,6 @@ class TrajectoryRefusedError(SimBridgeError):
     Attributes:
         reason: What is wrong, in words, with the unit of the value.
         joint: Name of the joint concerned; empty if the error concerns the whole trajectory.
-        value: Offending value.
-        limit: Limit that the value violates.
     """
 
     def __init__(self, reason: str, joint: str, value: object, limit: object) -> None:
@@ -88,8 +66,7 @@ class TrajectoryRefusedError(SimBridgeError):
         found = "" if joint and value == joint else f": {_short(value)}"
         super().__init__(
             f"{where}{reason}{found}, allowed: {_short(limit)}", value=value, limit=limit,
-            reason=reason,
-        )
+            reason=reason)
         self.joint = joint
 
 

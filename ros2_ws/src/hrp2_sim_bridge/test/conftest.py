@@ -79,7 +79,6 @@ def moving(robot: RobotConfig) -> Callable[..., TrajectoryArrays]:
         curve = CubicSpline(times, postures, bc_type="clamped")
         return TrajectoryArrays(
             robot.joint_names, times.tolist(), postures.tolist(),
-            curve(times, 1).tolist(), curve(times, 2).tolist(),
-        )
+            curve(times, 1).tolist(), curve(times, 2).tolist())
 
     return trajectory

@@ -6,9 +6,8 @@ import pytest
 from door_impact_common.errors import SettingError
 from door_model.door.config import load_door
 from door_model.door.door import Zone
-from door_model.motion.dynamics import follow_free, simulate
-from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque, DoorLoad
-from hrp2_sim_bridge.physics.states import DoorState
+from door_model.motion.dynamics import simulate
+from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
@@ -19,17 +18,12 @@ DURATION = 0.2
 # A usual closer: it damps closing more than opening, and has a backcheck and a latch zone.
 REAL = replace(
     load_door("paper"), c_c_closing=0.5, backcheck=Zone(0.2, 0.3), latch=Zone(0.15, 0.2),
-    friction=0.5,
-)
+    friction=0.5)
 
 
-@pytest.mark.parametrize(
-    ("config", "impulse"),
-    [(REAL, 9.0), pytest.param(
-        load_door("paper"), 9.0, marks=pytest.mark.nightly("another door"))],
-)
-def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
+def test_pushed_door_swings_as_eq_1_says(robot) -> None:
     """A pushed door swings as eq. (1) predicts."""
+    config, impulse = REAL, 9.0
 
     def torque(time: float) -> float:
         push = impulse * math.pi / (2 * DURATION) * math.sin(math.pi * time / DURATION)
@@ -39,59 +33,21 @@ def test_pushed_door_swings_as_eq_1_says(robot, config, impulse) -> None:
     rest = -CloserTorque(config, 1.0)(0.0, 0.0)
     begin = next(t for t in np.arange(0.0, DURATION, 1e-5) if torque(t) > rest)
     model = simulate(
-        config.door(), 0.0, 0.0, 3.0, torque=lambda t: torque(t + begin), stop=True
-    )
+        config.door(), 0.0, 0.0, 3.0, torque=lambda t: torque(t + begin), stop=True)
     world = World(robot, config, 0.9, -0.42, sole="rigid")
     world.push_door(impulse, DURATION)
     for _ in range(350):
         world.step()
-    angle = world.log(with_com=False)["door_angle"]
+    angle = world.log()["door_angle"]
     world.close()
     top = int(np.argmax(model.theta))
     # The simulated stop is elastic: it adds 0.0005 rad/s while the push exceeds the closer.
     assert math.degrees(angle.max()) == pytest.approx(
-        math.degrees(model.theta.max()), abs=0.08
-    )
+        math.degrees(model.theta.max()), abs=0.08)
     assert math.degrees(angle.max()) > 4.0
     shift = round(begin / 0.001)
     np.testing.assert_allclose(
-        np.degrees(angle[shift : shift + top]), np.degrees(model.theta[1 : top + 1]), atol=0.1
-    )
-
-
-@pytest.mark.nightly("ten seconds of simulated time")
-def test_real_closer_shuts_as_the_model_says(robot) -> None:
-    """A door with latch zone and friction closes from its peak as the model predicts."""
-    world = World(robot, REAL, 0.9, -0.42)
-    world.push_door(9.0, DURATION)
-    for _ in range(1100):
-        world.step()
-    angle = world.log(with_com=False)["door_angle"]
-    world.close()
-    top = int(np.argmax(angle))
-    model = follow_free(REAL.door(), float(angle[top]), 0.0)
-    assert 0.5 < float(model.end_time[0]) < 4.0
-    times = np.arange(0.0, float(model.end_time[0]), 1e-3)
-    theta = model.at(times)[0][:, 0]
-    np.testing.assert_allclose(
-        np.degrees(angle[top : top + len(times)]), np.degrees(theta), atol=0.1
-    )
-
-
-@pytest.mark.nightly("four seconds of simulated time")
-def test_door_falls_shut_without_bouncing_much_and_settles(robot, paper_door) -> None:
-    """A door closes, bounces by less than 0.3 deg, and settles."""
-    world = World(robot, paper_door, 0.9, -0.42)
-    world.push_door(8.0, DURATION)
-    for _ in range(750):
-        world.step()
-    angle = np.degrees(world.log(with_com=False)["door_angle"])
-    world.close()
-    shut = int(np.argmax((angle < 0.0) & (np.arange(len(angle)) > angle.argmax())))
-    assert shut > angle.argmax()
-    assert angle[shut:].max() < 0.3
-    assert angle.min() > -0.4
-    assert np.abs(angle[-200:]).max() < 0.02
+        np.degrees(angle[shift : shift + top]), np.degrees(model.theta[1 : top + 1]), atol=0.1)
 
 
 def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_world) -> None:
@@ -102,7 +58,7 @@ def test_closed_door_counts_do_not_flicker_and_swings_count_as_the_angle(make_wo
     assert set(counts) == {zero}
     world.push_door(9.0, DURATION)
     counts = [c for _ in range(120) for c in world.step().counts]
-    angle = world.log(with_com=False)["door_angle"][-len(counts):]
+    angle = world.log()["door_angle"][-len(counts):]
     turned = (np.array(counts) - zero + (1 << 15)) % (1 << 16) - (1 << 15)
     expected = angle / math.tau * COUNTS_PER_TURN
     assert np.abs(turned - expected).max() <= 2.0
@@ -131,30 +87,18 @@ def test_pushes_together_are_no_faster_than_a_hand(make_world) -> None:
         except SettingError as error:
             refused.append(str(error))
         world.step()
-    speed = world.log(with_com=False)["door_velocity"]
+    speed = world.log()["door_velocity"]
     assert 8.0 < speed.max() <= FASTEST_PUSHED
     assert refused
     assert all("rad/s" in text for text in refused)
-
-
-def test_a_light_leaf_is_pushed_with_less(paper_door) -> None:
-    """The limit is a speed, so that it depends on the leaf's inertia; the other way has one too."""
-    for sign in (1.0, -1.0):
-        load = DoorLoad(replace(paper_door, i_a=1.0))
-        load.push(sign * 0.9 * FASTEST_PUSHED, 0.2, 0.0, DoorState(0.0, 0.0))
-        with pytest.raises(SettingError, match="rad/s"):
-            load.push(sign * 0.2 * FASTEST_PUSHED, 0.2, 0.05, DoorState(0.0, 0.0))
-        load.push(-sign * 0.2 * FASTEST_PUSHED, 0.2, 0.05, DoorState(0.0, 0.0))
-        load.push(sign * 0.9 * FASTEST_PUSHED, 0.2, 0.3, DoorState(0.0, 0.0))  # they have ended
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
     [
         ("time_step_coarse", 0.0007), ("friction", float("nan")), ("restitution", 1.5),
-        ("iterations", 0),
-    ],
-)
+        ("iterations", 0), ("engine", "bullet"), ("start", (10.1, 0.0, 0.0)),
+        ("start", (float("nan"), 0.0, 0.0))])
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
     """A setting out of its range is an error with its name and value."""
     with pytest.raises(SettingError) as error:
@@ -169,10 +113,15 @@ def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) ->
     world.push_door(60.0, 0.3)
     for _ in range(220):
         world.step()
-    angle = world.log(with_com=False)["door_angle"]
+    angle = world.log()["door_angle"]
     limit = world.door_config.linkage.opening_limit()
     assert angle.max() > 1.0
     assert angle.max() < limit
+
+
+def tick(world):
+    """Return the number of the tick."""
+    return round(world.time / 0.005)
 
 
 def test_a_leaf_that_is_pushed_at_the_robot_is_looked_at_in_every_tick(make_world) -> None:
@@ -180,9 +129,9 @@ def test_a_leaf_that_is_pushed_at_the_robot_is_looked_at_in_every_tick(make_worl
     world = make_world(door_distance=2.0, sole="rigid")
     asked: list[int] = []
     look = world.engine.leaf_distance
-    world.engine.leaf_distance = lambda most: asked.append(world.tick) or look(most)
+    world.engine.leaf_distance = lambda most: asked.append(tick(world)) or look(most)
     world.push_door(150.0, 0.05)
-    begin = world.tick
+    begin = tick(world)
     for _ in range(20):
         world.step()
     fast = range(begin, begin + 11)  # the push, and the tick in which its end is noticed

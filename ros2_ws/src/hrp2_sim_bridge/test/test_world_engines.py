@@ -6,19 +6,10 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import SettingError
 from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.settings import ENGINES, SensorSettings, WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, SensorSettings
 from hrp2_sim_bridge.world import World
 
 EXACT = SensorSettings(sensor_noise=False)
-OTHERS = pytest.mark.parametrize(  # the other files test the default engine
-    "engine", [engine for engine in ENGINES if engine != WorldSettings.engine])
-
-
-@pytest.fixture(scope="module", autouse=True)
-def installed() -> None:
-    """Skip these tests where an engine is not installed."""
-    for engine in ENGINES:
-        pytest.importorskip(engine)
 
 
 def run(world, seconds):
@@ -42,12 +33,15 @@ def sways(robot, paper_door, sway, moving):
     return logs
 
 
-@OTHERS
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("sole", ["rubber", "rigid"])
 def test_the_robot_stands_on_its_weight_and_its_feet_do_not_creep(
     make_world, robot, engine, sole
 ) -> None:
-    """The feet carry m g to 0.5 %, stay in place to 2 um in a second, and sag on rubber."""
+    """The feet carry m g to 0.5 %, stay in place to 2 um in a second, and sag on rubber.
+
+    The engine's own contacts with the floor say the same as the force sensors.
+    """
     world = make_world(engine=engine, sole=sole, sensors=EXACT)
     run(world, 0.5)
     log = run(world, 1.0)
@@ -58,6 +52,17 @@ def test_the_robot_stands_on_its_weight_and_its_feet_do_not_creep(
         place = log[f"{side}_sole_position"]
         assert np.abs(place[-1, :2] - place[-1000, :2]).max() < 2e-6
         depths.append(-place[-1, 2])
+    contacts = world.engine.floor_contacts()
+    assert {contact.link for contact in contacts} == {foot.sole for foot in robot.feet.values()}
+    assert len(contacts) == 8
+    force = sum(np.array(contact.force) for contact in contacts)
+    assert force[2] == pytest.approx(robot.mass * GRAVITY, rel=0.01)
+    # The contacts' moment about the world's origin is that of the sensors, to a millimetre.
+    moment = sum(np.cross(contact.point, contact.force) for contact in contacts)
+    measured = sum(
+        log[f"{side}_wrench"][-1, 3:] + np.cross(
+            log[f"{side}_sole_position"][-1], log[f"{side}_wrench"][-1, :3]) for side in SIDES)
+    np.testing.assert_allclose(measured[:2], moment[:2], atol=1e-3 * force[2])
     wanted = robot.mass * GRAVITY / 2.0 / robot.sole_rubber.stiffness if sole == "rubber" else 0.0
     assert np.mean(depths) == pytest.approx(wanted, rel=0.02, abs=1e-4)
 
@@ -106,17 +111,22 @@ def test_two_engines_show_the_same_sway(sways) -> None:
     assert np.abs(loads[0] - loads[1]).max() < 0.03 * 58.0 * GRAVITY
 
 
-@OTHERS
+@pytest.mark.parametrize(("engine", "brace"), [
+    *((engine, "contact") for engine in ENGINES),
+    pytest.param("pybullet", "rigid", marks=pytest.mark.nightly("another brace"))])
 def test_hit_of_the_robot_turns_the_door_by_its_impulse(
-    robot, paper_door, sway, moving, engine
+    robot, paper_door, sway, moving, engine, brace
 ) -> None:
-    """The angular momentum that the door gains in a hit is that of the contact's forces."""
+    """The angular momentum that the door gains in a hit is that of the contact's forces.
+
+    The motors stay within their torques, and pads or locks carry the arm.
+    """
     braced = robot.posture(robot.braced_posture)
     places = []
     for distance in (2.0, None):
         world = World(
             robot, paper_door, distance or 0.02 + robot.contact_radius - places[0], -0.42,
-            posture=braced, engine=engine)
+            posture=braced, engine=engine, brace=brace)
         places.append(run(world, 0.005)["b_position"][-1, 1])
         if distance:
             world.close()
@@ -135,9 +145,100 @@ def test_hit_of_the_robot_turns_the_door_by_its_impulse(
     gained = paper_door.i_a * log["door_velocity"][last]
     assert gained > 2.0
     assert gained == pytest.approx(impulse - closer, rel=0.01)
+    assert (log["tick_peak_torque"] <= robot.effort_limit * (1.0 + 1e-6)).all()
+    carried = np.abs(log["tick_pad_impulse"].sum(axis=0)).max()
+    assert (carried > 0.1) if brace == "contact" else (carried == 0.0)
+    assert log["tick_locked"].any() == (brace == "rigid")
 
 
-def test_an_unknown_engine_is_an_error_that_names_the_known_ones() -> None:
-    """The setting is checked before anything is built."""
-    with pytest.raises(SettingError, match="bullet"):
-        WorldSettings(engine="bullet")
+def external_impulse(log, mass):
+    """Return the change of the robot's momentum that the floor's forces do not explain [N s].
+
+    The forces computed for the floor contain the share of the push on the soles themselves, 0.7 %.
+    """
+    floor = sum(
+        (rotation(log[f"{side}_sole_quaternion"]) @ log[f"{side}_wrench"][:, :3, None])[1:, :, 0]
+        for side in ("left", "right"))
+    floor = floor.sum(axis=0) * 0.001
+    floor[2] -= 9.81 * mass * (len(log["time"]) - 1) * 0.001
+    return mass * (log["com_velocity"][-1] - log["com_velocity"][0]) - floor
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_robot_gains_the_impulse_of_a_push(make_world, robot, engine) -> None:
+    """To 2 %, beside what its soles get from the floor; without a push it gains nothing."""
+    impulse = (-3.0, 5.0, -4.0)
+    world = make_world(door_distance=2.0, engine=engine, sensors=EXACT)
+    still = run(world, 0.1)
+    assert np.abs(external_impulse(still, robot.mass)).max() < 0.03
+    world.reset()
+    world.push_robot(np.array(impulse))
+    gained = external_impulse(run(world, 0.12), robot.mass)
+    np.testing.assert_allclose(gained, impulse, atol=0.02 * np.linalg.norm(impulse))
+
+
+@pytest.mark.parametrize(("impulse", "duration", "named"), [
+    ((201.0, 0.0, 0.0), 0.1, "impulse"), ((1.0, 0.0, 0.0), np.nan, "duration")])
+def test_a_push_that_nobody_can_give_is_refused(make_world, impulse, duration, named) -> None:
+    """With the value and the limit."""
+    world = make_world(sole="rigid")
+    with pytest.raises(SettingError, match=named):
+        world.push_robot(np.array(impulse), duration)
+
+
+def test_pushes_that_act_together_are_limited_together(make_world) -> None:
+    """Three of 90 N s are more than a robot gets, unless one is over."""
+    world = make_world(sole="rigid")
+    for _ in range(2):
+        world.push_robot(np.array([0.0, 90.0, 0.0]), duration=0.004)
+    with pytest.raises(SettingError, match="270 N s"):
+        world.push_robot(np.array([0.0, 90.0, 0.0]))
+    run(world, 0.005)
+    world.push_robot(np.array([0.0, 90.0, 0.0]))
+
+
+def hands_of(sample):
+    """Return the wrenches of the left and the right hand, (2, 6)."""
+    return np.array([sample.left_hand_wrench, sample.right_hand_wrench])
+
+
+def push_hand(world, side, force):
+    """Push the middle of a hand with a force in the world from the next step on [N]."""
+    link = world.robot_config.wrist_sensors[side].link
+    if world.engine.name == "mujoco":
+        world.engine.data.xfrc_applied[world.engine.model.body(link).id, :3] = force
+        return
+
+    def push(engine):
+        index = engine.link_names.index(link)
+        place = engine.client.getLinkState(engine.body, index)[0]
+        engine.client.applyExternalForce(
+            engine.body, index, force, place, engine.client.WORLD_FRAME)
+
+    world.observers.append(push)
+
+
+def test_hands_in_the_air_feel_nothing(make_world, sway, moving) -> None:
+    """Their own weight and inertia are compensated, at rest and in motion: below 0.1 N."""
+    world = make_world(sensors=EXACT)
+    path = np.array([sway(y) for y in (0.0, 0.04, -0.04, 0.0)])
+    world.follow(moving(np.array([0.1, 0.5, 0.9, 1.3]), path), 0.0)
+    felt = np.array([hands_of(world.step()) for _ in range(250)])
+    assert np.abs(felt[..., :3]).max() < 0.1
+    assert np.abs(felt[..., 3:]).max() < 0.01
+
+
+@pytest.mark.parametrize(("engine", "side"), [*zip(ENGINES, SIDES, strict=True)])
+def test_a_hand_feels_the_force_on_it_in_its_own_axes(make_world, engine, side) -> None:
+    """To 1 %, wherever the hand points; the other hand feels nothing."""
+    world = make_world(engine=engine, sensors=EXACT)
+    force = np.array([4.0, -6.0, 8.0])
+    push_hand(world, side, force)
+    for _ in range(120):
+        felt = hands_of(world.step())
+    place = SIDES.index(side)
+    turn = world.links.turn[len(SIDES) + place]
+    assert np.abs(turn - np.eye(3)).max() > 0.2
+    np.testing.assert_allclose(turn @ felt[place, :3], force, atol=0.1)
+    assert np.abs(felt[place, 3:]).max() < 0.01
+    assert np.abs(felt[1 - place]).max() < 0.1

@@ -27,13 +27,15 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 
-from humanoid_motion.collision.nearest import Clearance, Indices, Pairs, nearest
-from humanoid_motion.collision.shapes import coal, joined_bodies, levers, load_shapes
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import Motion
+from humanoid_motion.nearest import Clearance, Indices, Pairs, nearest
+from humanoid_motion.pinocchio_model import coal, collision_shapes
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
 
 LEAF = "the leaf"
+_ONE_PLACE = 0.05  # joints nearer to each other than this count as one place, such as a hip [m]
+_ROOT = 1  # Pinocchio's index of the free joint of base_link
 _REST_TOLERANCE = 1e-3  # by how much bodies that rest against each other may come nearer [m]
 
 
@@ -87,15 +89,15 @@ class BodyGeometry:
         """Read the collision shapes of the URDF that the robot's configuration names."""
         self._robot = robot
         self._data = robot.model.createData()
-        self._model, self.left_out = load_shapes(robot)
+        self._model, self.left_out = collision_shapes(robot.model, robot.config)
         objects = list(self._model.geometryObjects)
         self.links = tuple(robot.model.frames[item.parentFrame].name for item in objects)
-        found = [levers(robot, item) for item in objects]
+        found = [_levers(robot, item) for item in objects]
         self._levers = np.array([joint for joint, _ in found])
         self._levers = self._levers.reshape(len(objects), len(robot.joint_names))
         self._base_levers = np.array([base for _, base in found])
         joints = [int(item.parentJoint) for item in objects]
-        joined = joined_bodies(robot.model, set(joints))
+        joined = _joined_bodies(robot.model, set(joints))
         counted, excluded = [], set()
         disabled = {frozenset(pair) for pair in robot.config.disabled_collisions}
         for a, b in itertools.combinations(range(len(objects)), 2):
@@ -145,11 +147,10 @@ class BodyGeometry:
         """Find the two bodies of the robot that come nearest to their limit during a motion.
 
         Args:
-            motion: The motion.
             limit: Distance that bodies must keep [m]; the pairs of `resting` must keep less.
         """
         # The heading of the base moves all bodies alike.
-        at = self._distances(self._pairs, self._configurations(motion.base, motion.joints))
+        at = self._distances(self._pairs, self._robot.configurations(motion.base, motion.joints))
         return nearest(self._pairs, motion.joints, at, self._required(limit), motion.time)
 
     def leaf_clearance(
@@ -164,7 +165,6 @@ class BodyGeometry:
         """Find the body of the robot that comes nearest to the leaf during a motion.
 
         Args:
-            motion: The motion.
             leaf: The leaf at the samples of the motion.
             limit: Distance that bodies must keep from the leaf [m].
             may_touch: Names of the links that may touch the leaf and are not checked.
@@ -172,17 +172,15 @@ class BodyGeometry:
         """
         count = max(1, int(np.searchsorted(motion.time, until + 1e-9)))
         base, joints = motion.base[:count], motion.joints[:count]
-        yaw = None if motion.base_yaw is None else motion.base_yaw.angle[:count]
-        pairs, box = self._leaf_pairs(leaf, may_touch, turns=yaw is not None)
-        distances = self._distances(pairs, self._configurations(base, joints, yaw))
+        yaw = np.zeros(count) if motion.base_yaw is None else motion.base_yaw.angle[:count]
+        pairs, box = self._leaf_pairs(leaf, may_touch)
+        distances = self._distances(pairs, self._robot.configurations(base, joints, yaw))
 
         def at(sample: int, which: Indices) -> Array:
             box.placement = leaf.pose(sample)
             return distances(sample, which)
 
-        course = np.column_stack([joints, base, leaf.angle[:count]])
-        if yaw is not None:
-            course = np.column_stack([course, yaw])
+        course = np.column_stack([joints, base, leaf.angle[:count], yaw])
         return nearest(pairs, course, at, np.full(len(pairs.names), limit), motion.time)
 
     def _self_pairs(self, counted: list[tuple[int, int]]) -> Pairs:
@@ -195,20 +193,12 @@ class BodyGeometry:
         names = [(self.links[a], self.links[b]) for a, b in counted]
         return Pairs(self._model, self._model.createData(), names, slopes)
 
-    def _leaf_pairs(
-        self, leaf: LeafCourse, may_touch: Collection[str], *, turns: bool = False
-    ) -> tuple[Pairs, Any]:
-        """Pair every shape that must not touch with the leaf; return the pairs and the leaf.
-
-        If the base turns, its heading is the last coordinate.
-        """
+    def _leaf_pairs(self, leaf: LeafCourse, may_touch: Collection[str]) -> tuple[Pairs, Any]:
+        """Pair every shape that must not touch with the leaf; return the pairs and the leaf."""
         geometry, names, slopes = self._with_leaf(
             leaf.width, leaf.thickness, leaf.height, frozenset(may_touch))
         # The work space is new each time, because coal starts each search from its last result:
         # a used one would make a plan depend on the plans before it, by less than 1e-6 m.
-        if turns:
-            kept = [i for i, name in enumerate(self.links) if name not in may_touch]
-            slopes = np.column_stack([slopes, self._base_levers[kept]])
         pairs = Pairs(geometry, geometry.createData(), names, slopes)
         return pairs, geometry.geometryObjects[len(self.links)]
 
@@ -219,7 +209,8 @@ class BodyGeometry:
 
         Returns:
             Pinocchio's geometry model with the leaf as its last shape, and the names and slopes of
-            the pairs as in `Pairs`.
+            the pairs as in `Pairs`; the coordinates are the joints, the base's x, y and z, the
+            leaf's angle, and the base's heading.
         """
         geometry = pin.GeometryModel()
         for item in self._model.geometryObjects:
@@ -230,10 +221,10 @@ class BodyGeometry:
         kept = [i for i, name in enumerate(self.links) if name not in may_touch]
         for i in kept:
             geometry.addCollisionPair(pin.CollisionPair(i, index))
-        far = float(np.hypot(width, thickness))
-        others = np.tile([1.0, 1.0, 1.0, far], (len(kept), 1))  # base's x, y, z; leaf's angle
         names = [(self.links[i], LEAF) for i in kept]
-        return geometry, names, np.hstack([self._levers[kept], others])
+        others = np.tile([1.0, 1.0, 1.0, float(np.hypot(width, thickness))], (len(kept), 1))
+        return geometry, names, np.hstack(
+            [self._levers[kept], others, self._base_levers[kept, None]])
 
     def _required(self, limit: float) -> Array:
         """Compute the distance that each pair of shapes must keep, (P,) [m]."""
@@ -242,17 +233,9 @@ class BodyGeometry:
     def _resting(self, pairs: Pairs) -> Array:
         """Compute each pair's distance in half-sitting or braced, the smaller one, (P,) [m]."""
         postures = np.array([self._robot.config.half_sitting, braced_upper_body(self._robot)])
-        at = self._distances(pairs, self._configurations(np.zeros((2, 3)), postures))
+        at = self._distances(pairs, self._robot.configurations(np.zeros((2, 3)), postures))
         every = np.arange(len(pairs.names))
         return np.minimum(at(0, every), at(1, every))
-
-    def _configurations(self, base: Array, joints: Array, yaw: Array | None = None) -> Array:
-        q = np.tile(np.array(pin.neutral(self._robot.model)), (len(base), 1))
-        q[:, :3] = base
-        if yaw is not None:
-            q[:, 5], q[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)
-        q[:, self._robot.q_index] = joints
-        return q
 
     def _distances(self, pairs: Pairs, q: Array) -> Callable[[int, Indices], Array]:
         """Make the function that computes the distances [m] of some pairs at a sample of q."""
@@ -279,7 +262,6 @@ def require_clearance(found: Clearance, phase: str) -> None:
     """Check that the two bodies of a clearance keep the distance that they must.
 
     Args:
-        found: The clearance.
         phase: Name of the motion's phase, for the message.
 
     Raises:
@@ -297,3 +279,48 @@ def require_clearance(found: Clearance, phase: str) -> None:
         limit=found.limit,
         phase=phase,
     )
+
+
+def _levers(robot: RobotModel, item: Any) -> tuple[Array, float]:
+    """Bound the distance of a shape's points from the axis of each joint that moves it.
+
+    Args:
+        item: A shape of `collision_shapes`.
+
+    Returns:
+        Upper bounds in the robot's joint order, (J,) [m]; 0 for joints that do not move the shape.
+        And an upper bound of the distance from base_link's origin [m].
+    """
+    model = robot.model
+    item.geometry.computeLocalAABB()
+    centre = item.placement.act(item.geometry.aabb_center)
+    far = float(np.linalg.norm(centre)) + float(item.geometry.aabb_radius)
+    found = np.zeros(model.nv)
+    joint = int(item.parentJoint)
+    while joint > _ROOT:
+        found[model.joints[joint].idx_v] = far
+        far += float(np.linalg.norm(model.jointPlacements[joint].translation))
+        joint = int(model.parents[joint])
+    return found[robot.v_index], far
+
+
+def _joined_bodies(model: Any, bodies: set[int]) -> set[tuple[int, int]]:
+    """Find the bodies that are joined by one joint, or by several joints in one place.
+
+    Args:
+        model: Pinocchio's model.
+        bodies: Indices of the joints whose bodies have shapes.
+
+    Returns:
+        Pairs (child, parent) of these indices.
+    """
+    joined = set()
+    for body in bodies - {_ROOT}:
+        joint, parent = body, int(model.parents[body])
+        while parent > _ROOT and parent not in bodies:
+            if np.linalg.norm(model.jointPlacements[joint].translation) > _ONE_PLACE:
+                break
+            joint, parent = parent, int(model.parents[parent])
+        if parent in bodies:
+            joined.add((body, parent))
+    return joined

@@ -56,7 +56,6 @@ def inverse_dynamics(robot: RobotModel, motion: Motion, load: Load | None = None
     """Compute CoM, floor forces, ZMP and joint torques of a motion by recursive Newton-Euler.
 
     Args:
-        robot: The robot.
         motion: The motion; base_link stays upright.
         load: External force on the hand, e.g. that of the door.
     """
@@ -80,16 +79,14 @@ def floor_wrenches(robot: RobotModel, motion: Motion) -> tuple[Array, Array]:
 def _newton_euler(robot: RobotModel, motion: Motion) -> tuple[Array, Array, Array, Array]:
     """Compute CoM, the floor's force, its moment about odom's origin, and all joints' torques."""
     n = len(motion)
-    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
-    q[:, :3] = motion.base
-    q[:, robot.q_index] = motion.joints
+    q = robot.configurations(motion.base, motion.joints, _heading(motion))
     v = np.zeros((n, robot.model.nv))
     v[:, :3] = motion.base_speed
     v[:, robot.v_index] = motion.joint_speed
     a = np.zeros((n, robot.model.nv))
     a[:, :3] = motion.base_acceleration
     a[:, robot.v_index] = motion.joint_acceleration
-    turn = None if motion.base_yaw is None else _turn_base(motion.base_yaw, q, v, a)
+    turn = None if motion.base_yaw is None else _turn_base(motion.base_yaw, v, a)
     tau, com = np.empty_like(v), np.empty((n, 3))
     model, data = robot.model, robot.data
     for i in range(n):
@@ -106,14 +103,13 @@ def _heading(motion: Motion) -> Array | None:
     return None if motion.base_yaw is None else motion.base_yaw.angle
 
 
-def _turn_base(yaw: BaseYaw, q: Array, v: Array, a: Array) -> Array:
-    """Turn the base in Pinocchio's q, v and a; return the rotation matrices, (N, 3, 3).
+def _turn_base(yaw: BaseYaw, v: Array, a: Array) -> Array:
+    """Turn the base in Pinocchio's v and a; return the rotation matrices, (N, 3, 3).
 
     Pinocchio's velocity of a free base is in the base's own axes, and its acceleration is the
     derivative of these components, which lacks the part omega x v of the acceleration in odom.
     """
     turn = yaw_matrices(yaw.angle)
-    q[:, 5], q[:, 6] = np.sin(0.5 * yaw.angle), np.cos(0.5 * yaw.angle)
     back = np.swapaxes(turn, 1, 2)
     v[:, :3], a[:, :3] = _turned(back, v[:, :3]), _turned(back, a[:, :3])
     v[:, 5], a[:, 5] = yaw.speed, yaw.acceleration
@@ -140,8 +136,6 @@ def joint_torques(
     the soles' centres. The feet exert no internal force on each other.
 
     Args:
-        robot: The robot.
-        motion: The motion.
         dynamics: Inverse dynamics of the motion.
         feet: Positions of the soles in odom, by side, (3,) each [m].
         sides: Sides of the soles that bear load.

@@ -1,37 +1,23 @@
 """Knots of a planned motion: few points that a driver joins by quintics, not a dump of samples.
 
 `Knots` is what a plan holds, cuts and joins: every knot has position, velocity and acceleration.
-`humanoid_motion.spline.Spline` is the driver's side: it also follows points without velocities or
-accelerations, and rests outside its knots.
-
-The quintic stands in both modules, here on [0, 1] and there in seconds, on purpose. With one form
-in both, either plans or the driver's reference change by rounding (1e-16), and the simulated
-contact amplifies that to up to 0.5 deg of the door's largest angle: every figure would change.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from door_impact_common.arrays import Array
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.motion import Motion
+from humanoid_motion.spline import Spline, quintic
 
 # Largest error of the joints between knots [rad]; with 2e-5 rad the accelerations err so much that
 # the ZMP of the run-up is 2 mm off.
 TOLERANCE = 5e-6
-
-# Coefficients of a quintic on [0, 1] from value, first and second derivative at 0 and at 1.
-_QUINTIC = np.array([
-    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-    [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
-    [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
-    [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
-    [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
-])
 
 
 @dataclass(frozen=True)
@@ -81,31 +67,11 @@ class Knots:
         Returns:
             Positions [rad], velocities [rad/s] and accelerations [rad/s^2], (N, J) each.
         """
-        t = np.clip(np.atleast_1d(np.asarray(time, dtype=float)), self.time[0], self.time[-1])
-        i = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, len(self.time) - 2)
-        h = (self.time[i + 1] - self.time[i])[:, None]
-        c = quintic(
-            self.position[i], self.velocity[i] * h, self.acceleration[i] * h**2,
-            self.position[i + 1], self.velocity[i + 1] * h, self.acceleration[i + 1] * h**2,
-        )
-        x = ((t - self.time[i]) / h[:, 0])[:, None]
-        position = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
-        velocity = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
-        acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
-        return position, velocity / h, acceleration / h**2
+        return self._spline.states(np.atleast_1d(np.asarray(time, dtype=float)))
 
-
-def quintic(*ends: Array) -> Array:
-    """Compute the quintic on [0, 1] that has given values and derivatives at both ends.
-
-    Args:
-        ends: Value, first and second derivative at 0, then the same three at 1; six arrays (...).
-
-    Returns:
-        Coefficients of the powers 0 to 5, (6, ...).
-    """
-    stacked = np.array(ends)
-    return np.asarray((_QUINTIC @ stacked.reshape(6, -1)).reshape(stacked.shape))
+    @cached_property
+    def _spline(self) -> Spline:
+        return Spline(self.time, self.position, self.velocity, self.acceleration)
 
 
 def from_samples(

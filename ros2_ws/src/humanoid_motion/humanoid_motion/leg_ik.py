@@ -170,33 +170,18 @@ def leg_ik(
 
 def _raise_unreached(geometry: LegGeometry, length2: Array) -> NoReturn:
     """Raise the error for the pose that is furthest out of reach."""
-    a, b = geometry.thigh, geometry.shank
-    longest, shortest = a + b, abs(a - b)
-    worst = int(np.argmax(length2))
+    longest, shortest = geometry.thigh + geometry.shank, abs(geometry.thigh - geometry.shank)
+    value, limit = float(np.sqrt(max(float(np.max(length2)), 0.0))), longest
+    what = f"the stretched leg reaches {longest:.4f} m"
+    if not value > longest:  # also NaN
+        value, limit = float(np.sqrt(max(float(np.min(length2)), 0.0))), shortest
+        what = f"the folded leg keeps at least {shortest:.4f} m"
+    what = f"hip and ankle would be {value:.4f} m apart, {what}"
     if not np.all(np.isfinite(length2)):
-        raise PostureUnreachable(
-            f"{geometry.name}: the foot's pose is not a number, check what it is computed from",
-            quantity="hip to ankle [m]",
-            value=float("nan"),
-            limit=longest,
-        )
-    if length2[worst] > longest**2:
-        value = float(np.sqrt(length2[worst]))
-        raise PostureUnreachable(
-            f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
-            f"the stretched leg reaches {longest:.4f} m",
-            quantity="hip to ankle [m]",
-            value=value,
-            limit=longest,
-        )
-    value = float(np.sqrt(max(float(np.min(length2)), 0.0)))
+        value, limit = float("nan"), longest
+        what = "the foot's pose is not a number, check what it is computed from"
     raise PostureUnreachable(
-        f"{geometry.name}: hip and ankle would be {value:.4f} m apart, "
-        f"the folded leg keeps at least {shortest:.4f} m",
-        quantity="hip to ankle [m]",
-        value=value,
-        limit=shortest,
-    )
+        f"{geometry.name}: {what}", quantity="hip to ankle [m]", value=value, limit=limit)
 
 
 def _rot_xy(roll: Array, pitch: Array) -> Array:

@@ -43,7 +43,6 @@ def pad_contact(robot: RobotModel, q: Array, brace: Brace) -> PadContact:
     """Compute how the pads of a brace stand to each other.
 
     Args:
-        robot: The robot.
         q: Configuration.
         brace: Its pads.
     """

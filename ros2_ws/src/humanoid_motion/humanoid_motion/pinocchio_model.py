@@ -1,15 +1,18 @@
-"""Pinocchio's model of the robot, built in one place for everything that uses Pinocchio."""
+"""What Pinocchio reads from a robot's URDF: the only reader of the URDF in this package."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import RobotConfig
 from numpy.typing import NDArray
+
+coal = pin.coal if hasattr(pin, "coal") else pin.hppfcl  # its name in Jazzy's Pinocchio
 
 
 def free_floating_model(config: RobotConfig) -> Any:
@@ -44,3 +47,44 @@ def joint_columns(
     """Return where joints, given by their names, stand in Pinocchio's q and v, (J,) each."""
     joints = [model.joints[model.getJointId(name)] for name in names]
     return np.array([joint.idx_q for joint in joints]), np.array([joint.idx_v for joint in joints])
+
+
+def link_tree(config: RobotConfig) -> tuple[tuple[str, str], ...]:
+    """Read the names (parent, child) of the links that each joint of the URDF joins."""
+    frames = pin.buildModelFromUrdf(str(config.urdf_path)).frames
+    bodies = [frame for frame in frames if frame.type == pin.FrameType.BODY and frame.parentFrame]
+    # The parent of a body's frame is its joint's frame.
+    return tuple((frames[frames[body.parentFrame].parentFrame].name, body.name) for body in bodies)
+
+
+def collision_shapes(model: Any, config: RobotConfig) -> tuple[Any, tuple[str, ...]]:
+    """Read the boxes, cylinders, spheres and meshes with which bodies collide.
+
+    Args:
+        model: Model of `free_floating_model`.
+        config: Configuration that names the URDF.
+
+    Returns:
+        Pinocchio's geometry model, with meshes replaced by their convex hulls, and the names of
+        the links whose meshes are left out: all links with meshes if the file of any mesh is
+        missing, else none.
+    """
+    path, kind = config.urdf_path, pin.GeometryType.COLLISION
+    left_out: list[str] = []
+    try:
+        folders = [str(folder) for folder in path.resolve().parents]  # where package:// may be
+        geometry = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+    except ValueError:  # the file of a mesh is missing
+        root = ElementTree.parse(path).getroot()
+        for link in root.findall("link"):
+            for shape in link.findall("collision"):
+                if shape.find("geometry/mesh") is not None:
+                    link.remove(shape)
+                    left_out.append(link.attrib["name"])
+        text = ElementTree.tostring(root, encoding="unicode")
+        geometry = pin.buildGeomFromUrdfString(model, text, kind)
+    for item in geometry.geometryObjects:
+        if item.geometry.getObjectType() == coal.OBJECT_TYPE.OT_BVH:
+            item.geometry.buildConvexRepresentation(False)
+            item.geometry = item.geometry.convex
+    return geometry, tuple(dict.fromkeys(left_out))

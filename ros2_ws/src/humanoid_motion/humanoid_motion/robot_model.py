@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -24,7 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
 from humanoid_motion.leg_ik import is_parallel, leg_geometry
-from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
+from humanoid_motion.pinocchio_model import (
+    coal,
+    collision_shapes,
+    free_floating_model,
+    joint_columns,
+    link_tree,
+)
 
 TOWARDS_DOOR = (0.0, -1.0, 0.0)  # direction of the hit in odom
 _LEVEL = 1e-4  # largest tilt [rad] and difference in height [m] of the soles in half-sitting
@@ -103,18 +108,27 @@ class RobotModel:
         self.arm_columns = self.indices(config.arm.joints)
         self.leg_chains = {side: self._chain(self.feet[side].frame) for side in SIDES}
         self.hand_chain = self._chain(config.hand_link)
-        contact = self.model.frames[self._frame_id(config.contact_link)]
-        self._contact_joint = int(contact.parentJoint)
-        self._contact_offset = np.array(contact.placement.translation)
         self._require_level_soles()
 
     # -- configuration ---------------------------------------------------------------------
 
-    def configuration(self, base: ArrayLike, joints: ArrayLike) -> Array:
-        """Compose q of an upright base_link at a position (3,) [m] and of joints (J,) [rad]."""
-        q = np.array(pin.neutral(self.model))
-        q[:3] = base
-        q[self.q_index] = joints
+    def configuration(self, base: ArrayLike, joints: ArrayLike, yaw: float = 0.0) -> Array:
+        """Compose q of an upright base_link and of joints.
+
+        Args:
+            base: Position of base_link in odom, (3,) [m].
+            joints: Joints, (J,) [rad].
+            yaw: Heading of base_link in odom [rad].
+        """
+        return self.configurations(np.asarray(base), np.asarray(joints)[None], np.array(yaw))[0]
+
+    def configurations(self, base: Array, joints: Array, yaw: Array | None = None) -> Array:
+        """Compose q as `configuration` does for N samples: (N, 3), (N, J) and (N,)."""
+        q = np.tile(np.array(pin.neutral(self.model)), (len(joints), 1))
+        q[:, :3] = base
+        q[:, self.q_index] = joints
+        if yaw is not None:
+            q[:, 5], q[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)
         return q
 
     def velocity(self, base: ArrayLike, joints: ArrayLike) -> Array:
@@ -149,14 +163,11 @@ class RobotModel:
 
     def contact_position(self, q: Array) -> Array:
         """Compute the centre of the body that hits (the elbow) in odom, (3,) [m]."""
-        pin.forwardKinematics(self.model, self.data, q)
-        return np.array(self.data.oMi[self._contact_joint].act(self._contact_offset))
+        return self.frame_position(q, self.config.contact_link)
 
     def frame_position(self, q: Array, name: str) -> Array:
         """Compute the origin of a frame in odom, (3,) [m]."""
-        pin.forwardKinematics(self.model, self.data, q)
-        index = self._frame_id(name)
-        return np.array(pin.updateFramePlacement(self.model, self.data, index).translation)
+        return self.frame_pose(q, name)[0]
 
     def frame_pose(self, q: Array, name: str) -> tuple[Array, Array]:
         """Compute the origin (3,) [m] and the orientation (3, 3) of a frame in odom."""
@@ -164,31 +175,45 @@ class RobotModel:
         pose = pin.updateFramePlacement(self.model, self.data, self._frame_id(name))
         return np.array(pose.translation), np.array(pose.rotation)
 
-    def point_jacobian(self, q: Array, joint: int, offset: Array) -> Array:
-        """Compute the Jacobian of a point of a joint's body, axes of odom, (3, nv).
+    def poses_in_base(self, joints: ArrayLike, names: Sequence[str]) -> list[Array]:
+        """Compute the poses (4, 4) of frames in base_link for joints (J,) [rad]."""
+        pin.forwardKinematics(
+            self.model, self.data, self.configuration(np.zeros(3), joints))
+        return [
+            np.array(pin.updateFramePlacement(self.model, self.data, index).homogeneous)
+            for index in map(self._frame_id, names)]
+
+    @cached_property
+    def tree(self) -> tuple[tuple[str, str], ...]:
+        """Names (parent, child) of the links that each joint of the URDF joins."""
+        return link_tree(self.config)
+
+    @cached_property
+    def _tree_frames(self) -> list[tuple[int, int]]:
+        return [(self._frame_id(one), self._frame_id(two)) for one, two in self.tree]
+
+    def link_transforms(self, joints: ArrayLike) -> Array:
+        """Compute the pose of each child link in its parent, in the order of `tree`.
 
         Args:
-            q: Configuration.
-            joint: Pinocchio's index of the joint.
-            offset: Position of the point in the joint's frame, (3,) [m].
+            joints: Joints in the robot's order, (J,) [rad].
+
+        Returns:
+            Rows (n, 7) with the position x, y, z [m] and the quaternion x, y, z, w.
         """
-        pin.computeJointJacobians(self.model, self.data, q)
-        j = pin.getJointJacobian(
-            self.model, self.data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
-        arm = self.data.oMi[joint].rotation @ offset
-        return np.array(j[:3] - pin.skew(arm) @ j[3:])
+        q = self.configuration(np.zeros(3), joints)
+        pin.framesForwardKinematics(self.model, self.data, q)
+        poses = self.data.oMf
+        return np.array(
+            [pin.SE3ToXYZQUAT(poses[one].actInv(poses[two])) for one, two in self._tree_frames])
 
     def contact_jacobian(self, q: Array) -> Array:
         """Compute the Jacobian of `contact_position`, axes of odom, (3, nv)."""
-        return self.point_jacobian(q, self._contact_joint, self._contact_offset)
+        return self.frame_jacobian(q, self.config.contact_link)[:3]
 
     def contact_turn_jacobian(self, q: Array) -> Array:
         """Compute the angular Jacobian of the body that hits, axes of odom, (3, nv)."""
-        pin.computeJointJacobians(self.model, self.data, q)
-        return np.array(pin.getJointJacobian(
-            self.model, self.data, self._contact_joint,
-            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)[3:])
+        return self.frame_jacobian(q, self.config.contact_link)[3:]
 
     def effective_mass(
         self,
@@ -257,14 +282,14 @@ class RobotModel:
     @cached_property
     def _hand_sphere_radius(self) -> float:
         link = self.config.hand_link
-        root = ElementTree.parse(self.config.urdf_path).getroot()
-        sphere = root.find(f"./link[@name='{link}']/collision/geometry/sphere")
-        if sphere is None:
-            raise RobotConfigError(
-                f"link {link!r} has no collision sphere in the URDF: add one, or set hand_radius",
-                limit="a collision sphere or hand_radius",
-            )
-        return float(sphere.attrib["radius"])
+        for item in collision_shapes(self.model, self.config)[0].geometryObjects:
+            is_hands = self.model.frames[item.parentFrame].name == link
+            if is_hands and isinstance(item.geometry, coal.Sphere):
+                return float(item.geometry.radius)
+        raise RobotConfigError(
+            f"link {link!r} has no collision sphere in the URDF: add one, or set hand_radius",
+            limit="a collision sphere or hand_radius",
+        )
 
     def waist_heights(self) -> tuple[float, float]:
         """Compute the heights of base_link in a deep squat and on stretched legs [m]."""

@@ -1,8 +1,7 @@
 """The motion that a driver makes of the points of a joint trajectory.
 
 `Spline` follows any trajectory message as ros2_control's JointTrajectoryController does, and rests
-outside its points. `humanoid_motion.knots` holds planned motions, and says why the quintic is
-written in both modules.
+outside its points. Planned motions (`humanoid_motion.knots`) are evaluated with it, too.
 """
 
 from __future__ import annotations
@@ -13,8 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 
-_DEGREE = 5  # highest degree of the polynomials
-_POWERS = np.arange(_DEGREE + 1)
+# Coefficients of a quintic on [0, 1] from value, first and second derivative at 0 and at 1.
+_QUINTIC = np.array([
+    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
+    [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
+    [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
+    [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
+])
+# Value and two derivatives of a quintic: factors and powers of x that its coefficients have.
+_FACTORS = np.array([[1, 1, 1, 1, 1, 1], [0, 1, 2, 3, 4, 5], [0, 0, 2, 6, 12, 20]])
+_POWERS = np.array([[0, 1, 2, 3, 4, 5], [0, 0, 1, 2, 3, 4], [0, 0, 0, 1, 2, 3]])
 
 
 @dataclass(frozen=True)
@@ -77,29 +86,30 @@ class Spline:
     def sample(self, time: float) -> JointReference:
         """Compute the state at a time [s]; from the last knot's time on, the joints are at rest."""
         segment = bisect_right(self._starts, time) - 1
-        if segment < 0 or segment >= len(self.coefficients):
+        if not 0 <= segment < len(self.coefficients):
             rest = self.position[0 if segment < 0 else -1]
             return JointReference(rest, np.zeros_like(rest), np.zeros_like(rest))
-        state = _basis(time - self._starts[segment]) @ self.coefficients[segment]
-        return JointReference(state[0], state[1], state[2])
+        return JointReference(*evaluate(self.coefficients[segment], time - self._starts[segment]))
+
+    def states(self, times: Array) -> tuple[Array, Array, Array]:
+        """Compute positions, velocities and accelerations (T, N) at times (T,) [s].
+
+        Times outside the knots count as the nearest knot's, where the joints may still move.
+        """
+        if not len(self.coefficients):
+            rest = np.repeat(self.position, len(times), axis=0)
+            return rest, np.zeros_like(rest), np.zeros_like(rest)
+        segment = np.searchsorted(self.times[1:-1], times, side="right")
+        local = np.clip(times, self.times[0], self.times[-1]) - self.times[segment]
+        return evaluate(self.coefficients[segment], local)
 
     def positions(self, times: Array) -> Array:
         """Compute the positions (T, N) [rad] that `sample` returns at times (T,) [s]."""
-        segment = np.searchsorted(self.times, times, side="right") - 1
-        out = self.position[np.where(segment < 0, 0, -1)]
-        inside = (segment >= 0) & (segment < len(self.coefficients))
-        if inside.any():
-            segment = segment[inside]
-            powers = (times[inside] - self.times[segment])[:, None] ** _POWERS
-            out[inside] = (powers[:, None, :] @ self.coefficients[segment])[:, 0]
-        return out
+        return self.states(times)[0]
 
     def end_state(self) -> JointReference:
         """Compute the state in which the last segment arrives at the last knot."""
-        if not len(self.coefficients):
-            return self.sample(self.end)
-        state = _basis(self._starts[-1] - self._starts[-2]) @ self.coefficients[-1]
-        return JointReference(state[0], state[1], state[2])
+        return JointReference(*(rows[0] for rows in self.states(self.times[-1:])))
 
     def inner_states(self, per_segment: int) -> tuple[Array, Array, Array]:
         """Compute states spread evenly over each segment, for checks of the whole motion.
@@ -110,50 +120,56 @@ class Spline:
         Returns:
             Times ((K-1)*S,) [s], positions ((K-1)*S, N) [rad] and velocities ((K-1)*S, N) [rad/s].
         """
-        durations = np.diff(self.times)
-        share = np.linspace(0.0, 1.0, per_segment)
-        local = durations[:, None] * share  # (segments, S)
-        powers = local[..., None] ** _POWERS
-        slopes = np.zeros_like(powers)
-        slopes[..., 1:] = _POWERS[1:] * powers[..., :-1]
+        local = np.diff(self.times)[:, None] * np.linspace(0.0, 1.0, per_segment)
+        position, velocity, _ = evaluate(self.coefficients[:, None], local)
         count = self.position.shape[1]
-        position = (powers @ self.coefficients).reshape(-1, count)
-        velocity = (slopes @ self.coefficients).reshape(-1, count)
-        return (self.times[:-1, None] + local).ravel(), position, velocity
+        times = (self.times[:-1, None] + local).ravel()
+        return times, position.reshape(-1, count), velocity.reshape(-1, count)
 
 
-def _basis(t: float) -> Array:
-    """Rows (3, 6) that make position, velocity and acceleration of the coefficients, at t [s]."""
-    t2, t3, t4 = t * t, t * t * t, t * t * t * t
-    return np.array(
-        [
-            [1.0, t, t2, t3, t4, t4 * t],
-            [0.0, 1.0, 2.0 * t, 3.0 * t2, 4.0 * t3, 5.0 * t4],
-            [0.0, 0.0, 2.0, 6.0 * t, 12.0 * t2, 20.0 * t3],
-        ]
-    )
+def quintic(*ends: Array) -> Array:
+    """Compute the quintic on [0, 1] that has given values and derivatives at both ends.
+
+    Args:
+        ends: Value, first and second derivative at 0, then the same three at 1; six arrays (...).
+
+    Returns:
+        Coefficients of the powers 0 to 5, (6, ...).
+    """
+    stacked = np.array(ends)
+    return np.asarray((_QUINTIC @ stacked.reshape(6, -1)).reshape(stacked.shape))
+
+
+def evaluate(coefficients: Array, x: float | Array) -> tuple[Array, Array, Array]:
+    """Compute quintics and their first two derivatives.
+
+    Args:
+        coefficients: Coefficients of the powers 0 to 5 of M quintics, (..., 6, M).
+        x: Where to evaluate them, (...).
+
+    Returns:
+        Values, first and second derivatives, (..., M) each.
+    """
+    rows = _FACTORS * np.asarray(x, dtype=float)[..., None, None] ** _POWERS
+    found = rows @ coefficients
+    return found[..., 0, :], found[..., 1, :], found[..., 2, :]
 
 
 def _coefficients(times: Array, q: Array, v: Array | None, a: Array | None) -> Array:
-    """Coefficients of each segment's polynomial in the time since its start, (K-1, 6, N)."""
+    """Compute each segment's polynomial in the time since its start, (K-1, 6, N)."""
     h = np.diff(times)[:, None]
-    out = np.zeros((len(times) - 1, _DEGREE + 1, q.shape[1]))
+    out = np.zeros((len(times) - 1, 6, q.shape[1]))
     rise = np.diff(q, axis=0)
     out[:, 0] = q[:-1]
     if v is None:
         out[:, 1] = rise / h
-        return out
-    v0, v1 = v[:-1], v[1:]
-    out[:, 1] = v0
-    if a is None:
-        out[:, 2] = (3.0 * rise / h - 2.0 * v0 - v1) / h
-        out[:, 3] = (-2.0 * rise / h + v0 + v1) / h**2
-        return out
-    a0, a1 = a[:-1], a[1:]
-    out[:, 2] = a0 / 2.0
-    out[:, 3] = (20.0 * rise / h - (8.0 * v1 + 12.0 * v0) - (3.0 * a0 - a1) * h) / (2.0 * h**2)
-    out[:, 4] = (-30.0 * rise / h + (14.0 * v1 + 16.0 * v0) + (3.0 * a0 - 2.0 * a1) * h) / (
-        2.0 * h**3
-    )
-    out[:, 5] = (12.0 * rise / h - 6.0 * (v1 + v0) - (a0 - a1) * h) / (2.0 * h**4)
+    elif a is None:
+        out[:, 1] = v[:-1]
+        out[:, 2] = (3.0 * rise / h - 2.0 * v[:-1] - v[1:]) / h
+        out[:, 3] = (-2.0 * rise / h + v[:-1] + v[1:]) / h**2
+    elif len(rise):
+        ends = (rows for end in (slice(0, -1), slice(1, None))
+                for rows in (q[end], v[end] * h, a[end] * h**2))
+        for power, rows in enumerate(quintic(*ends)):
+            out[:, power] = rows / h**power
     return out

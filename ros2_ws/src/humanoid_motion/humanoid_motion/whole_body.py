@@ -26,6 +26,7 @@ _WAIST_PER_COM = 1.17
 _SLOPES = (0.5, 3.0)  # range of this ratio in later steps
 _TOLERANCE = 1e-8  # largest error of the CoM [m]; larger ones would show in accelerations
 _MAX_ITERATIONS = 25
+_ROUNDING = 1e-9  # by how much a planned motion may exceed a limit [rad, share of the limit]
 
 
 def solve(
@@ -45,7 +46,6 @@ def solve(
     """Compute joints and base for a course of the CoM over the floor.
 
     Args:
-        robot: The robot.
         upper: Joints of the upper body in the robot's order, (N, J) or (J,) [rad]; the legs'
             columns are ignored.
         com_xy: x and y of the CoM in odom, (N, 2) [m].
@@ -73,12 +73,11 @@ def solve(
     base = np.empty((n, 3))
     base[:, :2] = target if near is None else near[:, :2]
     base[:, 2] = waist_z
-    q = np.tile(np.array(pin.neutral(robot.model)), (n, 1))
-    turns = None
+    heading = turns = None
     if base_yaw is not None and feet_yaw is not None:
         heading = np.array(np.broadcast_to(np.asarray(base_yaw, dtype=float), n))
-        q[:, 5], q[:, 6] = np.sin(0.5 * heading), np.cos(0.5 * heading)
         turns = _LegTurns(robot, heading, feet_yaw)
+    q = robot.configurations(base, joints, heading)
     slope = np.full((n, 2), waist_per_com or _WAIST_PER_COM)
     before, step = None, np.zeros((n, 2))
     for _ in range(_MAX_ITERATIONS):
@@ -157,8 +156,6 @@ def require_joint_limits(
     """Check positions and speeds of a motion against the joints' limits in the URDF.
 
     Args:
-        robot: The robot.
-        motion: The motion.
         phase: Name of the motion's phase, for the message.
         reserve: Distance that positions must keep from the ends of their ranges [rad].
         share: Share of the speed limits that may be used.
@@ -168,32 +165,16 @@ def require_joint_limits(
     """
     out = np.maximum(robot.lower - motion.joints, motion.joints - robot.upper)
     i, j = np.unravel_index(int(np.argmax(out)), out.shape)
-    if out[i, j] > 1e-9 - reserve:
-        value = float(motion.joints[i, j])
+    if out[i, j] > _ROUNDING - reserve:
+        value, name = float(motion.joints[i, j]), robot.joint_names[j]
         low, high = float(robot.lower[j]), float(robot.upper[j])
-        name = robot.joint_names[j]
         raise JointLimit(
             f"{phase}: {name} would go to {np.rad2deg(value):.1f} deg, its range is "
             f"{np.rad2deg(low):.1f} to {np.rad2deg(high):.1f} deg",
-            joint=name,
-            phase=phase,
-            quantity="position [rad]",
-            value=value,
-            limit=(low, high),
-        )
-    ratio = shares(motion.joint_speed, robot.speed_limit)
-    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    if ratio[i, j] > share + 1e-9:
-        value, limit = float(abs(motion.joint_speed[i, j])), share * float(robot.speed_limit[j])
-        name = robot.joint_names[j]
-        raise JointLimit(
-            f"{phase}: {name} would turn at {value:.2f} rad/s, {_allowed(limit, 'rad/s', share)}",
-            joint=name,
-            phase=phase,
-            quantity="speed [rad/s]",
-            value=value,
-            limit=limit,
-        )
+            joint=name, phase=phase, quantity="position [rad]", value=value, limit=(low, high))
+    _require_share(
+        robot, motion.joint_speed, robot.speed_limit, share, phase, "speed [rad/s]",
+        "turn at {:.2f} rad/s")
 
 
 def require_torque_limits(
@@ -202,7 +183,6 @@ def require_torque_limits(
     """Check joint torques against the joints' limits in the URDF.
 
     Args:
-        robot: The robot.
         torque: Torques, (N, J) [N m].
         phase: Name of the motion's phase, for the message.
         held: Columns of joints that are not checked.
@@ -211,20 +191,25 @@ def require_torque_limits(
     Raises:
         JointLimit: A torque is too large; the error names joint, value and limit.
     """
-    ratio = shares(torque, robot.effort_limit)
-    ratio[:, np.asarray(held, dtype=int)] = 0.0
+    checked = np.array(torque)
+    checked[:, np.asarray(held, dtype=int)] = 0.0
+    _require_share(
+        robot, checked, robot.effort_limit, share, phase, "torque [N m]", "need {:.0f} N m")
+
+
+def _require_share(
+    robot: RobotModel, values: Array, limits: Array, share: float, phase: str, quantity: str,
+    would: str,
+) -> None:
+    """Check that values (N, J) stay within a share of their limits (J,)."""
+    ratio = shares(values, limits)
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    if ratio[i, j] > share + 1e-9:
-        value, limit = float(abs(torque[i, j])), share * float(robot.effort_limit[j])
-        name = robot.joint_names[j]
+    if ratio[i, j] > share + _ROUNDING:
+        value, limit, name = abs(float(values[i, j])), share * limits[j], robot.joint_names[j]
         raise JointLimit(
-            f"{phase}: {name} would need {value:.0f} N m, {_allowed(limit, 'N m', share)}",
-            joint=name,
-            phase=phase,
-            quantity="torque [N m]",
-            value=value,
-            limit=limit,
-        )
+            f"{phase}: {name} would {would.format(value)}, {limit:.2f} are allowed "
+            f"({100.0 * share:.0f} % of its limit)",
+            joint=name, phase=phase, quantity=quantity, value=value, limit=float(limit))
 
 
 def shares(values: Array, limits: Array) -> Array:
@@ -233,7 +218,3 @@ def shares(values: Array, limits: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(size == 0.0, 0.0, size / limits)
     return np.where(np.isnan(ratio), np.inf, ratio)
-
-
-def _allowed(limit: float, unit: str, share: float) -> str:
-    return f"{limit:.2f} {unit} are allowed ({100.0 * share:.0f} % of its limit)"

@@ -48,7 +48,6 @@ def margins(
     """Compute the distance of the ZMP to the nearest edge of the support polygon.
 
     Args:
-        robot: The robot.
         zmp: x and y of the ZMP in odom, (N, 2) [m].
         feet: Positions of the soles that bear load in odom, by side, (3,) each [m].
         sides: Sides of the soles that bear load.

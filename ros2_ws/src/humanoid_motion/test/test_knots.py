@@ -1,10 +1,15 @@
-"""Reduction of dense samples to knots."""
+"""Splines through knots, the reduction of dense samples to knots, and joining of knots."""
 
 import numpy as np
 import pytest
 from humanoid_motion.knots import TOLERANCE, Knots, from_samples
+from humanoid_motion.splice import concatenate, cut, duration, slowed, without_first
+from humanoid_motion.spline import Spline
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+VALUES = st.floats(-3.0, 3.0)
 
 
 def sines(frequencies, n=301, duration=1.5):
@@ -24,12 +29,6 @@ def test_spline_stays_within_the_tolerance_of_every_sample(frequencies, toleranc
     assert np.max(np.abs(position - samples[1])) <= tolerance * (1.0 + 1e-9)
     assert index[0] == 0
     assert index[-1] == len(samples[0]) - 1
-
-
-def test_few_knots_do_for_a_smooth_motion():
-    """A slow sine of 301 samples needs less than a tenth of them."""
-    knots, _ = from_samples(*sines([0.5]))
-    assert len(knots.time) < 30
 
 
 def test_a_quintic_needs_two_knots():
@@ -66,8 +65,49 @@ def test_times_outside_are_held_at_the_ends():
     np.testing.assert_array_equal(knots.at([-1.0, 99.0])[0], knots.at([0.0, 1.5])[0])
 
 
-def test_times_must_rise():
-    """Repeated times are refused."""
-    table = np.zeros((2, 2))
-    with pytest.raises(ValueError, match="rising"):
-        Knots(np.zeros(2), table, table, table)
+def test_cut_and_without_first_keep_the_motion():
+    """Cut, shortened, slowed and joined knots describe the same motion where they overlap."""
+    knots = Knots(np.array([0.0, 1.0, 2.0]), np.array([[0.0], [0.5], [1.0]]),
+                  np.full((3, 1), 0.5), np.zeros((3, 1)))
+    np.testing.assert_allclose(cut(knots, 1.3).at(1.1)[0], knots.at(1.1)[0])
+    assert cut(knots, 1.3).time[-1] == 1.3
+    np.testing.assert_allclose(without_first(knots).at(1.5)[0], knots.at(1.5)[0])
+    slow = slowed(knots, 0.5)
+    np.testing.assert_allclose(slow.at(2.0)[0], knots.at(1.0)[0])
+    np.testing.assert_allclose(slow.at(2.0)[1], 0.5 * knots.at(1.0)[1])
+    assert duration(concatenate([knots, slow])) == pytest.approx(6.0)
+
+
+@st.composite
+def trajectories(draw):
+    """Times of knots, and positions, velocities and accelerations there."""
+    count = draw(st.integers(2, 6))
+    steps = draw(arrays(float, count, elements=st.floats(0.01, 2.0)))
+    q, v, a = (draw(arrays(float, (count, 3), elements=VALUES)) for _ in range(3))
+    return np.cumsum(steps), q, v, a
+
+
+@given(trajectories(), st.integers(1, 3))
+def test_spline_passes_through_its_knots_with_their_derivatives(data, order):
+    """At each knot, position and the given derivatives are those of the knot."""
+    times, *states = data
+    spline = Spline(times, *states[:order])
+    for index, time in enumerate(times[:-1]):
+        state = spline.sample(float(time))
+        found = (state.position, state.velocity, state.acceleration)
+        for wanted, got in zip(states[:order], found, strict=False):
+            np.testing.assert_allclose(got, wanted[index], atol=1e-9)
+    end = spline.end_state()
+    np.testing.assert_allclose(end.position, states[0][-1], atol=1e-6)
+    if order > 1:
+        np.testing.assert_allclose(end.velocity, states[1][-1], atol=1e-5)
+    if order > 2:
+        np.testing.assert_allclose(end.acceleration, states[2][-1], atol=1e-3)
+
+
+def test_joints_rest_outside_the_knots():
+    """Before the first knot and from the last knot on, nothing moves."""
+    spline = Spline(np.array([1.0, 2.0]), np.array([[0.0], [1.0]]), np.array([[5.0], [5.0]]))
+    for time, place in ((0.5, 0.0), (2.0, 1.0), (9.0, 1.0)):
+        assert spline.sample(time).position[0] == place
+        assert spline.sample(time).velocity[0] == 0.0

@@ -1,6 +1,5 @@
 """Geometry of the brace's pads."""
 
-import dataclasses
 
 import numpy as np
 import pinocchio as pin
@@ -51,21 +50,6 @@ def test_the_base_does_not_move_the_pads_to_each_other(robot, braced):
         robot, robot.configuration(np.array([3.0, 1.0, 0.7]), braced_upper_body(robot)), brace)
     np.testing.assert_allclose(here.offset, there.offset, atol=1e-12)
     np.testing.assert_allclose(here.jacobian[:, :6], 0.0, atol=1e-12)
-
-
-def test_a_larger_ball_is_pressed_deeper(robot, braced):
-    """A radius that is larger by 1 mm gives 1 mm more depth; beside the disc is told."""
-    brace = robot.config.brace
-    larger = dataclasses.replace(
-        brace, arm=dataclasses.replace(brace.arm, size=brace.arm.size + 1e-3))
-    one, other = (pad_contact(robot, braced, each) for each in (brace, larger))
-    assert one.offset[0] - other.offset[0] == pytest.approx(1e-3)
-    place = np.array(brace.trunk.place) + [0.1, 0.0, 0.0]
-    aside = dataclasses.replace(
-        brace, trunk=dataclasses.replace(brace.trunk, place=tuple(place)))
-    assert one.beside < 0.0
-    assert pad_contact(robot, braced, aside).beside == pytest.approx(
-        0.1 - brace.trunk.size, abs=1e-3)
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(

@@ -128,16 +128,6 @@ def test_joint_torques_and_foot_forces_balance_the_robot(robot, stance, sides):
     assert work == pytest.approx(robot.mass * GRAVITY * (heights[0] - heights[1]), rel=1e-3)
 
 
-def test_margin_changes_sign_at_the_edge(robot, stance):
-    """The margin is positive inside, zero on the edge and negative outside."""
-    right = stance.feet["right"]
-    edge = right[1] + robot.feet["right"].rectangle[2]
-    points = np.array([[0.0, edge + 0.01], [0.0, edge], [0.0, edge - 0.01]])
-    np.testing.assert_allclose(
-        margins(robot, points, stance.feet, SIDES), [0.01, 0.0, -0.01], atol=1e-12
-    )
-
-
 def test_joint_limits_name_joint_phase_value_and_limit(robot, stance):
     """A position out of range and a speed above the limit are both errors."""
     joints = stance.posture.joints.copy()

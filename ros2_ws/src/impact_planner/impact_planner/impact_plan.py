@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from operator import attrgetter
+from typing import Any, Protocol
 
 from door_impact_common.arrays import Array
 from door_model.motion.dynamics import initial_velocity
@@ -18,8 +19,120 @@ from impact_planner.task.request import ResolvedRequest
 from impact_planner.task.settings import PlannerSettings
 
 
+def _figure(path: str, meaning: str) -> Any:
+    return property(attrgetter(path), doc=meaning)
+
+
+class _Figures:
+    """Figures of a plan, read from the part that decides them; letters are the paper's."""
+
+    # The request and the door.
+    door: str = _figure("known.name", "Name of the door.")
+    run_up: str = _figure("request.run_up", "Time law of the run-up, ``mcv50`` or ``zmp_limited``.")
+    ending: str = _figure("request.ending", "Last phase of the motion, ``hold`` or ``retreat``.")
+    desired_opening_angle: float = _figure(
+        "request.angle", "Opening angle that the door is to reach [rad].")
+    initial_angle: float = _figure(
+        "request.initial_angle", "Opening angle of the door at the hit [rad].")
+    restitution: float = _figure(
+        "request.restitution",
+        "Coefficient of restitution of the leaf's surface that the plan uses.")
+    apparent_restitution: float = _figure(
+        "hit.transfer.restitution",
+        "Coefficient of restitution e of eqs. (2) to (4), with the give of the robot.")
+    # Sections II.C.2 and II.C.3.
+    omega_door: float = _figure(
+        "hit.prediction.omega", "Angular velocity w' of the door after the hit [rad/s].")
+    v_rb: float = _figure(
+        "hit.transfer.speeds.v_rb",
+        "Speed v_rB of point B before the hit, eq. (4) corrected [m/s].")
+    v_rb_post: float = _figure(
+        "hit.transfer.speeds.v_rb_post",
+        "Speed v'_rB of point B after the hit, positive towards the door [m/s].")
+    v_com: float = _figure("hit.run_up.law.speed", "Speed of the CoM before the hit [m/s].")
+    effective_mass: float = _figure(
+        "hit.transfer.mass", "Effective mass m_re at B that the plan uses [kg].")
+    effective_mass_planar: float = _figure(
+        "hit.transfer.planar_mass", "Effective mass at B by eq. (3) [kg].")
+    effective_mass_model: float = _figure(
+        "hit.transfer.model_mass", "Effective mass at B by the model alone [kg].")
+    required_impulse: float = _figure(
+        "hit.transfer.speeds.impulse", "Impulse that the robot gives to the door, eq. (2) [N s].")
+    braking: float = _figure(
+        "hit.transfer.braking",
+        "Angular impulse that closer and hinge friction take from the hit [N m s].")
+    foot_impulse: float = _figure(
+        "hit.transfer.floor.impulse",
+        "Horizontal impulse of the floor on the robot in the hit [N s].")
+    foot_impulse_planar: float = _figure(
+        "hit.transfer.floor.impulse_planar",
+        "Impulse of the floor at C by planar mechanics, 0 where eq. (5) holds [N s].")
+    foot_yaw_impulse: float = _figure(
+        "hit.transfer.floor.yaw_impulse",
+        "Impulse of the floor's moment about the vertical through the CoM [N m s].")
+    peak_force: float = _figure(
+        "hit.transfer.response.peak_force",
+        "Largest force of the elbow on the leaf, as a mean over a millisecond [N].")
+    contact_duration: float = _figure(
+        "hit.transfer.response.duration", "Duration of the contact with the leaf [s].")
+    pad_preload: float = _figure(
+        "hit.transfer.response.pad_preload",
+        "Force that presses the brace's pads before the hit [N]; 0 without pads.")
+    pad_force: float = _figure(
+        "hit.transfer.response.pad_force",
+        "Largest normal force of the brace's pads in the hit [N]; 0 without pads.")
+    pad_friction: float = _figure(
+        "hit.transfer.response.pad_friction",
+        "Share of the pads' friction that the hit uses, 0 to 1.")
+    joint_loads: tuple[JointLoad, ...] = _figure(
+        "hit.transfer.loads",
+        "Load of each joint, the largest share of the gear's peak torque first.")
+    # Posture at the hit, sections II.C.1 and II.C.4.
+    a_r: float = _figure("hit.stance.posture.a_r", "Height of B above the CoM [m].")
+    b_r: float = _figure("hit.stance.posture.b_r", "Height of the CoM above the floor [m].")
+    b_r_percussion: float = _figure(
+        "hit.stance.posture.b_r_percussion", "Height of the CoM that eq. (5) demands [m].")
+    l_b: float = _figure("hit.contact.l_b", "Distance of B from the hinge along the leaf [m].")
+    i_rob: float = _figure(
+        "hit.stance.posture.i_rob",
+        "Moment of inertia I_rob about the x axis through the CoM [kg m^2].")
+    waist_height: float = _figure(
+        "hit.stance.posture.waist_height", "Height of base_link above the floor [m].")
+    contact_point: Array = _figure("hit.contact.point", "Place of B at the hit in odom, (3,) [m].")
+    # Predictions.
+    contact_time: float = _figure(
+        "hit.run_up.contact_time",
+        "Time from the start of the phase cam to the nominal contact [s].")
+    slow_down: float = _figure(
+        "settings.slow_down", "Time after the switch in which the legs take up v'_rB [s].")
+    rest_duration: float = _figure(
+        "branches.rest_duration", "Time from the end of `slow_down` to rest [s].")
+    peak_time: float = _figure(
+        "hit.prediction.peak_time", "Time from the hit to the largest opening angle [s].")
+    peak_time_std: float = _figure(
+        "hit.prediction.peak_time_std", "Standard deviation of `peak_time` [s].")
+    peak_angle: float = _figure(
+        "hit.prediction.peak_angle", "Predicted largest opening angle [rad].")
+    peak_angle_std: float = _figure(
+        "hit.prediction.peak_angle_std", "Standard deviation of `peak_angle` [rad].")
+    point_of_no_return: float = _figure(
+        "branches.point_of_no_return",
+        "Latest start of a safe stop, as time before the contact [s].")
+    stop_duration: float = _figure(
+        "branches.stop_duration", "Time that such a stop takes to rest [s].")
+    early_margin: float = _figure(
+        "branches.early_margin",
+        "Smallest ZMP margin after hitting a door that stands nearer than planned [m].")
+    late_margin: float = _figure(
+        "branches.late_margin",
+        "Smallest ZMP margin after hitting a door that stands farther than planned [m].")
+    missed_margin: float = _figure(
+        "branches.missed_margin",
+        "Capture point's distance inside the soles when a missed contact is noticed [m].")
+
+
 @dataclass(frozen=True)
-class ImpactPlan:
+class ImpactPlan(_Figures):
     """A plan: the design of the hit, its trajectories and what it was made from.
 
     The figures of the message ImpactPlan are properties of the same names, so that message, text
@@ -66,69 +179,10 @@ class ImpactPlan:
         """The phase with a given name, which must be one of the plan's."""
         return next(phase for phase in self.phases if phase.name == name)
 
-    # The request and the door.
-
-    @property
-    def door(self) -> str:
-        """Name of the door."""
-        return self.known.name
-
-    @property
-    def run_up(self) -> str:
-        """Time law of the run-up, ``mcv50`` or ``zmp_limited``."""
-        return self.request.run_up
-
-    @property
-    def ending(self) -> str:
-        """Last phase of the motion, ``hold`` or ``retreat``."""
-        return self.request.ending
-
-    @property
-    def desired_opening_angle(self) -> float:
-        """Opening angle that the door is to reach [rad]."""
-        return self.request.angle
-
-    @property
-    def initial_angle(self) -> float:
-        """Opening angle of the door at the hit [rad]."""
-        return self.request.initial_angle
-
-    @property
-    def restitution(self) -> float:
-        """Coefficient of restitution of the leaf's surface that the plan uses."""
-        return self.request.restitution
-
-    @property
-    def apparent_restitution(self) -> float:
-        """Coefficient of restitution e of eqs. (2) to (4), with the give of the robot."""
-        return self.hit.transfer.restitution
-
     @property
     def learned_hits(self) -> int:
         """Number of hits on this door from which mass and restitution were learned."""
         return 0 if self.known.experience is None else self.known.experience.hits
-
-    # Sections II.C.2 and II.C.3.
-
-    @property
-    def omega_door(self) -> float:
-        """Angular velocity w' of the door after the hit [rad/s]."""
-        return self.hit.prediction.omega
-
-    @property
-    def v_rb(self) -> float:
-        """Speed v_rB of point B before the hit, eq. (4) corrected [m/s]."""
-        return self.hit.transfer.speeds.v_rb
-
-    @property
-    def v_rb_post(self) -> float:
-        """Speed v'_rB of point B after the hit, positive towards the door [m/s]."""
-        return self.hit.transfer.speeds.v_rb_post
-
-    @property
-    def v_com(self) -> float:
-        """Speed of the CoM before the hit [m/s]."""
-        return self.hit.run_up.law.speed
 
     @property
     def v_com_post(self) -> float:
@@ -136,50 +190,10 @@ class ImpactPlan:
         return self.hit.run_up.law.speed * self.hit.transfer.speeds.ratio
 
     @property
-    def effective_mass(self) -> float:
-        """Effective mass m_re at B that the plan uses [kg]."""
-        return self.hit.transfer.mass
-
-    @property
-    def effective_mass_planar(self) -> float:
-        """Effective mass at B by eq. (3) [kg]."""
-        return self.hit.transfer.planar_mass
-
-    @property
-    def effective_mass_model(self) -> float:
-        """Effective mass at B by the model alone [kg]."""
-        return self.hit.transfer.model_mass
-
-    @property
-    def required_impulse(self) -> float:
-        """Impulse that the robot gives to the door, eq. (2) [N s]."""
-        return self.hit.transfer.speeds.impulse
-
-    @property
-    def braking(self) -> float:
-        """Angular impulse that closer and hinge friction take from the hit [N m s]."""
-        return self.hit.transfer.braking
-
-    @property
     def required_friction(self) -> float:
         """Largest coefficient of friction that the soles need in any phase or the hit."""
         phases = (phase.friction for phase in self.phases)
         return max(self.hit.transfer.floor.friction, *phases)
-
-    @property
-    def foot_impulse(self) -> float:
-        """Horizontal impulse of the floor on the robot in the hit [N s]."""
-        return self.hit.transfer.floor.impulse
-
-    @property
-    def foot_impulse_planar(self) -> float:
-        """Impulse of the floor at C by planar mechanics, 0 where eq. (5) holds [N s]."""
-        return self.hit.transfer.floor.impulse_planar
-
-    @property
-    def foot_yaw_impulse(self) -> float:
-        """Impulse of the floor's moment about the vertical through the CoM [N m s]."""
-        return self.hit.transfer.floor.yaw_impulse
 
     @property
     def brace_joint(self) -> str:
@@ -193,68 +207,6 @@ class ImpactPlan:
         return self.hit.transfer.brace.get(self.brace_joint, 0.0)
 
     @property
-    def peak_force(self) -> float:
-        """Largest force of the elbow on the leaf, as a mean over a millisecond [N]."""
-        return self.hit.transfer.response.peak_force
-
-    @property
-    def contact_duration(self) -> float:
-        """Duration of the contact with the leaf [s]."""
-        return self.hit.transfer.response.duration
-
-    @property
-    def pad_preload(self) -> float:
-        """Force that presses the brace's pads before the hit [N]; 0 without pads."""
-        return self.hit.transfer.response.pad_preload
-
-    @property
-    def pad_force(self) -> float:
-        """Largest normal force of the brace's pads in the hit [N]; 0 without pads."""
-        return self.hit.transfer.response.pad_force
-
-    @property
-    def pad_friction(self) -> float:
-        """Share of the pads' friction that the hit uses, 0 to 1."""
-        return self.hit.transfer.response.pad_friction
-
-    @property
-    def joint_loads(self) -> tuple[JointLoad, ...]:
-        """Load of each joint, the largest share of the gear's peak torque first."""
-        return self.hit.transfer.loads
-
-    # Posture at the hit, sections II.C.1 and II.C.4.
-
-    @property
-    def a_r(self) -> float:
-        """Height of B above the CoM [m]."""
-        return self.hit.stance.posture.a_r
-
-    @property
-    def b_r(self) -> float:
-        """Height of the CoM above the floor [m]."""
-        return self.hit.stance.posture.b_r
-
-    @property
-    def b_r_percussion(self) -> float:
-        """Height of the CoM that eq. (5) demands [m]."""
-        return self.hit.stance.posture.b_r_percussion
-
-    @property
-    def l_b(self) -> float:
-        """Distance of B from the hinge along the leaf [m]."""
-        return self.hit.contact.l_b
-
-    @property
-    def i_rob(self) -> float:
-        """Moment of inertia I_rob about the x axis through the CoM [kg m^2]."""
-        return self.hit.stance.posture.i_rob
-
-    @property
-    def waist_height(self) -> float:
-        """Height of base_link above the floor [m]."""
-        return self.hit.stance.posture.waist_height
-
-    @property
     def left_foot(self) -> Array:
         """Place of the left sole at the hit in odom, (3,) [m]."""
         return self.hit.stance.feet["left"]
@@ -265,81 +217,14 @@ class ImpactPlan:
         return self.hit.stance.feet["right"]
 
     @property
-    def contact_point(self) -> Array:
-        """Place of B at the hit in odom, (3,) [m]."""
-        return self.hit.contact.point
-
-    # Predictions.
-
-    @property
-    def contact_time(self) -> float:
-        """Time from the start of the phase cam to the nominal contact [s]."""
-        return self.hit.run_up.contact_time
-
-    @property
     def switch_time(self) -> float:
         """Time from the start of the phase cam to the start of post [s]."""
         return self.hit.run_up.contact_time + self.settings.switch_delay
 
     @property
-    def slow_down(self) -> float:
-        """Time after the switch in which the legs take up v'_rB [s]."""
-        return self.settings.slow_down
-
-    @property
-    def rest_duration(self) -> float:
-        """Time from the end of `slow_down` to rest [s]."""
-        return self.branches.rest_duration
-
-    @property
-    def peak_time(self) -> float:
-        """Time from the hit to the largest opening angle [s]."""
-        return self.hit.prediction.peak_time
-
-    @property
-    def peak_time_std(self) -> float:
-        """Standard deviation of `peak_time` [s]."""
-        return self.hit.prediction.peak_time_std
-
-    @property
-    def peak_angle(self) -> float:
-        """Predicted largest opening angle [rad]."""
-        return self.hit.prediction.peak_angle
-
-    @property
-    def peak_angle_std(self) -> float:
-        """Standard deviation of `peak_angle` [rad]."""
-        return self.hit.prediction.peak_angle_std
-
-    @property
     def steady_way(self) -> float:
         """Distance at constant speed, centred on the nominal contact [m]."""
         return 2.0 * self.settings.door_uncertainty
-
-    @property
-    def point_of_no_return(self) -> float:
-        """Latest start of a safe stop, as time before the contact [s]."""
-        return self.branches.point_of_no_return
-
-    @property
-    def stop_duration(self) -> float:
-        """Time that such a stop takes to rest [s]."""
-        return self.branches.stop_duration
-
-    @property
-    def early_margin(self) -> float:
-        """Smallest ZMP margin after hitting a door that stands nearer than planned [m]."""
-        return self.branches.early_margin
-
-    @property
-    def late_margin(self) -> float:
-        """Smallest ZMP margin after hitting a door that stands farther than planned [m]."""
-        return self.branches.late_margin
-
-    @property
-    def missed_margin(self) -> float:
-        """Capture point's distance inside the soles when a missed contact is noticed [m]."""
-        return self.branches.missed_margin
 
     @property
     def stands_if_missed(self) -> bool:

@@ -205,7 +205,7 @@ def _motion(task: _Task) -> tuple[HitDesign, Phases]:
         demands, speed=speed, joint_speed=settings.limit_share * task.robot.speed_limit)
     failure: DoorImpactError | None = None
     for share in _INWARD_SHARES if inward > 0.0 else (0.0,):
-        inside = settings.com_inside_edge - share * inward
+        inside = max(settings.com_inside_edge - share * inward, LEAST_INSIDE_EDGE)
         try:
             hit = _design_hit(task, inside, demands, first)
             return hit, plan_phases(task.robot, task.known, task.wanted, settings, hit)

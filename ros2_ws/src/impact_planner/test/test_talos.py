@@ -1,6 +1,5 @@
 """Talos, a second robot, on the same door with the same code and its own robot.yaml."""
 
-import json
 import math
 from pathlib import Path
 
@@ -15,8 +14,6 @@ from hypothesis import strategies as st
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import PlannerSettings
-from impact_planner.tools import plan_cli
 
 YAML = Path(__file__).with_name("talos.yaml")
 TARGET = math.radians(25.0)
@@ -39,8 +36,7 @@ def talos_plan(talos, known):
 
 
 def test_fingers_and_head_are_fixed_and_weigh(talos):
-    """28 of 44 joints move, and the mass is the URDF's."""
-    assert len(talos.joint_names) == talos.model.nv - 6 == 28
+    assert len(talos.joint_names) == talos.model.nv - 6 == 28  # of 44 in the URDF
     assert talos.mass == pytest.approx(talos.config.mass) == pytest.approx(93.34, abs=0.01)
 
 
@@ -83,12 +79,6 @@ def test_the_papers_door_is_planned_for(talos, talos_plan):
     assert plan.hit.stance.step == pytest.approx(talos.config.step.nominal, abs=1e-4)
 
 
-def test_on_a_smooth_leaf_its_effective_mass_is_eq_3_s(known, talos):
-    """Without rubber and friction, only yaw separates the mass from eq. (3)."""
-    plan = plan_impact(PlanRequest(TARGET), known, talos, PlannerSettings(leaf_friction=0.0))
-    assert plan.effective_mass == pytest.approx(plan.effective_mass_planar, rel=5e-3)
-
-
 def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
     """The hand touches the face, and elbow and wrist are clear of it."""
     q = talos.configuration(np.zeros(3), talos_plan.phase("hold").knots.position[-1])
@@ -102,11 +92,3 @@ def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
     for link in (config.contact_link, config.arm.wrist_link):
         gap = leaf.gap(talos.frame_position(q, link) + shift)
         assert gap > config.contact_radius + 0.01, link
-
-
-def test_the_command_takes_its_robot_yaml(capsys, talos_plan):
-    """`plan --robot` places the door at the end of this robot's step."""
-    assert plan_cli.main(["--angle-deg", "25", "--robot", str(YAML), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["plan_id"] == talos_plan.plan_id
-    assert found["door_distance"] == pytest.approx(talos_plan.hit.placement.door_distance)

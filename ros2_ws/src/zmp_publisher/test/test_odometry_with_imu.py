@@ -5,18 +5,19 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from footholds import ROBOT, ExactImu, base_at, legs, walk
-from humanoid_motion.kinematics import RobotKinematics, planar_pose, yaw_of
+from footholds import MODEL, ROBOT, ExactImu, base_at, legs, walk
+from humanoid_motion.kinematics import planar_pose, yaw_of
+from humanoid_motion.robot_model import RobotModel
 from zmp_publisher.odometry import FootOdometry
-from zmp_publisher.weighted_soles import HEADING_TIME
+from zmp_publisher.soles import HEADING_TIME
 
-RIGID = RobotKinematics(dataclasses.replace(ROBOT, sole_rubber=None))
+RIGID = RobotModel(dataclasses.replace(ROBOT, sole_rubber=None))
 BOTH = {"left": 285.0, "right": 284.0}
 APART = {"left": planar_pose(0.0, 0.095, 0.0), "right": planar_pose(0.0, -0.095, 0.0)}
 
 
-def _odometry(kinematics=RIGID, **settings):
-    return FootOdometry(kinematics, loaded_force=28.0, **settings)
+def _odometry(robot=RIGID, **settings):
+    return FootOdometry(robot, loaded_force=28.0, **settings)
 
 
 def _assert_true(pose, base, soles):
@@ -71,7 +72,7 @@ def test_a_tilted_sole_does_not_tilt_the_robot():
 
 def test_soles_sink_into_their_rubber_by_what_they_bear():
     """The soles are below the floor by load over stiffness, weighted by their loads."""
-    odometry, imu = _odometry(RobotKinematics(ROBOT)), ExactImu()
+    odometry, imu = _odometry(MODEL), ExactImu()
     stiffness = ROBOT.sole_rubber.stiffness
     sunk = {side: sole.copy() for side, sole in APART.items()}
     for side, sole in sunk.items():

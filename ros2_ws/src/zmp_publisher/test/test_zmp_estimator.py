@@ -4,16 +4,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from door_impact_common.constants import GRAVITY
-from door_impact_common.errors import SettingError
-from hrp2_description.robot import load_robot_config
-from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose
+from footholds import MODEL, ROBOT
+from humanoid_motion.kinematics import inverse_pose, planar_pose
 from humanoid_motion.zmp import zmp_of
 from hypothesis import given
 from hypothesis import strategies as st
 from zmp_publisher.odometry import FootOdometry
 from zmp_publisher.zmp_estimator import ZmpEstimator, wrench_in_world
 
-ROBOT = load_robot_config()
 WEIGHT = ROBOT.mass * GRAVITY
 POSES = {"left": planar_pose(0.0, 0.095, 0.0), "right": planar_pose(0.0, -0.095, 0.0)}
 NOTHING = np.zeros(6)
@@ -101,27 +99,13 @@ def test_silent_below_the_threshold(force):
     assert _estimator().read(POSES, wrenches) is None
 
 
-def test_bad_settings_are_refused():
-    """The error names the setting."""
-    with pytest.raises(SettingError, match="threshold"):
-        _estimator(threshold=1.5)
-
-
 def _motion(posture, velocity, acceleration):
     """Pinocchio's floor wrench about the odom origin (all external force), CoM, and foot poses."""
-    kinematics = RobotKinematics(ROBOT)
-    odometry = FootOdometry(kinematics, loaded_force=1.0)
-    pose = odometry.update(posture, {"left": 300.0, "right": 299.0})
-    model = pin.buildModelFromUrdf(str(ROBOT.urdf_path), pin.JointModelFreeFlyer())
-    model.gravity.linear[:] = [0, 0, -GRAVITY]
-    data = model.createData()
-    q, v, a = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+    pose = FootOdometry(MODEL, loaded_force=1.0).update(posture, {"left": 300.0, "right": 299.0})
+    model, data = MODEL.model, MODEL.model.createData()
+    q, v, a = (MODEL.configuration(np.zeros(3), posture), MODEL.velocity(np.zeros(3), velocity),
+               MODEL.velocity(np.zeros(3), acceleration))
     q[:7] = pin.SE3ToXYZQUAT(pin.SE3(pose.base[:3, :3].copy(), pose.base[:3, 3].copy()))
-    for name, angle, speed, change in zip(
-        ROBOT.joint_names, posture, velocity, acceleration, strict=True
-    ):
-        joint = model.joints[model.getJointId(name)]
-        q[joint.idx_q], v[joint.idx_v], a[joint.idx_v] = angle, speed, change
     in_base = pin.rnea(model, data, q, v, a)[:6]
     return pose, wrench_in_world(in_base, pose.base), pin.centerOfMass(model, data, q)
 
@@ -142,16 +126,6 @@ def test_standing_zmp_is_below_the_com(share):
     np.testing.assert_allclose(reading.point, com[:2], atol=1e-9)
     assert reading.normal_force == pytest.approx(WEIGHT)
     assert reading.margin == pytest.approx(0.1 + com[0], abs=1e-6)
-
-
-def test_static_single_support():
-    """On the left foot alone the ZMP is the CoM's projection, here outside the sole."""
-    pose, whole, com = _motion(ROBOT.half_sitting, np.zeros(30), np.zeros(30))
-    left = wrench_in_world(whole, inverse_pose(pose.soles["left"]))
-    reading = _estimator().read(pose.soles, {"left": left, "right": NOTHING})
-    np.testing.assert_allclose(reading.point, com[:2], atol=1e-9)
-    assert reading.margin == pytest.approx(com[1] - 0.04, abs=1e-9)
-    assert reading.margin < 0.0
 
 
 def test_moving_zmp_obeys_newton_and_euler():

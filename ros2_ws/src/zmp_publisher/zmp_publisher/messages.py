@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
-from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, TransformStamped
+from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, TransformStamped
 from humanoid_motion.driver_interface import ImuSample
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -48,18 +48,15 @@ def imu_sample(message: Any) -> ImuSample | None:
 
 def point(stamp: Any, frame: str, place: Iterable[float]) -> PointStamped:
     """Make the message of a point, (2,) on the floor or (3,) [m], in a frame."""
-    message = PointStamped()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    _set_point(message.point, place)
+    message = PointStamped(point=_point(place))
+    message.header.stamp, message.header.frame_id = stamp, frame
     return message
 
 
 def polygon(stamp: Any, frame: str, corners: Array) -> PolygonStamped:
     """Make the message of a polygon (M, 2) [m] on the floor of a frame."""
     message = PolygonStamped()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
+    message.header.stamp, message.header.frame_id = stamp, frame
     message.polygon.points = [Point32(x=x, y=y) for x, y in corners.tolist()]
     return message
 
@@ -94,14 +91,11 @@ def diagnostics(
     stamp: Any, robot: str, state: tuple[bytes, str], values: Mapping[str, str]
 ) -> DiagnosticArray:
     """Make the diagnostics of a robot from a state (level and text) and further values."""
-    status = DiagnosticStatus()
-    status.name = "zmp_publisher: ZMP"
-    status.hardware_id = robot
-    status.level, status.message = state
-    status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
-    message = DiagnosticArray()
+    level, text = state
+    message = DiagnosticArray(status=[DiagnosticStatus(
+        name="zmp_publisher: ZMP", hardware_id=robot, level=level, message=text,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()])])
     message.header.stamp = stamp
-    message.status = [status]
     return message
 
 
@@ -116,9 +110,8 @@ def reading_values(reading: ZmpReading) -> dict[str, str]:
     }
 
 
-def _set_point(field: Any, place: Iterable[float]) -> None:
-    for axis, value in zip("xyz", place, strict=False):
-        setattr(field, axis, float(value))
+def _point(place: Iterable[float]) -> Point:
+    return Point(**{axis: float(value) for axis, value in zip("xyz", place, strict=False)})
 
 
 def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStamped:
@@ -132,16 +125,14 @@ def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStampe
 
 def _marker(stamp: Any, frame: str, name: str, place: Iterable[float] | None) -> Marker:
     message = Marker()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
+    message.header.stamp, message.header.frame_id = stamp, frame
     message.ns = name
     if place is None:
         message.action = Marker.DELETE
         return message
     message.type, message.action = Marker.SPHERE, Marker.ADD
-    _set_point(message.pose.position, place)
+    message.pose.position = _point(place)
     message.scale.x = message.scale.y = message.scale.z = _DIAMETER
-    color = message.color
-    color.r, color.g, color.b = _COLORS[name]
-    color.a = 1.0
+    message.color.r, message.color.g, message.color.b = _COLORS[name]
+    message.color.a = 1.0
     return message

@@ -1,7 +1,7 @@
 """Odometry of a robot that walks: poses of base_link and of the soles in ``odom``.
 
-It needs joint angles and foot loads, and follows footholds: `zmp_publisher.held_sole` without an
-IMU, `zmp_publisher.weighted_soles` with one. It does not notice a foot that slips.
+It needs joint angles and foot loads, and follows footholds: by `HeldSole` without an IMU, by
+`WeightedSoles` with one. It does not notice a foot that slips.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from humanoid_motion.driver_interface import ImuSample
-from humanoid_motion.kinematics import RobotKinematics, inverse_pose, planar_pose, yaw_of
+from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
+from humanoid_motion.robot_model import RobotModel
 from numpy.typing import ArrayLike
 
-from zmp_publisher.held_sole import HeldSole
-from zmp_publisher.robot_pose import OTHER, RobotPose
-from zmp_publisher.weighted_soles import WeightedSoles
+from zmp_publisher.soles import OTHER, HeldSole, RobotPose, WeightedSoles
 
 
 class FootOdometry:
@@ -31,7 +31,6 @@ class FootOdometry:
     are. A robot whose configuration has no `imu_frame` is followed without them.
 
     Args:
-        kinematics: Kinematics of the robot.
         loaded_force: Normal force above which a sole is assumed to lie on the floor [N].
         hysteresis: Share of the load, in [0, 0.5). The other sole becomes the support when it
             bears more than the share 0.5 + hysteresis.
@@ -43,7 +42,7 @@ class FootOdometry:
 
     def __init__(
         self,
-        kinematics: RobotKinematics,
+        robot: RobotModel,
         *,
         loaded_force: float,
         hysteresis: float = 0.05,
@@ -55,11 +54,11 @@ class FootOdometry:
             raise SettingError("hysteresis", hysteresis, "in [0, 0.5)")
         if len(start) != 3 or not all(map(math.isfinite, start)):
             raise SettingError("start", start, "three finite numbers: x, y and heading")
-        self._kinematics = kinematics
+        self._robot = robot
         self._loaded_force = loaded_force
         self._start = planar_pose(*start)
-        self._imu_frame = kinematics.robot.imu_frame
-        rubber = kinematics.robot.sole_rubber
+        self._imu_frame = robot.config.imu_frame
+        rubber = robot.config.sole_rubber
         self._without_imu = HeldSole(loaded_force, 0.5 + hysteresis)
         self._with_imu = WeightedSoles(
             loaded_force, 0.5 + hysteresis, rubber.stiffness if rubber else math.inf)
@@ -96,8 +95,17 @@ class FootOdometry:
         Raises:
             SettingError: The angles are not J finite numbers.
         """
-        self._kinematics.set_joints(positions)
-        in_base = self._kinematics.soles()
+        angles, names = np.asarray(positions, dtype=float), self._robot.joint_names
+        if angles.shape != (len(names),):
+            raise SettingError("joint positions", angles.shape, f"shape ({len(names)},)")
+        if not np.isfinite(angles).all():
+            bad = int(np.argmin(np.isfinite(angles)))
+            raise SettingError(names[bad], float(angles[bad]), "finite")
+        frames = [self._robot.feet[side].frame for side in OTHER]
+        if self._imu_frame is not None:
+            frames.append(self._imu_frame)
+        poses = self._robot.poses_in_base(angles, frames)
+        in_base = dict(zip(OTHER, poses, strict=False))
         loads = {side: max(float(normal_force[side]), 0.0) for side in OTHER}
         if self._pose is None:
             heavier = max(loads, key=lambda side: loads[side])
@@ -108,9 +116,8 @@ class FootOdometry:
         if with_imu != self._used_imu:
             (self._with_imu if with_imu else self._without_imu).begin(self._pose)
             self._used_imu = with_imu
-        if imu is not None and self._imu_frame is not None:
-            imu_in_base = self._kinematics.pose(self._imu_frame)[:3, :3]
-            self._pose = self._with_imu.update(in_base, loads, imu, imu_in_base, time)
+        if imu is not None and with_imu:
+            self._pose = self._with_imu.update(in_base, loads, imu, poses[-1][:3, :3], time)
         else:
             self._pose = self._without_imu.update(in_base, loads)
         return self._pose

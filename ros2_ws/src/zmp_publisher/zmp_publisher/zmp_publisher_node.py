@@ -11,26 +11,27 @@ import sys
 from functools import partial
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import nanoseconds
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.driver_interface import ImuSample
-from humanoid_motion.kinematics import RobotKinematics, pose_row
+from humanoid_motion.kinematics import pose_row
+from humanoid_motion.robot_model import RobotModel
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from zmp_publisher import messages as zmp_messages
-from zmp_publisher.imu_matching import ImuMatcher
 from zmp_publisher.odometry import FootOdometry
-from zmp_publisher.robot_pose import RobotPose
-from zmp_publisher.stamp_pairing import StampPairer
+from zmp_publisher.soles import RobotPose
+from zmp_publisher.stamp_matching import ImuMatcher, StampPairer
 from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
@@ -72,9 +73,8 @@ class ZmpPublisher(GuardedNode):
         diagnostics_rate = parameters.positive("diagnostics_rate")
         reliability = _RELIABILITY[parameters.choice("reliability", _RELIABILITY)]
 
-        self._robot = load_robot_config(
-            parameters.text("robot_config") or None, allowed_folders(self))
-        self._kinematics = RobotKinematics(self._robot)
+        self._robot = load_robot_config(parameters.text("robot_config") or None)
+        self._model = RobotModel(self._robot)
         weight = self._robot.mass * GRAVITY
         share = parameters.number("support_share")
         self._zmp = ZmpEstimator(
@@ -84,7 +84,7 @@ class ZmpPublisher(GuardedNode):
             support_share=share,
         )
         self._odometry = FootOdometry(
-            self._kinematics,
+            self._model,
             loaded_force=share * weight,
             hysteresis=parameters.number("hysteresis"),
             start=parameters.numbers("robot_start", 3),
@@ -150,8 +150,8 @@ class ZmpPublisher(GuardedNode):
         forces = {side: float(row[2]) for side, row in rows.items()}
         self._reading, self._pose = None, None
         try:
-            self._pose = self._odometry.update(
-                self._positions(joints), forces, imu, 1e-9 * time)
+            positions = self._positions(joints)
+            self._pose = self._odometry.update(positions, forces, imu, 1e-9 * time)
             if self._pose is not None:
                 self._reading = self._zmp.read(self._pose.soles, rows)
         except DoorImpactError as error:
@@ -163,7 +163,7 @@ class ZmpPublisher(GuardedNode):
             self._zmp_publisher.publish(zmp_messages.point(stamp, self._world, place))
         if self._pose is not None and self._tf_due(time):
             self._tf_stamp = time
-            self._publish_scene(stamp, self._pose, self._reading)
+            self._publish_scene(stamp, positions, self._pose)
 
     def _positions(self, joints: Any) -> list[float]:
         names = tuple(joints.name)
@@ -181,21 +181,20 @@ class ZmpPublisher(GuardedNode):
         due = self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - _EARLY
         return due and self._tf_period > 0
 
-    def _publish_scene(self, stamp: Any, pose: RobotPose, reading: ZmpReading | None) -> None:
+    def _publish_scene(self, stamp: Any, positions: list[float], pose: RobotPose) -> None:
         # 37 transforms are most of this node's work, so messages are made only for subscribers.
-        if _has_subscribers(self._tf_publisher):
-            rows = [pose_row(pose.base), *self._kinematics.link_transforms()]
-            frames = [(self._world, "base_link"), *self._kinematics.tree]
+        reading = self._reading
+        if self._tf_publisher.get_subscription_count():
+            rows = [pose_row(pose.base), *self._model.link_transforms(positions)]
+            frames = [(self._world, "base_link"), *self._model.tree]
             self._tf_publisher.publish(zmp_messages.transforms(stamp, frames, rows))
-        if reading is not None and _has_subscribers(self._polygon_publisher):
+        if reading is not None and self._polygon_publisher.get_subscription_count():
             polygon = zmp_messages.polygon(stamp, self._world, reading.polygon)
             self._polygon_publisher.publish(polygon)
-        if not (_has_subscribers(self._com_publisher) or _has_subscribers(self._marker_publisher)):
-            return
-        com = pose.base[:3, :3] @ self._kinematics.com() + pose.base[:3, 3]
-        if _has_subscribers(self._com_publisher):
-            self._com_publisher.publish(zmp_messages.point(stamp, self._world, com))
-        if _has_subscribers(self._marker_publisher):
+        com_in_base = self._model.com(self._model.configuration(np.zeros(3), positions))
+        com = pose.base[:3, :3] @ com_in_base + pose.base[:3, 3]
+        self._com_publisher.publish(zmp_messages.point(stamp, self._world, com))
+        if self._marker_publisher.get_subscription_count():
             places = {"zmp": None if reading is None else reading.point, "com": com}
             self._marker_publisher.publish(zmp_messages.markers(stamp, self._world, places))
 
@@ -225,10 +224,6 @@ class ZmpPublisher(GuardedNode):
         if margin < self._warn_margin:
             return DiagnosticStatus.WARN, f"ZMP {margin * 1e3:.1f} mm from the edge"
         return DiagnosticStatus.OK, "ZMP inside the support polygon"
-
-
-def _has_subscribers(publisher: Any) -> bool:
-    return bool(publisher.get_subscription_count())
 
 
 def main(args: list[str] | None = None) -> int:

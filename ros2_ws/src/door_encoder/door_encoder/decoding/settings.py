@@ -11,26 +11,16 @@ from door_model.recording.counts import LARGEST_COUNT, check_modulus
 class Settings:
     """How raw counts become angles.
 
-    Attributes:
-        counts_per_turn: Number of counts in a turn of the hinge, quadrature included.
-        modulus: Number of counts after which the counter wraps; 0 if it never does.
-        direction: 1 if the count grows as the door opens, -1 if it falls.
-        zero: Counter value at the closed door; None means the mean of the first stationary
-            samples.
-        zero_samples: Number of stationary samples that give the zero.
-        max_speed: Greatest plausible speed of the door [rad/s]; faster steps are handled by
-            `JumpFilter`.
-
     Raises:
         SettingError: A setting is out of its range.
     """
 
-    counts_per_turn: int = 14400
-    modulus: int = 2**32
-    direction: int = 1
-    zero: int | None = None
-    zero_samples: int = 20
-    max_speed: float = 20.0
+    counts_per_turn: int = 14400  # in a turn of the hinge, quadrature included
+    modulus: int = 2**32  # counts after which the counter wraps; 0 if it never does
+    direction: int = 1  # 1 if the count grows as the door opens, -1 if it falls
+    zero: int | None = None  # counter value at the closed door; None: of a door that stands still
+    zero_samples: int = 20  # number of samples that stand still and give the zero
+    max_speed: float = 20.0  # greatest plausible speed of the door [rad/s], for `JumpFilter`
 
     def __post_init__(self) -> None:
         """Check the settings."""

@@ -6,7 +6,6 @@ import time
 from dataclasses import replace
 
 import rclpy
-from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node, spin
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import EncoderSamples
@@ -14,16 +13,13 @@ from door_model.recording.batch import SampleBatch
 from door_model.ros.messages import to_message
 from rclpy.qos import QoSProfile
 
-from door_encoder.board import make_board
-from door_encoder.poll import PollBatcher
+from door_encoder.board import PollBatcher, make_board
 
 _PERIOD_NS = 1_000_000  # time between two polls [ns]
 _BATCH = 20  # number of samples in a batch, which gives 50 batches per second
 _QUEUE = 200  # number of batches that the publisher keeps
 _THROTTLE = 5.0  # shortest time between two warnings [s]
-_PARAMETERS = {
-    "board": ("", "Class of the counter board as package.module:Class"),
-}
+_PARAMETERS = {"board": ("", "Class of the counter board as package.module:Class")}
 
 
 class CounterBoardNode(GuardedNode):
@@ -31,21 +27,15 @@ class CounterBoardNode(GuardedNode):
 
     def __init__(self) -> None:
         super().__init__("counter_board")
-        try:
-            self._board = make_board(Parameters(self, _PARAMETERS).text("board"))
-        except DoorImpactError:
-            self.destroy_node()
-            raise
+        self._board = make_board(Parameters(self, _PARAMETERS).text("board"))
         self._batcher = PollBatcher(
-            period_ns=_PERIOD_NS, size=_BATCH, counts_per_turn=self._board.counts_per_turn
-        )
+            period_ns=_PERIOD_NS, size=_BATCH, counts_per_turn=self._board.counts_per_turn)
         self._ended = threading.Event()
         self._error = ""  # latest error of the board that was not reported yet
         self._reported = 0  # number of missed polls that were reported
         self._counts = self.create_publisher(
-            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=_QUEUE)
-        )
-        self._timer = self.create_timer(1.0, self._on_timer)
+            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=_QUEUE))
+        self.create_timer(1.0, self._on_timer)
 
     def run(self) -> None:
         """Poll until the node is shut down."""
@@ -64,7 +54,7 @@ class CounterBoardNode(GuardedNode):
             before = time.monotonic_ns()
             try:
                 reading = self._board.read()
-            except Exception as error:  # A board is the user's code and may raise anything.
+            except Exception as error:  # a board is the user's code and may raise anything
                 self._error = str(error) or type(error).__name__
                 time.sleep(_PERIOD_NS * 1e-9)
                 continue
@@ -78,27 +68,23 @@ class CounterBoardNode(GuardedNode):
         shift = self.get_clock().now().nanoseconds - time.monotonic_ns()
         try:
             self._counts.publish(to_message(replace(batch, stamp_ns=batch.stamp_ns + shift)))
-        except Exception:  # A signal may end the context in the meantime.
+        except Exception:  # a signal may end the context in the meantime
             if rclpy.ok():
                 raise
 
     def _on_timer(self) -> None:
         """Report polls that were missed."""
         missed = self._batcher.missed
-        if missed == self._reported and not self._error:
-            return
-        reason = f"; the board reported: {self._error}" if self._error else ""
-        self.get_logger().warning(
-            f"polls missed since the start: {missed}{reason}", throttle_duration_sec=_THROTTLE
-        )
-        self._reported, self._error = missed, ""
+        if missed > self._reported or self._error:
+            reason = f"; the board reported: {self._error}" if self._error else ""
+            self.get_logger().warning(
+                f"polls missed since the start: {missed}{reason}", throttle_duration_sec=_THROTTLE)
+            self._reported, self._error = missed, ""
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is shut down."""
-    return run_node(
-        CounterBoardNode, args=args, spin=CounterBoardNode.run
-    )
+    return run_node(CounterBoardNode, args=args, spin=CounterBoardNode.run)
 
 
 if __name__ == "__main__":

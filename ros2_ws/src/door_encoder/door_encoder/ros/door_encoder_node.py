@@ -5,12 +5,10 @@ import sys
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import stamp_of
 from door_impact_msgs.msg import EncoderSamples
-from door_model.recording.batch import SampleBatch
 from door_model.recording.counts import LARGEST_COUNT
 from door_model.ros.messages import DOOR_JOINT, to_batch, to_message
 from rclpy.qos import QoSProfile
@@ -18,8 +16,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
 from door_encoder.decoding.angle import AngleSampler
-from door_encoder.decoding.decoder import EncoderDecoder
-from door_encoder.decoding.report import assess
+from door_encoder.decoding.decoder import EncoderDecoder, assess
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BadBatchError
 
@@ -44,35 +41,24 @@ class DoorEncoderNode(GuardedNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("door_encoder", **options)
-        try:
-            self._set_up()
-        except DoorImpactError:
-            self.destroy_node()
-            raise
-
-    def _set_up(self) -> None:
-        """Read the parameters, and create publishers, subscription and timer."""
         parameters = Parameters(self, _PARAMETERS)
         settings = _settings(parameters)
         self._decoder = EncoderDecoder(settings)
         self._sampler = AngleSampler(
             radians_per_count=settings.radians_per_count,
             rate=parameters.number("angle_rate"),
-            window=parameters.number("velocity_window"),
-        )
+            window=parameters.number("velocity_window"))
         self._received_at: Time | None = None
-        self._reported: dict[str, int] = {}  # totals of the last report
+        self._reported: dict[str, int] = {}  # health at the last report
         qos = QoSProfile(depth=_QUEUE)
         self._samples = self.create_publisher(EncoderSamples, "/door_encoder/samples", qos)
         self._angle = self.create_publisher(JointState, "/door_angle", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._counts = self.create_subscription(
-            EncoderSamples, "/door_encoder/counts", self._on_counts, qos
-        )
-        self._timer = self.create_timer(1.0, self._on_timer)
+        self.create_subscription(EncoderSamples, "/door_encoder/counts", self._on_counts, qos)
+        self.create_timer(1.0, self._on_timer)
 
     def _on_counts(self, message: EncoderSamples) -> None:
-        """Decode a batch and publish the result."""
+        """Decode a batch, and publish samples and the angles that follow from them."""
         self._received_at = self.get_clock().now()
         try:
             pieces = self._decoder.decode(to_batch(message))
@@ -80,37 +66,24 @@ class DoorEncoderNode(GuardedNode):
             self.get_logger().warning(f"refused: {error}", throttle_duration_sec=_THROTTLE)
             return
         for decoded in pieces:
-            self._publish(decoded)
-
-    def _publish(self, decoded: SampleBatch) -> None:
-        """Publish decoded samples and the angles that follow from them."""
-        self._samples.publish(to_message(decoded))
-        for point in self._sampler.take(decoded):
-            state = JointState()
-            state.header.stamp = stamp_of(point.stamp_ns)
-            state.name = [DOOR_JOINT]
-            state.position = [point.theta]
-            state.velocity = [point.omega]
-            self._angle.publish(state)
+            self._samples.publish(to_message(decoded))
+            for point in self._sampler.take(decoded):
+                state = JointState(
+                    name=[DOOR_JOINT], position=[point.theta], velocity=[point.omega])
+                state.header.stamp = stamp_of(point.stamp_ns)
+                self._angle.publish(state)
 
     def _on_timer(self) -> None:
         """Publish the health of the encoder."""
         now, received = self.get_clock().now(), self._received_at
         age = math.inf if received is None else (now - received).nanoseconds * 1e-9
-        verdict = assess(self._decoder, age, self._reported)
-        self._reported = verdict.totals
-        status = DiagnosticStatus()
-        status.level = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.STALE)[
-            verdict.level.value
-        ]
-        status.name = "door_encoder: samples"
-        status.hardware_id = DOOR_JOINT
-        status.message = verdict.message
-        for key, value in verdict.values.items():
-            status.values.append(KeyValue(key=key, value=value))
-        message = DiagnosticArray()
+        level, text, values = assess(self._decoder, age, self._reported)
+        self._reported = dict(self._decoder.health)
+        message = DiagnosticArray(status=[DiagnosticStatus(
+            level=bytes([level]), name="door_encoder: samples", hardware_id=DOOR_JOINT,
+            message=text, values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )])
         message.header.stamp = now.to_msg()
-        message.status = [status]
         self._diagnostics.publish(message)
 
 
@@ -125,8 +98,7 @@ def _settings(parameters: Parameters) -> Settings:
         direction=parameters.whole("direction", low=-1),
         zero=None if parameters.switch("auto_zero") else zero,
         zero_samples=parameters.whole("zero_samples"),
-        max_speed=parameters.number("max_speed"),
-    )
+        max_speed=parameters.number("max_speed"))
 
 
 def main(args: list[str] | None = None) -> int:

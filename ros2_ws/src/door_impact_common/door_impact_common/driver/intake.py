@@ -19,6 +19,14 @@ AHEAD = 0.1  # largest time by which a stamp may lie ahead of the clock [s]
 CURRENT = 0.05  # delay up to which a message counts as one of the present [s]
 
 
+def present(clock: float, *stamps: float) -> float:
+    """Return the present time [s]: that of the clock, or the newest stamp up to `CURRENT` ahead.
+
+    The stamps of messages tell the time between two messages on a simulation's /clock.
+    """
+    return max([clock, *(stamp for stamp in stamps if stamp <= clock + CURRENT)])
+
+
 class Arrival(NamedTuple):
     """When a message was measured, and when it arrived.
 

@@ -15,7 +15,7 @@ from rclpy.duration import Duration
 
 from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
-from door_impact_common.driver.intake import CURRENT, Arrival, Intake
+from door_impact_common.driver.intake import Arrival, Intake, present
 from door_impact_common.driver.messages import diagnostics
 from door_impact_common.driver.names import COMMANDERS, TRAJECTORY
 from door_impact_common.node import GuardedNode
@@ -89,7 +89,7 @@ class WatchedTopics:
     ) -> None:
         self._node, self._inputs, self._after = node, inputs, after
         self._topics: list[str] = []
-        self._newest = -math.inf  # stamp of the last message of the present [s]
+        self._newest = -math.inf  # present time when the last message came [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, watches.freshness))
@@ -113,8 +113,7 @@ class WatchedTopics:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
             underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
-            if self._newest < stamp <= self._clock() + CURRENT:
-                self._newest = stamp
+            self._newest = present(self._clock(), self._newest, stamp)
             with self._ends_the_motion():
                 self._after(stamp, handle(message, Arrival(stamp, self.now(), underway)))
 
@@ -133,7 +132,7 @@ class WatchedTopics:
 
     def now(self) -> float:
         """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
-        return max(self._clock(), self._newest)
+        return present(self._clock(), self._newest)
 
     def _clock(self) -> float:
         return float(self._node.get_clock().now().nanoseconds * 1e-9)

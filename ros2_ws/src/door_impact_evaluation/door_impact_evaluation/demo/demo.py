@@ -1,25 +1,29 @@
 """`make demo`: starts every node, runs the demonstration, stops every node."""
 
+
+from __future__ import annotations
+
 import argparse
-import json
 import math
+import os
+import shutil
 import signal
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError
-from door_model.door.config import load_door, names_file
+from door_model.door.config import load_door
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from impact_planner.task.settings import ENDINGS, RUN_UPS
 
 from door_impact_evaluation.demo.result_folder import LOG, ResultFolder
 from door_impact_evaluation.demo.settings import LATER_ENDINGS, DemoSettings
-from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.errors import DemoError, EvaluationError
 from door_impact_evaluation.report import report
-from door_impact_evaluation.run.launcher import start_nodes, stop_nodes
 
 _SHOWN = 2000  # characters of the nodes' log that an error shows at most
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -121,8 +125,7 @@ def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> No
     launcher = start_nodes(
         settings.out / LOG, f"door:={settings.door}", "paced:=false",
         *(f"{name}:={value}" for name, value in simulation.items()),
-        f"log_file:={simulation_log}", f"record:={recording}",
-        f"allowed_folders:={_allowed(settings.door)}")
+        f"log_file:={simulation_log}", f"record:={recording}")
     try:
         run(settings, lambda: launcher.poll() is None, lambda: stop_nodes(launcher))
     except DemoError as error:
@@ -132,14 +135,6 @@ def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> No
         raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
     finally:
         _stop(launcher)
-
-
-def _allowed(door: str) -> str:
-    """The files that the nodes may read: as usual, and the door's file, which a person named."""
-    from door_impact_common.parameters import default_folders
-
-    named = [Path(door).resolve()] if names_file(door) else []
-    return json.dumps([str(folder) for folder in (*default_folders(), *named)])
 
 
 def _complaints(log: Path) -> str:
@@ -176,3 +171,40 @@ def main(args: list[str] | None = None) -> int:
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+_GRACE = 15.0  # time that the launcher has to stop its nodes before all are killed [s]
+
+
+def start_nodes(log: Path, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start the nodes of bringup.launch.yaml.
+
+    Args:
+        log: File for their output.
+        arguments: Arguments of the launch file.
+
+    Returns:
+        The launcher, which `stop_nodes` stops.
+
+    Raises:
+        EvaluationError: The ros2 command was not found.
+    """
+    own = Path(sys.executable).parent / "ros2"
+    command = str(own) if own.exists() else shutil.which("ros2")
+    if command is None:
+        raise EvaluationError("the ros2 command was not found: run `make setup`, or source ROS 2")
+    with log.open("wb") as file:
+        return subprocess.Popen(
+            [command, "launch", "door_impact_bringup", "bringup.launch.yaml", *arguments],
+            stdout=file, stderr=subprocess.STDOUT, start_new_session=True)
+
+
+def stop_nodes(launcher: subprocess.Popen[bytes]) -> None:
+    """Stop the launcher and all its nodes; they are killed if they do not end in time."""
+    if launcher.poll() is None:
+        launcher.send_signal(signal.SIGINT)
+        with suppress(subprocess.TimeoutExpired):
+            launcher.wait(_GRACE)
+    with suppress(ProcessLookupError):
+        os.killpg(launcher.pid, signal.SIGKILL)
+    launcher.wait()

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from door_impact_common.driver.intake import CURRENT
+from door_impact_common.driver.intake import present
 from door_impact_common.node import executor_of
 from door_impact_common.stamps import seconds
 from door_impact_msgs.action import ExecuteDoorImpact
@@ -85,7 +85,7 @@ class DemoClient(Node):
     def now(self) -> float:
         """Returns the graph's time [s]; stamps tell it between two messages on /clock."""
         clock = self.get_clock().now().nanoseconds * 1e-9
-        return max([clock, *(stamp for stamp, *_ in self.zmp[-1:] if stamp < clock + CURRENT)])
+        return present(clock, *(stamp for stamp, *_ in self.zmp[-1:]))
 
     def until(self, condition: Callable[[], bool], what: str, timeout: float) -> None:
         """Spins until a condition holds.

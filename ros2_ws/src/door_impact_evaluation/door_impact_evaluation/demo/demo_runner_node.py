@@ -11,7 +11,7 @@ import rclpy
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.files import make_folder
 from door_impact_common.node import DISCOVERY_TIME
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import ImpactPlan
 from door_model.door.config import load_door
 from impact_planner.task.settings import ENDINGS, RUN_UPS
@@ -154,7 +154,7 @@ def settings_of(node: Node) -> DemoSettings:
         ConfigError: There is no such door, or its file may not be read.
     """
     parameters = Parameters(node, PARAMETERS)
-    load_door(parameters.text("door"), allowed_folders(node))
+    load_door(parameters.text("door"))
     return DemoSettings(
         door=parameters.text("door"),
         target_deg=parameters.number("target_deg"),

@@ -57,7 +57,7 @@ class Poses:
 
 def hit(scene: Scene, poses: Poses, contact_time: float, path: Path, *, before: float = 1.3,
         after: float = 5.5, slow_motion: float = 2.0, rate: float = 12.5) -> None:
-    """Writes a GIF of the run-up, the hit, the opening and the hold.
+    """Write a GIF of the run-up, the hit, the opening and the hold.
 
     Args:
         scene: The robot, the door and its place.
@@ -71,24 +71,10 @@ def hit(scene: Scene, poses: Poses, contact_time: float, path: Path, *, before: 
     """
     end = min(contact_time + after, float(poses.t[-1]))
     times = np.arange(contact_time - before, end, 1.0 / (rate * slow_motion))
-    frames = [_caption(frame, time - contact_time, slow_motion)
+    frames = [_caption(frame, time - contact_time, slow_motion).quantize(96)
               for time, frame in zip(times, _render(scene, poses, times), strict=True)]
-    frames = [frame.quantize(96) for frame in frames]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=int(1000 / rate), loop=0,
                    optimize=True)
-
-
-def still(scene: Scene, poses: Poses, time: float, path: Path) -> None:
-    """Writes a picture of one instant.
-
-    Args:
-        scene: The robot, the door and its place.
-        poses: Poses over the whole motion.
-        time: Time of the picture [s].
-        path: Picture to write.
-    """
-    for frame in _render(scene, poses, np.array([time])):
-        frame.save(path)
 
 
 def _render(scene: Scene, poses: Poses, times: Array) -> Iterator[Image.Image]:
@@ -116,7 +102,7 @@ def _render(scene: Scene, poses: Poses, times: Array) -> Iterator[Image.Image]:
 
 
 def _build(client: Any, scene: Scene) -> tuple[int, list[int], tuple[Array, Array], int]:
-    """Loads the scene.
+    """Load the scene.
 
     Returns:
         The robot's body, the indices of its joints, the pose of its inertial frame in base_link,

@@ -1,4 +1,4 @@
-"""Reads what a replay shows from a recording: an MCAP file, or a folder of `ros2 bag record`.
+"""Reads runs from a recording: an MCAP file, or a folder of `ros2 bag record`.
 
 Stamps are those of the messages; a message without one gets the time at which it was recorded. A
 new run begins where the time goes back, because a simulation was reset.
@@ -6,92 +6,52 @@ new run begins where the time goes back, because a simulation was reset.
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.arrays import Array
 from door_impact_common.files import shown
-from door_model.recording.mcap import open_bag
+from door_impact_view.replay.recording import Curve, Plot
+from door_impact_view.scene import colors
+from door_impact_view.scene.urdf import read_urdf
+from door_model.recording.mcap import Bag, open_bag
+from hrp2_description.support import DegeneratePolygonError, polygon_margin, support_polygon
 
 from door_impact_evaluation.errors import RecordingError
+from door_impact_evaluation.report.hits import find_hits
+from door_impact_evaluation.report.recorded_run import (
+    Body,
+    RecordedRun,
+    Series,
+    events_of,
+    padded,
+    phases_of,
+)
+from door_impact_evaluation.report.replay import LONGEST
 
-JOINTS, DOOR = "/joint_states", "/door_angle"
-_RESET = 1.0  # a step back in time that is longer than this is a reset [s]
-_DESCRIPTIONS = {"/robot_description": "robot", "/door_description": "door"}
-_POINTS = ("/zmp", "/com")
-_WRENCH = "geometry_msgs/msg/WrenchStamped"
+_JOINTS, _DOOR = "/joint_states", "/door_angle"
+_ROBOT_URDF, _DOOR_URDF = "/robot_description", "/door_description"
+_PLAN, _TRAJECTORY, _STATIC = "/door_impact_plan", "/joint_trajectory", "/tf_static"
+_ZMP, _COM, _SUPPORT = "/zmp", "/com", "/support_polygon"
 _TYPES = {
-    JOINTS: "sensor_msgs/msg/JointState", DOOR: "sensor_msgs/msg/JointState",
-    "/robot_description": "std_msgs/msg/String", "/door_description": "std_msgs/msg/String",
-    "/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage",
-    "/zmp": "geometry_msgs/msg/PointStamped", "/com": "geometry_msgs/msg/PointStamped",
-    "/support_polygon": "geometry_msgs/msg/PolygonStamped",
-    "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
-    "/door_impact_plan": "door_impact_msgs/msg/ImpactPlan",
-    "/hit_report": "door_impact_msgs/msg/HitReport",
+    _JOINTS: "sensor_msgs/msg/JointState", _DOOR: "sensor_msgs/msg/JointState",
+    _ROBOT_URDF: "std_msgs/msg/String", _DOOR_URDF: "std_msgs/msg/String",
+    "/tf": "tf2_msgs/msg/TFMessage", _STATIC: "tf2_msgs/msg/TFMessage",
+    _ZMP: "geometry_msgs/msg/PointStamped", _COM: "geometry_msgs/msg/PointStamped",
+    _SUPPORT: "geometry_msgs/msg/PolygonStamped",
+    _TRAJECTORY: "trajectory_msgs/msg/JointTrajectory", _PLAN: "door_impact_msgs/msg/ImpactPlan",
 }
-_OWN_TIME = ("/door_impact_plan", "/tf_static", "/joint_trajectory", "/hit_report")
-"""Topics whose stamps need not be of the moment at which they are published."""
+_WRENCH = "geometry_msgs/msg/WrenchStamped"  # on whatever topic
+_LATCHED = (_ROBOT_URDF, _DOOR_URDF, _STATIC, _PLAN)  # what was said before a reset still holds
+_RESET = 1.0  # a step back in time that is longer than this is a reset [s]
+_COLORS = (colors.COM, colors.FORCE, colors.CAPTURE_POINT, colors.DOOR)  # of the forces
+
+_Rows = list[tuple[float, Any]]  # messages with their stamps [s]
 
 
-@dataclass(frozen=True)
-class Series:
-    """Samples over time: `t` (n,) [s], increasing, and `values` (n, k)."""
-
-    t: Array
-    values: Array
-
-
-@dataclass(frozen=True)
-class Angles:
-    """Joint angles of one publisher.
-
-    Attributes:
-        names: Names of the joints, J of them.
-        positions: Their positions, (n, J) [rad] or [m].
-        velocity: Their velocities, (n, J), or None where they were not published.
-    """
-
-    names: tuple[str, ...]
-    positions: Series
-    velocity: Series | None
-
-
-@dataclass(frozen=True)
-class Bag:
-    """What was recorded of a run; everything may be missing.
-
-    Attributes:
-        descriptions: URDFs, by ``robot`` and ``door``.
-        joints: Angles of the robot's joints, those of the most frequent publisher first.
-        door: Angle of the door.
-        poses: Poses of frames in their parents by the frame's name: place, quaternion w, x, y, z.
-        points: Places by topic, ``/zmp`` and ``/com``.
-        polygons: Stamps and corners (K, 2) of the support polygons [m].
-        wrenches: Forces by topic, (n, 3) [N].
-        plans: Messages ImpactPlan, with the times at which they were recorded [s]; minus infinity
-            for the last one of before the run.
-        trajectories: Messages JointTrajectory, with their starts [s].
-        reports: Messages HitReport, with their stamps [s].
-    """
-
-    descriptions: dict[str, str] = field(default_factory=dict)
-    joints: list[Angles] = field(default_factory=list)
-    door: Angles | None = None
-    poses: dict[str, Series] = field(default_factory=dict)
-    points: dict[str, Series] = field(default_factory=dict)
-    polygons: list[tuple[float, Array]] = field(default_factory=list)
-    wrenches: dict[str, Series] = field(default_factory=dict)
-    plans: list[tuple[float, Any]] = field(default_factory=list)
-    trajectories: list[tuple[float, Any]] = field(default_factory=list)
-    reports: list[tuple[float, Any]] = field(default_factory=list)
-
-
-def read_runs(path: Path) -> list[Bag]:
-    """Reads a recording.
+def read_runs(path: Path) -> list[RecordedRun]:
+    """Read a recording.
 
     Args:
         path: An MCAP file, or a folder that `ros2 bag record` has made.
@@ -103,109 +63,125 @@ def read_runs(path: Path) -> list[Bag]:
     Raises:
         BadRecordingError: The file cannot be read.
         RecordingError: It contains neither joint angles nor the angle of a door.
+        UrdfError: The description of the robot or of the door cannot be read.
     """
-    with open_bag(path) as reader:
-        found = _Messages()
-        for topic, kind, received, message in _messages(reader):
-            found.add(topic, kind, received, message)
-        topics = sorted({connection.topic for connection in reader.connections
-                         if connection.msgcount})
-    runs = [bag for bag in found.bags() if bag.joints or bag.door is not None]
+    with open_bag(path) as bag:
+        parts = _split(_messages(bag))
+        topics = sorted({connection.topic for connection in bag.connections})
+    runs = [run for run in map(_run, parts) if run is not None]
     if not runs:
         raise RecordingError(
-            f"{shown(path)}: has no messages on {JOINTS} or {DOOR}; topics with messages: "
-            f"{', '.join(topics) or 'none'}", value=topics, limit=(JOINTS, DOOR))
+            f"{shown(path)}: has no messages on {_JOINTS} or {_DOOR}; topics with messages: "
+            f"{', '.join(topics) or 'none'}", value=topics, limit=(_JOINTS, _DOOR))
     return runs
 
 
-def _messages(bag: Any) -> Iterator[tuple[str, str, float, Any]]:
-    """Yields topic, type, time of recording [s] and message, in the order of the file.
+def _messages(bag: Bag) -> Iterator[tuple[str, float, Any]]:
+    """Yield topic, stamp [s] and message or transform, in the order of the file.
 
     A topic whose type is not the expected one is left out.
     """
-    for reader in bag.readers:
-        wanted = [connection for connection in reader.connections if _TYPES.get(
-            connection.topic, _WRENCH) == connection.msgtype]
-        # rosbags sorts by time, which after a reset of the simulation mixes two runs.
-        scan = getattr(reader.storage, "messages_scan", reader.messages)
-        for connection, received, data in scan(wanted):
-            message = bag.deserialize(data, connection.msgtype)
-            yield connection.topic, connection.msgtype, 1e-9 * received, message
+    wanted = [connection for connection in bag.connections if _TYPES.get(
+        connection.topic, _WRENCH) == connection.msgtype]
+    for connection, received, data in bag.messages(wanted):
+        message = bag.deserialize(data, connection.msgtype)
+        for part in getattr(message, "transforms", (message,)):
+            stamp = None if connection.topic in _LATCHED else part.header.stamp
+            own = 0.0 if stamp is None else float(stamp.sec + 1e-9 * stamp.nanosec)
+            yield connection.topic, own or 1e-9 * received, part
 
 
-_Rows = dict[str, list[tuple[float, Any]]]
+def _split(messages: Iterable[tuple[str, float, Any]]) -> list[dict[str, _Rows]]:
+    """Sort messages by runs and topics."""
+    runs: list[dict[str, _Rows]] = [defaultdict(list)]
+    clock, now = _DOOR, -math.inf  # topic that tells the time, and its last stamp
+    for topic, stamp, message in messages:
+        if topic == _JOINTS:
+            clock = _JOINTS
+        if topic == clock:
+            if stamp < now - _RESET:
+                runs.append(defaultdict(list, {
+                    name: [(-math.inf, said) for _, said in runs[-1][name]] for name in _LATCHED}))
+            now = stamp
+        # A message of before the reset may come a little after it. A trajectory begins later.
+        late = stamp > now + _RESET and topic not in (*_LATCHED, _TRAJECTORY) and len(runs) > 1
+        runs[-2 if late else -1][topic].append((stamp, message))
+    return runs
 
 
-class _Messages:
-    """Sorts messages by runs and by what they are."""
-
-    def __init__(self) -> None:
-        self._descriptions: dict[str, str] = {}
-        self._runs: list[_Rows] = [defaultdict(list)]
-        self._clock = DOOR  # topic whose stamps tell the time: that of the joints if there is one
-        self._now = -math.inf  # its last stamp [s]
-        self._wrenches: set[str] = set()
-
-    def add(self, topic: str, kind: str, received: float, message: Any) -> None:
-        if topic in _DESCRIPTIONS:
-            self._descriptions[_DESCRIPTIONS[topic]] = message.data
-            return
-        if topic in ("/tf", "/tf_static"):
-            for transform in message.transforms:
-                self._keep(topic, _stamp(transform, received), transform)
-            return
-        if kind == _WRENCH:
-            self._wrenches.add(topic)
-        stamp = received if topic == "/door_impact_plan" else _stamp(message, received)
-        if topic == JOINTS:
-            self._clock = JOINTS
-        if topic == self._clock:
-            if stamp < self._now - _RESET:
-                self._begin_run()
-            self._now = stamp
-        self._keep(topic, stamp, message)
-
-    def _begin_run(self) -> None:
-        last = self._runs[-1]
-        plans = [(-math.inf, plan) for _, plan in last["/door_impact_plan"][-1:]]
-        self._runs.append(defaultdict(list, {
-            "/door_impact_plan": plans, "/tf_static": list(last["/tf_static"])}))
-
-    def _keep(self, topic: str, stamp: float, message: Any) -> None:
-        # A message of before the reset may come a little after it.
-        late = topic not in _OWN_TIME and len(self._runs) > 1 and stamp > self._now + _RESET
-        self._runs[-2 if late else -1][topic].append((stamp, message))
-
-    def bags(self) -> list[Bag]:
-        """Returns what was found in each run."""
-        return [self._bag(run) for run in self._runs]
-
-    def _bag(self, rows: _Rows) -> Bag:
-        poses: dict[str, list[tuple[float, Any]]] = defaultdict(list)
-        for stamp, transform in (*rows["/tf_static"], *rows["/tf"]):
-            poses[transform.child_frame_id].append((stamp, transform.transform))
-        doors = _angles(rows[DOOR])
-        return Bag(
-            descriptions=self._descriptions,
-            joints=_angles(rows[JOINTS]),
-            door=doors[0] if doors else None,
-            poses=_known({name: _series(found, _pose) for name, found in poses.items()}),
-            points=_known({topic: _series(rows[topic], lambda m: _xyz(m.point))
-                           for topic in _POINTS}),
-            polygons=[(t, np.array([[p.x, p.y] for p in message.polygon.points]))
-                      for t, message in rows["/support_polygon"]
-                      if len(message.polygon.points) >= 3],
-            wrenches=_known({topic: _series(rows[topic], lambda m: _xyz(m.wrench.force))
-                             for topic in sorted(self._wrenches)}),
-            plans=rows["/door_impact_plan"],
-            trajectories=rows["/joint_trajectory"],
-            reports=rows["/hit_report"],
-        )
+def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
+    """Make a run of its messages; None if nothing moves in it."""
+    joints, doors = _joints(rows[_JOINTS], "position"), _joints(rows[_DOOR], "position")
+    if not joints and not doors:
+        return None
+    hits = find_hits(rows[_PLAN], rows[_TRAJECTORY], doors[0][1] if doors else None)
+    points = {name: _series(rows[topic], lambda message: _xyz(message.point))
+              for name, topic in (("ZMP", _ZMP), ("CoM", _COM))}
+    polygons = [(t, np.array([[corner.x, corner.y] for corner in message.polygon.points]))
+                for t, message in sorted(rows[_SUPPORT], key=lambda row: row[0])
+                if len(message.polygon.points) >= 3]
+    poses: dict[str, _Rows] = defaultdict(list)
+    for stamp, part in rows["/tf"]:
+        poses[part.child_frame_id].append((stamp, part.transform))
+    for _, part in rows[_STATIC]:
+        poses[part.child_frame_id] = [(0.0, part.transform)]
+    robot, robot_notes = _body(rows[_ROBOT_URDF], joints, poses)
+    door, _ = _body(rows[_DOOR_URDF] if doors else [], doors[:1], poses)
+    return RecordedRun(
+        t=(joints or doors)[0][1].t, source="recorded", robot=robot, door=door,
+        points={name: series for name, series in points.items() if series.t.size},
+        support=Series(np.array([t for t, _ in polygons]), padded([each for _, each in polygons]))
+        if polygons else None,
+        margin=_margin(points["ZMP"], polygons) if polygons and points["ZMP"].t.size else None,
+        phases=tuple(phase for hit in hits for phase in phases_of(hit.starts, hit.end)),
+        events=tuple(event for hit in hits for event in events_of(hit.contact, hit.peak)),
+        desired=tuple(hit.plan.desired_opening_angle for hit in hits),
+        planned={each.phase: each.margin for hit in hits for each in hit.plan.zmp_margins},
+        plots=_plots(rows),
+        notes=(*robot_notes, *([] if door is not None else [
+            "The recording has no door: it needs /door_description and /door_angle."])))
 
 
-def _stamp(message: Any, received: float) -> float:
-    stamp = message.header.stamp
-    return float(stamp.sec + 1e-9 * stamp.nanosec) or received
+def _body(urdfs: _Rows, joints: list[tuple[tuple[str, ...], Series]], poses: dict[str, _Rows],
+          ) -> tuple[Body | None, list[str]]:
+    """Return a body, and sentences that say what the robot lacks."""
+    if not urdfs:
+        return None, [f"The recording has no {_ROBOT_URDF}: no robot is drawn."]
+    urdf = urdfs[-1][1].data
+    found = _series(poses[read_urdf(urdf).root], _pose)
+    if not joints:
+        notes = [f"The recording has no {_JOINTS}: the robot's joints do not move."]
+    elif not found.t.size:
+        notes = ["The recording has no /tf of the robot's base: the base stands at the origin."]
+    else:
+        notes = []
+    return Body(urdf, joints, found if found.t.size else None), notes
+
+
+def _plots(rows: dict[str, _Rows]) -> tuple[Plot, ...]:
+    forces = []
+    for topic, color in zip(sorted(rows.keys() - _TYPES.keys()), _COLORS, strict=False):
+        force = _series(rows[topic], lambda message: _xyz(message.wrench.force))
+        label = topic.strip("/").removesuffix("/wrench").replace("_", " ")
+        forces.append(Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
+    speeds = [Curve("encoder", colors.DOOR, speed.t, np.degrees(speed.values[:, 0]))
+              for _, speed in _joints(rows[_DOOR], "velocity")[:1]]
+    return (Plot("Force on feet and hands", "N", tuple(forces)),
+            Plot("Angular velocity of the door", "deg/s", tuple(speeds)))
+
+
+def _margin(zmp: Series, polygons: list[tuple[float, Any]]) -> Series:
+    """Return the distance of each ZMP from the edge of the last support polygon before it [m]."""
+    margin = np.full(len(zmp.t), np.nan)
+    ends = [stamp for stamp, _ in polygons[1:]] + [math.inf]
+    for (stamp, corners), end in zip(polygons, ends, strict=True):
+        rows = slice(*np.searchsorted(zmp.t, (stamp, min(end, stamp + LONGEST))))
+        if rows.start < rows.stop:
+            try:
+                margin[rows] = polygon_margin(zmp.values[rows, :2], support_polygon(corners))
+            except DegeneratePolygonError:
+                continue
+    return Series(zmp.t, margin)
 
 
 def _xyz(point: Any) -> tuple[float, float, float]:
@@ -217,8 +193,8 @@ def _pose(transform: Any) -> tuple[float, ...]:
     return (*_xyz(transform.translation), turn.w, turn.x, turn.y, turn.z)
 
 
-def _series(rows: list[tuple[float, Any]], values: Callable[[Any], Any]) -> Series:
-    """Sorts samples by their stamps; of two with the same stamp the first one stays.
+def _series(rows: _Rows, values: Callable[[Any], Any]) -> Series:
+    """Sort samples by their stamps; of two with the same stamp the first one stays.
 
     Samples that are no finite numbers are left out.
     """
@@ -230,21 +206,12 @@ def _series(rows: list[tuple[float, Any]], values: Callable[[Any], Any]) -> Seri
     return Series(t[finite], found[finite])
 
 
-def _known(series: dict[str, Series]) -> dict[str, Series]:
-    return {name: each for name, each in series.items() if each.t.size}
-
-
-def _angles(rows: list[tuple[float, Any]]) -> list[Angles]:
-    """Sorts joint states by their publishers, which name different joints."""
-    groups: dict[tuple[str, ...], list[tuple[float, Any]]] = defaultdict(list)
+def _joints(rows: _Rows, field: str) -> list[tuple[tuple[str, ...], Series]]:
+    """Return joint states by their publishers, which name different joints; the busiest first."""
+    groups: dict[tuple[str, ...], _Rows] = defaultdict(list)
     for stamp, message in rows:
-        if message.name and len(message.position) == len(message.name):
+        if message.name and len(getattr(message, field)) == len(message.name):
             groups[tuple(message.name)].append((stamp, message))
-    found = []
-    for names, group in sorted(groups.items(), key=lambda item: -len(item[1])):
-        positions = _series(group, lambda m: m.position)
-        moving = all(len(message.velocity) == len(names) for _, message in group)
-        velocity = _series(group if moving else [], lambda m: m.velocity)
-        if positions.t.size:
-            found.append(Angles(names, positions, velocity if velocity.t.size else None))
-    return found
+    found = [(names, _series(group, lambda message: getattr(message, field)))
+             for names, group in sorted(groups.items(), key=lambda item: -len(item[1]))]
+    return [(names, series) for names, series in found if series.t.size]

@@ -8,12 +8,11 @@ mpl.use("Agg")  # no display is assumed
 
 import matplotlib.pyplot as plt
 import numpy as np
+from door_impact_common.arrays import Array
 from door_impact_common.palette import BLUE, GREEN, LIGHT_GREY, ORANGE, PURPLE, VERMILION
 from door_impact_common.span_labels import label_spans
 from door_model.door.closer import FourBarCloser
-from door_model.door.curves import largest_shown
 from door_model.door.door import Door
-from door_model.tools.drawing import draw_closer_angle, draw_restoring_torque
 from impact_planner.motion.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -35,20 +34,27 @@ def _save(figure: Figure, path: Path) -> None:
     plt.close(figure)
 
 
+def _shown_angles(closer: FourBarCloser) -> Array:
+    """Opening angles from 0 to 90 deg, or to one degree before the linkage's end [rad]."""
+    return np.linspace(0.0, min(0.5 * np.pi, closer.opening_limit() - np.radians(1.0)), 200)
+
+
 def closer_angle(closer: FourBarCloser, path: Path) -> None:
-    """Draws the closer's angle over the door's angle, eq. (8); the paper's Fig. 15.
+    """Draw the closer's angle over the door's angle, eq. (8); the paper's Fig. 15.
 
     Args:
         closer: The closer's linkage.
         path: Picture to write.
     """
-    figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
-    draw_closer_angle(axes, closer, np.linspace(0.0, largest_shown(closer), 200))
+    figure, axes = _axes("Angle of the closer (the paper's Fig. 15)", _DOOR,
+                         r"angle of the closer $\theta_c = f(\theta)$ [deg]")
+    theta = _shown_angles(closer)
+    axes.plot(np.degrees(theta), np.degrees(closer.f(theta)), color=BLUE, lw=2)
     _save(figure, path)
 
 
 def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) -> None:
-    """Draws the restoring torque of the identified and the simulated door; the paper's Fig. 16.
+    """Draw the restoring torque of the identified and the simulated door; the paper's Fig. 16.
 
     Args:
         identified: Door with the identified parameters.
@@ -56,22 +62,23 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
         swung_to: Largest angle of the swings that the parameters were identified from [rad].
         path: Picture to write.
     """
-    figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
+    figure, axes = _axes(
+        "Restoring torque (the paper's Fig. 16)", _DOOR,
+        "restoring torque [N m]\n" r"$\tau_1 = \eta(\theta)\,\{k_c\, f(\theta) + \tau'_{c0}\}$")
     axes.axvspan(0, np.degrees(swung_to), color=LIGHT_GREY, alpha=0.6,
                  label="range of the pushes by hand")
-    draw_restoring_torque(
-        axes, true, np.linspace(0.0, largest_shown(true.closer), 200), color="k", lw=2.5,
-        alpha=0.35, label="simulated door")
-    draw_restoring_torque(
-        axes, identified, np.linspace(0.0, largest_shown(identified.closer), 200), color=PURPLE,
-        ls="--", label="identified")
+    for door, style in (
+            (true, {"color": "k", "lw": 2.5, "alpha": 0.35, "label": "simulated door"}),
+            (identified, {"color": PURPLE, "ls": "--", "label": "identified"})):
+        theta = _shown_angles(door.closer)
+        axes.plot(np.degrees(theta), door.restoring_torque(theta), **style)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.legend()
     _save(figure, path)
 
 
 def identification_fit(swings: list[SwingFit], rmse_deg: float, path: Path) -> None:
-    """Draws measured swings and eq. (1) with the identified parameters; the paper's Fig. 11.
+    """Draw measured swings and eq. (1) with the identified parameters; the paper's Fig. 11.
 
     Args:
         swings: The opening parts of the swings.
@@ -91,7 +98,7 @@ def identification_fit(swings: list[SwingFit], rmse_deg: float, path: Path) -> N
 
 
 def cam(path: Path) -> None:
-    """Draws the normalised modified constant velocity cam curve MCV50; the paper's Fig. 6."""
+    """Draw the normalised modified constant velocity cam curve MCV50; the paper's Fig. 6."""
     T = np.linspace(0.0, 1.0, 801)
     figure, panels = plt.subplots(3, 1, figsize=(7.2, 5.6), sharex=True, layout="constrained")
     curve = mcv50(T)
@@ -109,7 +116,7 @@ def cam(path: Path) -> None:
 
 
 def zmp(record: DemoRecord, path: Path) -> None:
-    """Draws the ZMP in the support polygon over time; the door is upwards; the paper's Fig. 8.
+    """Draw the ZMP in the support polygon over time; the door is upwards; the paper's Fig. 8.
 
     Args:
         record: What was measured of the motion.
@@ -143,7 +150,7 @@ def zmp(record: DemoRecord, path: Path) -> None:
 
 
 def door_angle(record: DemoRecord, target_deg: float, path: Path) -> None:
-    """Draws the door's angle after the impact and the desired angle; the paper's Fig. 9.
+    """Draw the door's angle after the impact and the desired angle; the paper's Fig. 9.
 
     Args:
         record: What was measured of the motion.

@@ -4,7 +4,6 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
-from door_impact_bringup.mcap_file import partial_folder
 from door_impact_common.files import write_whole
 from door_impact_view.replay.page import page, picture
 from door_impact_view.replay.recording import Replay
@@ -39,7 +38,7 @@ FILES = (*(name for name, _ in (*PICTURES, *OTHERS)), "report.html")
 
 def write(rows: Sequence[Row], heading: str, notes: Sequence[str], replay: Replay,
           path: Path) -> None:
-    """Writes the page, which contains the pictures in its folder; a missing one is left out.
+    """Write the page, which contains the pictures in its folder; a missing one is left out.
 
     Args:
         rows: Rows of the table.
@@ -77,8 +76,7 @@ def _warnings(notes: Sequence[str]) -> str:
 
 
 def _others(path: Path) -> str:
-    recording = path.with_name(RECORDING)
-    recorded = recording.exists() or partial_folder(recording).exists()  # it may still grow
+    recorded = path.with_name(RECORDING).exists()
     items = "".join(f'<li><a href="{name}">{name}</a>: {text}</li>' for name, text in OTHERS
                     if recorded or name != RECORDING)
     return f"<p>Files that were written into the same folder:</p><ul>{items}</ul>"

@@ -1,27 +1,36 @@
-"""Turns a demonstration's run into a replay: from the simulation's own log, 1 kHz at the hit."""
+"""Makes the replay of a run from the simulation's own log: a demonstration, a rehearsal, a walk."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from door_impact_bringup import door_scene
-from door_impact_view.replay.recording import Curve, Limit, Plot, Replay, Tree
-from door_impact_view.replay.resampling import choose_stamps
+from door_impact_common.arrays import Array
+from door_impact_view.replay.recording import Curve, Event, Limit, Plot, Replay
 from door_impact_view.scene import colors
-from door_impact_view.scene.urdf import read_urdf
-from door_impact_view.scene.wall import with_wall
 from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig
-from numpy.typing import NDArray
 
-from door_impact_evaluation.report import replay_parts as parts
-from door_impact_evaluation.report.motion_replay import PLOTTED, body_of, marks_of, poses
-from door_impact_evaluation.run.record import DemoRecord
+from door_impact_evaluation.report.recorded_run import (
+    Body,
+    RecordedRun,
+    Series,
+    events_of,
+    padded,
+    phases_of,
+)
+from door_impact_evaluation.report.replay import replay_of
+from door_impact_evaluation.run import evaluation
+from door_impact_evaluation.run.record import DemoRecord, Motion, Support
 from door_impact_evaluation.run.simulation_log import SimulationLog
+from door_impact_evaluation.run.walk_run import Walked
+
+_SOURCE = "simulated"
 
 
 def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotConfig,
                   door: DoorConfig) -> Replay:
-    """Makes the replay of a run.
+    """Make the replay of a demonstration.
 
     Args:
         record: What was measured of the motion.
@@ -30,46 +39,73 @@ def replay_of_run(record: DemoRecord, log: SimulationLog, plan: Any, robot: Robo
         robot: The robot, for its URDF.
         door: The door, for its leaf.
     """
-    motion = record.motion
-    contact, peak = (None if np.isnan(moment) else moment
-                     for moment in (record.contact_time, record.peak_time))
-    fine = [] if contact is None else [contact]
-    spans = list(record.phases.values())
-    start, end = spans[0][0], spans[-1][1]
-    moving = np.flatnonzero((motion.t >= start) & (motion.t <= end))
-    times = motion.t[moving]
-    kept = moving[np.isin(times, choose_stamps(times, fine))]
-    shown = moving[np.isin(times, choose_stamps(times, fine, PLOTTED))]
-    body = body_of(robot, log, kept)
-    place = np.array(door_scene.frame_pose(log.door_distance, log.hinge_x))
-    leaf = Tree(with_wall(read_urdf(door_scene.door_urdf(door))), (door_scene.JOINT,),
-                motion.door_angle[kept, None], poses(place[None, :3], place[None, 3:]))
-    point = plan.contact_point
-    phases = parts.phases_of([(begin, name) for name, (begin, _) in record.phases.items()], end)
-    return Replay(
-        stamps=motion.t[kept],
-        trees=(body, leaf),
-        marks=marks_of(motion, record.support, kept),
-        phases=phases,
-        events=parts.events_of(contact, peak),
-        plots=_plots(record, shown, plan, phases),
-        cameras=parts.cameras(body, leaf, np.array([point.x, point.y, point.z])),
-    )
+    return replay_of(run_of_log(
+        log, record.support, robot, record.phases,
+        events_of(record.contact_time, record.peak_time), plan=plan, door=door))
 
 
-def _plots(record: DemoRecord, shown: NDArray[np.intp], plan: Any,
-           phases: tuple[parts.Phase, ...]) -> tuple[Plot, ...]:
-    motion, t = record.motion, record.motion.t[shown]
-    inside = (record.door_topic_t >= t[0]) & (record.door_topic_t <= t[-1])
-    angle = Curve("encoder", colors.DOOR, record.door_topic_t[inside],
-                  np.degrees(record.door_topic[inside]))
-    planned = {each.phase: each.margin for each in plan.zmp_margins}
+def replay_of_walk(walked: Walked, robot: RobotConfig) -> Replay:
+    """Make the replay of a walk without nodes, with its pushes as events.
+
+    Args:
+        walked: The walk.
+        robot: The robot, for its URDF.
+    """
+    pushes = [Event("push", walked.begin + push.at_s) for push in walked.pushes]
+    return replay_of(run_of_log(walked.log, walked.support, robot, walked.phases(), pushes))
+
+
+def run_of_log(
+    log: SimulationLog, support: Support, robot: RobotConfig,
+    phases: Mapping[str, tuple[float, float]], events: Sequence[Event] = (), *, plan: Any = None,
+    door: DoorConfig | None = None,
+) -> RecordedRun:
+    """Describe a run by the simulation's log, from the first phase to the end of the last one.
+
+    Args:
+        log: The simulation's log.
+        support: ZMP and support polygon at the log's times.
+        robot: The robot, for its URDF.
+        phases: Start and end of each phase in the order of time [s].
+        events: Named moments, such as those of `events_of`.
+        plan: Message ImpactPlan of the hit, its trajectories are not needed; None for a walk.
+        door: The door that is hit, for its leaf; None for a walk.
+    """
+    motion, spans = log.motion, list(phases.values())
+    t = motion.t
+    return RecordedRun(
+        t=t[(t >= spans[0][0]) & (t <= spans[-1][1])], source=_SOURCE,
+        robot=Body(
+            robot.urdf_path.read_text(encoding="utf-8"),
+            [(tuple(log.joint_names), Series(t, motion.joints))],
+            Series(t, _poses(motion.base_position, motion.base_orientation))),
+        door=None if door is None else Body(
+            door_scene.door_urdf(door),
+            [((door_scene.JOINT,), Series(t, motion.door_angle[:, None]))],
+            Series(t[:1], _poses(*np.split(np.array([door_scene.frame_pose(
+                log.door_distance, log.hinge_x)]), [3], axis=1)))),
+        points={"ZMP": Series(t, support.zmp), "CoM": Series(t, motion.com)},
+        support=Series(t, padded(support.polygons)[support.polygon]),
+        margin=Series(t, support.margin),
+        phases=phases_of([(begin, name) for name, (begin, _) in phases.items()], spans[-1][1]),
+        events=tuple(events),
+        desired=() if plan is None else (plan.desired_opening_angle,),
+        planned={} if plan is None else {each.phase: each.margin for each in plan.zmp_margins},
+        plots=_plots(motion, plan))
+
+
+def _plots(motion: Motion, plan: Any) -> tuple[Plot, ...]:
+    if plan is None:
+        tilt = np.degrees(evaluation.tilt(motion.base_orientation))
+        return (Plot("Tilt of the base", "deg", (Curve(_SOURCE, colors.COM, motion.t, tilt),)),)
     return (
-        parts.door_plot(angle, [plan.desired_opening_angle]),
-        parts.margin_plot(t, record.support.margin[shown], planned, phases),
         Plot("Force of the robot on the door", "N",
-             (Curve("elbow or hand", colors.FORCE, t, motion.contact_force[shown]),)),
+             (Curve("elbow or hand", colors.FORCE, motion.t, motion.contact_force),)),
         Plot("Speed of B towards the door", "m/s",
-             (Curve("simulated", colors.COM, t, motion.point_b_velocity[shown]),),
-             (Limit("planned v_rB", round(float(plan.v_rb), 3)),)),
-    )
+             (Curve(_SOURCE, colors.COM, motion.t, motion.point_b_velocity),),
+             (Limit("planned v_rB", round(float(plan.v_rb), 3)),)))
+
+
+def _poses(places: Array, turns: Array) -> Array:
+    """Return poses with quaternions w, x, y, z (n, 7) of such with x, y, z, w (n, 4)."""
+    return np.hstack([places, turns[:, [3, 0, 1, 2]]])

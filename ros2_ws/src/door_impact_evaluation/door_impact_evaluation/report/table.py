@@ -30,7 +30,7 @@ class Row:
 
 
 def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
-    """Makes the rows of the table.
+    """Make the rows of the table.
 
     Args:
         summary: Contents of summary.json.
@@ -40,7 +40,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
 
 
 def _model_rows(summary: Mapping[str, Any]) -> list[Row]:
-    """Makes the rows of the identified door and of the robot."""
+    """Make the rows of the identified door and of the robot."""
     plan, found = summary["plan"], summary["identified"]
 
     def value(key: str, digits: int) -> str:
@@ -62,7 +62,7 @@ def _model_rows(summary: Mapping[str, Any]) -> list[Row]:
 
 
 def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
-    """Makes the rows of the hit, planned and measured."""
+    """Make the rows of the hit, planned and measured."""
     plan, hit = summary["plan"], summary["impact"]
     loads = summary["robot"]["gear_load"]
     joint = max(loads, key=loads.__getitem__)
@@ -84,7 +84,7 @@ def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
 
 
 def _result_rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
-    """Makes the rows of the door's angle, the ZMP and the robot."""
+    """Make the rows of the door's angle, the ZMP and the robot."""
     door, robot = summary["door"], summary["robot"]
     margins = summary["zmp"]["measured_min_margin_mm"]
     phase = min(margins, key=margins.__getitem__)
@@ -110,7 +110,7 @@ def _result_rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
 
 
 def text(lines: Sequence[Row]) -> str:
-    """Formats the table for a terminal.
+    """Format the table for a terminal.
 
     Args:
         lines: Rows of the table.

@@ -82,7 +82,7 @@ class Rehearsal:
 
 
 def rehearse(
-    target_deg: float, path: Path, *, door: str | DoorConfig = "paper",
+    target_deg: float, path: str | Path, *, door: str | DoorConfig = "paper",
     known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
     **settings: Any,
@@ -110,13 +110,12 @@ def rehearse(
     simulated = load_door(door) if isinstance(door, str) else door
     robot = RobotModel(config)
     known = known or KnownDoor.configured(simulated)
-    placement = configured_placement()
     plan = plan_impact(
         PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
-        make_settings(placement))
+        make_settings(configured_placement()))
+    placement = plan.hit.placement
     world = World(
-        config, simulated, placement["door_distance"] + door_offset, placement["hinge_x"],
-        **settings)
+        config, simulated, placement.door_distance + door_offset, placement.hinge_x, **settings)
     try:
         execution = execute(world, plan, PointB(robot), watch or _nobody, stop_before)
         log = simulation_log.load(world.save_log(path), 0.0)

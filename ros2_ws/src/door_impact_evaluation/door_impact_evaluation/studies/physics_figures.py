@@ -1,4 +1,4 @@
-"""Draws the pictures of docs/physics.md."""
+"""Draw the pictures of docs/physics.md."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,14 +29,13 @@ _UNKNOWNS = (
 
 
 def draw(summary: Mapping[str, Any], out: Path) -> None:
-    """Draws a picture of each part of the study that was run.
+    """Draw a picture of each part of the study that was run.
 
     Args:
         summary: Contents of summary.json, as `physics_study.study` returns them.
         out: Folder of the pictures.
     """
     sweeps = summary["sweeps"]
-    _drop_tests(summary["drop_test"], out / "drop_test.png")
     if {"fine_step", "both_steps"} <= sweeps.keys():
         _time_steps(summary, out / "time_step.png")
     if {name for name, _, _ in _UNKNOWNS} <= sweeps.keys():
@@ -54,26 +53,6 @@ def _pair(path: Path, fill: Any) -> None:
 
 def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     return [row.get(key, float("nan")) for row in rows]
-
-
-def _drop_tests(tests: Mapping[str, Sequence[Mapping[str, float]]], path: Path) -> None:
-    def fill(left: Axes, right: Axes) -> None:
-        for (engine, rows), mark in zip(tests.items(), MARKS, strict=False):
-            for speed, color in zip(sorted({row["speed"] for row in rows}),
-                                    (BLUE, GREEN, VERMILION), strict=True):
-                same = [row for row in rows if row["speed"] == speed]
-                wanted, shown = _column(same, "wanted"), _column(same, "shown")
-                left.plot(wanted, shown, mark, color=color, label=f"{speed:g} m/s, {engine}")
-                off = [1e3 * (b - a) for a, b in zip(wanted, shown, strict=True)]
-                right.plot(wanted, off, mark, color=color)
-        left.set(title="free ball on the leaf", xlabel="requested restitution",
-                 ylabel="measured restitution")
-        right.axhspan(-15, 15, color=GREEN, alpha=0.1)
-        right.set(title="difference (band: ±0.015)", xlabel="requested restitution",
-                  ylabel="measured less requested, 10⁻³")
-        left.legend(fontsize=7)
-
-    _pair(path, fill)
 
 
 def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
@@ -95,7 +74,7 @@ def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
-    """Draws the largest opening angle over each setting, all on one scale of angles."""
+    """Draw the largest opening angle over each setting, all on one scale of angles."""
     figure, grid = plt.subplots(3, 3, figsize=(9.0, 8.0), layout="constrained", sharey=True)
     for axes, (name, scale, label) in zip(grid.flat, _UNKNOWNS, strict=True):
         axes.axhline(summary["target_deg"], color=GREEN, ls=":", label="desired")

@@ -1,10 +1,9 @@
-"""Measures what the simulated hit depends on: the figures of docs/physics.md."""
+"""Measure what the simulated hit depends on: the figures of docs/physics.md."""
 
 import argparse
 import json
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from hrp2_sim_bridge.physics.contact import design_contact
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.impact_plan import ImpactPlan
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from door_impact_evaluation.run import evaluation
@@ -54,48 +52,30 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
 _PYBULLET_ONLY = ("iterations",)  # sweeps of what only PyBullet has
 
 
-@dataclass(frozen=True)
-class Posture:
-    """Posture of the robot.
-
-    Attributes:
-        joints: Joint angles (30,) [rad].
-        base: Position of base_link in odom (3,) [m].
-    """
-
-    joints: NDArray[np.float64]
-    base: NDArray[np.float64]
-
-
-def posture_at_hit(plan: ImpactPlan) -> Posture:
-    """Returns the posture at the planned contact."""
-    joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
-    return Posture(joints, np.array([0.0, 0.0, plan.waist_height]))
-
-
 def effective_masses(plan: ImpactPlan) -> dict[str, Any]:
-    """Computes the effective mass at point B by eq. (3), spatially and by the pull test [kg].
+    """Compute the effective mass at point B by eq. (3), spatially and by the pull test [kg].
 
     Args:
         plan: Plan whose posture at the contact is taken.
     """
     config = load_robot_config()
-    robot, posture = RobotModel(config), posture_at_hit(plan)
-    q = robot.configuration(posture.base, posture.joints)
+    robot = RobotModel(config)
+    joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
+    q = robot.configuration(np.array([0.0, 0.0, plan.waist_height]), joints)
     rows = []
     for braced in (True, False):
         locked = config.braced_joints if braced else ()
         rows.append({
             "braced": braced,
             "spatial": robot.effective_mass(q, locked=locked),
-            **{engine: pull_test(config, posture.joints, locked=locked, engine=engine)
-               .effective_mass for engine in ENGINES},
+            **{engine: pull_test(config, joints, locked=locked, engine=engine)
+               for engine in ENGINES},
         })
     return {"planar": plan.effective_mass_planar, "planned": plan.effective_mass, "rows": rows}
 
 
 def figures_of(run: Rehearsal) -> dict[str, Any]:
-    """Evaluates a run.
+    """Evaluate a run.
 
     Args:
         run: The run.
@@ -138,7 +118,7 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
 
 
 def drop_tests(engine: str) -> list[dict[str, float]]:
-    """Measures the restitution of the leaf's surface in an engine for each requested one."""
+    """Measure the restitution of the leaf's surface in an engine for each requested one."""
     door, step = load_door("paper"), WorldSettings.time_step_fine
     rows = []
     for wanted in RESTITUTIONS:
@@ -153,7 +133,7 @@ def drop_tests(engine: str) -> list[dict[str, float]]:
 
 
 def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
-    """Runs the sweeps and writes ``summary.json`` and the pictures.
+    """Run the sweeps and write ``summary.json`` and the pictures.
 
     Args:
         out: Folder of the results.
@@ -189,7 +169,7 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Runs the study.
+    """Run the study.
 
     Args:
         args: Command line without the program's name; None means the process's own.

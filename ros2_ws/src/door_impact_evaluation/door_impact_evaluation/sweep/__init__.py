@@ -1,1 +1,1 @@
-"""Sweeps: many simulated hits with perturbed doors and robots."""
+"""Sweeps: many simulated hits and walks that differ from what the robot knows."""

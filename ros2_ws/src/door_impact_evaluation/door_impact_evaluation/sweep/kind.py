@@ -1,147 +1,57 @@
-"""The interface of a kind of sweep: what is run, what is measured, and how it is shown."""
+"""What a kind of sweep declares. Running, storing, statistics and report are the same for all."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
-from door_impact_view.replay.recording import Replay
+from door_impact_evaluation.sweep.numbers import Statistic
 
-Record = dict[str, Any]
-"""What was measured of a run, as JSON has it: "name" is that of its case."""
-REPLAYS = "replays"
-"""Folder of the replays below that of the sweep's results."""
+Row = dict[str, Any]
+"""A run by the names of its columns: numbers, texts, truth values, None, and lists of them."""
 
 
-class Case(Protocol):
-    """One set of perturbations with its runs; hashable, and the same for the same seed."""
+class Panel(NamedTuple):
+    """A drawing of column y over column x, or of x's distribution; limits of y become lines."""
 
-    @property
-    def name(self) -> str:
-        """Name of the case, unique within a sweep."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Returns everything that determines the case's runs, as it is written to a record."""
+    x: str
+    y: str = ""
+    limits: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
-class BadRun:
-    """A run that is worth looking at.
+class Kind:
+    """A kind of sweep.
 
-    Attributes:
-        name: Name of the case.
-        number: Number of the run within its case, from 0.
-        why: What is bad about it.
-        file: Name of its replay in `REPLAYS`.
-    """
-
-    name: str
-    number: int
-    why: str
-    file: str
-
-
-class Kind(ABC):
-    """A kind of sweep. An instance has no state, so that it can be sent to other processes.
+    A case is everything that is drawn for one or several runs. It becomes the first columns of
+    their rows, among them "group", "index" within the group, and "seed" of the sensors' noise.
 
     Attributes:
         name: Name of the kind.
-        unit: What a case is called.
-        part: What a run of a case is called; in records it is the key of the run's number.
         what: What the sweep does, for the command's help.
+        draw: Draws the cases for the number of cases in each group and a seed; a longer sweep of
+            the same seed contains those of a shorter one.
+        run: Simulates a case in the physics engine of its column "engine", and yields what was
+            measured of each run: "stood", "fell" (why, or empty), "margin_mm" and more.
+        label: Names the group of runs in which a row is summarized, by columns of its case.
+        summary: Computes the figures of summary.json that only this kind has, or has otherwise.
+        counts: Columns that are true or false, of which the true ones are counted.
+        measures: Columns that are summarized over the runs in which the robot stood.
+        worst: Column whose largest sizes are the worst runs.
+        panels: The figure; the report gives the x of each for the worst runs.
     """
 
     name: str
-    unit: str
-    part: str
     what: str
-
-    @abstractmethod
-    def cases(self, n: int, seed: int) -> list[Any]:
-        """Draws the cases; a longer sweep of the same seed contains those of a shorter one.
-
-        Args:
-            n: Number of cases in each group that is drawn.
-            seed: Seed of the random numbers.
-        """
-
-    @abstractmethod
-    def run(self, case: Any, engine: str) -> list[Record]:
-        """Simulates the runs of a case.
-
-        Args:
-            case: One of `cases`.
-            engine: Physics engine of the simulation.
-
-        Returns:
-            One record for each run; numbers that are not known may be NaN.
-        """
-
-    @abstractmethod
-    def numbers(self, records: list[Record]) -> dict[str, Any]:
-        """Computes the figures of summary.json, "stood" and "min_margin_mm" among them.
-
-        Args:
-            records: Records of all cases.
-        """
-
-    @abstractmethod
-    def worst(self, records: list[Record]) -> list[BadRun]:
-        """Chooses the runs with a replay.
-
-        Args:
-            records: Records of all cases.
-        """
-
-    @abstractmethod
-    def table(self, found: dict[str, Any]) -> str:
-        """Formats the results as a table for a terminal.
-
-        Args:
-            found: Contents of summary.json.
-        """
-
-    @abstractmethod
-    def figure(self, found: dict[str, Any], path: Path) -> None:
-        """Draws the results.
-
-        Args:
-            found: Contents of summary.json.
-            path: Picture to write.
-        """
-
-    @abstractmethod
-    def replay(self, case: Any, engine: str, number: int) -> Replay:
-        """Simulates a run again, and makes its replay.
-
-        Args:
-            case: Its case.
-            engine: Physics engine of the simulation.
-            number: Number of the run within its case, from 0.
-        """
+    draw: Callable[[int, int], list[Row]]
+    run: Callable[[Row], Iterator[Row]]
+    label: Callable[[Row], str]
+    summary: Callable[[list[Row]], Row]
+    counts: tuple[str, ...]
+    measures: Mapping[str, Statistic]
+    worst: str
+    panels: tuple[Panel, ...]
 
 
-def bad_runs(kind: Kind, reasons: list[tuple[Record, str]]) -> list[BadRun]:
-    """Returns the runs of some reasons; one with several of them is named once, with all.
-
-    Args:
-        kind: The kind of the sweep.
-        reasons: Records of runs and what is bad about each.
-    """
-    found: dict[tuple[str, int], list[str]] = {}
-    for record, why in reasons:
-        found.setdefault((record["name"], record[kind.part]), []).append(why)
-    return [BadRun(name, number, "; ".join(whys), f"{name}-{kind.part}{number + 1}.html")
-            for (name, number), whys in found.items()]
-
-
-def replay_lines(found: dict[str, Any]) -> list[str]:
-    """Returns the lines of a table that name the replays.
-
-    Args:
-        found: Contents of summary.json.
-    """
-    if not found["replays"]:
-        return []
-    return ["", f"replays, in {REPLAYS}/",
-            *(f"  {bad['file']}: {bad['why']}" for bad in found["replays"])]
+def count(rows: list[Row], column: str) -> int:
+    """Count the rows whose value in a column is neither unknown nor false."""
+    return sum(bool(row.get(column)) for row in rows)

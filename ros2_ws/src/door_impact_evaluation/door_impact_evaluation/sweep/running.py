@@ -1,137 +1,137 @@
-"""Runs the cases of a sweep in parallel processes, and resumes where an earlier sweep ended."""
+"""Runs the cases of a sweep on a cluster of Dask, and resumes where an earlier sweep ended."""
 
 import hashlib
 import json
+import logging
+import math
 import os
-import signal
-from functools import partial
-from importlib import import_module
-from multiprocessing import get_context
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from door_model.data import data_path as door_data
-from hrp2_description.data import data_path as robot_data
+import dask
+from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from humanoid_motion.errors import HumanoidMotionError
+from impact_planner.errors import PlannerError
 from tqdm import tqdm
+from walking.errors import WalkingError
 
-from door_impact_evaluation.sweep import replays
-from door_impact_evaluation.sweep.kind import BadRun, Case, Kind, Record
-from door_impact_evaluation.sweep.numbers import plain
+from door_impact_evaluation.errors import EvaluationError
+from door_impact_evaluation.sweep.kind import Kind, Row
+from door_impact_evaluation.sweep.store import Runs, versions
 
-PACKAGES = ("door_encoder", "door_impact_common", "door_impact_evaluation", "door_model",
-            "hrp2_description", "hrp2_sim_bridge", "humanoid_motion", "impact_planner", "walking")
-ROBOT_FILES = ("config/robot.yaml", "config/hrp2_links.yaml", "urdf/hrp2.urdf")
-RECORD = "runs.jsonl"
+REFUSALS = (PlannerError, WalkingError, HumanoidMotionError)  # of plans, results like others
 
 
-def sources() -> str:
-    """Computes a digest of all code, of the robot and of the doors.
-
-    Records with another digest are of other code; a sweep runs their cases anew.
-    """
-    digest = hashlib.sha256()
-    for package in PACKAGES:
-        folder = Path(str(import_module(package).__file__)).parent
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.read_bytes())
-    doors = sorted(door_data("doors").glob("*.yaml"))
-    for path in (*map(robot_data, ROBOT_FILES), *doors):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def load_records(path: Path, digest: str, kind: str, engine: str) -> dict[str, list[Record]]:
-    """Reads the records of earlier runs of the same code in the same physics engine.
-
-    Args:
-        path: File of the records; it need not exist.
-        digest: Digest of the code, as `sources` computes it.
-        kind: Kind of the sweep.
-        engine: The physics engine.
-
-    Returns:
-        The records by case; incomplete lines are left out.
-    """
-    found: dict[str, list[Record]] = {}
-    if path.exists():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            try:
-                entry = json.loads(line)
-                if (entry["digest"], entry["kind"], entry["engine"]) == (digest, kind, engine):
-                    found[_key(entry["case"])] = entry["records"]
-            except (json.JSONDecodeError, TypeError, KeyError):
-                continue
-    return found
-
-
-def run(kind: Kind, wanted: list[Case], out: Path, engine: str, digest: str) -> list[Record]:
-    """Runs the cases that have no records yet, as many at a time as there are cores.
+def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = "") -> list[Row]:
+    """Run the cases that have no rows yet, or one with an error.
 
     Args:
         kind: Kind of the sweep.
-        wanted: The cases.
-        out: Folder of the results; the records of each case are written as soon as it is done.
+        cases: The cases.
         engine: Physics engine of the simulation.
-        digest: Digest of the code, as `sources` computes it.
+        runs: The rows that there are; those of each case are written as soon as it is done.
+        address: Address of the cluster's scheduler; if it is empty, this machine's cores run.
 
     Returns:
-        The records of all cases, in their order.
+        The rows of all cases, in their order.
 
     Raises:
-        OSError: The folder cannot be written.
+        EvaluationError: There is no cluster, or a worker has other versions or lacks this program.
+        OutputError: The rows cannot be written.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    path = out / RECORD
-    done = load_records(path, digest, kind.name, engine)
-    keys = {case: _key(case.as_json()) for case in wanted}
-    missing = [case for case in wanted if keys[case] not in done]
-    bar = tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit=kind.unit,
-               disable=not missing)
-    with path.open("a", encoding="utf-8") as file, bar, _pool() as pool:
-        if file.tell() and not path.read_bytes().endswith(b"\n"):
-            file.write("\n")  # ends an incomplete line
-        for case, records in pool.imap_unordered(partial(_with_case, kind, engine), missing):
-            done[keys[case]] = records
-            entry = {"digest": digest, "kind": kind.name, "engine": engine,
-                     "case": case.as_json(), "records": records}
-            file.write(json.dumps(entry, allow_nan=False) + "\n")
-            file.flush()
-            bar.update()
-    return [record for case in wanted for record in done[keys[case]]]
+    here, wanted = versions(engine), {}
+    for case in cases:
+        columns = {"kind": kind.name, "engine": engine, **case, **here}
+        key = hashlib.sha256(json.dumps(columns, sort_keys=True).encode()).hexdigest()[:16]
+        wanted[key] = {"id": key, **columns}
+    others = [row for key, rows in runs.rows.items() if key not in wanted for row in rows]
+    old = sum(any(row.get(name) != here[name] for name in here) for row in others)
+    if others:
+        print(f"{len(others)} rows of {runs.path} do not count: {old} of other versions, "
+              f"{len(others) - old} of other cases")
+    missing = [case for key, case in wanted.items() if key not in runs.rows or any(
+        row["error"] for row in runs.rows[key])]
+    if missing:
+        with (tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="case") as bar,
+              _connected(address) as client):
+            # Not pure: a scheduler that lives on would answer with the results of another sweep.
+            tasks = client.map(run_case, missing, run=kind.run, pure=False)
+            cases_of = dict(zip(tasks, missing, strict=True))
+            for task in as_completed(tasks, loop=client.loop):
+                runs.put(cases_of[task]["id"], _result(task, cases_of[task]))
+                task.release()  # else the case would be run again when its worker dies
+                bar.update()
+    return [row for key in wanted for row in runs.rows[key]]
 
 
-def make_replays(
-    kind: Kind, bad: list[BadRun], wanted: list[Case], out: Path, engine: str, digest: str
-) -> None:
-    """Makes a replay of each bad run that has none yet, and removes those of other runs.
+def run_case(case: Row, run: Callable[[Row], Iterator[Row]]) -> list[Row]:
+    """Simulate a case; this is what a worker does.
 
     Args:
-        kind: Kind of the sweep.
-        bad: The bad runs.
-        wanted: The cases of the sweep.
-        out: Folder of the sweep's results.
-        engine: Physics engine of the simulation.
-        digest: Digest of the code, as `sources` computes it.
+        case: The first columns of its rows, versions included.
+        run: `Kind.run`.
+
+    Returns:
+        One row for each run. An exception ends the case, and is told in its last row.
+
+    Raises:
+        EvaluationError: The versions are not those of this worker.
     """
-    orders = replays.orders(kind, bad, wanted, out, engine, digest)
-    with tqdm(total=len(orders), unit="replay", disable=not orders) as bar, _pool() as pool:
-        for _ in pool.imap_unordered(replays.make, orders):
-            bar.update()
+    here = versions(case["engine"])
+    if other := {name: case[name] for name in here if case[name] != here[name]}:
+        raise EvaluationError(
+            f"this sweep is of {other}, a worker has { {name: here[name] for name in other} }")
+    found: list[Row] = []
+    try:
+        for measured in run(case):
+            found.append(measured)
+    except Exception as error:
+        found.append({"refused": str(error)} if isinstance(error, REFUSALS) else _failure(error))
+    return [_row(case, number, measured) for number, measured in enumerate(found)]
 
 
-def _pool() -> Any:
-    """Makes a pool of processes, one for each core.
+def _row(case: Row, number: int, measured: Row) -> Row:
+    return {**case, "run": number, "refused": None, "error": None, **{  # JSON has no NaN
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in measured.items()}}
 
-    Each process is a new interpreter, because PyBullet and its threads cannot be forked. After an
-    interrupt the pool ends what is running.
+
+def _failure(error: Exception) -> Row:
+    return {"error": f"{type(error).__name__}: {error}"}
+
+
+def _result(task: Future, case: Row) -> list[Row]:
+    """Return the rows of a task that ended; of one that ends every worker, one with an error."""
+    try:
+        return list(task.result())
+    except KilledWorker as error:
+        return [_row(case, 0, _failure(error))]
+    except EvaluationError:
+        raise
+    except Exception as error:
+        raise EvaluationError(f"the cluster cannot run this: {_failure(error)['error']}") from error
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Client]:
+    """Connect to a cluster, or start one on this machine: a process of one thread on each core.
+
+    Its processes are new interpreters, because PyBullet and its threads cannot be forked.
     """
-    return get_context("spawn").Pool(
-        os.cpu_count(), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-
-
-def _with_case(kind: Kind, engine: str, case: Case) -> tuple[Case, list[Record]]:
-    return case, plain(kind.run(case, engine))
-
-
-def _key(case: dict[str, Any]) -> str:
-    return json.dumps(case, sort_keys=True)
+    if address:
+        try:
+            client = Client(address, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise EvaluationError(f"there is no cluster at {address}: {error}") from error
+        with client:
+            yield client
+        return
+    dask.config.set({"distributed.comm.timeouts.connect": "120s",  # a loaded machine starts slowly
+                     "distributed.scheduler.worker-saturation": 1.0})  # a dead worker had one case
+    with LocalCluster(
+        n_workers=os.cpu_count(), threads_per_worker=1, host="127.0.0.1", memory_limit=None,
+        # Without a dashboard its port is opened all the same, by default a fixed one.
+        dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+        silence_logs=logging.CRITICAL,  # what happens is told by rows and errors
+    ) as cluster, Client(cluster, set_as_default=False) as client:
+        yield client

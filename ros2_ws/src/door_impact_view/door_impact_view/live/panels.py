@@ -1,162 +1,135 @@
-"""The buttons of the page.
+"""The buttons of the page, what they order, and the texts beside them.
 
-Every browser gets buttons of its own, after its token if one is wanted: inputs that all browsers
-shared could be changed by a browser that may only look.
+Texts of nodes are escaped: they are shown as they are, and no part of them is run by the browser.
 """
 
 from __future__ import annotations
 
-import hmac
 import math
-import threading
-import time
-from collections.abc import Callable, Collection
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any, Literal
 
-from door_impact_view.live import texts
-from door_impact_view.live.orders import (
-    Answer,
-    GiveOrder,
-    Identify,
-    Order,
-    Plan,
-    Push,
-    Reset,
-    Run,
-    Stop,
-)
+import viser
+
+from door_impact_view.live.state import PlanSummary, State
 
 CONFIGURED = "as configured"
 RUN_UPS = ("mcv50", "zmp_limited")  # of PlanDoorImpact.srv
 ENDINGS = ("hold", "retreat")
-_PUSH, _PUSHES = 8.0, (0.5, 30.0)  # impulse of a push at first, and its range [N m s]
-_ANGLE, _ANGLES = 25.0, (5.0, 60.0)  # desired angle at first, and its range [deg]
-_PAUSE = 1.0  # time after a wrong token in which no token is taken [s]
 _SHOWN = 12.0  # time for which a notification stays [s]
+_CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
+_BAD, _GOOD = "#b00020", "#00695c"
+
+Name = Literal["push", "identify", "plan", "run", "stop", "reset"]
+Reply = Callable[[bool, str], None]
+"""Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
 
-class Gate:
-    """Decides which browsers get buttons.
+@dataclass(frozen=True)
+class Order:
+    """What a button orders.
 
-    Args:
-        token: What has to be entered; empty: nothing.
-        local: Whether only this machine can connect.
+    Attributes:
+        name: Which order.
+        text: The order for readers, such as "Plan a hit for 25.0 deg".
+        fields: Values of fields of the request [SI units]; others are as the interface has them.
     """
 
-    def __init__(self, token: str, local: bool) -> None:
-        self._token = token.encode()
-        self.open = local and not token
-        self.closed = not local and not token
-        self._lock = threading.Lock()
-        self._until = -math.inf  # no token is taken before [s]
+    name: Name
+    text: str
+    fields: Mapping[str, Any] = field(default_factory=dict)
 
-    def check(self, token: str, now: float | None = None) -> str:
-        """Check a token.
 
-        Args:
-            token: What was entered.
-            now: Time on a steady clock [s]; by default now.
-
-        Returns:
-            The empty text if it is right, else a sentence.
-        """
-        at = time.monotonic() if now is None else now
-        with self._lock:
-            if self.closed:
-                return texts.SHOW_ONLY
-            if at < self._until:
-                return "A wrong token was entered a moment ago: wait a second, then try again."
-            if self.open or hmac.compare_digest(token.encode(), self._token):
-                return ""
-            self._until = at + _PAUSE
-        return "This is not the view_token that the view was started with."
+GiveOrder = Callable[[Order, Reply], None]
+"""Takes an order from any thread and returns at once; the reply is called later, once."""
 
 
 class Panels:
-    """The buttons of every browser.
+    """The buttons, which all browsers share.
 
     Args:
-        gate: Who gets buttons.
+        server: viser's server.
         give: Takes the orders.
-        show: Shows the line about the last order to every browser, as HTML.
-        connected: Returns the identifiers of the browsers that are connected.
     """
 
-    def __init__(
-        self, gate: Gate, give: GiveOrder, show: Callable[[str], None],
-        connected: Callable[[], Collection[int]],
-    ) -> None:
-        self._gate, self._give, self._show, self._connected = gate, give, show, connected
+    def __init__(self, server: viser.ViserServer, give: GiveOrder) -> None:
+        self._server, self._give = server, give
+        gui = server.gui
+        with gui.add_folder("Door", order=0.0):
+            impulse = gui.add_number("impulse [N m s]", 8.0, min=0.5, max=30.0, step=0.5)
+            self._button("Push the door", lambda: Order(
+                "push", f"Push the door with {impulse.value:.1f} N m s",
+                {"impulse": float(impulse.value)}), "Simulation only")
+            self._button("Identify", lambda: Order("identify", "Identify the closer"),
+                         "From the pushes so far")
+        with gui.add_folder("Plan a hit", order=0.1):
+            angle = gui.add_slider("angle [deg]", 5.0, 60.0, 0.5, 25.0)
+            run_up = gui.add_dropdown("run-up", (CONFIGURED, *RUN_UPS))
+            ending = gui.add_dropdown("ending", (CONFIGURED, *ENDINGS))
+            self._button("Plan", lambda: Order(
+                "plan", f"Plan a hit for {angle.value:.1f} deg", {
+                    "desired_opening_angle": math.radians(angle.value),
+                    "run_up": run_up.value.replace(CONFIGURED, ""),
+                    "ending": ending.value.replace(CONFIGURED, "")}))
+        with gui.add_folder("Robot", order=0.2):
+            self._button("Run", lambda: Order("run", "Run the plan"), "Executes the last plan")
+            self._button("Stop", lambda: Order("stop", "Stop"), "As safely as the phase allows",
+                         "red")
+            self._button("Reset", lambda: Order("reset", "Reset the simulation"),
+                         "Simulation only")
+        self._answer = gui.add_html("", order=1.0)
 
-    def connect(self, client: Any) -> None:
-        """Build the panel of a browser that has connected."""
-        gui = client.gui
-        if self._gate.open:
-            self._add_controls(client)
-            return
-        if self._gate.closed:
-            gui.add_html(texts.note_html(texts.SHOW_ONLY), order=0.0)
-            return
-        token = gui.add_text("view_token", "", order=0.0)
-        unlock = gui.add_button("Unlock the buttons", order=0.1)
+    def _button(self, label: str, order: Callable[[], Order], hint: str | None = None,
+                color: Literal["red"] | None = None) -> None:
+        button = self._server.gui.add_button(label, hint=hint, color=color)
+        button.on_click(lambda _: self._press(order()))
 
-        @unlock.on_click
-        def _(_event: Any) -> None:
-            refusal = self._gate.check(str(token.value))
-            if refusal:
-                _notify(client, "Refused", refusal, done=False)
-                return
-            token.remove()
-            unlock.remove()
-            self._add_controls(client)
+    def _press(self, order: Order) -> None:
+        """Give an order, and show every browser what comes of it."""
+        self._answer.content = _paragraph(f"{order.text}: waiting for the answer.")
 
-    def press(self, client: Any, order: Order) -> None:
-        """Give an order of a browser, and show what comes of it."""
-        self._show(texts.answer_html(order, None))
-
-        def reply(answer: Answer) -> None:
-            self._show(texts.answer_html(order, answer))
-            if client.client_id in self._connected():  # it may have gone meanwhile
-                state = "done" if answer.done else "not done"  # not told by the colour alone
-                _notify(client, f"{texts.order_text(order)}: {state}", answer.text,
-                        done=answer.done)
+        def reply(done: bool, text: str) -> None:
+            title = f"{order.text}: {'done' if done else 'not done'}"  # not by the colour alone
+            self._answer.content = answer_html(title, text, done)
+            for client in self._server.get_clients().values():
+                client.add_notification(title, text, auto_close_seconds=_SHOWN,
+                                        color="teal" if done else "red")
 
         self._give(order, reply)
 
-    def _add_controls(self, client: Any) -> None:
-        gui = client.gui
-        with gui.add_folder("Door", order=0.0):
-            impulse = gui.add_number(
-                "impulse [N m s]", _PUSH, min=_PUSHES[0], max=_PUSHES[1], step=0.5)
-            self._button(client, "Push the door", lambda: Push(impulse.value),
-                         "Simulation only")
-            self._button(client, "Identify", Identify, "From the pushes so far")
-        with gui.add_folder("Plan a hit", order=0.1):
-            angle = gui.add_slider("angle [deg]", *_ANGLES, 0.5, _ANGLE)
-            run_up = gui.add_dropdown("run-up", (CONFIGURED, *RUN_UPS))
-            ending = gui.add_dropdown("ending", (CONFIGURED, *ENDINGS))
-            self._button(client, "Plan", lambda: Plan(
-                math.radians(angle.value), _word(run_up.value), _word(ending.value)))
-        with gui.add_folder("Robot", order=0.2):
-            self._button(client, "Run", Run, "Executes the last plan")
-            self._button(client, "Stop", Stop, "As safely as the phase allows", "red")
-            self._button(client, "Reset", Reset, "Simulation only")
 
-    def _button(
-        self, client: Any, label: str, order: Callable[[], Order], hint: str | None = None,
-        color: str | None = None,
-    ) -> None:
-        button = client.gui.add_button(label, hint=hint, color=color)
-
-        @button.on_click
-        def _(_event: Any) -> None:
-            self.press(client, order())
+def answer_html(title: str, text: str, done: bool) -> str:
+    """Return the line that stays below the buttons."""
+    return _paragraph(f"{title}. {text}", _GOOD if done else _BAD)
 
 
-def _word(value: Any) -> str:
-    return "" if value == CONFIGURED else str(value)
+def plan_html(plan: PlanSummary | None) -> str:
+    """Return the table of a plan with margins and warnings."""
+    if plan is None:
+        return _paragraph("There is no plan yet.")
+    rows = [f"<tr><td {_CELL}>{escape(name)}</td><td {_CELL}><b>{escape(value)}</b></td></tr>"
+            for name, value in plan.rows]
+    rows += [f"<tr><td {_CELL}>ZMP margin, {escape(phase)}</td>"
+             f'<td {_CELL}><b style="color:{_GOOD if margin > 0.0 else _BAD}">'
+             f"{1e3 * margin:.1f} mm</b></td></tr>" for phase, margin in plan.margins]
+    warnings = "".join(_paragraph(f"Warning: {text}", _BAD) for text in plan.warnings)
+    return f'<table style="font-size:85%">{"".join(rows)}</table>{warnings}'
 
 
-def _notify(client: Any, title: str, text: str, *, done: bool) -> None:
-    client.add_notification(
-        title, text, auto_close_seconds=_SHOWN, color="teal" if done else "red")
+def state_html(state: State) -> str:
+    """Return the line about the motion, the door's angle, the ZMP margin and what is not drawn."""
+    door = "door not known"
+    if state.door_angle is not None:
+        angle = round(math.degrees(float(state.door_angle.value[0])), 1)
+        door = f"door {angle + 0.0:.1f} deg"  # the sum has no -0.0
+    margin = state.margin()
+    known = "ZMP margin not known" if margin is None else f"ZMP margin {1e3 * margin:.0f} mm"
+    text = _paragraph(f"{state.phase or 'no motion'}; {door}; {known}")
+    return text + (_paragraph(state.problem, _BAD) if state.problem else "")
+
+
+def _paragraph(text: str, color: str = "inherit") -> str:
+    return (f'<p style="margin:2px 10px;font-size:85%;color:{color};overflow-wrap:anywhere">'
+            f"{escape(text)}</p>")

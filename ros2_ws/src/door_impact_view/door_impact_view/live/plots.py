@@ -2,16 +2,52 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections import deque
+from itertools import cycle
 
 import numpy as np
+import viser
+from door_impact_common.arrays import Array
+from viser import uplot
 
-from door_impact_view.live.state import SPAN, History, Stamped, State
+from door_impact_view.live.state import Stamped, State
 from door_impact_view.scene import colors
 from door_impact_view.scene.colors import Rgb
 
+SPAN = 20.0  # time that plots show [s]
 _HEIGHT = 150  # of a plot [pixels]
 _LINES = (colors.COM, colors.ZMP, colors.CAPTURE_POINT, colors.DOOR)  # of several curves
+
+
+class History:
+    """The values of a number of curves over the last seconds."""
+
+    def __init__(self, curves: int = 1) -> None:
+        self._curves = curves
+        self._rows: deque[tuple[float, ...]] = deque()
+
+    def add(self, time: float, *values: float) -> None:
+        """Add a sample; one that is not newer than the last is no news, an old one starts anew.
+
+        Args:
+            time: Stamp [s].
+            values: Value of each curve.
+        """
+        rows = self._rows
+        if rows and time < rows[-1][0]:
+            rows.clear()  # the simulation was started again
+        if not rows or time > rows[-1][0]:
+            rows.append((time, *values))
+        while time - rows[0][0] > SPAN:
+            rows.popleft()
+
+    def curves(self) -> tuple[Array, ...]:
+        """Return times before the newest sample, (N,) [s], and the values of each curve, (N,)."""
+        if not self._rows:
+            return tuple(np.zeros((1 + self._curves, 0)))
+        table = np.array(self._rows).T
+        table[0] -= table[0, -1]
+        return tuple(table)
 
 
 class Plot:
@@ -25,83 +61,66 @@ class Plot:
     """
 
     def __init__(
-        self, gui: Any, title: str, names: tuple[str, ...], lines: tuple[Rgb, ...]
+        self, gui: viser.GuiApi, title: str, names: tuple[str, ...], lines: tuple[Rgb, ...]
     ) -> None:
-        self._history = History(len(names))
-        self._sent = -1.0  # time of the newest sample that was sent [s]
-        self._time = -1.0  # time of the newest sample [s]
-        series = [{"label": "time [s]"}] + [
-            {"label": name, "stroke": colors.css(line), "width": 1.5}
-            for name, line in zip(names, lines, strict=True)]
-        self._handle = gui.add_uplot(
+        self.names = names
+        self.history = History(len(names))
+        series = [uplot.Series(label="time [s]")] + [
+            uplot.Series(label=name, stroke=colors.css(line), width=1.5)
+            for name, line in zip(names, cycle(lines), strict=False)]
+        self.handle = gui.add_uplot(
             tuple(np.zeros((1 + len(names), 1))), tuple(series), title=title, height=_HEIGHT,
-            legend={"show": len(names) > 1, "live": False},
-            scales={"x": {"time": False, "range": (-SPAN, 0.0)}})
-
-    def add(self, time: float, *values: float) -> None:
-        """Add a sample."""
-        self._time = time
-        self._history.add(time, *values)
-
-    def remove(self) -> None:
-        """Remove it from the page."""
-        self._handle.remove()
-
-    def send(self) -> None:
-        """Send what was added since the last time, if there is something."""
-        if self._time == self._sent:
-            return
-        self._sent = self._time
-        self._handle.data = self._history.curves()
+            legend=uplot.Legend(show=len(names) > 1, live=False),
+            scales={"x": uplot.Scale(time=False, range=(-SPAN, 0.0))})
 
 
 class Plots:
-    """All plots. A plot appears when its topic does.
+    """All plots. A plot appears when its topics do.
 
     Args:
         gui: viser's panels.
-        folder: The folder for the plots.
+
+    Attributes:
+        shown: The plots by title.
     """
 
-    def __init__(self, gui: Any, folder: Any) -> None:
-        self._gui, self._folder = gui, folder
-        with folder:
-            self._angle = Plot(gui, "door angle [deg]", ("door angle",), (colors.DOOR,))
-            self._margin = Plot(gui, "ZMP margin [mm]", ("ZMP margin",), (colors.ZMP,))
-        self._forces: dict[bool, tuple[Plot, tuple[str, ...]]] = {}  # by whether of hands
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui, self._folder = gui, gui.add_folder("The last 20 s", order=2.0)
+        self.shown: dict[str, Plot] = {}
 
     def add(self, state: State) -> None:
         """Add what is known now to every plot."""
         if state.door_angle is not None:
             angle = float(np.degrees(state.door_angle.value[0]))
-            self._angle.add(state.door_angle.time, angle)
+            self._plot("door angle [deg]", ("door angle",), (colors.DOOR,)).history.add(
+                state.door_angle.time, angle)
         margin = state.margin()
         if margin is not None and state.zmp is not None:
-            self._margin.add(state.zmp.time, 1e3 * margin)
-        for hands in (True, False):
-            self._add_forces(state, hands)
+            self._plot("ZMP margin [mm]", ("ZMP margin",), (colors.ZMP,)).history.add(
+                state.zmp.time, 1e3 * margin)
+        for hands, title in ((True, "force on the hands [N]"),
+                             (False, "vertical force on the feet [N]")):
+            links = tuple(sorted(link for link in state.forces if (link in state.hands) == hands))
+            if links:
+                items = [state.forces[link] for link in links]
+                self._plot(title, links, _LINES).history.add(max(item.time for item in items), *(
+                    np.nan if state.fresh(item) is None else _size(item, hands)
+                    for item in items))
 
     def send(self) -> None:
         """Send what is new to the browsers."""
-        for plot in (self._angle, self._margin, *(plot for plot, _ in self._forces.values())):
-            plot.send()
+        for plot in self.shown.values():
+            plot.handle.data = plot.history.curves()
 
-    def _add_forces(self, state: State, hands: bool) -> None:
-        links = tuple(sorted(
-            link for link in state.forces if (link in state.hands) == hands))[:len(_LINES)]
-        if not links:
-            return
-        plot, shown = self._forces.get(hands, (None, ()))
-        if plot is None or shown != links:
+    def _plot(self, title: str, names: tuple[str, ...], lines: tuple[Rgb, ...]) -> Plot:
+        """Return a plot of some curves; one of other curves is replaced."""
+        plot = self.shown.get(title)
+        if plot is None or plot.names != names:
             if plot is not None:
-                plot.remove()
-            title = "force on the hands [N]" if hands else "vertical force on the feet [N]"
+                plot.handle.remove()
             with self._folder:
-                plot = Plot(self._gui, title, links, _LINES[:len(links)])
-            self._forces[hands] = plot, links
-        items = [state.forces[link] for link in links]
-        plot.add(max(item.time for item in items), *(
-            np.nan if state.fresh(item) is None else _size(item, hands) for item in items))
+                plot = self.shown[title] = Plot(self._gui, title, names, lines)
+        return plot
 
 
 def _size(item: Stamped, hand: bool) -> float:

@@ -1,133 +1,73 @@
-"""Robot, door and the points of balance as nodes of a viser scene.
-
-The links of a URDF become frames that are nested as its joints are, so that only the position of
-a moving joint has to be sent.
-"""
+"""Robot, door, forces and the points of balance as nodes of a viser scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import math
+from collections import deque
 
 import numpy as np
+import viser
 from door_impact_common.arrays import Array
+from door_impact_common.constants import GRAVITY
+from viser.extras import ViserUrdf
 
-from door_impact_view.live.state import Pose, State
+from door_impact_view.live.state import Body, State
 from door_impact_view.scene import colors
-from door_impact_view.scene.capture import CaptureEstimator
 from door_impact_view.scene.floor import FLAT, RAISED, on_floor
-from door_impact_view.scene.meshes import Mesh
-from door_impact_view.scene.poses import joint_pose
-from door_impact_view.scene.urdf import SLIDING, TURNING, Shape, UrdfScene
+from door_impact_view.scene.poses import rotate
+from door_impact_view.scene.urdf import UrdfScene
 
+WINDOW = 0.1  # time over which the CoM's velocity is taken; its delay is half of that [s]
+_ENOUGH = 3  # samples for a velocity
 _MOVED = 1e-4  # smallest change of a joint or a place that is sent [rad] or [m]
 _HEIGHTS = {"zmp": FLAT, "capture_point": RAISED}  # at which points of the floor are drawn [m]
 _METRES_PER_NEWTON = 1.0 / 1000.0  # length of a force's arrow
 _LEAST_FORCE = 5.0  # force below which no arrow is drawn [N]
 
 
-class ModelView:
-    """A URDF in the scene.
+class BodyView:
+    """Robot or door in the scene.
 
     Args:
-        scene: viser's scene.
+        server: viser's server.
         path: Name of its node in the scene, such as ``/robot``.
-        model: What to draw.
-        meshes: Its meshes by file; one that is not in it is left out.
     """
 
-    def __init__(
-        self, scene: Any, path: str, model: UrdfScene, meshes: Mapping[str, Mesh]
-    ) -> None:
-        self._scene, self._meshes = scene, meshes
-        self._paths = {model.root: f"{path}/{_node(model.root)}"}
-        self._base = scene.add_frame(self._paths[model.root], show_axes=False)
-        self._pose: Pose | None = None
-        moving, frames = [], []
-        for joint in model.joints:  # parents come before their children
-            self._paths[joint.child] = f"{self._paths[joint.parent]}/{_node(joint.child)}"
-            frame = scene.add_frame(
-                self._paths[joint.child], show_axes=False, position=joint.place,
-                wxyz=joint.orientation)
-            if joint.kind in TURNING + SLIDING:
-                moving.append(joint)
-                frames.append(frame)
-        self._moving, self._frames = moving, frames
-        self._positions = np.zeros(len(moving))
-        for number, shape in enumerate(model.shapes):
-            self._add(f"{self._paths[shape.link]}/shape{number}", shape)
+    def __init__(self, server: viser.ViserServer, path: str) -> None:
+        self._server, self._path = server, path
+        self._frame = server.scene.add_frame(path, show_axes=False)
+        self._scene: UrdfScene | None = None
+        self._drawn: ViserUrdf | None = None
+        self._positions = np.zeros(0)
 
-    def path(self, link: str) -> str | None:
-        """Return the name of a link's node in the scene; None if there is no such link."""
-        return self._paths.get(link)
-
-    def remove(self) -> None:
-        """Remove it from the scene."""
-        self._base.remove()
-
-    def place(self, pose: Pose | None) -> None:
-        """Put the root link at a pose in the world; None leaves it where it is."""
-        if pose is None:
+    def show(self, body: Body) -> None:
+        """Draw a body where it is; what is not known, or not finite, stays where it was."""
+        if body.scene is not self._scene and body.scene is not None:
+            self._frame.remove()
+            self._frame = self._server.scene.add_frame(self._path, show_axes=False)
+            self._scene = body.scene
+            self._drawn = ViserUrdf(self._server, body.scene.urdf, root_node_name=self._path)
+            self._positions = np.zeros(len(self._drawn.get_actuated_joint_names()))
+            self._drawn.update_cfg(self._positions)
+        if self._drawn is None:
             return
-        old = self._pose
-        if old is None or np.abs(pose[0] - old[0]).max() > _MOVED:
-            self._base.position = pose[0]
-        if old is None or np.abs(pose[1] - old[1]).max() > _MOVED:
-            self._base.wxyz = pose[1]
-        elif old is not None:
-            pose = (pose[0], old[1])
-        self._pose = pose
-
-    def move(self, positions: Mapping[str, float]) -> int:
-        """Move the joints; what is not named, or not finite, stays where it is.
-
-        Args:
-            positions: Positions by name of the joint [rad] or [m].
-
-        Returns:
-            Number of joints that moved.
-        """
-        now = np.array([positions.get(joint.name, np.nan) for joint in self._moving])
-        # A comparison with NaN is false.
-        changed = np.flatnonzero(np.isfinite(now) & (np.abs(now - self._positions) > _MOVED))
-        for index in changed:
-            joint, frame = self._moving[index], self._frames[index]
-            place, orientation = joint_pose(joint, now[index])
-            if joint.kind in SLIDING:
-                frame.position = place
-            else:
-                frame.wxyz = orientation
-        self._positions[changed] = now[changed]
-        return len(changed)
-
-    def _add(self, name: str, shape: Shape) -> None:
-        color = tuple(round(255 * value) for value in shape.color[:3])
-        look: dict[str, Any] = {
-            "position": shape.place, "wxyz": shape.orientation, "color": color,
-            "opacity": shape.color[3] if shape.color[3] < 1.0 else None}
-        if shape.kind == "box":
-            self._scene.add_box(name, dimensions=shape.size, **look)
-        elif shape.kind == "cylinder":
-            self._scene.add_cylinder(name, radius=shape.size[0], height=shape.size[1], **look)
-        elif shape.kind == "sphere":
-            self._scene.add_icosphere(name, radius=shape.size[0], subdivisions=2, **look)
-        elif shape.file in self._meshes:
-            self._scene.add_mesh_simple(
-                name, *self._meshes[shape.file], scale=shape.size, side="double",
-                flat_shading=True, **look)
+        if body.pose is not None:
+            self._frame.position, self._frame.wxyz = body.pose
+        now = np.array([body.joints.get(name, np.nan)
+                        for name in self._drawn.get_actuated_joint_names()])
+        now = np.where(np.isfinite(now), now, self._positions)
+        if np.abs(now - self._positions).max(initial=0.0) > _MOVED:
+            self._positions = now
+            self._drawn.update_cfg(now)
 
 
 class BalanceView:
     """ZMP, CoM, capture point and support polygon in the scene.
 
     A line hangs from the CoM, which is inside the robot, down to the floor.
-
-    Args:
-        scene: viser's scene.
     """
 
-    def __init__(self, scene: Any) -> None:
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi) -> None:
         self._capture = CaptureEstimator()
         self._points = {
             name: scene.add_icosphere(
@@ -145,75 +85,95 @@ class BalanceView:
 
     def show(self, state: State) -> None:
         """Move every point; one that is not known, or is old, is hidden."""
-        zmp, com = state.fresh(state.zmp), state.fresh(state.com)
+        com = state.fresh(state.com)
         capture = None
         if com is not None and state.com is not None:
             capture = self._capture.update(state.com.time, com)
-        self._put("zmp", zmp)
-        self._put("com", com)
-        if com is not None and abs(com[2] - self._height) > 10.0 * _MOVED:
-            self._height = float(com[2])
-            self._plumb.points = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, -self._height]]])
-        self._put("capture_point", capture)
+            if abs(com[2] - self._height) > 10.0 * _MOVED:
+                self._height = float(com[2])
+                self._plumb.points = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, -self._height]]])
+        for name, place in (
+                ("zmp", state.fresh(state.zmp)), ("com", com), ("capture_point", capture)):
+            self._points[name].visible = place is not None
+            if place is not None:
+                height = [_HEIGHTS[name]] if len(place) == 2 else []
+                self._points[name].position = np.array([*place, *height])
         corners = state.fresh(state.polygon)
-        shown = corners is not None and len(corners) >= 3
-        if self._polygon.visible != shown:
-            self._polygon.visible = shown
-        if corners is None or not shown:
+        self._polygon.visible = corners is not None and len(corners) >= 3
+        if corners is None or not self._polygon.visible:
             return
         if corners.shape != self._corners.shape or np.abs(corners - self._corners).max() > _MOVED:
             self._corners = corners
             raised = on_floor(corners)
             self._polygon.points = np.stack([raised, np.roll(raised, -1, axis=0)], axis=1)
 
-    def _put(self, name: str, place: Array | None) -> None:
-        point = self._points[name]
-        if point.visible != (place is not None):
-            point.visible = place is not None
-        if place is not None:
-            point.position = (*place, *([_HEIGHTS[name]] if len(place) == 2 else ()))
-
 
 class ForceView:
-    """Arrows of the forces on feet and hands, in the frames of their links.
+    """Arrows of the forces on feet and hands.
 
     An arrow ends where the force acts: what begins there would be hidden in the robot, because
     the surroundings push.
-
-    Args:
-        scene: viser's scene.
-        model: The robot in it.
     """
 
-    def __init__(self, scene: Any, model: ModelView) -> None:
-        self._scene, self._model = scene, model
-        self._arrows: dict[str, Any] = {}
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._arrows = scene.add_arrows(
+            "/forces", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.012, head_radius=0.03,
+            head_length=0.06, visible=False)
 
     def show(self, state: State) -> None:
-        """Draw the arrows of all forces that are known and not small."""
+        """Draw the arrows of all forces that are known and not small; the robot is drawn already.
+
+        Args:
+            state: The state; its robot's model is in the posture that is shown.
+        """
+        robot, arrows = state.robot, []
         for link, item in state.forces.items():
             force = state.fresh(item)
-            length = 0.0 if force is None else float(np.linalg.norm(force))
-            arrow = self._arrows.get(link) or self._add(link)
-            if arrow is None:
+            if (force is None or np.linalg.norm(force) < _LEAST_FORCE or robot.scene is None
+                    or robot.pose is None or link not in robot.scene.links):
                 continue
-            if arrow.visible != (length > _LEAST_FORCE):
-                arrow.visible = length > _LEAST_FORCE
-            if force is not None and arrow.visible:
-                start = -force * _METRES_PER_NEWTON
-                if np.abs(start - arrow.points[0, 0]).max() > 10.0 * _MOVED:
-                    arrow.points = np.array([[start, np.zeros(3)]])
+            link_in_base = robot.scene.urdf.get_transform(link)
+            end = robot.pose[0] + rotate(robot.pose[1], link_in_base[:3, 3])
+            length = _METRES_PER_NEWTON * rotate(robot.pose[1], link_in_base[:3, :3] @ force)
+            arrows.append([end - length, end])
+        self._arrows.visible = bool(arrows)
+        if arrows:
+            self._arrows.points = np.array(arrows)
 
-    def _add(self, link: str) -> Any:
-        path = self._model.path(link)
-        if path is None:
+
+class CaptureEstimator:
+    """The capture point of a linear inverted pendulum, from one CoM after another.
+
+    It is x + v / omega0 with omega0 = sqrt(g / z): place x, velocity v and height z of the CoM
+    (J. Pratt, J. Carff, S. Drakunov, A. Goswami, *Capture point: a step toward humanoid push
+    recovery*, Humanoids 2006, eq. (9)). The velocity is the slope of the least-squares line
+    through the samples of `WINDOW`.
+    """
+
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, Array]] = deque()
+
+    def update(self, time: float, com: Array) -> Array | None:
+        """Take a sample, and return the capture point.
+
+        Args:
+            time: Stamp [s]; a stamp of before the last one begins anew.
+            com: The CoM in a frame with z up and 0 on the floor, (3,) [m].
+
+        Returns:
+            x and y, (2,) [m]; None as long as the samples cover too little time.
+        """
+        samples = self._samples
+        if samples and time < samples[-1][0]:
+            samples.clear()
+        if not samples or time > samples[-1][0]:
+            samples.append((time, com))
+        while time - samples[0][0] > WINDOW:
+            samples.popleft()
+        if len(samples) < _ENOUGH:
             return None
-        self._arrows[link] = self._scene.add_arrows(
-            f"{path}/force", np.zeros((1, 2, 3)), colors.FORCE, shaft_radius=0.012,
-            head_radius=0.03, head_length=0.06, visible=False)
-        return self._arrows[link]
-
-
-def _node(link: str) -> str:
-    """Return a link's name without the character that separates nodes."""
-    return link.replace("/", "_")
+        times = np.array([stamp for stamp, _ in samples])
+        places = np.array([place[:2] for _, place in samples])
+        moved = times - times.mean()
+        velocity = moved @ places / (moved @ moved)
+        return np.asarray(com[:2] + velocity * math.sqrt(max(float(com[2]), 0.0) / GRAVITY))

@@ -1,17 +1,16 @@
-"""What is known of robot and door at this moment, and what is drawn of the last seconds."""
+"""What is known of robot and door at this moment."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.errors import DegeneratePolygonError
 from hrp2_description.support import polygon_margin
 
-SPAN = 20.0  # time that plots show [s]
+from door_impact_view.scene.urdf import UrdfScene
+
 STALE = 0.5  # age from which on a point is not shown any more [s]
 Pose = tuple[Array, Array]
 """Place (3,) [m] and orientation as quaternion w, x, y, z, (4,)."""
@@ -19,12 +18,7 @@ Pose = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Stamped:
-    """A measured value and its time.
-
-    Attributes:
-        time: Stamp [s].
-        value: The value.
-    """
+    """A measured value and the time of its stamp [s]."""
 
     time: float
     value: Array
@@ -35,16 +29,33 @@ class PlanSummary:
     """What the page shows of a plan.
 
     Attributes:
-        plan_id: Name of the plan.
         rows: Quantities as (name, value with unit).
         margins: Smallest ZMP margin of each phase as (phase, margin [m]).
         warnings: Sentences.
     """
 
-    plan_id: str
     rows: tuple[tuple[str, str], ...] = ()
     margins: tuple[tuple[str, float], ...] = ()
     warnings: tuple[str, ...] = ()
+
+
+@dataclass
+class Body:
+    """The robot or the door.
+
+    Attributes:
+        text: Its URDF.
+        scene: What the last URDF that could be read shows.
+        problem: Sentence about what cannot be drawn; empty if everything can.
+        pose: Pose of its root link in the world.
+        joints: Positions of its joints by name [rad] or [m].
+    """
+
+    text: str = ""
+    scene: UrdfScene | None = None
+    problem: str = ""
+    pose: Pose | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -52,13 +63,9 @@ class State:
     """The latest of everything that is shown; what has not come yet is empty or None.
 
     Attributes:
-        robot: URDF of the robot.
-        door: URDF of the door.
-        joints: Positions of the robot's joints by name [rad] or [m].
-        now: Stamp of these positions [s].
-        base: Pose of the robot's root link in the world.
-        door_joints: Positions of the door's joints by name [rad].
-        door_frame: Pose of the door's root link in the world.
+        robot: The robot.
+        door: The door.
+        now: Stamp of the robot's joints [s].
         door_angle: Opening angle, (1,) [rad].
         zmp: ZMP in the world, (2,) [m].
         com: CoM in the world, (3,) [m].
@@ -70,13 +77,9 @@ class State:
         phase: What the executor is doing; empty if it does nothing.
     """
 
-    robot: str = ""
-    door: str = ""
-    joints: Mapping[str, float] = field(default_factory=dict)
+    robot: Body = field(default_factory=Body)
+    door: Body = field(default_factory=Body)
     now: float | None = None
-    base: Pose | None = None
-    door_joints: Mapping[str, float] = field(default_factory=dict)
-    door_frame: Pose | None = None
     door_angle: Stamped | None = None
     zmp: Stamped | None = None
     com: Stamped | None = None
@@ -85,6 +88,11 @@ class State:
     hands: frozenset[str] = frozenset()
     plan: PlanSummary | None = None
     phase: str = ""
+
+    @property
+    def problem(self) -> str:
+        """Sentence about what cannot be drawn; empty if everything can."""
+        return self.robot.problem or self.door.problem
 
     def fresh(self, item: Stamped | None) -> Array | None:
         """Return the value of an item, or None if it is old.
@@ -105,40 +113,3 @@ class State:
             return float(polygon_margin(zmp, polygon))
         except DegeneratePolygonError:
             return None
-
-
-class History:
-    """The values of one or several curves over the last seconds.
-
-    Args:
-        curves: Number of curves.
-        span: How far back it reaches [s].
-    """
-
-    def __init__(self, curves: int = 1, span: float = SPAN) -> None:
-        self._span = span
-        self._curves = curves
-        self._rows: deque[tuple[float, ...]] = deque()
-
-    def add(self, time: float, *values: float) -> None:
-        """Add a sample; one that is not newer than the last is no news, an old one starts anew.
-
-        Args:
-            time: Stamp [s].
-            values: Value of each curve.
-        """
-        rows = self._rows
-        if rows and time < rows[-1][0]:
-            rows.clear()  # the simulation was started again
-        if not rows or time > rows[-1][0]:
-            rows.append((time, *values))
-        while time - rows[0][0] > self._span:
-            rows.popleft()
-
-    def curves(self) -> tuple[Array, ...]:
-        """Return times before the newest sample, (N,) [s], and the values of each curve, (N,)."""
-        if not self._rows:
-            return tuple(np.zeros((1 + self._curves, 0)))
-        table = np.array(self._rows).T
-        table[0] -= table[0, -1]
-        return tuple(table)

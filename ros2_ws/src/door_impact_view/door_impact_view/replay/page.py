@@ -1,4 +1,4 @@
-"""Makes the page: one HTML text that needs no network, no server and no other file."""
+"""Make the page: one HTML text that needs no network, no server and no other file."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import base64
 import html
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.arrays import Array
 from door_impact_common.files import read_file
 
 from door_impact_view.replay.recording import (
@@ -27,8 +26,7 @@ from door_impact_view.replay.recording import (
     cameras_around,
 )
 from door_impact_view.scene.colors import css
-from door_impact_view.scene.meshes import Mesh, fit_meshes, load_meshes
-from door_impact_view.scene.urdf import SLIDING, TURNING
+from door_impact_view.scene.urdf import SLIDING, TURNING, Shape
 
 _SCRIPTS = ("scene.js", "plots.js", "replay.js")
 _STYLES = ("uPlot.min.css", "style.css")
@@ -37,9 +35,9 @@ _KINDS = {".gif": "image/gif", ".png": "image/png"}
 
 
 def page(title: str, *replays: Replay, before: str = "", after: str = "") -> str:
-    """Makes the page of a recording.
+    """Make the page of a recording.
 
-    Meshes are part of it; what is too large is made coarser (`fit_meshes`).
+    The meshes of robot and door are part of it.
 
     Args:
         title: Title of the page, any text.
@@ -48,15 +46,11 @@ def page(title: str, *replays: Replay, before: str = "", after: str = "") -> str
         before: HTML above the replay.
         after: HTML below it.
     """
-    meshes, notes = _meshes(replays)
+    meshes: dict[bytes, dict[str, Any]] = {}
+    runs = [_data(replay, meshes) for replay in replays]
     first = max(range(len(replays)), key=lambda k: (bool(replays[k].slow), k))
-    data = json.dumps({
-        "first": first,
-        "meshes": {file: {"vertices": _packed("float32", vertices),
-                          "faces": _packed("uint32", faces)}
-                   for file, (vertices, faces) in meshes.items()},
-        "runs": [_data(replay, meshes, notes) for replay in replays],
-    }, allow_nan=False, separators=(",", ":"))
+    data = json.dumps({"first": first, "meshes": list(meshes.values()), "runs": runs},
+                      allow_nan=False, separators=(",", ":"))
     section = _filled("replay.html", {
         "LIBRARY": _text("replay_lib.min.js"),
         "DATA": data.replace("<", "\\u003c"),  # no text of the recording can end the element
@@ -72,7 +66,7 @@ def page(title: str, *replays: Replay, before: str = "", after: str = "") -> str
 
 
 def picture(path: Path, caption: str) -> str:
-    """Returns a picture, a GIF or a PNG, as HTML that contains the picture itself.
+    """Return a picture, a GIF or a PNG, as HTML that contains the picture itself.
 
     Args:
         path: The picture.
@@ -92,7 +86,7 @@ def _text(name: str) -> str:
 
 
 def _filled(name: str, parts: Mapping[str, str]) -> str:
-    """Returns a template with texts in the places of their names; the texts may contain names."""
+    """Return a template with texts in the places of their names; the texts may contain names."""
     return re.sub("@@([A-Z]+)@@", lambda found: parts[found[1]], _text(name))
 
 
@@ -105,24 +99,12 @@ def _floats(values: Any) -> dict[str, str]:
     return _packed("float32", values)
 
 
-def _meshes(replays: Sequence[Replay]) -> tuple[dict[str, Mesh], list[str]]:
-    """Returns the meshes of all replays by file, and sentences about what is not as it was."""
-    scenes = [tree.scene for replay in replays for tree in replay.trees]
-    read, missing = load_meshes(scenes)
-    scales: dict[str, float] = {}
-    for shape in (shape for scene in scenes for shape in scene.shapes if shape.file in read):
-        size = float(np.abs(shape.size).max())
-        scales[shape.file] = max(scales.get(shape.file, 0.0), size) or 1.0
-    meshes, coarser = fit_meshes(read, scales)
-    return meshes, [note for note in (missing, coarser) if note]
-
-
-def _data(replay: Replay, meshes: Mapping[str, Mesh], notes: Sequence[str]) -> dict[str, Any]:
-    """Returns what the scripts read; times count from the first stamp."""
+def _data(replay: Replay, meshes: dict[bytes, dict[str, Any]]) -> dict[str, Any]:
+    """Return what the scripts read; times count from the first stamp. Adds its meshes."""
     zero = float(replay.stamps[0])
     return {
         "name": replay.name,
-        "notes": [*replay.notes, *notes],
+        "notes": [*replay.notes, *(tree.scene.note for tree in replay.trees if tree.scene.note)],
         "begin": replay.begin - zero,
         "stamps": _floats(replay.stamps - zero),
         "trees": [_tree(tree, meshes) for tree in replay.trees],
@@ -139,30 +121,31 @@ def _shifted(part: Phase | Slow, zero: float) -> dict[str, Any]:
     return asdict(part) | {"start": part.start - zero, "end": part.end - zero}
 
 
-def _tree(tree: Tree, meshes: Mapping[str, Mesh]) -> dict[str, Any]:
-    scene = tree.scene
+def _tree(tree: Tree, meshes: dict[bytes, dict[str, Any]]) -> dict[str, Any]:
     column = {name: index for index, name in enumerate(tree.joints)}
     return {
-        "root": scene.root,
+        "root": tree.scene.root,
+        "links": tree.scene.links,
         "columns": len(tree.joints),
         "positions": _floats(tree.positions),
         "base": _floats(tree.base),
         "joints": [{
-            "parent": joint.parent, "child": joint.child, "place": _rounded(joint.place),
-            "orientation": _rounded(joint.orientation), "axis": _rounded(joint.axis),
-            "slides": joint.kind in SLIDING,
+            "parent": joint.parent, "child": joint.child,
+            "origin": joint.origin.T.ravel().round(9).tolist(),  # by columns, as three.js has it
+            "axis": joint.axis.round(9).tolist(), "slides": joint.kind in SLIDING,
             "column": column.get(joint.name, -1) if joint.kind in TURNING + SLIDING else -1,
-        } for joint in scene.joints],
-        "shapes": [{
-            "link": shape.link, "kind": shape.kind, "size": shape.size,
-            "place": _rounded(shape.place), "orientation": _rounded(shape.orientation),
-            "color": shape.color, "file": shape.file,
-        } for shape in scene.shapes if shape.kind != "mesh" or shape.file in meshes],
+        } for joint in tree.scene.joints],
+        "shapes": [_shape(shape, meshes) for shape in tree.scene.shapes],
     }
 
 
-def _rounded(values: Array) -> list[float]:
-    return [round(float(value), 9) for value in values]
+def _shape(shape: Shape, meshes: dict[bytes, dict[str, Any]]) -> dict[str, Any]:
+    """Return a shape; its mesh is added to the others, unless it is among them."""
+    vertices = np.asarray(shape.mesh.vertices, dtype=np.float32)
+    faces = np.asarray(shape.mesh.faces, dtype=np.uint32)
+    key = vertices.tobytes() + faces.tobytes()
+    meshes.setdefault(key, {"vertices": _floats(vertices), "faces": _packed("uint32", faces)})
+    return {"link": shape.link, "mesh": list(meshes).index(key), "color": shape.color}
 
 
 def _mark(mark: Mark) -> dict[str, Any]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
-from numpy.typing import NDArray
 
 SPARSE = 25.0  # samples a second far from every moment [1/s]
 DENSE = ((1.0, 200.0), (0.15, 1000.0))
@@ -52,9 +51,8 @@ def at_stamps(t: Array, values: Array, stamps: Array) -> Array:
     Returns:
         Values (N, k).
     """
-    before, share = _place(t, stamps)
-    after = np.minimum(before + 1, len(t) - 1)
-    return np.asarray(values[before] + share[:, None] * (values[after] - values[before]))
+    columns = [np.interp(stamps, t, column) for column in values.T]
+    return np.array(columns).reshape(values.shape[1], len(stamps)).T
 
 
 def between(t: Array, values: Array, stamps: Array, longest: float) -> Array:
@@ -121,12 +119,3 @@ def broken_at_gaps(t: Array, values: Array, longest: float) -> tuple[Array, Arra
     where = np.flatnonzero(np.diff(t) > longest)
     middle = 0.5 * (t[where] + t[where + 1])
     return np.insert(t, where + 1, middle), np.insert(values, where + 1, np.nan)
-
-
-def _place(t: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return the index of the sample before each time, and the share of the step after it."""
-    before = np.clip(np.searchsorted(t, stamps, side="right") - 1, 0, max(len(t) - 2, 0))
-    if len(t) == 1:
-        return before, np.zeros(len(stamps))
-    share = (stamps - t[before]) / (t[before + 1] - t[before])
-    return before, np.clip(share, 0.0, 1.0)

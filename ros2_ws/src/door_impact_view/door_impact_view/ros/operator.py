@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -13,29 +12,15 @@ from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
-from door_impact_view.live.orders import (
-    Answer,
-    Identify,
-    Order,
-    Plan,
-    Push,
-    Reply,
-    Reset,
-    Run,
-    Stop,
-)
+from door_impact_view.live.panels import Order, Reply
 
-PATIENCE = 120.0  # time after which a service's answer is no longer waited for [s]
-
-
-@dataclass(frozen=True)
-class _Pending:
-    """A request whose answer is awaited until a time on the steady clock [s]."""
-
-    future: Any
-    client: Any
-    reply: Reply
-    until: float
+_SERVICES = {
+    "push": (PushDoor, "/sim/push_door"),
+    "identify": (IdentifyCloser, "/identify_closer"),
+    "plan": (PlanDoorImpact, "/plan_door_impact"),
+    "stop": (Trigger, "/stop"),
+    "reset": (Trigger, "/sim/reset"),
+}
 
 
 class Operator:
@@ -45,21 +30,15 @@ class Operator:
 
     Args:
         node: The node.
-        patience: How long a service's answer is awaited [s].
 
     Attributes:
         phase: What the motion that the page started is doing; empty if there is none.
     """
 
-    def __init__(self, node: GuardedNode, patience: float = PATIENCE) -> None:
-        self._patience = patience
+    def __init__(self, node: GuardedNode) -> None:
         self._orders: SimpleQueue[tuple[Order, Reply]] = SimpleQueue()
-        self._pending: list[_Pending] = []
-        self._push = node.create_client(PushDoor, "/sim/push_door")
-        self._identify = node.create_client(IdentifyCloser, "/identify_closer")
-        self._plan = node.create_client(PlanDoorImpact, "/plan_door_impact")
-        self._stop = node.create_client(Trigger, "/stop")
-        self._reset = node.create_client(Trigger, "/sim/reset")
+        self._clients = {name: node.create_client(kind, service)
+                         for name, (kind, service) in _SERVICES.items()}
         self._execute = ActionClient(node, ExecuteDoorImpact, "/execute_door_impact")
         self.phase = ""
 
@@ -68,87 +47,60 @@ class Operator:
         self._orders.put((order, reply))
 
     def work(self) -> None:
-        """Carry out new orders, and answer those whose answer has come or is overdue."""
+        """Carry out new orders; their answers come from callbacks."""
         while True:
             try:
                 order, reply = self._orders.get_nowait()
             except Empty:
-                break
-            self._carry_out(order, reply)
-        now = time.monotonic()
-        waiting = []
-        for item in self._pending:
-            if item.future.done():
-                item.reply(_answer(item))
-            elif now > item.until:
-                item.client.remove_pending_request(item.future)
-                item.reply(Answer(False, f"The service {item.client.srv_name} did not answer "
-                                         f"within {self._patience:.0f} s."))
-            else:
-                waiting.append(item)
-        self._pending = waiting
-
-    def _carry_out(self, order: Order, reply: Reply) -> None:
-        match order:
-            case Push():
-                self._call(self._push, PushDoor.Request(impulse=order.impulse), reply)
-            case Identify():
-                self._call(self._identify, IdentifyCloser.Request(), reply)
-            case Plan():
-                request = PlanDoorImpact.Request(
-                    desired_opening_angle=order.angle, run_up=order.run_up, ending=order.ending)
-                self._call(self._plan, request, reply)
-            case Stop():
-                self._call(self._stop, Trigger.Request(), reply)
-            case Reset():
-                self._call(self._reset, Trigger.Request(), reply)
-            case Run():
+                return
+            if order.name == "run":
                 self._run(reply)
+            else:
+                self._call(order, reply)
 
-    def _call(self, client: Any, request: Any, reply: Reply) -> None:
+    def _call(self, order: Order, reply: Reply) -> None:
+        client = self._clients[order.name]
         if not client.service_is_ready():
-            reply(Answer(False, f"The service {client.srv_name} is not there: no node that serves "
-                                "it is running."))
+            reply(False, f"The service {client.srv_name} is not there: no node that serves it is "
+                  "running.")
             return
-        future = client.call_async(request)
-        until = time.monotonic() + self._patience
-        self._pending.append(_Pending(future, client, reply, until))
+        kind, _ = _SERVICES[order.name]
+        _when_done(client.call_async(kind.Request(**order.fields)), reply, lambda answer: reply(
+            answer.success, answer.message))
 
     def _run(self, reply: Reply) -> None:
         if not self._execute.server_is_ready():
-            reply(Answer(False, "The action /execute_door_impact is not there: no node that "
-                                "serves it is running."))
+            reply(False, "The action /execute_door_impact is not there: no node that serves it is "
+                  "running.")
             return
 
-        def accepted(future: Any) -> None:
-            handle = future.result()
+        def accepted(handle: Any) -> None:
             if not handle.accepted:
-                reply(Answer(False, "The executor refused the goal: another motion is running, "
-                                    "or it has been stopped."))
+                reply(False, "The executor refused the goal: another motion is running, or it has "
+                      "been stopped.")
                 return
-            handle.get_result_async().add_done_callback(ended)
+            _when_done(handle.get_result_async(), reply, ended)
 
-        def ended(future: Any) -> None:
+        def ended(answer: Any) -> None:
             self.phase = ""
-            reply(_outcome(future.result().result))
+            reply(answer.result.success, answer.result.message)
 
-        sent = self._execute.send_goal_async(
-            ExecuteDoorImpact.Goal(), feedback_callback=self._on_feedback)
-        sent.add_done_callback(accepted)
+        _when_done(self._execute.send_goal_async(
+            ExecuteDoorImpact.Goal(), feedback_callback=self._on_feedback), reply, accepted)
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback
         self.phase = f"{feedback.phase}, {100.0 * feedback.progress:.0f} %"
 
 
-def _answer(item: _Pending) -> Answer:
-    """Return the answer of a request that is done."""
-    try:
-        return _outcome(item.future.result())
-    except Exception as error:  # the middleware's own
-        return Answer(False, f"The service {item.client.srv_name} failed: {error}.")
+def _when_done(future: Any, reply: Reply, take: Callable[[Any], None]) -> None:
+    """Give the result of a future to a function, or say why there is none."""
 
+    def done(ended: Any) -> None:
+        error = ended.exception()
+        if error is not None:  # the middleware's own
+            reply(False, f"The request failed: {error}.")
+        else:
+            take(ended.result())
 
-def _outcome(response: Any) -> Answer:
-    # Every answer has these fields, and its message says what was found.
-    return Answer(response.success, response.message)
+    future.add_done_callback(done)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
 from door_impact_common.node import GuardedNode
 from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import ImpactPlan
@@ -17,18 +19,32 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from door_impact_view.live.state import Pose, State
-from door_impact_view.ros import messages
+from door_impact_view.errors import UrdfError
+from door_impact_view.live.state import Body, PlanSummary, Pose, Stamped, State
+from door_impact_view.scene.urdf import UrdfScene, read_urdf
+from door_impact_view.scene.wall import with_wall
 
 # Of a message that comes often only the last counts, and a lost one is followed by the next.
 _LAST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Several nodes publish transforms: the last one need not be that of the robot's root.
-_SEVERAL = 16
-_TRANSFORMS = QoSProfile(depth=_SEVERAL, reliability=ReliabilityPolicy.BEST_EFFORT)
+_TRANSFORMS = QoSProfile(depth=16, reliability=ReliabilityPolicy.BEST_EFFORT)
 _STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_FEET = ("left_foot", "right_foot")
-_HANDS = ("left_wrist", "right_wrist")
+_HANDS = ("/left_wrist/wrench", "/right_wrist/wrench")
+_TOPICS: tuple[tuple[Any, str, QoSProfile], ...] = (
+    (String, "/robot_description", _LATCHED),
+    (String, "/door_description", _LATCHED),
+    (ImpactPlan, "/door_impact_plan", _LATCHED),
+    (TFMessage, "/tf_static", _STATIC),
+    (TFMessage, "/tf", _TRANSFORMS),
+    (JointState, "/joint_states", _LAST),
+    (JointState, "/door_angle", _LAST),
+    (PointStamped, "/zmp", _LAST),
+    (PointStamped, "/com", _LAST),
+    (PolygonStamped, "/support_polygon", _LAST),
+    *((WrenchStamped, topic, _LAST)
+      for topic in ("/left_foot/wrench", "/right_foot/wrench", *_HANDS)),
+)
 
 
 class Watcher:
@@ -43,51 +59,35 @@ class Watcher:
     def __init__(self, node: GuardedNode, world: str, warn: Callable[[str], None]) -> None:
         self._node, self._world, self._warn = node, world, warn
         self._subscriptions: list[Any] = []
-        self._inbox: dict[str, deque[tuple[Any, bytes]]] = {}
+        self._inbox: dict[str, deque[Any]] = {}
         self._poses: dict[str, Pose] = {}  # of frames in the world, by name
-        self.state = State()
+        self._state = State()
 
-    @property
-    def watching(self) -> bool:
-        """Whether it subscribes."""
-        return bool(self._subscriptions)
-
-    def start(self) -> None:
-        """Subscribe to everything."""
-        take: list[tuple[Any, str, QoSProfile]] = [
-            (String, "/robot_description", _LATCHED),
-            (String, "/door_description", _LATCHED),
-            (ImpactPlan, "/door_impact_plan", _LATCHED),
-            (TFMessage, "/tf_static", _STATIC),
-            (TFMessage, "/tf", _TRANSFORMS),
-            (JointState, "/joint_states", _LAST),
-            (JointState, "/door_angle", _LAST),
-            (PointStamped, "/zmp", _LAST),
-            (PointStamped, "/com", _LAST),
-            (PolygonStamped, "/support_polygon", _LAST),
-            *((WrenchStamped, f"/{name}/wrench", _LAST) for name in (*_FEET, *_HANDS)),
-        ]
-        for kind, topic, qos in take:
-            self._inbox[topic] = deque(maxlen=qos.depth)
-            self._subscriptions.append(self._node.create_subscription(
-                kind, topic, partial(self._store, topic, kind), qos, raw=True))
-
-    def stop(self) -> None:
-        """Subscribe to nothing; what moves is forgotten, and what does not move is kept."""
+    def watch(self, watching: bool) -> None:
+        """Subscribe to everything, or to nothing; what moves is then forgotten."""
+        if watching == bool(self._subscriptions):
+            return
+        if watching:
+            for kind, topic, qos in _TOPICS:
+                inbox = self._inbox[topic] = deque(maxlen=qos.depth)
+                self._subscriptions.append(self._node.create_subscription(
+                    kind, topic, partial(_store, inbox), qos, raw=True))
+            return
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions.clear()
-        self._inbox.clear()
-        known = self.state
-        self.state = State(robot=known.robot, door=known.door, plan=known.plan)
+        robot, door = (Body(body.text, body.scene, body.problem)
+                       for body in (self._state.robot, self._state.door))
+        self._state = State(robot=robot, door=door, plan=self._state.plan)
         self._poses.clear()
 
     def update(self) -> State:
         """Read what has come since the last time, and return the state."""
-        for topic, kept in self._inbox.items():
+        for kind, topic, _ in _TOPICS:
+            kept = self._inbox[topic]
             while kept:
                 # The newest first, because it makes the others needless; all of those that last.
-                kind, data = kept.popleft() if topic == "/tf_static" else kept.pop()
+                data = kept.popleft() if topic == "/tf_static" else kept.pop()
                 try:
                     enough = self._read(topic, deserialize_message(data, kind))
                 except (ValueError, IndexError, TypeError) as error:
@@ -96,49 +96,112 @@ class Watcher:
                 if enough:
                     kept.clear()
         # Only now: a description may come after the only message with the place.
-        state = self.state
-        state.base = self._poses.get(messages.root_of(state.robot))
-        state.door_frame = self._poses.get(messages.root_of(state.door))
-        return state
-
-    def _store(self, topic: str, kind: Any, data: bytes) -> None:
-        if topic in self._inbox:
-            self._inbox[topic].append((kind, data))
+        for body in (self._state.robot, self._state.door):
+            body.pose = self._poses.get(_root(body))
+        return self._state
 
     def _read(self, topic: str, message: Any) -> bool:
         """Put a message into the state; return whether older ones of its topic do not matter."""
-        state = self.state
+        state = self._state
         match topic:
             case "/robot_description":
-                state.robot = message.data
+                _describe(state.robot, message.data, lambda scene: scene)
             case "/door_description":
-                state.door = message.data
+                _describe(state.door, message.data, with_wall)
             case "/door_impact_plan":
-                state.plan = messages.plan_summary(message)
-            case "/tf":
-                poses = messages.poses(message, self._world)
-                root = messages.root_of(state.robot)
-                if root not in poses:
-                    return False
-                self._poses[root] = poses[root]
-            case "/tf_static":
-                self._poses.update(messages.poses(message, self._world))
-                return False  # each node publishes its own
+                state.plan = plan_summary(message)
+            case "/tf" | "/tf_static":
+                found = _poses(message, self._world)
+                self._poses.update(found)
+                return topic == "/tf" and _root(state.robot) in found
             case "/joint_states":
-                state.joints = messages.positions(message)
+                state.robot.joints = _positions(message)
                 state.now = seconds(message.header.stamp)
             case "/door_angle":
-                state.door_joints = messages.positions(message)
-                state.door_angle = messages.first_position(message)
+                state.door.joints = _positions(message)
+                state.door_angle = _stamped(message, message.position[:1]) if (
+                    message.position) else None
             case "/zmp":
-                state.zmp = messages.point(message, 2)
+                state.zmp = _stamped(message, [message.point.x, message.point.y])
             case "/com":
-                state.com = messages.point(message, 3)
+                place = message.point
+                state.com = _stamped(message, [place.x, place.y, place.z])
             case "/support_polygon":
-                state.polygon = messages.polygon(message)
+                corners = [[corner.x, corner.y] for corner in message.polygon.points]
+                state.polygon = _stamped(message, np.reshape(corners, (-1, 2)))
             case _:
-                link, force = messages.force(message)
-                state.forces[link] = force
-                if topic.strip("/").partition("/")[0] in _HANDS:
+                force, link = message.wrench.force, message.header.frame_id
+                state.forces[link] = _stamped(message, [force.x, force.y, force.z])
+                if topic in _HANDS:
                     state.hands |= {link}
         return True
+
+
+def plan_summary(message: Any) -> PlanSummary:
+    """Return what the page shows of an ImpactPlan."""
+    std = math.degrees(message.peak_angle_std)
+    rows = (
+        ("plan", message.plan_id),
+        ("door", message.door),
+        ("desired angle", f"{math.degrees(message.desired_opening_angle):.1f} deg"),
+        ("run-up, ending", f"{message.run_up}, {message.ending}"),
+        ("w' of the door", f"{message.omega_door:.3f} rad/s"),
+        ("v_rB before the hit", f"{message.v_rb:.3f} m/s"),
+        ("v'_rB after the hit", f"{message.v_rb_post:.3f} m/s"),
+        ("effective mass", f"{message.effective_mass:.1f} kg"),
+        ("restitution", f"{message.restitution:.2f}"),
+        ("peak force", f"{message.peak_force:.0f} N"),
+        ("largest angle", f"{math.degrees(message.peak_angle):.1f} ± {std:.1f} deg"),
+        ("time of it after the hit", f"{message.peak_time:.2f} s"),
+        ("hits learned from", str(message.learned_hits)),
+    )
+    margins = tuple((item.phase, float(item.margin)) for item in message.zmp_margins)
+    return PlanSummary(rows, margins, tuple(message.warnings))
+
+
+def _store(inbox: deque[Any], data: bytes) -> None:
+    inbox.append(data)
+
+
+def _root(body: Body) -> str:
+    return "" if body.scene is None else body.scene.root
+
+
+def _describe(body: Body, text: str, complete: Callable[[UrdfScene], UrdfScene]) -> None:
+    """Read the URDF of a body if it is another one; what was drawn before stays if it is none."""
+    if text == body.text:
+        return
+    body.text = text
+    try:
+        body.scene = complete(read_urdf(text))
+        body.problem = body.scene.note
+    except UrdfError as error:
+        body.problem = str(error)
+
+
+def _positions(message: Any) -> dict[str, float]:
+    """Return the positions of a JointState by name [rad] or [m]."""
+    return dict(zip(message.name, message.position, strict=True))
+
+
+def _stamped(message: Any, values: Any) -> Stamped:
+    """Return values of a message with its stamp; an error if one is not finite."""
+    row = np.array(values, dtype=np.float64)
+    if not np.isfinite(row).all():
+        raise ValueError("a number in it is not finite")
+    return Stamped(seconds(message.header.stamp), row)
+
+
+def _poses(message: Any, world: str) -> dict[str, Pose]:
+    """Return the poses of a TFMessage's frames whose parent is the world, by name."""
+    found = {}
+    for transform in message.transforms:
+        if transform.header.frame_id.removeprefix("/") != world:
+            continue
+        to, turn = transform.transform.translation, transform.transform.rotation
+        pose = np.array([to.x, to.y, to.z, turn.w, turn.x, turn.y, turn.z])
+        length = float(np.linalg.norm(pose[3:]))
+        if not np.isfinite(pose).all() or length < 0.5:
+            raise ValueError("a pose in it is not finite, or its orientation is no quaternion")
+        found[transform.child_frame_id] = pose[:3], pose[3:] / length
+    return found

@@ -1,21 +1,27 @@
-"""What a URDF shows: the shapes of its links and the tree of its joints (REP-103 units)."""
+"""What a URDF shows: shapes of its links as meshes, and its joints, as yourdfpy reads them."""
 
 from __future__ import annotations
 
-import math
-import xml.etree.ElementTree as ET
-from collections import defaultdict
-from dataclasses import dataclass, field
+import io
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import trimesh
+import yourdfpy
 from door_impact_common.arrays import Array
+from hrp2_description.data import share_folders
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
 
 from door_impact_view.errors import UrdfError
 
 TURNING = ("revolute", "continuous")  # kinds of joints with an angle
 SLIDING = ("prismatic",)
-GREY = (0.6, 0.6, 0.6, 1.0)  # colour of a shape whose material has none
-Color = tuple[float, float, float, float]
+_NAME = re.compile(r"package://([A-Za-z][\w-]*)/([^/\0][^\0]*)")
 
 
 @dataclass(frozen=True)
@@ -24,23 +30,22 @@ class Shape:
 
     Attributes:
         link: Name of the link.
-        kind: ``box``, ``cylinder`` (along z), ``sphere`` or ``mesh``.
-        size: Lengths along x, y and z of a box, radius and length of a cylinder, or radius of a
-            sphere [m]; scale along x, y and z of a mesh.
-        place: Position of its middle, or of the mesh's origin, in the link's frame, (3,) [m].
-        orientation: Its orientation in the link's frame, quaternion w, x, y, z, (4,).
-        color: Red, green, blue and opacity, from 0 to 1.
-        file: Name of the mesh as the URDF gives it, such as ``package://NAME/meshes/arm.stl``;
-            empty for other shapes.
+        mesh: Its surface in the link's frame [m].
     """
 
     link: str
-    kind: str
-    size: tuple[float, ...]
-    place: Array
-    orientation: Array
-    color: Color = GREY
-    file: str = ""
+    mesh: trimesh.Trimesh
+
+    @property
+    def place(self) -> Array:
+        """Middle of its bounding box in the link's frame, (3,) [m]."""
+        return np.asarray(self.mesh.bounds.mean(axis=0))
+
+    @property
+    def color(self) -> tuple[int, ...]:
+        """Red, green, blue and opacity, from 0 to 255."""
+        visual: Any = self.mesh.visual
+        return tuple(int(value) for value in getattr(visual, "material", visual).main_color)
 
 
 @dataclass(frozen=True)
@@ -51,19 +56,17 @@ class Joint:
         name: Name of the joint.
         parent: Name of the parent link.
         child: Name of the child link.
-        place: Position of the child's frame in the parent's at position 0, (3,) [m].
-        orientation: Its orientation there, quaternion w, x, y, z, (4,).
-        axis: Unit axis in the child's frame, (3,).
         kind: The URDF's type of the joint, such as ``revolute`` or ``fixed``.
+        origin: Pose of the child's frame in the parent's at position 0, (4, 4) [m].
+        axis: Unit axis in the child's frame, (3,).
     """
 
     name: str
     parent: str
     child: str
-    place: Array
-    orientation: Array
-    axis: Array
     kind: str
+    origin: Array
+    axis: Array
 
 
 @dataclass(frozen=True)
@@ -71,195 +74,111 @@ class UrdfScene:
     """The visible part of a URDF.
 
     Attributes:
-        name: Name of the robot.
+        urdf: yourdfpy's model, for forward kinematics and for viser.
         root: Name of the link that is no joint's child.
-        links: Names of all links, parents before their children.
-        joints: All joints, parents before their children.
+        joints: All joints.
         shapes: Shapes of all links.
+        note: Sentence about meshes that are left out; empty if none is.
     """
 
-    name: str
+    urdf: yourdfpy.URDF
     root: str
-    links: tuple[str, ...]
     joints: tuple[Joint, ...]
-    shapes: tuple[Shape, ...] = field(default=())
+    shapes: tuple[Shape, ...]
+    note: str = ""
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of all links."""
+        return tuple(self.urdf.link_map)
 
 
+@lru_cache(maxsize=4)  # reports read the same description again and again
 def read_urdf(text: str) -> UrdfScene:
     """Read links, joints and visible shapes of a URDF.
-
-    Shapes without extent and shapes of a kind that URDF does not know are left out.
 
     Args:
         text: The URDF, as on ``/robot_description``.
 
     Raises:
-        UrdfError: The text is no XML, a number is wrong, a joint names a link that does not
-            exist, or links and joints are not one tree.
+        UrdfError: The text is no URDF, or a mesh in it is damaged.
     """
     try:
-        robot = ET.fromstring(text)
-    except (ET.ParseError, ValueError) as error:
-        raise UrdfError(f"it is no XML ({error})") from error
-    if robot.tag != "robot":
-        raise UrdfError(f"its first element is <{robot.tag}>, not <robot>", robot.tag)
-    links = [_name(link) for link in robot.findall("link")]
-    for link in links:
-        if links.count(link) > 1:
-            raise UrdfError(f"two links are named {link}", link)
-    joints = [_joint(element) for element in robot.findall("joint")]
-    root, ordered = _tree(links, joints)
-    colors = _colors(robot)
-    shapes = [
-        shape
-        for link in robot.findall("link")
-        for visual in link.findall("visual")
-        if (shape := _shape(_name(link), visual, colors)) is not None
-    ]
-    order = (root, *(joint.child for joint in ordered))
-    return UrdfScene(robot.get("name", ""), root, order, tuple(ordered), tuple(shapes))
+        robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), build_scene_graph=False,
+                                   load_meshes=False).robot
+        return scene_of(robot)
+    except UrdfError:
+        raise
+    except Exception as error:  # yourdfpy and the readers of meshes raise whatever they like
+        raise UrdfError(" ".join(f"{type(error).__name__}: {error}".split())) from error
 
 
-def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Return the quaternion (4,) of a URDF's rpy: turns about the fixed axes x, y and z [rad]."""
-    cr, cp, cy = (math.cos(0.5 * angle) for angle in (roll, pitch, yaw))
-    sr, sp, sy = (math.sin(0.5 * angle) for angle in (roll, pitch, yaw))
-    return np.array([
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    ])
+def scene_of(robot: yourdfpy.Robot) -> UrdfScene:
+    """Return what a robot shows.
+
+    Args:
+        robot: The robot as yourdfpy has parsed it; its shapes get other names, and its joints unit
+            axes.
+
+    Raises:
+        UrdfError: There is no root link, or a number is not finite.
+    """
+    missing: list[str] = []
+
+    def mesh_file(fname: str) -> str:
+        path = mesh_path(fname)
+        if path is None:
+            missing.append(fname)
+        return str(path or "")
+
+    for link in robot.links:
+        for number, visual in enumerate(link.visuals):
+            visual.name = f"shape {number} of {link.name}"  # viser needs names that no link has
+    urdf = yourdfpy.URDF(robot, filename_handler=mesh_file)
+    if urdf.base_link is None:
+        raise UrdfError("it has no link that is no joint's child")
+    joints = tuple(_joint(joint) for joint in robot.joints)
+    graph = urdf.scene.graph
+    shapes = []
+    for name in graph.nodes_geometry:
+        mesh = urdf.scene.geometry[name]
+        link = graph.transforms.parents[name]
+        _make_transparent(mesh)
+        shapes.append(Shape(link, mesh.copy().apply_transform(urdf.get_transform(name, link))))
+    numbers = [*(joint.origin for joint in joints), *(joint.axis for joint in joints),
+               *(shape.mesh.vertices for shape in shapes)]
+    if not all(np.isfinite(each).all() for each in numbers):
+        raise UrdfError("a number in it is not finite")
+    note = ("" if not missing else f"{len(missing)} meshes of the URDF are not in an installed "
+            f"package and are left out, the first is {missing[0]}.")
+    return UrdfScene(urdf, urdf.base_link, joints, tuple(shapes), note)
 
 
-def _tree(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link, and the joints with parents before their children."""
-    known = set(links)
-    for joint in joints:
-        for link in (joint.parent, joint.child):
-            if link not in known:
-                raise UrdfError(
-                    f"joint {joint.name} names the link {link}, which does not exist", link)
-    children = [joint.child for joint in joints]
-    for link in set(children):
-        if children.count(link) > 1:
-            raise UrdfError(f"link {link} is the child of several joints", link)
-    roots = known - set(children)
-    if len(roots) > 1:
-        first, second, *_ = sorted(roots)
-        raise UrdfError(f"no joint connects the links {first} and {second}", first)
-    if not roots:
-        raise UrdfError("every link is a joint's child, so there is no root" if links
-                        else "it has no link")
-    below = defaultdict(list)
-    for joint in joints:
-        below[joint.parent].append(joint)
-    (root,) = roots
-    ordered: list[Joint] = []
-    reached = [root]
-    for link in reached:  # grows while it is read
-        ordered += below[link]
-        reached += [joint.child for joint in below[link]]
-    if len(reached) < len(links):
-        link = sorted(known - set(reached))[0]
-        raise UrdfError(f"the joints of link {link} form a cycle", link)
-    return root, ordered
+def mesh_path(file: str) -> Path | None:
+    """Return the path of a mesh ``package://NAME/PATH``; None if there is no such file.
+
+    Only files within a package's own folder are read: a URDF comes from the network.
+    """
+    named = _NAME.fullmatch(file)
+    if named is None or ".." in Path(named[2]).parts:
+        return None
+    paths = (folder / named[2] for folder in share_folders(named[1]))
+    return next((path for path in paths if path.is_file()), None)
 
 
-def _joint(element: ET.Element) -> Joint:
-    name = _name(element)
-    ends = []
-    for end in ("parent", "child"):
-        found = element.find(end)
-        link = "" if found is None else found.get("link", "")
-        if not link:
-            raise UrdfError(f"joint {name} names no {end} link", name)
-        ends.append(link)
-    axis = element.find("axis")
-    direction = np.array([1.0, 0.0, 0.0] if axis is None  # URDF's default
-                         else _numbers(axis.get("xyz", "1 0 0"), 3, f"the axis of joint {name}"))
-    kind = element.get("type", "fixed")
-    length = float(np.linalg.norm(direction))
+def _joint(joint: Any) -> Joint:
+    origin = np.eye(4) if joint.origin is None else joint.origin
+    length = float(np.linalg.norm(joint.axis))
     if length > 0.0:
-        direction = direction / length
-    elif kind in TURNING + SLIDING:
-        raise UrdfError(f"the axis of joint {name} has no length", name)
-    place, orientation = _origin(element, f"joint {name}")
-    return Joint(name, ends[0], ends[1], place, orientation, direction, kind)
+        joint.axis = joint.axis / length  # yourdfpy slides along an axis of any length
+    elif joint.type in TURNING + SLIDING:
+        raise UrdfError(f"the axis of joint {joint.name} has no length")
+    return Joint(joint.name, joint.parent, joint.child, joint.type, origin, joint.axis)
 
 
-def _shape(link: str, visual: ET.Element, colors: dict[str, Color]) -> Shape | None:
-    geometry = visual.find("geometry")
-    solid = None if geometry is None else next(iter(geometry), None)
-    if solid is None:
-        return None
-    what = f"a {solid.tag} of link {link}"
-    file = ""
-    if solid.tag == "box":
-        size = _numbers(solid.get("size", ""), 3, what)
-    elif solid.tag in ("cylinder", "sphere"):
-        names = ("radius", "length") if solid.tag == "cylinder" else ("radius",)
-        size = tuple(_numbers(solid.get(name, ""), 1, what)[0] for name in names)
-    elif solid.tag == "mesh":
-        size = _numbers(solid.get("scale", "1 1 1"), 3, what)
-        file = solid.get("filename", "")
-        if not file:
-            return None
-    else:
-        return None
-    if solid.tag != "mesh":  # a negative scale mirrors a mesh
-        if min(size) < 0.0:
-            raise UrdfError(f"the size of {what} is negative", min(size))
-        if min(size) == 0.0:
-            return None
-    place, orientation = _origin(visual, what)
-    material = visual.find("material")
-    color = GREY
-    if material is not None:
-        color = _color(material) or colors.get(material.get("name", ""), GREY)
-    return Shape(link, solid.tag, size, place, orientation, color, file)
-
-
-def _colors(robot: ET.Element) -> dict[str, Color]:
-    """Return the colours of materials by name; a material may be defined in any link."""
-    found = {}
-    for material in robot.iter("material"):
-        color = _color(material)
-        if color is not None:
-            found[material.get("name", "")] = color
-    return found
-
-
-def _color(material: ET.Element) -> Color | None:
-    color = material.find("color")
-    if color is None:
-        return None
-    rgba = _numbers(color.get("rgba", ""), 4, f"the colour of {material.get('name', 'a material')}")
-    red, green, blue, opacity = (min(max(value, 0.0), 1.0) for value in rgba)
-    return red, green, blue, opacity
-
-
-def _origin(element: ET.Element, what: str) -> tuple[Array, Array]:
-    origin = element.find("origin")
-    if origin is None:
-        return np.zeros(3), quaternion_from_rpy(0.0, 0.0, 0.0)
-    place = _numbers(origin.get("xyz", "0 0 0"), 3, f"the origin of {what}")
-    rpy = _numbers(origin.get("rpy", "0 0 0"), 3, f"the origin of {what}")
-    return np.array(place), quaternion_from_rpy(*rpy)
-
-
-def _name(element: ET.Element) -> str:
-    name = element.get("name", "")
-    if not name:
-        raise UrdfError(f"a {element.tag} has no name")
-    return name
-
-
-def _numbers(text: str, count: int, what: str) -> tuple[float, ...]:
-    try:
-        values = tuple(float(word) for word in text.split())
-    except ValueError:
-        values = ()
-    if len(values) != count or not all(math.isfinite(value) for value in values):
-        raise UrdfError(f"{what} is {text[:40]!r}, must be {count} finite numbers", text[:40])
-    return values
+def _make_transparent(mesh: trimesh.Trimesh) -> None:
+    """Give a mesh whose one colour is transparent a material that glTF draws so."""
+    visual: Any = mesh.visual
+    if visual.kind == "face" and visual.main_color[3] < 255:
+        mesh.visual = TextureVisuals(
+            material=PBRMaterial(baseColorFactor=visual.main_color, alphaMode="BLEND"))

@@ -113,21 +113,3 @@ def test_every_link_is_where_pinocchio_says(opened, index):
         w, x, y, z = pose["orientation"]
         turned = pin.Quaternion(w, x, y, z).matrix().T @ true.rotation
         assert np.linalg.norm(pin.log3(turned)) < 1e-4, link
-
-
-def test_a_click_in_a_plot_shows_its_time(opened):
-    """The click's place on the time axis is the time, and the curve's value there is written."""
-    area = opened.locator("#plots .u-over").first
-    width = area.bounding_box()["width"]
-    area.click(position={"x": round(0.75 * width), "y": 20})
-    assert opened.evaluate("replay.now") == pytest.approx(3.0, abs=4.0 / width)
-    value = opened.locator("#plots output").first.inner_text()
-    assert float(value) == pytest.approx(9.0, abs=0.2)
-
-
-def test_a_phone_shows_everything_in_its_width(opened):
-    """Nothing is wider than 390 pixels."""
-    opened.set_viewport_size({"width": 390, "height": 800})
-    wait(opened, "document.querySelector('#view canvas').clientWidth < 390")
-    assert opened.evaluate("document.documentElement.scrollWidth") <= 390
-    opened.set_viewport_size({"width": 1000, "height": 600})

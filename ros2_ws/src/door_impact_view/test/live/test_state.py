@@ -1,10 +1,8 @@
-"""Tests of the state, and of the history of a plot."""
+"""Tests of the state."""
 
 import numpy as np
 import pytest
-from door_impact_view.live.state import SPAN, STALE, History, Stamped, State
-from hypothesis import given
-from hypothesis import strategies as st
+from door_impact_view.live.state import STALE, Stamped, State
 
 SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
 
@@ -34,29 +32,3 @@ def test_a_polygon_without_area_has_no_margin():
     """Two corners are no error."""
     known = State(zmp=Stamped(1.0, np.zeros(2)), polygon=Stamped(1.0, SQUARE[:2]))
     assert known.margin() is None
-
-
-# Stamps are whole nanoseconds; times nearer to each other need not differ after a subtraction.
-STAMPS = st.integers(0, 100_000_000_000).map(lambda number: 1e-9 * number)
-
-
-@given(st.lists(STAMPS, min_size=1, max_size=60))
-def test_a_history_is_ordered_and_not_longer_than_its_span(times):
-    """Whatever stamps come, times increase up to 0 and reach back no further than the span."""
-    history = History()
-    for time in times:
-        history.add(time, 2.0 * time)
-        shown, values = history.curves()
-        assert shown[-1] == 0.0
-        assert (np.diff(shown) > 0.0).all()
-        assert shown[0] >= -SPAN
-        assert values[-1] == pytest.approx(2.0 * time)
-        np.testing.assert_allclose(values, 2.0 * (time + shown), atol=1e-9)
-
-
-def test_a_clock_that_goes_back_clears_the_history():
-    """After a reset of the simulation the curve begins anew."""
-    history = History()
-    for time in (10.0, 11.0, 0.5):
-        history.add(time, 1.0)
-    assert len(history.curves()[0]) == 1

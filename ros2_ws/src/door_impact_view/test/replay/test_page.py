@@ -18,7 +18,6 @@ from door_impact_view.replay.recording import (
     Replay,
     Tree,
 )
-from door_impact_view.scene import meshes
 from door_impact_view.scene.urdf import read_urdf
 
 URDF = """<robot name="arm"><link name="base"/><link name="tip"><visual><geometry>
@@ -58,12 +57,6 @@ def page_of(text):
     return json.loads(found[1], object_hook=decode)
 
 
-def data_of(text):
-    """The only run in a page."""
-    (run,) = page_of(text)["runs"]
-    return run
-
-
 def test_the_page_refers_to_nothing_outside_itself(replay):
     """Neither the network nor another file is named; the policy forbids the browser both."""
     text = page("A replay", replay)
@@ -75,7 +68,7 @@ def test_the_page_refers_to_nothing_outside_itself(replay):
 
 def test_recorded_data_come_back(replay):
     """Angles, places, times and limits are in the page as they were recorded."""
-    data = data_of(page("A replay", replay))
+    (data,) = page_of(page("A replay", replay))["runs"]
     (tree,), (zmp, support), (plot,) = data["trees"], data["marks"], data["plots"]
     np.testing.assert_allclose(data["stamps"], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-6)
     np.testing.assert_allclose(tree["positions"], replay.trees[0].positions[:, 0], atol=1e-6)
@@ -93,28 +86,18 @@ def test_no_text_of_a_recording_becomes_html(replay):
     evil = '</script><script>alert(1)</script>&"'
     text = page(evil, replace(replay, phases=(Phase(evil, START, START + 0.1),), notes=(evil,)))
     assert "alert(1)</script>" not in text
-    assert data_of(text)["phases"][0]["name"] == evil
+    assert page_of(text)["runs"][0]["phases"][0]["name"] == evil
 
 
-MESH = URDF.replace('<box size="0.1 0.2 0.3"/>',
-                    '<mesh filename="package://a/b.stl" scale="1 -1 1"/>')
-
-
-def test_meshes_are_part_of_the_page_once(replay, monkeypatch):
-    """Several runs share the geometry, and each shape keeps its scale."""
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=np.float32)
-    monkeypatch.setattr(meshes, "load_mesh",
-                        lambda _: (corners, np.array([[0, 1, 2]], dtype=np.uint32)))
-    shown = replace(replay, trees=(replace(replay.trees[0], scene=read_urdf(MESH)),))
-    text = page("A replay", shown, shown)
-    data = page_of(text)
-    (mesh,) = data["meshes"].values()
-    np.testing.assert_array_equal(mesh["vertices"].reshape(-1, 3), corners)
-    assert mesh["faces"].tolist() == [0, 1, 2]
+def test_meshes_are_part_of_the_page_once(replay):
+    """Several runs share the geometry, which is in the link's frame."""
+    data = page_of(page("A replay", replay, replay))
+    (mesh,) = data["meshes"]
+    corners = mesh["vertices"].reshape(-1, 3)
+    np.testing.assert_allclose(np.ptp(corners, axis=0), [0.1, 0.2, 0.3], atol=1e-6)
+    assert mesh["faces"].max() < len(corners)
     for run in data["runs"]:
-        (shape,) = run["trees"][0]["shapes"]
-        assert (shape["kind"], shape["file"], shape["size"]) == (
-            "mesh", "package://a/b.stl", [1.0, -1.0, 1.0])
+        assert [shape["mesh"] for shape in run["trees"][0]["shapes"]] == [0]
         assert run["notes"] == []
 
 

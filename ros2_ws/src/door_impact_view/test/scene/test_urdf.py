@@ -1,54 +1,20 @@
-"""Tests of what is read from a URDF, and of the poses of its links."""
+"""Tests of what is read from a URDF, of the poses of its links, and of the wall."""
 
-import contextlib
-import xml.etree.ElementTree as ET
+import struct
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from door_impact_view.errors import UrdfError, ViewError
-from door_impact_view.scene.poses import link_poses, rotate
-from door_impact_view.scene.urdf import GREY, read_urdf
+from door_impact_view.errors import UrdfError
+from door_impact_view.scene import urdf as urdf_module
+from door_impact_view.scene.poses import link_poses
+from door_impact_view.scene.urdf import mesh_path, read_urdf
+from door_impact_view.scene.wall import with_wall
 from hrp2_description.data import data_path
 from hypothesis import given
 from hypothesis import strategies as st
 
 HRP2 = data_path("urdf/hrp2.urdf").read_text(encoding="utf-8")
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
-numbers = st.floats(-2.0, 2.0)
-triples = st.tuples(numbers, numbers, numbers)
-axes = triples.filter(lambda axis: np.linalg.norm(axis) > 0.1)
-
-
-def text(values) -> str:
-    """Numbers as URDF writes them."""
-    return " ".join(repr(float(value)) for value in values)
-
-
-@st.composite
-def trees(draw):
-    """A URDF with up to nine links, its joints in any order, and a position of each joint."""
-    count = draw(st.integers(1, 9))
-    robot = ET.Element("robot", name="random")
-    for index in range(count):
-        link = ET.SubElement(robot, "link", name=f"L{index}")
-        inertial = ET.SubElement(link, "inertial")  # Pinocchio's: no link without mass is merged
-        ET.SubElement(inertial, "mass", value="1")
-        ET.SubElement(inertial, "inertia", ixx="1", ixy="0", ixz="0", iyy="1", iyz="0", izz="1")
-    positions = {}
-    for index in draw(st.permutations(range(1, count))):
-        kind = draw(st.sampled_from(KINDS))
-        joint = ET.SubElement(robot, "joint", name=f"J{index}", type=kind)
-        ET.SubElement(joint, "parent", link=f"L{draw(st.integers(0, index - 1))}")
-        ET.SubElement(joint, "child", link=f"L{index}")
-        ET.SubElement(joint, "origin", xyz=text(draw(triples)), rpy=text(draw(triples)))
-        axis = np.array(draw(axes))
-        ET.SubElement(joint, "axis", xyz=text(axis / np.linalg.norm(axis)))
-        ET.SubElement(joint, "limit", lower="-9", upper="9", effort="1", velocity="1")
-        positions[f"J{index}"] = draw(numbers) if kind != "fixed" else 0.0
-    return ET.tostring(robot, encoding="unicode"), positions
-
-
 def pinocchio_poses(urdf: str, positions):
     """Place and rotation matrix of every link in the root link, by Pinocchio."""
     model = pin.buildModelFromXML(urdf)
@@ -66,31 +32,40 @@ def pinocchio_poses(urdf: str, positions):
             for index, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
 
 
-def assert_same_poses(urdf: str, positions) -> None:
-    """Every link is where Pinocchio has it."""
-    expected = pinocchio_poses(urdf, positions)
-    found = link_poses(read_urdf(urdf), positions)
-    assert set(found) == set(expected)
+ARM = """<robot name="arm"><link name="L0">{mass}</link><link name="L1">{mass}</link>
+<link name="L2">{mass}</link><joint name="slide" type="prismatic"><parent link="L1"/>
+<child link="L2"/><origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><axis xyz="{axis}"/>
+<limit lower="-9" upper="9" effort="1" velocity="1"/></joint><joint name="turn" type="continuous">
+<parent link="L0"/><child link="L1"/><axis xyz="0 2 0"/></joint></robot>"""
+MASS = ('<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+        "</inertial>")
+
+
+def test_an_axis_of_any_length_is_a_direction():
+    """A slider's way is its position, not that times the axis' length; order does not matter."""
+    unit = ARM.format(mass=MASS, axis="0.6 0 0.8")
+    expected = pinocchio_poses(unit.replace("0 2 0", "0 1 0"), {"turn": 0.4, "slide": 0.7})
+    found = link_poses(read_urdf(ARM.format(mass=MASS, axis="3 0 4")), {"turn": 0.4, "slide": 0.7})
     for link, (place, turn) in found.items():
         np.testing.assert_allclose(place, expected[link][0], atol=1e-9)
-        columns = rotate(turn, np.eye(3))
-        np.testing.assert_allclose(columns.T, expected[link][1], atol=1e-9)
-
-
-@given(trees())
-def test_links_of_any_tree_are_where_pinocchio_has_them(tree):
-    """The poses of every link equal Pinocchio's forward kinematics, whatever the joints are."""
-    assert_same_poses(*tree)
+        np.testing.assert_allclose(turn, expected[link][1], atol=1e-9)
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=30, max_size=30))
 def test_hrp2_is_where_pinocchio_has_it(angles):
-    """The same for HRP-2 in any posture."""
-    turning = [joint.name for joint in read_urdf(HRP2).joints if joint.kind == "revolute"]
-    assert_same_poses(HRP2, dict(zip(turning, angles, strict=True)))
+    """The pose of every link equals Pinocchio's forward kinematics, in any posture."""
+    scene = read_urdf(HRP2)
+    turning = [joint.name for joint in scene.joints if joint.kind == "revolute"]
+    positions = dict(zip(turning, angles, strict=True))
+    expected, found = pinocchio_poses(HRP2, positions), link_poses(scene, positions)
+    assert set(found) == set(expected)
+    for link, (place, turn) in found.items():
+        np.testing.assert_allclose(place, expected[link][0], atol=1e-9)
+        np.testing.assert_allclose(turn, expected[link][1], atol=1e-9)
 
 
 ONE = '<robot name="r"><link name="a"><visual>{}</visual></link></robot>'
+HAND = '<geometry><mesh filename="package://arm/meshes/{}.stl" scale="1 -2 1"/></geometry>'
 
 
 def shape_of(visual: str):
@@ -99,49 +74,84 @@ def shape_of(visual: str):
     return shape
 
 
-def test_shapes_of_every_kind():
-    """Sizes, place, colour and file are as the URDF has them; without a colour a shape is grey."""
-    box = shape_of('<origin xyz="1 2 3"/><geometry><box size="4 5 6"/></geometry>')
-    assert (box.kind, box.size, box.place.tolist()) == ("box", (4, 5, 6), [1, 2, 3])
-    assert box.color == GREY
-    cylinder = shape_of('<geometry><cylinder radius="1" length="2"/></geometry>'
-                        '<material name="m"><color rgba="1 0 2 0.5"/></material>')
-    assert (cylinder.kind, cylinder.size, cylinder.color) == ("cylinder", (1, 2), (1, 0, 1, 0.5))
-    mesh = shape_of('<geometry><mesh filename="package://p/a.stl" scale="1 -1 1"/></geometry>')
-    assert (mesh.kind, mesh.size, mesh.file) == ("mesh", (1, -1, 1), "package://p/a.stl")
+def test_shapes_are_in_the_links_frame():
+    """Place, extent and colour are as the URDF has them."""
+    box = shape_of('<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
+                   '<geometry><box size="4 5 6"/></geometry>'
+                   '<material name="m"><color rgba="1 0 0 0.5"/></material>')
+    np.testing.assert_allclose(box.place, [1, 2, 3])
+    np.testing.assert_allclose(box.mesh.extents, [5, 4, 6])
+    assert box.color == (255, 0, 0, 127)
+    cylinder = shape_of('<geometry><cylinder radius="1" length="4"/></geometry>')
+    np.testing.assert_allclose(cylinder.mesh.extents, [2, 2, 4], atol=0.02)
 
 
-LINKS = '<link name="a"/><link name="b"/><link name="c"/>'
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """The folder of a package arm with the mesh of one triangle, and a mesh outside it."""
+    folder = tmp_path / "arm"
+    (folder / "meshes").mkdir(parents=True)
+    corners = (0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    triangle = bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *corners, 0)
+    (folder / "meshes" / "hand.stl").write_bytes(triangle)
+    (tmp_path / "secret.stl").write_bytes(triangle)
+    monkeypatch.setattr(urdf_module, "share_folders",
+                        lambda name: [folder] if name == "arm" else [])
+    urdf_module.read_urdf.cache_clear()
+    return folder
 
 
-def joint(name: str, parent: str, child: str, inside: str = "") -> str:
-    """A revolute joint."""
-    return (f'<joint name="{name}" type="revolute"><parent link="{parent}"/>'
-            f'<child link="{child}"/>{inside}</joint>')
+def test_a_mesh_of_a_package_is_read_and_scaled(package):
+    """Its corners are where the URDF's scale puts them; a negative one mirrors."""
+    mesh = shape_of(HAND.format("hand")).mesh
+    np.testing.assert_allclose(mesh.bounds, [[0, -2, 0], [1, 0, 0]], atol=1e-12)
 
 
-@pytest.mark.parametrize(("inside", "problem"), [
-    (LINKS, "no joint connects the links a and b"),
-    (LINKS + joint("j", "a", "d"), "joint j names the link d, which does not exist"),
-    (LINKS + joint("j", "b", "c") + joint("k", "c", "b"), "the joints of link b form a cycle"),
-    (LINKS + joint("j", "a", "b", '<origin rpy="0 nan 0"/>'), "3 finite numbers"),
+def test_a_mesh_that_is_not_there_is_left_out_and_named(package):
+    """The rest is drawn."""
+    scene = read_urdf(ONE.format(HAND.format("none")))
+    assert not scene.shapes
+    assert "package://arm/meshes/none.stl" in scene.note
+
+
+@pytest.mark.parametrize("file", ["package://arm/../secret.stl", "file:///etc/passwd", "hand.stl"])
+def test_only_files_of_packages_are_read(package, file):
+    """A URDF comes from the network: no other folder is looked into."""
+    assert mesh_path(file) is None
+
+
+LINKS = '<link name="a"/><link name="b"/>'
+JOINT = ('<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/>{}</joint>')
+
+
+@pytest.mark.parametrize("text", [
+    "no XML", "<sdf/>", '<robot name="r"/>', ONE.format('<geometry><box size="1 2"/></geometry>'),
+    *(f'<robot name="r">{LINKS}{joints}</robot>' for joints in (
+        JOINT.format("j", "a", "d", ""),  # d is no link
+        JOINT.format("j", "a", "b", "") + JOINT.format("k", "b", "a", ""),  # a cycle
+        JOINT.format("j", "a", "b", '<origin rpy="0 nan 0"/>'),
+        JOINT.format("j", "a", "b", '<axis xyz="0 0 0"/>'))),
 ])
-def test_what_is_no_tree_is_refused_in_a_sentence(inside, problem):
-    """The message names the link or joint, in one line."""
-    with pytest.raises(UrdfError, match=problem) as refused:
-        read_urdf(f'<robot name="r">{inside}</robot>')
+def test_what_cannot_be_drawn_is_refused_in_one_line(text):
+    """Whatever yourdfpy makes of it, the error is this package's."""
+    with pytest.raises(UrdfError, match=r"the URDF cannot be drawn: .") as refused:
+        read_urdf(text)
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("text", ["no XML", "<sdf/>"])
-def test_no_urdf_is_refused(text):
-    """A text that is no URDF raises an error of this package."""
-    with pytest.raises(ViewError, match="the URDF cannot be drawn"):
-        read_urdf(text)
+DOOR = """<robot name="d"><link name="frame">
+<visual><origin xyz="-0.05 -0.02 1"/><geometry><box size="0.1 0.04 2"/></geometry></visual>
+<visual><origin xyz="0.95 -0.02 1"/><geometry><box size="0.1 0.04 2"/></geometry></visual>
+</link></robot>"""
 
 
-@given(st.text(max_size=20), st.integers(0, len(HRP2)))
-def test_damaged_text_never_fails_otherwise(inserted, place):
-    """A URDF with something inserted is read, or raises an error of this package."""
-    with contextlib.suppress(ViewError):
-        read_urdf(HRP2[:place] + inserted + HRP2[place:])
+def test_the_wall_begins_where_the_frame_ends():
+    """Both pieces touch the frame's outer sides and have its height and thickness."""
+    left, right = with_wall(read_urdf(DOOR)).shapes[2:]
+    assert left.mesh.bounds[1, 0] == pytest.approx(-0.1)
+    assert right.mesh.bounds[0, 0] == pytest.approx(1.0)
+    for piece in (left, right):
+        np.testing.assert_allclose(piece.place[1:], [-0.02, 1.0])
+        np.testing.assert_allclose(piece.mesh.extents[1:], [0.04, 2.0])
+        assert piece.color[3] < 255  # transparent
+        assert piece.link == "frame"

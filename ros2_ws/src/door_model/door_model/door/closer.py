@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from door_impact_common.documents import Number, Positive
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
@@ -102,12 +103,12 @@ class FourBarCloser:
             mode is neither 1 nor -1.
     """
 
-    l: float  # noqa: E741, the paper's letter
-    l1: float
-    l2: float
-    l3: float
-    theta_i0: float
-    assembly: float = 1.0
+    l: Positive  # noqa: E741, the paper's letter
+    l1: Positive
+    l2: Positive
+    l3: Positive
+    theta_i0: Number
+    assembly: Number = 1.0
 
     def __post_init__(self) -> None:
         """Check lengths, angle and mode."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from door_impact_common.documents import NotNegative, Number
 from numpy.typing import ArrayLike
 
 from door_model.checks import require_finite, require_not_negative, require_positive
@@ -32,8 +33,8 @@ class Zone:
         DoorParameterError: The angle is not a finite number, or the viscosity is negative.
     """
 
-    angle: float
-    c_c: float
+    angle: Number
+    c_c: NotNegative
 
     def __post_init__(self) -> None:
         """Check the numbers."""

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from door_impact_common.documents import Positive
+
 from door_model.checks import require_positive
 from door_model.door.closer import FourBarCloser
 
@@ -22,10 +24,10 @@ class Leaf:
         DoorParameterError: A value is not a positive number.
     """
 
-    mass: float
-    width: float
-    height: float
-    thickness: float
+    mass: Positive
+    width: Positive
+    height: Positive
+    thickness: Positive
 
     def __post_init__(self) -> None:
         """Check the numbers."""

@@ -1,18 +1,18 @@
 """Reads recordings of the door's encoder from MCAP files, also those of `ros2 bag record`."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path, PurePath
-from tempfile import TemporaryDirectory
-from typing import Any
+from io import BytesIO
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from door_impact_common.errors import InputError
-from door_impact_common.files import LARGEST_FILE, is_folder, read_file, shown
-from door_impact_common.yaml_files import read_yaml
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
+from door_impact_common.files import LARGEST_FILE, read_file, shown
+from mcap.reader import NonSeekingReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from door_model.errors import BadRecordingError
 from door_model.recording.batch import SampleBatch
@@ -28,15 +28,111 @@ _MODULUS = 2**16  # counters of 16 bits or more agree modulo this number of coun
 _SHUT = 20  # number of samples at the start that give the zero of raw counts
 
 
-def read_batches(
-    path: str | Path, topics: Sequence[str], folders: Sequence[Path] | None = None
-) -> tuple[str, list[SampleBatch]]:
+class Connection(NamedTuple):
+    """A topic of a recording, the type of its messages and their number."""
+
+    topic: str
+    msgtype: str
+    msgcount: int
+
+
+class Bag:
+    """A recording, which is read in the order in which it was written.
+
+    A file that was cut off, as that of a recorder that was killed, is read up to its end.
+
+    Attributes:
+        connections: Topics with messages.
+    """
+
+    def __init__(self, files: Sequence[bytes]) -> None:
+        """Count the messages in the contents of MCAP files, in order of time."""
+        self._files = files
+        self._store = get_typestore(Stores.EMPTY)
+        self._texts: dict[str, str] = {}  # definitions of types
+        counts = Counter[tuple[str, str]]()
+        for schema, channel, _ in self._scan():
+            self._texts[schema.name] = schema.data.decode()
+            counts[channel.topic, schema.name] += 1
+        self.connections = [Connection(*key, number) for key, number in counts.items()]
+
+    def messages(
+        self, connections: Iterable[Connection]
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield topic, time of recording [ns] and content of each message on some topics."""
+        wanted = {(each.topic, each.msgtype): each for each in connections}
+        for schema, channel, message in self._scan():
+            found = wanted.get((channel.topic, schema.name))
+            if found is not None:
+                yield found, message.log_time, message.data
+
+    def deserialize(self, data: bytes, kind: str) -> Any:
+        """Return the message of a type that a content is."""
+        if kind not in self._store.fielddefs:
+            self._store.register(get_types_from_msg(self._texts[kind], kind))
+        return self._store.deserialize_cdr(data, kind)
+
+    def _scan(self) -> Iterator[tuple[Any, Any, Any]]:
+        """Yield schema, channel and message of each message."""
+        for content in self._files:
+            stream = BytesIO(content)
+            reader = NonSeekingReader(stream, validate_crcs=True)
+            try:
+                for schema, channel, message in reader.iter_messages(log_time_order=False):
+                    if schema is not None:
+                        yield schema, channel, message
+            except Exception:
+                if stream.read(1):  # otherwise the file was cut off here
+                    raise
+
+
+@contextmanager
+def open_bag(path: str | Path) -> Iterator[Bag]:
+    """Open a recording for reading.
+
+    Args:
+        path: An MCAP file, or a folder with MCAP files that `ros2 bag record` has made.
+
+    Raises:
+        BadRecordingError: The file cannot be read, or what is read within the context is damaged.
+    """
+    source = shown(path)
+    try:
+        yield Bag(_contents(Path(path)))
+    except BadRecordingError:
+        raise
+    except InputError as error:
+        raise BadRecordingError(
+            source, None, error.problem, value=source, limit="a readable file") from error
+    except Exception as error:  # the libraries raise many kinds where a file is damaged
+        raise BadRecordingError(
+            source, None, f"is no MCAP file of ROS 2, or damaged ({type(error).__name__})",
+            value=source, limit="an MCAP file") from error
+
+
+def _contents(path: Path) -> list[bytes]:
+    """Read a file, or the files of a folder in the order of their numbers.
+
+    Raises:
+        InputError: A file cannot be read, there is none, or all together are too large.
+    """
+    if not path.is_dir():
+        return [read_file(path)]
+    contents, left = list[bytes](), LARGEST_FILE
+    for file in sorted(path.glob("*.mcap"), key=lambda each: (len(each.name), each.name)):
+        contents.append(read_file(file, largest=left))
+        left -= len(contents[-1])
+    if not contents:
+        raise InputError(shown(path), "is a folder without an MCAP file")
+    return contents
+
+
+def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[SampleBatch]]:
     """Read the batches of the first of several topics that has any.
 
     Args:
-        path: An MCAP file, or a folder that `ros2 bag record` has made.
+        path: As for `open_bag`.
         topics: Names of topics of type EncoderSamples, the preferred one first.
-        folders: As for `door_model.recording.recording.read_csv`.
 
     Returns:
         The topic and its batches, in the order in which they were received.
@@ -45,20 +141,18 @@ def read_batches(
         BadRecordingError: The file cannot be read, or has no message on these topics.
     """
     source = shown(path)
-    with open_bag(path, folders) as reader:
-        there = {connection.topic for connection in reader.connections if connection.msgcount}
+    with open_bag(path) as bag:
+        there = {connection.topic for connection in bag.connections}
         topic = next((name for name in topics if name in there), None)
         if topic is not None:
-            connections = [c for c in reader.connections if c.topic == topic]
+            connections = [each for each in bag.connections if each.topic == topic]
             kinds = {connection.msgtype for connection in connections}
             if kinds != {_TYPE}:
                 raise BadRecordingError(
                     source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
                     value=kinds, limit=_TYPE)
-            return topic, [
-                _batch(reader.deserialize(data, connection.msgtype))
-                for connection, _, data in reader.messages(connections)
-            ]
+            return topic, [_batch(bag.deserialize(data, _TYPE))
+                           for _, _, data in bag.messages(connections)]
     listed = ", ".join(sorted(there)) or "none"
     raise BadRecordingError(
         source, None,
@@ -66,64 +160,7 @@ def read_batches(
         value=listed, limit=topics)
 
 
-@contextmanager
-def open_bag(path: str | Path, folders: Sequence[Path] | None = None) -> Iterator[AnyReader]:
-    """Open a recording for reading.
-
-    Args:
-        path: An MCAP file, or a folder that `ros2 bag record` has made.
-        folders: As for `door_model.recording.recording.read_csv`.
-
-    Raises:
-        BadRecordingError: The file cannot be read, or what is read within the context is damaged.
-    """
-    source = shown(path)
-    try:
-        with _copied(path, folders) as copy, AnyReader(
-                [copy], default_typestore=get_typestore(Stores.EMPTY)) as reader:
-            yield reader
-    except BadRecordingError:
-        raise
-    except InputError as error:
-        raise BadRecordingError(
-            source, None, error.problem, value=source, limit="a readable file") from error
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise BadRecordingError(source, None, f"cannot be read: {reason}",
-                                value=source, limit="a readable file") from error
-    except Exception as error:  # rosbags raises many kinds where a file is cut off or damaged
-        raise BadRecordingError(
-            source, None, f"is no complete MCAP file of ROS 2 ({type(error).__name__})",
-            value=source, limit="a complete MCAP file") from error
-
-
-@contextmanager
-def _copied(path: str | Path, folders: Sequence[Path] | None) -> Iterator[Path]:
-    """Give rosbags a copy of a recording, because it opens files by their names itself.
-
-    Raises:
-        InputError: A file cannot be read, or all files together are too large.
-    """
-    with TemporaryDirectory() as place:
-        copy = Path(place, "bag")
-        if not is_folder(path, folders):
-            copy = Path(place, PurePath(path).name)
-            copy.write_bytes(read_file(path, folders))
-            yield copy
-            return
-        copy.mkdir()
-        listed = read_yaml(Path(path, "metadata.yaml"), folders)
-        names = ["metadata.yaml", *listed["rosbag2_bagfile_information"]["relative_file_paths"]]
-        left = LARGEST_FILE
-        for name in names:
-            file = PurePath(name).name
-            content = read_file(Path(path, file), folders, largest=left)
-            left -= len(content)
-            Path(copy, file).write_bytes(content)
-        yield copy
-
-
-def read_mcap(path: str | Path, folders: Sequence[Path] | None = None) -> Recording:
+def read_mcap(path: str | Path) -> Recording:
     """Read a recording from `/door_encoder/samples`, or else from `/door_encoder/counts`.
 
     Samples are already checked, unwrapped and zeroed. Raw counts are unwrapped only, without a
@@ -133,8 +170,7 @@ def read_mcap(path: str | Path, folders: Sequence[Path] | None = None) -> Record
     back, because a simulation was reset, the recording begins anew.
 
     Args:
-        path: An MCAP file, or a folder that `ros2 bag record` has made.
-        folders: As for `door_model.recording.recording.read_csv`.
+        path: As for `open_bag`.
 
     Returns:
         The recording; its times begin at 0.
@@ -143,7 +179,7 @@ def read_mcap(path: str | Path, folders: Sequence[Path] | None = None) -> Record
         BadRecordingError: The file cannot be read, or has no such topic.
         DoorParameterError: A batch has no positive period or counts_per_turn.
     """
-    topic, batches = read_batches(path, (SAMPLES, COUNTS), folders)
+    topic, batches = read_batches(path, (SAMPLES, COUNTS))
     store = SampleStore(_FOREVER)
     for batch in batches if topic == SAMPLES else _unwrapped(batches):
         store.add(batch)

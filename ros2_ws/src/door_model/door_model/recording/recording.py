@@ -6,7 +6,7 @@ The header of a file is ``time_s,count`` or ``time_s,angle_deg``; swings need no
 import csv
 import math
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -76,7 +76,6 @@ def from_counts(
 def read_csv(
     path: str | Path,
     counts_per_turn: int = COUNTS_PER_TURN,
-    folders: Sequence[Path] | None = None,
 ) -> Recording:
     """Read a recording from a CSV file.
 
@@ -84,8 +83,6 @@ def read_csv(
         path: The file.
         counts_per_turn: Number of counts in a turn of the hinge; it is only used with the header
             time_s,count.
-        folders: Folders that may contain the file, as for `door_impact_common.files.read_file`;
-            None allows every folder.
 
     Raises:
         BadRecordingError: The file cannot be read; the error names the line. Only of a file with
@@ -94,7 +91,7 @@ def read_csv(
     """
     source = shown(path)
     try:
-        text = read_file(path, folders).decode("utf-8-sig")
+        text = read_file(path).decode("utf-8-sig")
     except InputError as error:
         raise BadRecordingError(
             source, None, error.problem, value=source, limit="a readable file") from error

@@ -2,12 +2,12 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from door_impact_common.errors import DoorImpactError, InputError, SettingError
-from door_impact_common.files import is_folder
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
 from door_impact_msgs.srv import IdentifyCloser
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -63,8 +63,7 @@ class CloserIdentifierNode(GuardedNode):
     def _set_up(self) -> None:
         """Read the parameters, and create publisher, subscription and service."""
         parameters = Parameters(self, _READ_ONCE)
-        self._folders = allowed_folders(self)
-        self._geometry = load_geometry(parameters.text("door"), self._folders)
+        self._geometry = load_geometry(parameters.text("door"))
         self._window = Window(parameters.choice("window", [choice.value for choice in Window]))
         self._store = SampleStore(parameters.positive("memory"))
         self._measurements = Parameters(self, _MEASURED, read_only=False)
@@ -124,9 +123,9 @@ class CloserIdentifierNode(GuardedNode):
         if not path:
             return self._store.recording()
         try:
-            if path.endswith(".mcap") or is_folder(path, self._folders):
-                return read_mcap(path, self._folders)
-            return read_csv(path, folders=self._folders)
+            if path.endswith(".mcap") or Path(path).is_dir():
+                return read_mcap(path)
+            return read_csv(path)
         except InputError as error:
             raise BadRecordingError(error.source, None, error.problem, value=path) from error
         except DoorParameterError as error:

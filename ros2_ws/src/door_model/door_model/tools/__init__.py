@@ -1,1 +1,1 @@
-"""Command lines identify and curves, with the tables, files and pictures that they produce."""
+"""The command `identify`, with its table and the files that it writes."""

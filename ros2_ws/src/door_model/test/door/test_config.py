@@ -41,10 +41,8 @@ def test_sizes_have_their_closing_moment(name: str, torque: float) -> None:
         assert door.door().restoring_torque(0.0) == pytest.approx(torque, abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("name", "mass", "width"),
-    [("size2_leaf", 40.0, 0.85), ("size3_leaf", 60.0, 0.95), ("size4_leaf", 80.0, 1.1)],
-)
+@pytest.mark.parametrize(("name", "mass", "width"), [
+    ("size2_leaf", 40.0, 0.85), ("size3_leaf", 60.0, 0.95), ("size4_leaf", 80.0, 1.1)])
 def test_leaves_of_the_standard(name: str, mass: float, width: float) -> None:
     """Each power size has the leaf of EN 1154 and its moment of inertia."""
     config = load_door(name)
@@ -52,28 +50,16 @@ def test_leaves_of_the_standard(name: str, mass: float, width: float) -> None:
     assert config.i_a == plate_moment_of_inertia(mass, width)
 
 
-def test_leaf_agrees_with_the_moment_of_inertia() -> None:
-    """47.62 kg and 0.896 m give the paper's 12.75 kg m^2."""
+def test_the_moment_of_inertia_is_that_of_the_leaf(tmp_path: Path) -> None:
+    """47.62 kg and 0.896 m give the paper's 12.75 kg m^2, also where a file leaves it out."""
     config = load_door("paper")
     assert config.leaf.moment_of_inertia() == pytest.approx(config.i_a, rel=1e-3)
-    assert config.leaf.moment_of_inertia() == plate_moment_of_inertia(47.62, 0.896)
-
-
-def test_i_a_may_be_left_out(tmp_path: Path) -> None:
-    """Without i_a the moment of inertia is that of the leaf."""
-    config = load_door(edited(tmp_path, None, "i_a", None))
-    assert config.i_a == config.leaf.moment_of_inertia()
-
-
-def test_yaml_round_trip(tmp_path: Path) -> None:
-    """load_door reads back what to_yaml writes."""
-    path = tmp_path / "copy.yaml"
-    path.write_text(load_door("size3").to_yaml())
-    assert load_door(path) == load_door("size3")
+    bare = load_door(edited(tmp_path, None, "i_a", None))
+    assert bare.i_a == config.leaf.moment_of_inertia() == plate_moment_of_inertia(47.62, 0.896)
 
 
 def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
-    """Extensions of the paper's model are written and read back, too."""
+    """What is written is read back, with the extensions of the paper's model."""
     path = tmp_path / "real.yaml"
     real = replace(
         load_door("paper"), c_c_closing=0.5, backcheck=Zone(1.2, 3.0), latch=Zone(0.2, 0.1),
@@ -84,44 +70,18 @@ def test_yaml_round_trip_of_a_real_closer(tmp_path: Path) -> None:
     assert load_door(path).door().friction == 0.3
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "match"),
-    [
-        ("backcheck", {"angle": 1.2}, "'backcheck': missing c_c"),
-        ("latch", {"angle": 0.1, "c_c": -1.0}, "latch: c_c"),
-    ],
-)
-def test_wrong_zones_are_named(tmp_path: Path, key: str, value: object, match: str) -> None:
-    """Zones and the viscosity of closing are checked like all other values."""
-    with pytest.raises(ConfigError, match=match):
-        load_door(edited(tmp_path, "closer", key, value))
-
-
-def test_a_linkage_put_together_the_other_way(tmp_path: Path) -> None:
-    """The mirrored closer turns the other way, so the paper's spring is refused."""
-    with pytest.raises(ConfigError, match="does not pull the door shut"):
-        load_door(edited(tmp_path, "linkage", "assembly", -1))
-
-
 def test_geometry_does_not_know_the_closer(tmp_path: Path) -> None:
     """The geometry contains nothing of the closer's section, whatever that contains."""
     path = edited(tmp_path, "closer", "k_c", "wrong")
     assert load_geometry(path) == load_geometry("paper") == load_door("paper").geometry()
     assert load_geometry(edited(tmp_path, None, "closer", None)) == load_geometry("paper")
-    assert set(vars(load_geometry("paper"))) == {"name", "leaf", "linkage"}
 
 
-@pytest.mark.parametrize(
-    ("section", "key", "value", "match"),
-    [
-        (None, "linkage", None, "missing linkage"),
-        (None, "colour", "red", "unknown colour"),
-        ("leaf", "mass", -1.0, "leaf mass"),
-        ("leaf", "width", "wide", "leaf.width"),
-        ("linkage", "l3", 0.6, "l3 is too long"),
-        ("closer", "tau_c0_prime", -3.0, "tau_c0_prime -3"),
-    ],
-)
+@pytest.mark.parametrize(("section", "key", "value", "match"), [
+    (None, "linkage", None, "linkage"), (None, "colour", "red", "colour"),
+    ("leaf", "width", "wide", "width"), ("linkage", "l3", 0.6, "l3"),
+    ("closer", "tau_c0_prime", -3.0, "tau_c0_prime"), ("closer", "latch", {"angle": 0.1}, "latch"),
+    ("linkage", "assembly", -1, "does not pull the door shut")])
 def test_what_is_wrong_is_said(
     tmp_path: Path, section: str | None, key: str, value: object, match: str
 ) -> None:
@@ -132,18 +92,11 @@ def test_what_is_wrong_is_said(
     assert caught.value.source == str(path)
 
 
-def test_no_such_door() -> None:
-    """The error lists the known doors for an unknown name, and names an unknown file."""
+def test_no_such_door(tmp_path: Path) -> None:
+    """The error lists the known doors for an unknown name; a file may also hold something else."""
     with pytest.raises(ConfigError, match="paper, size2"):
         load_door("garage")
-    with pytest.raises(ConfigError, match="no such file"):
-        load_door("nowhere/door.yaml")
-
-
-@pytest.mark.parametrize("text", ["- a\n- b\n", "a: ["])
-def test_files_that_are_no_door(tmp_path: Path, text: str) -> None:
-    """A file that is no mapping causes an error of the configuration."""
-    path = tmp_path / "door.yaml"
-    path.write_text(text)
-    with pytest.raises(ConfigError):
-        load_door(path)
+    (tmp_path / "door.yaml").write_text("- a\n- b\n")
+    for path in ("nowhere/door.yaml", tmp_path / "door.yaml"):
+        with pytest.raises(ConfigError, match=r"door\.yaml"):
+            load_door(path)

@@ -50,12 +50,6 @@ def test_restitution_and_duration_are_continuous_in_the_damping(ratio, step):
         assert one[1] == pytest.approx(other[1], abs=10.0 * step + 1e-5)
 
 
-def test_a_plastic_contact_has_the_largest_damping():
-    """For a restitution of 0 the surface shows less than 0.01, and it stays finite."""
-    made = surface(0.0, 0.015, 30.0)
-    assert integrated(made.stiffness, made.damping, 30.0, 0.4)[0] < 0.01
-
-
 def test_the_mass_of_a_hit_is_that_of_robot_and_leaf_together():
     """It is the reduced mass; levers shorter than 0.1 m count as 0.1 m."""
     assert 1.0 / mass_of_hit(12.75, 0.42) == pytest.approx(1.0 / ROBOT_MASS + 0.42**2 / 12.75)
@@ -65,6 +59,5 @@ def test_the_mass_of_a_hit_is_that_of_robot_and_leaf_together():
 
 @pytest.mark.parametrize("numbers", [(1.1, 0.015, 30.0), (0.5, math.inf, 30.0)])
 def test_what_is_no_surface_is_refused(numbers):
-    """A number out of its range is refused by its name."""
     with pytest.raises(DoorParameterError):
         surface(*numbers)

@@ -70,12 +70,11 @@ def test_peaks_of_20_random_closers() -> None:
         assert abs(motion.peak_time[k] - exact.t[-1]) < 1e-3
 
 
-@pytest.mark.parametrize("door", [PAPER, REAL, replace(PAPER, closer=replace(CLOSER, l3=0.24))])
+@pytest.mark.parametrize("door", [PAPER, REAL])
 def test_agrees_with_the_tight_integration(door: Door) -> None:
     """Every sample, and the time of closing, agree with the driven integrator."""
-    omega = 0.9
-    swing = simulate(door, 0.01, omega, 20.0, stop=True)
-    motion = follow_free(door, 0.01, omega)
+    swing = simulate(door, 0.01, 0.9, 20.0, stop=True)
+    motion = follow_free(door, 0.01, 0.9)
     theta, speed = motion.at(swing.t[:-1])
     assert np.abs(theta[:, 0] - swing.theta[:-1]).max() < 1e-6
     assert np.abs(speed[:, 0] - swing.omega[:-1]).max() < 1e-5
@@ -105,13 +104,8 @@ def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
     np.testing.assert_allclose(slopes, differences, atol=1e-5 * np.abs(differences).max())
 
 
-@given(
-    omega=st.floats(0.2, 1.0),
-    closing=st.floats(0.0, 3.0),
-    friction=st.floats(0.0, 1.5),
-    backcheck=st.floats(0.0, 2.0),
-    latch=st.floats(0.0, 2.0),
-)
+@given(omega=st.floats(0.2, 1.0), closing=st.floats(0.0, 3.0), friction=st.floats(0.0, 1.5),
+       backcheck=st.floats(0.0, 2.0), latch=st.floats(0.0, 2.0))
 def test_energy_lost_is_the_work_of_damper_and_friction(
     omega: float, closing: float, friction: float, backcheck: float, latch: float
 ) -> None:
@@ -128,20 +122,16 @@ def test_energy_lost_is_the_work_of_damper_and_friction(
     assert energy[0] - energy[-1] == pytest.approx(lost, rel=2e-3, abs=2e-3)
 
 
-def test_friction_holds_a_door_that_is_pulled_less() -> None:
-    """A door that friction holds stays where it has turned round."""
+def test_friction_holds_a_door_that_is_pulled_less_until_it_is_pushed() -> None:
+    """It stays where it has turned round, and moves when it is pushed from 0.5 s."""
     door = replace(PAPER, friction=1.01 * float(PAPER.restoring_torque(0.3)))
     motion = follow_free(door, 0.29, 0.2)
     assert motion.end[0] == End.STUCK
     assert motion.at(np.array([50.0]))[0][0, 0] == motion.peak_angle[0]
-    swing = simulate(door, 0.29, 0.2, 2.0)
-    assert swing.theta[-1] == pytest.approx(motion.peak_angle[0], abs=1e-9)
-
-
-def test_a_push_frees_a_held_door() -> None:
-    """A held door that is pushed from 0.5 s stands until then and moves afterwards."""
-    door = replace(PAPER, friction=6.0)
-    swing = simulate(door, 0.5, 0.0, 1.0, torque=lambda t: 0.0 if t < 0.5 else 30.0)
+    assert simulate(door, 0.29, 0.2, 2.0).theta[-1] == pytest.approx(
+        motion.peak_angle[0], abs=1e-9)
+    held = replace(PAPER, friction=6.0)
+    swing = simulate(held, 0.5, 0.0, 1.0, torque=lambda t: 0.0 if t < 0.5 else 30.0)
     assert (swing.theta[swing.t < 0.5] == 0.5).all()
     assert swing.theta[-1] > 0.6
 

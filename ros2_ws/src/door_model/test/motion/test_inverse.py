@@ -15,7 +15,6 @@ from door_model.errors import (
     ConfigError,
     DeadCentreError,
     DoorModelError,
-    DoorParameterError,
     LinkageError,
     UnreachableAngleError,
 )
@@ -111,61 +110,23 @@ def test_arrays_are_the_numbers_one_by_one(door: Door, shares: list[float]) -> N
         assert summits.angle[row, column] == pytest.approx(summit.angle, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("ask", "error", "match"),
-    [
-        (lambda: initial_velocity(PAPER, [0.3, math.nan]), DoorParameterError,
-         r"angle \(element \[1\]\)"),
-        (lambda: initial_velocity(PAPER, [0.3, 2.9]), LinkageError, r"element \[1\]"),
-        (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), LinkageError, r"element \[1, 0\]"),
-    ],
-)
-def test_the_element_that_failed_is_named(
-    ask: Callable[[], Any], error: type[DoorModelError], match: str
-) -> None:
+@pytest.mark.parametrize(("ask", "match"), [
+    (lambda: initial_velocity(PAPER, [0.3, math.nan]), r"angle \(element \[1\]\)"),
+    (lambda: peak(PAPER, [0.1, 0.2], [[0.4], [40.0]]), r"element \[1, 0\]")])
+def test_the_element_that_failed_is_named(ask: Callable[[], Any], match: str) -> None:
     """An error about an array names the element and its value."""
-    with pytest.raises(error, match=match):
+    with pytest.raises(DoorModelError, match=match):
         ask()
-
-
-@given(closer=st.builds(
-    FourBarCloser, lengths, lengths, lengths, lengths, st.floats(0.1, 1.2),
-    st.sampled_from([1, -1])))
-def test_link_3_lies_in_line_with_the_fixed_part_at_the_dead_centre(closer: FourBarCloser) -> None:
-    """At a dead centre the joint of links 2 and 3 lies on the line of the pivots."""
-    try:
-        angle = closer.dead_centre()
-    except LinkageError:
-        return
-    if angle is None:
-        return
-    phi, f = angle + closer.theta_i0, closer.f(angle)
-    assert closer.l1 * math.sin(phi) + closer.l2 * math.sin(phi - f) == pytest.approx(0.0, abs=1e-7)
-
-
-def test_a_spring_that_opens_before_makes_no_dead_centre() -> None:
-    """The door knows on which side of the linkage's dead centre its spring shuts it."""
-    assert TURNING.dead_centre() == pytest.approx(DEAD_CENTRE, abs=1e-9)
-    assert TURNING.restoring_torque(0.0) == pytest.approx(9.0)
-    assert TURNING.restoring_torque(DEAD_CENTRE - 0.01) > 0.0
-    assert TURNING.restoring_torque(DEAD_CENTRE + 0.01) < 0.0
-    assert replace(TURNING, tau_c0_prime=20.0).dead_centre() is None
-    assert PAPER.dead_centre() is None
-
-
-def assert_names_the_dead_centre(error: DeadCentreError, value: float) -> None:
-    assert error.link == "l3"
-    assert error.theta == error.limit == pytest.approx(DEAD_CENTRE, abs=1e-9)
-    assert error.value == pytest.approx(value)
-    assert "dead centre at 66.74 deg: link l3" in str(error)
 
 
 @given(angle=st.floats(DEAD_CENTRE + 1e-6, 2.7), share=st.floats(0.0, 0.99))
 def test_no_velocity_leads_to_rest_beyond_a_dead_centre(angle: float, share: float) -> None:
     """For an angle beyond a dead centre the error names link and angle, whatever the start."""
-    with pytest.raises(DeadCentreError, match="does not pull the door back") as caught:
+    assert TURNING.dead_centre() == pytest.approx(DEAD_CENTRE, abs=1e-9)
+    with pytest.raises(DeadCentreError, match=r"66\.74 deg: link l3") as caught:
         initial_velocity(TURNING, [0.5, angle], [0.0, share * angle])
-    assert_names_the_dead_centre(caught.value, angle)
+    assert caught.value.limit == pytest.approx(DEAD_CENTRE, abs=1e-9)
+    assert caught.value.value == pytest.approx(angle)
     assert "(element [1])" in str(caught.value)
 
 
@@ -174,11 +135,8 @@ def test_every_velocity_ends_before_the_dead_centre_or_in_its_error() -> None:
     omega = initial_velocity(TURNING, DEAD_CENTRE - 1e-3)
     assert (peak(TURNING, 0.0, omega * np.linspace(0.01, 1.0, 200)).angle < DEAD_CENTRE).all()
     for start, speed in ((0.0, 1.01 * omega), (0.0, 3.0 * omega), (DEAD_CENTRE + 0.2, 0.01)):
-        with pytest.raises(DeadCentreError, match="it does not turn round") as caught:
+        with pytest.raises(DeadCentreError, match=r"66\.74 deg: link l3"):
             peak(TURNING, start, speed)
-        assert_names_the_dead_centre(caught.value, TURNING.closer.opening_limit())
-        assert "(element" not in str(caught.value)
-    assert issubclass(DeadCentreError, LinkageError)
 
 
 def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
@@ -190,21 +148,21 @@ def test_friction_holds_a_door_beyond_its_dead_centre() -> None:
     assert peak(door, 0.0, omega).angle == pytest.approx(angle, abs=1e-6)
 
 
-def test_a_door_configured_with_a_dead_centre_is_refused(tmp_path: Path) -> None:
-    """A dead centre within the working range is refused with file, link and angle."""
-
-    def file(linkage: FourBarCloser) -> Path:
-        tau = float(9.0 / linkage.eta(0.0) - 0.5 * linkage.f(0.0))
-        path = tmp_path / "door.yaml"
-        config = replace(load_door("paper"), linkage=linkage, k_c=0.5, tau_c0_prime=tau)
-        path.write_text(config.to_yaml())
-        return path
-
-    with pytest.raises(ConfigError, match=r"dead centre at 66.74 deg: link l3") as caught:
-        load_door(file(MIRRORED))
-    assert caught.value.source.endswith("door.yaml")
+@pytest.mark.parametrize(("l1", "degrees"), [(MIRRORED.l1, 66.74), (0.25, 103.40)])
+def test_a_door_with_a_dead_centre_in_its_working_range_is_refused(
+    tmp_path: Path, l1: float, degrees: float
+) -> None:
+    """An angle of 90 deg or less is refused with file and angle."""
+    linkage = replace(MIRRORED, l1=l1)
+    tau = float(9.0 / linkage.eta(0.0) - 0.5 * linkage.f(0.0))
+    path = tmp_path / "door.yaml"
+    config = replace(load_door("paper"), linkage=linkage, k_c=0.5, tau_c0_prime=tau)
+    path.write_text(config.to_yaml())
+    if math.radians(degrees) > WORKING_RANGE:
+        found = load_door(path).door().dead_centre()
+        assert found == pytest.approx(math.radians(degrees), abs=1e-3)
+        return
+    with pytest.raises(ConfigError, match=r"door\.yaml.*66\.74 deg") as caught:
+        load_door(path)
     assert caught.value.value == pytest.approx(DEAD_CENTRE)
     assert caught.value.limit == WORKING_RANGE
-    assert isinstance(caught.value.__cause__, DeadCentreError)
-    beyond = load_door(file(replace(MIRRORED, l1=0.25))).door().dead_centre()
-    assert beyond == pytest.approx(math.radians(103.40), abs=1e-3)

@@ -1,6 +1,7 @@
 """Batches of encoder samples: numbers, stamps and gaps."""
 
 import numpy as np
+import pytest
 from door_model.recording.batch import SampleBatcher
 
 
@@ -20,31 +21,18 @@ def test_encoder_batches_follow_each_other_without_a_gap() -> None:
     np.testing.assert_allclose(stamps, [0.001, 0.021, 0.041], atol=1e-9)
 
 
-def test_a_skip_drops_what_was_collected_and_marks_the_gap() -> None:
-    """Only the first batch after it is marked with a gap."""
+@pytest.mark.parametrize(("interrupt", "first"), [("skip", 3), ("restart", 0)])
+def test_an_interruption_drops_what_was_collected_and_marks_the_gap(
+    interrupt: str, first: int
+) -> None:
+    """Only the first batch after it is marked; a new start counts from 0."""
     batcher = SampleBatcher(period_ns=1_000_000, size=5, counts_per_turn=14400)
     batcher.add([1, 2, 3], 3_000_000)
-    batcher.skip()
-    first = batcher.add([7] * 5, 5_000_000)
-    second = batcher.add([8] * 5, 10_000_000)
-    assert first is not None
-    assert second is not None
-    assert (first.first_index, first.gap_before, list(first.counts)) == (3, True, [7] * 5)
-    assert (second.first_index, second.gap_before) == (8, False)
-
-
-def test_a_new_start_counts_from_0_and_marks_the_gap() -> None:
-    """What was collected before is dropped, and only the first batch is marked."""
-    batcher = SampleBatcher(period_ns=1_000_000, size=5, counts_per_turn=14400)
-    batcher.add([1] * 5, 5_000_000)
-    batcher.add([1, 2, 3], 8_000_000)
     batcher.add_index([2])
-    batcher.restart()
-    assert batcher.next_index == 0
-    first = batcher.add([7] * 5, 5_000_000)
-    second = batcher.add([8] * 5, 10_000_000)
-    assert first is not None
-    assert second is not None
-    assert (first.first_index, first.gap_before, list(first.counts)) == (0, True, [7] * 5)
-    assert not len(first.index_counts)
-    assert (second.first_index, second.gap_before) == (5, False)
+    getattr(batcher, interrupt)()
+    one, other = batcher.add([7] * 5, 5_000_000), batcher.add([8] * 5, 10_000_000)
+    assert one is not None
+    assert other is not None
+    assert (one.first_index, one.gap_before, list(one.counts)) == (first, True, [7] * 5)
+    assert interrupt == "skip" or not len(one.index_counts)
+    assert (other.first_index, other.gap_before) == (first + 5, False)

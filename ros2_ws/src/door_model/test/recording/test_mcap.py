@@ -16,6 +16,7 @@ from door_model.recording.recording import COUNTS_PER_TURN, read_csv
 from door_model.tools.identify_cli import main
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -109,28 +110,66 @@ def test_batches_keep_what_the_messages_say(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """Return the content of a small complete file."""
-    folder = bag(tmp_path_factory.mktemp("whole") / "bag", {SAMPLES: batches(np.arange(200))})
-    return (folder / "bag.mcap").read_bytes()
+def chunked(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[int]]:
+    """Return the content of a file with ten batches in a chunk each, and where each chunk ends."""
+    path, ends = tmp_path_factory.mktemp("chunked") / "run.mcap", list[int]()
+    with path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start("ros2")
+        text = STORE.generate_msgdef(KIND, ros_version=2)[0].encode()
+        channel = writer.register_channel(
+            SAMPLES, "cdr", writer.register_schema(KIND, "ros2msg", text))
+        for message in batches(np.arange(200)):
+            writer.add_message(channel, 1, bytes(STORE.serialize_cdr(message, KIND)), 1)
+            writer.flush()
+            ends.append(stream.tell())
+        writer.finish()
+    return path.read_bytes(), ends
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(share=st.floats(0.0, 0.999), data=st.data())
-def test_damaged_files_are_errors(
-    whole: bytes, tmp_path: Path, share: float, data: st.DataObject
+@given(share=st.floats(0.0, 1.0))
+def test_a_file_that_was_cut_off_is_read_up_to_its_last_chunk(
+    chunked: tuple[bytes, list[int]], tmp_path: Path, share: float
 ) -> None:
-    """A truncated file is refused; a file with changed bytes is read or refused."""
+    """Wherever a recorder was killed, complete chunks give all of their samples."""
+    content, ends = chunked
+    size = int(share * len(content))
     path = tmp_path / "cut.mcap"
-    path.write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(BadRecordingError, match="no complete MCAP"):
-        read_mcap(path)
-    damaged = bytearray(whole)
+    path.write_bytes(content[:size])
+    complete = sum(end <= size for end in ends)
+    if not complete:  # a chunk's index follows its messages
+        with suppress(BadRecordingError):
+            assert len(read_mcap(path).t) == 20
+        return
+    assert len(read_mcap(path).t) in (20 * complete, min(200, 20 * complete + 20))
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_file_with_changed_bytes_is_read_or_refused(
+    chunked: tuple[bytes, list[int]], tmp_path: Path, data: st.DataObject
+) -> None:
+    """No other error than the package's own comes out of a damaged file."""
+    path = tmp_path / "damaged.mcap"
+    damaged = bytearray(chunked[0])
     for _ in range(3):
-        damaged[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+        damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
     path.write_bytes(damaged)
     with suppress(DoorModelError):
         read_mcap(path)
+
+
+def test_the_files_of_a_folder_follow_each_other_by_number(tmp_path: Path) -> None:
+    """`ros2 bag record --max-bag-size` makes bag_0 to bag_10; metadata.yaml is not needed."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    parts = batches(np.arange(220))
+    for number, message in enumerate(parts):
+        part = bag(tmp_path / str(number), {SAMPLES: [message]})
+        (part / f"{number}.mcap").rename(folder / f"bag_{number}.mcap")
+    _, found = read_batches(folder, (SAMPLES,))
+    assert [each.first_index for each in found] == [part.first_index for part in parts]
 
 
 def test_the_command_identifies_the_paper_door(

@@ -2,54 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
+from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, RobotConfig
-from numpy.typing import ArrayLike
 
-from hrp2_sim_bridge.physics.mujoco.library import load_mujoco
+from hrp2_sim_bridge.physics.contact import design_leaf
+from hrp2_sim_bridge.physics.engine import Scene
+from hrp2_sim_bridge.physics.mujoco.engine import load_mujoco
 from hrp2_sim_bridge.physics.mujoco.model import WORLD, compile_model, robot_spec
-from hrp2_sim_bridge.physics.pybullet.client import connect, prepare
-from hrp2_sim_bridge.physics.pybullet.robot_body import RobotBody
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.physics.pybullet.engine import PyBulletEngine
+from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
 
-_HOLD = 1e6  # torque that a locked joint may carry [N m]
 _GRIP = 1e7  # force that may hold a sole on the floor [N]
 _ITERATIONS = 2000  # iterations of the solver, which must converge here
-
-
-@dataclass(frozen=True)
-class PullTest:
-    """Result of a pull test.
-
-    Attributes:
-        impulse: Impulse on point B [N s].
-        speed_change: Change of point B's speed along the impulse [m/s].
-    """
-
-    impulse: float
-    speed_change: float
-
-    @property
-    def effective_mass(self) -> float:
-        """Effective mass at point B [kg]."""
-        return self.impulse / self.speed_change
+_PUSH = np.array([0.0, -1.0, 0.0])  # direction of the force in the world
+_IMPULSE = 0.1  # small enough to move nothing far [N s]
+_STEP = 2e-5  # physics step [s]
 
 
 def pull_test(
-    robot: RobotConfig,
-    posture: Array,
-    *,
-    locked: tuple[str, ...],
-    direction: ArrayLike = (0.0, -1.0, 0.0),
-    impulse: float = 0.1,
-    duration: float = 2e-4,
-    step: float = 2e-5,
+    robot: RobotConfig, posture: Array, *, locked: tuple[str, ...], duration: float = 2e-4,
     engine: str = WorldSettings.engine,
-) -> PullTest:
+) -> float:
     """Apply a short force at point B of the simulated robot and measure how fast it moves.
 
     There is no gravity and both soles are fixed to the world, as in the constraints of the
@@ -59,61 +35,55 @@ def pull_test(
         robot: Configuration of the robot.
         posture: Joint angles, (30,) [rad].
         locked: Names of the joints that are locked.
-        direction: Direction of the force in the world, (3,).
-        impulse: Impulse of the force, small enough to move nothing far [N s].
         duration: Duration of the constant force [s].
-        step: Physics step [s].
         engine: Name of the physics engine.
+
+    Returns:
+        Impulse over change of point B's speed, the effective mass [kg].
 
     Raises:
         SettingError: The force is shorter than a step.
         SimulatorMissingError: The engine is not installed.
     """
-    if not duration >= step:
-        raise SettingError("duration", duration, f"at least a step of {step} s")
-    along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    if not duration >= _STEP:
+        raise SettingError("duration", duration, f"at least a step of {_STEP} s")
     run = {"pybullet": _in_pybullet, "mujoco": _in_mujoco}[engine]
-    force = along * impulse / duration
-    speed = run(robot, posture, locked, force, round(duration / step), step)
-    return PullTest(impulse, float(speed @ along))
+    force = _PUSH * _IMPULSE / duration
+    return _IMPULSE / float(run(robot, posture, locked, force, round(duration / _STEP)) @ _PUSH)
 
 
 def _in_pybullet(
-    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int,
-    step: float,
+    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int
 ) -> Array:
     """Return the velocity of point B after some steps under a force in the world, (3,) [m/s]."""
-    client = connect(False)
+    settings = WorldSettings(sole="rigid", iterations=_ITERATIONS, time_step_coarse=_STEP)
+    door, engine = load_door("paper"), PyBulletEngine()
+    engine.reset(Scene(
+        robot, posture, door, FARTHEST, -1.0, design_leaf(door, -1.0, settings), settings))
+    client, body = engine.client, engine.body
     try:
-        prepare(client, step, _ITERATIONS, WorldSettings.friction)
         client.setGravity(0.0, 0.0, 0.0)
-        body = RobotBody(client, robot, posture)
-        for name in locked:
-            joint = body.joint_index[name]
-            client.setJointMotorControl2(
-                body.body, joint, client.VELOCITY_CONTROL, targetVelocity=0.0, force=_HOLD
-            )
-        for sole in body.soles.values():
-            state = body.frame(sole)
+        engine.hold([robot.index(name) for name in locked])
+        for side in SIDES:
+            sole = engine.link_names.index(robot.feet[side].sole)
+            place, turn = client.getLinkState(body, sole, 0, 1)[4:6]
             grip = client.createConstraint(
-                body.body, sole, -1, -1, client.JOINT_FIXED, [0, 0, 0], [0, 0, 0],
-                state.position.tolist(), [0, 0, 0, 1], state.quaternion.tolist(),
-            )
+                body, sole, -1, -1, client.JOINT_FIXED, [0, 0, 0], [0, 0, 0], place, [0, 0, 0, 1],
+                turn)
             client.changeConstraint(grip, maxForce=_GRIP)
+        elbow = engine.link_names.index(robot.contact_link)
         for _ in range(steps):
-            place = body.contact_sphere().position.tolist()
-            client.applyExternalForce(
-                body.body, body.contact_link, force.tolist(), place, client.WORLD_FRAME
-            )
+            place = client.getLinkState(body, elbow, 0, 1)[4]
+            client.applyExternalForce(body, elbow, force.tolist(), place, client.WORLD_FRAME)
             client.stepSimulation()
-        return body.contact_sphere().linear
+        com, _, _, _, place, _, linear, angular = client.getLinkState(body, elbow, 1, 1)
+        return np.asarray(np.add(linear, np.cross(angular, np.subtract(place, com))))
     finally:
-        client.disconnect()
+        engine.close()
 
 
 def _in_mujoco(
-    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int,
-    step: float,
+    robot: RobotConfig, posture: Array, locked: tuple[str, ...], force: Array, steps: int
 ) -> Array:
     """Return the velocity of point B after some steps under a force in the world, (3,) [m/s]."""
     mujoco = load_mujoco()
@@ -123,9 +93,8 @@ def _in_mujoco(
     for sole in soles:
         spec.add_equality(
             name=sole, name1=WORLD, name2=sole, type=mujoco.mjtEq.mjEQ_WELD,
-            objtype=mujoco.mjtObj.mjOBJ_BODY,
-        )
-    model = compile_model(spec, [], step).raw
+            objtype=mujoco.mjtObj.mjOBJ_BODY)
+    model = compile_model(spec, [], _STEP).raw
     data = mujoco.MjData(model)
     for name, angle in zip(robot.joint_names, posture, strict=True):
         data.joint(name).qpos[0] = angle

@@ -6,18 +6,19 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.spline import JointReference, Spline
+from humanoid_motion.tolerances import SPEED_OVERSHOOT
 
 from hrp2_sim_bridge.control.trajectory import (
     CheckedTrajectory,
     JointLimits,
     check_arrays,
     check_spline,
+    require,
 )
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.settings import TICK
 
-_DEFAULT_VELOCITY_FACTOR = 1.1
-_DEFAULT_STOP_TIME = 0.15  # duration of the braking [s]
-_DEFAULT_TICK = 0.005  # HRP-2's control period [s]
+_STOP_TIME = 0.15  # duration of the braking after an empty trajectory [s]
 _LATEST_START = 60.0  # longest wait for a start; a later stamp comes from another clock [s]
 _BRAKES = (1.0, 0.5, 0.25, 0.1)  # shares of the stop time that are tried for a braking
 _SAME_TIME = 1e-9  # largest difference of equal times [s]
@@ -29,52 +30,32 @@ class TrajectoryDriver:
 
     Without a trajectory the joints hold their position. A trajectory is checked as a whole before
     its first sample, and a refused one changes nothing. A later trajectory replaces the present one
-    at its start time.
+    at its start time. A first point at time 0 may differ from the reference by the distance that
+    the joint covers in one tick.
 
     Args:
         limits: Names and limits of the N joints.
         position: Positions of the joints at rest at the start, (N,) [rad].
-        velocity_factor: Largest speed between points and towards the first point, as a multiple of
-            the limit; the speeds at the points themselves must respect the limit.
-        stop_time: Duration of the braking after an empty trajectory [s].
-        tick: Control period [s]. A first point at time 0 may differ from the reference by the
-            distance that the joint covers in one tick.
 
     Attributes:
         limits: Names and limits of the joints.
     """
 
-    def __init__(
-        self,
-        limits: JointLimits,
-        position: Array,
-        *,
-        velocity_factor: float = _DEFAULT_VELOCITY_FACTOR,
-        stop_time: float = _DEFAULT_STOP_TIME,
-        tick: float = _DEFAULT_TICK,
-    ) -> None:
+    def __init__(self, limits: JointLimits, position: Array) -> None:
         self.limits = limits
-        self._velocity_factor = velocity_factor
-        self._stop_time = stop_time
-        self._tick = tick
         self._splines: list[Spline] = []
         self.reset(position)
 
     def reset(self, position: Array, now: float = 0.0) -> None:
-        """Discard every trajectory and rest.
-
-        Args:
-            position: Positions of the joints, (N,) [rad].
-            now: Current time [s].
+        """Discard every trajectory and rest at positions (N,) [rad] from now on [s].
 
         Raises:
             TrajectoryRefusedError: The positions are not N finite numbers.
         """
         rest = np.array(position, dtype=float)
-        if rest.shape != (len(self.limits.names),) or not np.isfinite(rest).all():
-            raise TrajectoryRefusedError(
-                "posture to rest in", "", rest.shape, (len(self.limits.names),)
-            )
+        wanted = (len(self.limits.names),)
+        require(rest.shape == wanted and np.isfinite(rest).all(), "posture to rest in", "",
+                rest.shape, wanted)
         self._splines = [Spline(np.array([now]), rest[None])]
 
     def sample(self, time: float) -> JointReference:
@@ -102,12 +83,9 @@ class TrajectoryDriver:
         return time < self._splines[-1].end
 
     def accept(self, message: TrajectoryArrays, stamp: float, now: float) -> None:
-        """Accept a trajectory, or refuse it as a whole.
+        """Accept a trajectory, or refuse it as a whole; one without points means stop.
 
-        Args:
-            message: Trajectory; one without points means stop.
-            stamp: Time at which its clock starts [s]; 0 means now.
-            now: Current time [s].
+        Its clock starts at the stamp [s], or now [s] where the stamp is 0.
 
         Raises:
             TrajectoryRefusedError: The trajectory is refused; the error has the joint, the value
@@ -116,27 +94,23 @@ class TrajectoryDriver:
         if message.is_stop:
             self.stop(now)
             return
-        if not np.isfinite(stamp) or stamp < 0.0:
-            raise TrajectoryRefusedError("stamp [s]", "", float(stamp), ">= 0 and finite")
-        if stamp > now + _LATEST_START:
-            raise TrajectoryRefusedError(
+        require(np.isfinite(stamp) and stamp >= 0.0, "stamp [s]", "", float(stamp),
+                ">= 0 and finite")
+        require(stamp <= now + _LATEST_START,
                 "stamp [s] too far ahead: is it from the driver's clock (use_sim_time)? Stamp", "",
-                float(stamp), now + _LATEST_START,
-            )
+                float(stamp), now + _LATEST_START)
         checked = check_arrays(message, self.limits)
         origin = now if stamp == 0.0 else stamp
-        if origin + checked.times[-1] < now - _SAME_TIME:
-            raise TrajectoryRefusedError(
-                "the trajectory had ended before it arrived, end [s]", "",
-                float(origin + checked.times[-1]), f"after {now:.6g}",
-            )
+        end = float(origin + checked.times[-1])
+        require(end >= now - _SAME_TIME, "the trajectory had ended before it arrived, end [s]", "",
+                end, f"after {now:.6g}")
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             spline = self._spline_from(checked, origin, now)
-        check_spline(spline, self.limits, self._velocity_factor)
+        check_spline(spline, self.limits, SPEED_OVERSHOOT)
         # Straight lines have corners in any case, and end at their last point.
         splines = self._with_brake(spline) if checked.velocity is not None else [spline]
         for brake in splines[1:]:
-            check_spline(brake, self.limits, self._velocity_factor)
+            check_spline(brake, self.limits, SPEED_OVERSHOOT)
         self._append(splines, now)
 
     def stop(self, now: float) -> None:
@@ -155,14 +129,14 @@ class TrajectoryDriver:
         if late > 1 or (late == 1 and times[0] < start - _SAME_TIME):
             # Overdue: continue inside the trajectory's own spline, if the reference is close to it.
             spline = Spline(times, checked.position, checked.velocity, checked.acceleration)
-            self._check_jump(spline.sample(start).position, start, self._tick)
+            self._check_jump(spline.sample(start).position, start, TICK)
             return spline
         if late == 1:
-            self._check_jump(checked.position[0], start, self._tick)
+            self._check_jump(checked.position[0], start, TICK)
             times = times.copy()
             times[0] = start
             return Spline(times, checked.position, checked.velocity, checked.acceleration)
-        self._check_jump(checked.position[0], start, max(times[0] - start, self._tick))
+        self._check_jump(checked.position[0], start, max(times[0] - start, TICK))
         here = self.sample(start)
 
         def joined(first: Array, rest: Array | None) -> Array | None:
@@ -172,18 +146,15 @@ class TrajectoryDriver:
             np.concatenate([[start], times]),
             np.vstack([here.position, checked.position]),
             joined(here.velocity, checked.velocity),
-            joined(here.acceleration, checked.acceleration),
-        )
+            joined(here.acceleration, checked.acceleration))
 
     def _check_jump(self, target: Array, start: float, duration: float) -> None:
         speed = np.abs(target - self.sample(start).position) / duration
-        allowed = self.limits.velocity * self._velocity_factor
-        if (speed > allowed).any():
-            joint = int(np.argmax(speed / allowed))
-            raise TrajectoryRefusedError(
+        allowed = self.limits.velocity * SPEED_OVERSHOOT
+        joint = int(np.argmax(speed / allowed))
+        require(speed[joint] <= allowed[joint],
                 "jump from the reference to the first point, speed [rad/s]",
-                self.limits.names[joint], float(speed[joint]), float(allowed[joint]),
-            )
+                self.limits.names[joint], float(speed[joint]), float(allowed[joint]))
 
     def _with_brake(self, spline: Spline) -> list[Spline]:
         """Add a braking motion if the last point still moves."""
@@ -195,9 +166,9 @@ class TrajectoryDriver:
     def _brake(self, state: JointReference, now: float) -> Spline:
         """Brake within the stop time, or faster if the motion would otherwise violate a limit."""
         for share in _BRAKES:
-            brake = self._brake_within(state, now, share * self._stop_time)
+            brake = self._brake_within(state, now, share * _STOP_TIME)
             try:
-                check_spline(brake, self.limits, self._velocity_factor)
+                check_spline(brake, self.limits, SPEED_OVERSHOOT)
             except TrajectoryRefusedError:
                 continue
             break
@@ -209,15 +180,13 @@ class TrajectoryDriver:
         end = np.clip(
             end,
             np.minimum(self.limits.lower, state.position),
-            np.maximum(self.limits.upper, state.position),
-        )
+            np.maximum(self.limits.upper, state.position))
         zero = np.zeros_like(end)
         return Spline(
             np.array([now, now + duration]),
             np.vstack([state.position, end]),
             np.vstack([state.velocity, zero]),
-            np.vstack([state.acceleration, zero]),
-        )
+            np.vstack([state.acceleration, zero]))
 
     def _append(self, splines: list[Spline], now: float) -> None:
         start = max(splines[0].start, now)

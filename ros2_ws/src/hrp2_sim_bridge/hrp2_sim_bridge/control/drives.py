@@ -1,4 +1,4 @@
-"""The joints' drives: motors with a position servo, and gears that give.
+"""Everything that turns the joints: motors with servos, gears that give, and the arm's brace.
 
 Each joint has a motor and a gear. The motor's angle is counted behind the gear's ratio, so that
 without load it equals the joint's angle. Between motor and link the gear is a spring and a damper;
@@ -8,13 +8,21 @@ angle whose torque is limited, as in a robot whose encoders are on its motors.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import Drives, RobotConfig
+from hrp2_description.robot import Drives, RobotConfig, needed
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
-from hrp2_sim_bridge.settings import SAMPLE
+from hrp2_sim_bridge.physics.brace import BracePads
+from hrp2_sim_bridge.physics.engine import Engine, Reactions
+from hrp2_sim_bridge.settings import SAMPLE, WorldSettings
+
+_BRACE_TOLERANCE = np.deg2rad(5.0)  # largest error of the posture in which the arm is locked [rad]
+_FASTEST_PAD = 10.0  # upper bound of the speed of the arm's pad to the trunk's [m/s]
+_FALLEN_TORQUE = 0.1  # share of the motors' torques that a fallen robot may use
 
 
 class JointDrives:
@@ -39,17 +47,23 @@ class JointDrives:
         self._data, self._rotor = drives, drives.inertia
         self.limit = np.array(robot.effort_limit)
         self._fastest = np.array(robot.velocity_limit)
-        self.position = np.array(position, dtype=float)
-        self._inertia = _LeastInertia(robot)
-        self.speed = np.zeros(len(self.position))
-        self.motor = np.zeros(len(self.position))
-        self.gear = np.zeros(len(self.position))
-        self.peak = np.zeros(len(self.position))
+        count = len(position)
+        self._state = np.zeros((2, count))
+        self.position, self.speed = self._state  # views
+        self.position[:] = position
+        self.motor, self.gear, self.peak = np.zeros((3, count))
+        # Room for intermediate results: these steps are too small to make arrays in each of them.
+        self._error, self._strain = np.empty((2, 2, count))
+        self._work = np.empty(count)
+        self._model = free_floating_model(robot)
+        self._pinocchio = self._model.createData()
+        self._q, (self._q_index, self._v_index) = (
+            pin.neutral(self._model), joint_columns(self._model, robot.joint_names))
         self.set_step(SAMPLE, self.position)
 
     def clear_peak(self) -> None:
         """Begin to measure the largest torques of the gears anew."""
-        self.peak = np.zeros(len(self.position))
+        self.peak[:] = 0.0
 
     def set_step(self, step: float, position: Array) -> None:
         """Set the length of the coming steps [s] and the posture (30,) [rad] in which they begin.
@@ -57,60 +71,150 @@ class JointDrives:
         Gears on very light links are stiffer than a step can follow, for instance those of the
         fingers, or of the shoulder where two of its axes are parallel. They are softened.
         """
-        self.link_inertia = self._inertia.at(position)
-        data = self._data
-        together = 1.0 / (1.0 / self._rotor + 1.0 / self.link_inertia)
-        self._stiffness = np.minimum(data.stiffness, together / step**2)
-        self._damping = data.damping / (1.0 + step * data.damping / together)
-        # Implicit Euler of the servo: it is stable for any gains.
-        self._yield = 1.0 / (
-            self._rotor + step * data.speed_gain + step**2 * data.position_gain)
-        self._per_torque, self._per_speed = step / self._rotor, self._rotor / step
-        # NumPy multiplies by an array in half the time that it needs for a float.
-        self._steps = np.full(len(self.position), step)
+        self._q[self._q_index] = position
+        pin.computeMinverse(self._model, self._pinocchio, self._q)
+        # The inertia of a joint when all others are free.
+        self.link_inertia = np.asarray(1.0 / np.diag(self._pinocchio.Minv)[self._v_index])
+        data, rotor = self._data, self._rotor
+        together = 1.0 / (1.0 / rotor + 1.0 / self.link_inertia)
+        self._gear_gains = np.array([
+            np.minimum(data.stiffness, together / step**2),
+            data.damping / (1.0 + step * data.damping / together)])
+        # Implicit Euler of the servo, which is stable for any gains: at the end of the step its
+        # torque is P (reference - angle') + D (rate - speed'), with rotor (speed' - speed) / step =
+        # torque - gear and angle' = angle + step speed'. This is the torque as a sum over the
+        # errors of angle and speed at the start, the gear's torque and the speed.
+        share = rotor / (rotor + step * data.speed_gain + step**2 * data.position_gain)
+        self._servo_gains = share * np.array([data.position_gain, data.speed_gain])
+        self._per_gear = 1.0 - share
+        self._per_speed = step * self._servo_gains[0]
+        self._per_torque = step / rotor
+        self._step = step
 
-    def torque(self, reference: Array, rate: Array, position: Array, speed: Array) -> Array:
+    def torque(self, order: Array, link: Array) -> Array:
         """Advance the motors by a step; return the torques of the gears on the links, (J,) [N m].
 
         Args:
-            reference: Reference of the motors' angles at the end of the step, (J,) [rad].
-            rate: Its rate, (J,) [rad/s].
-            position: Positions of the joints at the start of the step, (J,) [rad].
-            speed: Their speeds, (J,) [rad/s].
+            order: Reference of the motors' angles at the end of the step [rad] and its rate
+                [rad/s], (2, J).
+            link: Positions [rad] and speeds [rad/s] of the joints at the start, (2, J).
         """
-        data, steps, angle, turning = self._data, self._steps, self.position, self.speed
-        gear = self._stiffness * (angle - position) + self._damping * (turning - speed)
-        self.peak = np.maximum(self.peak, np.abs(gear))
-        wanted = data.position_gain * (reference - angle) + data.speed_gain * rate
-        ahead = (self._rotor * turning + steps * (wanted - gear)) * self._yield
-        motor = self._per_speed * (ahead - turning) + gear
+        state, strain, error, work = self._state, self._strain, self._error, self._work
+        gear, motor, speed = self.gear, self.motor, self.speed
+        np.subtract(state, link, strain)
+        np.multiply(strain, self._gear_gains, strain)
+        np.add(strain[0], strain[1], gear)
+        np.maximum(self.peak, np.abs(gear, out=work), out=self.peak)
+        np.subtract(order, state, error)
+        np.multiply(error, self._servo_gains, error)
+        np.add(error[0], error[1], motor)
+        motor += np.multiply(self._per_gear, gear, work)
+        motor -= np.multiply(self._per_speed, speed, work)
         most = self.limit
         least = -most
         # `any` of a list of 30 takes half the time of NumPy's.
-        if any((np.abs(turning) >= self._fastest).tolist()):
+        if any((np.abs(speed, work) >= self._fastest).tolist()):
             # A motor at its largest speed drives no further; it can only brake.
-            least, most = least * (turning > -self._fastest), most * (turning < self._fastest)
-        self.gear, self.motor = gear, np.minimum(np.maximum(motor, least), most)
-        self.speed = turning + self._per_torque * (self.motor - gear)
-        self.position = angle + steps * self.speed
+            least, most = least * (speed > -self._fastest), most * (speed < self._fastest)
+        np.maximum(motor, least, out=motor)
+        np.minimum(motor, most, out=motor)
+        np.subtract(motor, gear, work)
+        speed += np.multiply(work, self._per_torque, work)
+        self.position += np.multiply(speed, self._step, work)
         return gear
 
 
-class _LeastInertia:
-    """Inertia that each joint shows on its link's side when all other joints are free.
+class Actuation:
+    """Drives and brace of a robot in a physics engine.
 
     Args:
+        engine: Engine in which the robot stands.
         robot: Configuration of the robot.
+        settings: Kind of the brace, and multiples of rotors, gears, servos and pads.
+        posture: Joint positions at the start, (30,) [rad].
+
+    Attributes:
+        drives: Motors and gears.
+        pads: Pads of arm and trunk; None if the brace is no contact.
+        state: Positions [rad] and velocities [rad/s] of the joints after the last step, (2, 30).
+
+    Raises:
+        RobotConfigError: The robot's configuration has no drives, or no pads where they are asked.
     """
 
-    def __init__(self, robot: RobotConfig) -> None:
-        self._model = free_floating_model(robot)
-        self._data = self._model.createData()
-        self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
-        self._q = pin.neutral(self._model)
+    def __init__(
+        self, engine: Engine, robot: RobotConfig, settings: WorldSettings, posture: Array
+    ) -> None:
+        scaled = needed(robot.drives, "drives").scaled(
+            rotor=settings.rotor_scale, gear=settings.gear_scale, servo=settings.servo_scale)
+        self.drives = JointDrives(robot, scaled, posture)
+        self.pads = None
+        if settings.brace == "contact":
+            self.pads = BracePads(robot, needed(robot.brace, "brace"), settings.pad_scale)
+        self._engine = engine
+        self._effort = np.array(robot.effort_limit)
+        self._locks = [robot.index(name) for name in robot.braced_joints]
+        self._locking = settings.brace == "rigid"
+        self._indices = [robot.index(name) for name in robot.braced_posture]
+        self._posture = np.array(list(robot.braced_posture.values()))
+        self._locked = False
+        self._step = 0.0
+        self.state = engine.joint_state()
+        self._apart = 0  # milliseconds in which the pads cannot meet
 
-    def at(self, position: Array) -> Array:
-        """Compute the inertias at joint positions (30,) [rad], (30,) [kg m^2]."""
-        self._q[self._q_index] = position
-        pin.computeMinverse(self._model, self._data, self._q)
-        return np.asarray(1.0 / np.diag(self._data.Minv)[self._v_index])
+    @property
+    def motors(self) -> Array:
+        """Angles [rad], speeds [rad/s] and torques [N m] of the motors, (3, 30)."""
+        return np.array([self.drives.position, self.drives.speed, self.drives.motor])
+
+    def begin_tick(self, reference: Array, step: float, *, near: bool, fell: bool) -> bool:
+        """Prepare the steps of a tick; return whether the braced joints are locked.
+
+        Args:
+            reference: Commanded posture at its start, (30,) [rad].
+            step: Length of its physics steps [s].
+            near: Whether the robot is near the leaf.
+            fell: Whether the robot has fallen.
+        """
+        self._step = step
+        self.drives.set_step(step, self.state[0])
+        self.drives.limit = _FALLEN_TORQUE * self._effort if fell else self._effort
+        self.drives.clear_peak()
+        if self.pads is not None:
+            self.pads.clear()
+        if self._locking:
+            error = np.abs(reference[self._indices] - self._posture)
+            locked = near and not fell and bool(error.max() < _BRACE_TOLERANCE)
+            if locked != self._locked:
+                self._engine.hold(self._locks if locked else [])
+                self._locked = locked
+        return self._locked
+
+    def begin_sample(self) -> None:
+        """Prepare the steps of a millisecond."""
+        if self.pads is None:
+            return
+        if self._apart > 0:
+            self._apart -= 1
+            return
+        self.pads.linearize(self.state[0])
+        if self.pads.clearance == 0.0:
+            self.pads.soften(self._step, self.drives.link_inertia)
+        # Positions that are not finite end the tick with an error of the engine.
+        if math.isfinite(self.pads.clearance):
+            self._apart = int(self.pads.clearance / (_FASTEST_PAD * SAMPLE))
+
+    def step(self, order: Array, door_torque: float) -> Reactions:
+        """Take a physics step; return forces and torques at the force sensors.
+
+        Args:
+            order: Reference of the joints at its end [rad] and its mean rate [rad/s], (2, 30).
+            door_torque: Torque on the leaf [N m].
+        """
+        torque = self.drives.torque(order, self.state)
+        if self.pads is not None and self.pads.clearance == 0.0:
+            position, speed = self.state
+            torque = torque + self.pads.torque(position, speed, self._step)
+        reactions = self._engine.step(torque, door_torque)
+        self.state = self._engine.joint_state()
+        return reactions

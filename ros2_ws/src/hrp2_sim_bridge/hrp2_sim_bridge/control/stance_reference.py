@@ -21,6 +21,7 @@ from humanoid_motion.spline import JointReference
 
 _LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
 _PARALLEL = 1e-6  # angle between the soles' headings below which they count as parallel [rad]
+_SINGULAR = 0.01  # damping of the legs' inverse kinematics, for a straight knee [m, rad]
 _ON_FLOOR = 0.002  # largest height over the lower sole at which the other sole stands, too [m]
 
 
@@ -33,14 +34,15 @@ class ReferenceStance:
         com: Position of the CoM, (3,) [m].
         floor: Height of the floor [m].
         normal_force: Normal force of the floor on both soles together [N].
-        force: Force of the floor on both soles together, (3,) [N].
         effort: Torques of the joints without the floor's forces, (30,) [N m].
+        sole_force: Force of the floor on both soles together, in the axes of each, (2, 3) [N].
         centers: x and y of the soles' middles, (2, 2) [m].
         heights: Heights of the soles over the floor, (2,) [m].
         turns: Rotation matrices of the soles, (2, 3, 3).
         standing: Whether each sole is on the floor, (2,).
-        legs: Jacobians of the soles by the joints of their legs, twists in the soles' frames,
-            (2, 6, 6).
+        legs: Transposed Jacobians of the soles by the joints of their legs, twists in the soles'
+            frames, (2, 6, 6).
+        to_joints: Damped inverses of these Jacobians, (2, 6, 6).
         imu: Rotation matrix of the IMU, (3, 3).
         imu_rate: Angular velocity of the IMU in its own frame, (3,) [rad/s].
     """
@@ -49,19 +51,20 @@ class ReferenceStance:
     com: Array
     floor: float
     normal_force: float
-    force: Array
     effort: Array
+    sole_force: Array
     centers: Array
     heights: Array
     turns: Array
     standing: tuple[bool, bool]
     legs: Array
+    to_joints: Array
     imu: Array
     imu_rate: Array
 
 
 class ReferenceStanceModel:
-    """Computes the stance of a reference.
+    """Computes the stance of a reference; of a reference that rests, only once.
 
     Args:
         robot: Configuration of the robot.
@@ -83,11 +86,12 @@ class ReferenceStanceModel:
         self._leg_columns = self._v_index[self.leg_joints]
         rectangles = np.array([robot.soles[side] for side in SIDES])
         self.middles = np.stack(
-            [rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=1
-        )
+            [rectangles[:, :2].mean(axis=1), rectangles[:, 2:].mean(axis=1)], axis=1)
         self.half_size = np.array([np.ptp(rectangles[0, :2]), np.ptp(rectangles[0, 2:])]) / 2.0
         self._least_load = _LEAST_LOAD * robot.mass * GRAVITY
         self._q = pin.neutral(self._model)
+        self._regular = _SINGULAR**2 * np.eye(6)
+        self._resting: tuple[Array, ReferenceStance] | None = None
 
     def at(self, reference: JointReference) -> ReferenceStance:
         """Compute the stance.
@@ -95,6 +99,13 @@ class ReferenceStanceModel:
         Args:
             reference: Positions, velocities and accelerations of the joints, (30,) each.
         """
+        if reference.velocity.any() or reference.acceleration.any():
+            return self._compute(reference)
+        if self._resting is None or not np.array_equal(self._resting[0], reference.position):
+            self._resting = reference.position.copy(), self._compute(reference)
+        return self._resting[1]
+
+    def _compute(self, reference: JointReference) -> ReferenceStance:
         model, data, q = self._model, self._data, self._q
         v, a = np.zeros(model.nv), np.zeros(model.nv)
         q[self._q_index] = reference.position
@@ -125,22 +136,25 @@ class ReferenceStanceModel:
         force, torque = level.dot(wrench[:3]), level.dot(wrench[3:])
         normal = max(float(force[2]), self._least_load)
         heights = places[:, 2] - floor
+        carried = np.array([force[0], force[1], normal])
+        turned = np.stack([jacobian[:, columns].T for jacobian, columns in zip(
+            jacobians, self._leg_columns, strict=True)])
+        legs = turned.transpose(0, 2, 1)
         return ReferenceStance(
             zmp=np.array([floor * force[0] - torque[1], floor * force[1] + torque[0]]) / normal,
             com=level.dot(pin.centerOfMass(model, data, False)),
             floor=floor,
             normal_force=normal,
-            force=np.array([force[0], force[1], normal]),
             effort=effort[self._v_index],
+            sole_force=carried @ turns,
             centers=centers,
             heights=heights,
             turns=turns,
             standing=(bool(heights[0] < _ON_FLOOR), bool(heights[1] < _ON_FLOOR)),
-            legs=np.stack([jacobian[:, columns] for jacobian, columns in zip(
-                jacobians, self._leg_columns, strict=True)]),
+            legs=turned,
+            to_joints=turned @ np.linalg.inv(legs @ turned + self._regular),
             imu=level.dot(imu.rotation),
-            imu_rate=np.array(imu_velocity.angular),
-        )
+            imu_rate=np.array(imu_velocity.angular))
 
 
 def _level_axes(lower: Array, other: Array) -> Array:

@@ -107,11 +107,9 @@ class BracePads:
         self._offset = offset - np.array([self._ball, 0.0, 0.0]) - self.jacobian.dot(position)
 
     def soften(self, step: float, inertia: Array) -> None:
-        """Make the pads as stiff as wanted, or as physics steps can follow.
+        """Make the pads as stiff as wanted, or as physics steps [s] can follow.
 
-        Args:
-            step: Length of the steps [s].
-            inertia: Least inertia that each joint can show, (30,) [kg m^2].
+        That depends on the least inertia that each joint can show, (30,) [kg m^2].
         """
         stiffness, damping = self._wanted
         mass = 1.0 / max(float((self.jacobian[0] ** 2).dot(1.0 / inertia)), _IMMOBILE)
@@ -120,13 +118,7 @@ class BracePads:
         self._stiffness, self._damping = share * stiffness, share * damping
 
     def torque(self, position: Array, speed: Array, step: float) -> Array | float:
-        """Return the torques on the joints, (30,) [N m]; 0 without contact.
-
-        Args:
-            position: Positions of the joints, (30,) [rad].
-            speed: Their speeds, (30,) [rad/s].
-            step: Duration for which the torques act [s].
-        """
+        """Return the torques on the joints, (30,) [N m], for a step [s]; 0 without contact."""
         if self.clearance > 0.0:
             return 0.0
         place = self._offset + self.jacobian.dot(position)  # half the time of @

@@ -47,7 +47,7 @@ class ContactDesign:
 
 
 def simulate_impact(frequency: float, ratio: float, step: float) -> tuple[float, float]:
-    """Simulate one impact with the solver's scheme.
+    """Simulate one impact with the solver's scheme and physics steps [s].
 
     Args:
         frequency: Natural frequency sqrt(k / mu) [rad/s].
@@ -55,8 +55,7 @@ def simulate_impact(frequency: float, ratio: float, step: float) -> tuple[float,
         step: Physics step [s].
 
     Returns:
-        Coefficient of restitution and duration of the contact [s]; both are means over the instants
-        within a step at which the contact may begin.
+        Restitution and duration [s], means over the instants at which the contact may begin.
     """
     k, c = frequency**2, 2.0 * ratio * frequency  # per unit of reduced mass
     x = -step * (np.arange(_PHASES) + 0.5) / _PHASES
@@ -105,17 +104,13 @@ def design_contact(
         damping=2.0 * ratio * frequency * mass,
         restitution=shown,
         duration=took,
-        reduced_mass=mass,
-    )
+        reduced_mass=mass)
 
 
 def design_leaf(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> ContactDesign:
-    """Design the surface of a leaf for a hit at x = 0, where the robot stands.
+    """Design the surface of a leaf for a hit at x = 0, with the hinge at x [m].
 
-    Args:
-        door: Configuration of the door; its restitution counts where the settings have none.
-        hinge_x: x of the hinge [m].
-        settings: Restitution, duration of the contact, and physics step near the leaf.
+    The door's restitution counts where the settings have none.
 
     Raises:
         SettingError: A step of this length cannot show the restitution.
@@ -125,16 +120,11 @@ def design_leaf(door: DoorConfig, hinge_x: float, settings: WorldSettings) -> Co
         door.restitution if wanted is None else wanted,
         mass_of_hit(door.i_a, hinge_x),
         settings.contact_duration,
-        settings.time_step_fine,
-    )
+        settings.time_step_fine)
 
 
 def _damping_ratio(restitution: float, frequency: float, step: float) -> float:
-    """Find the damping ratio for a restitution; a plastic hit gets the largest damping.
-
-    Raises:
-        SettingError: The restitution is larger than a step of this length can show.
-    """
+    """Find the damping ratio for a restitution; a plastic hit gets the largest damping."""
     most, _ = simulate_impact(frequency, _SOFTEST, step)
     if restitution > most:
         limit = f"at most {most:.3f} with a step of {step} s"
@@ -145,6 +135,4 @@ def _damping_ratio(restitution: float, frequency: float, step: float) -> float:
     return float(
         brentq(
             lambda ratio: simulate_impact(frequency, ratio, step)[0] - restitution,
-            _SOFTEST, _STIFFEST, xtol=1e-5,
-        )
-    )
+            _SOFTEST, _STIFFEST, xtol=1e-5))

@@ -8,7 +8,7 @@ import numpy as np
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 
-from hrp2_sim_bridge.physics.states import DoorState
+from hrp2_sim_bridge.physics.engine import DoorState
 
 _TABLE_STEP = 5e-4  # step of the table of the closer's torque [rad]
 _BELOW_CLOSED = 0.05  # range of the table below the closed door [rad]
@@ -41,8 +41,7 @@ class CloserTorque:
         self._spring = (eta * (config.k_c * f + config.tau_c0_prime)).tolist()
         door = config.door()
         self._opening, self._closing = (
-            (door.viscosity(angles, sign) * eta**2).tolist() for sign in (1.0, -1.0)
-        )
+            (door.viscosity(angles, sign) * eta**2).tolist() for sign in (1.0, -1.0))
 
     def __call__(self, angle: float, velocity: float) -> float:
         """Return the torque on the leaf [N m], negative when it closes the door."""
@@ -73,13 +72,9 @@ class DoorLoad:
         self._pushes: list[tuple[float, float, float]] = []
 
     def push(self, impulse: float, duration: float, now: float, state: DoorState) -> None:
-        """Push the leaf by hand: the torque is half a sine.
+        """Push the leaf by hand from now on [s]: the torque is half a sine of a duration [s].
 
-        Args:
-            impulse: Angular impulse about the hinge [N m s]; a positive one opens the door.
-            duration: Duration of the push [s].
-            now: Time at which the push begins [s].
-            state: State of the leaf.
+        A positive angular impulse about the hinge [N m s] opens the door.
 
         Raises:
             SettingError: The push, or all pushes that act together, exceed what a hand can do, or
@@ -107,10 +102,7 @@ class DoorLoad:
     def torque(self, state: DoorState, now: float, duration: float) -> float:
         """Return the torque of closer, friction, stops and pushes on the leaf [N m].
 
-        Args:
-            state: State of the leaf.
-            now: Time at which the torque begins to act [s].
-            duration: Duration for which the torque acts [s].
+        It acts from now [s] for a duration [s].
         """
         # In the middle of the duration: a torque with a delay takes damping from the closer.
         angle = state.angle + 0.5 * duration * state.velocity

@@ -1,20 +1,128 @@
-"""The interface that a physics engine offers to the world; `engines.py` names the engines."""
+"""The interface of a physics engine, the scene that it builds, and the states that it reports."""
 
-from typing import Protocol
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 from door_impact_common.arrays import Array
+from door_impact_common.errors import SettingError
+from door_model.door.config import DoorConfig
+from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
 
-from hrp2_sim_bridge.physics.scene import Scene
-from hrp2_sim_bridge.physics.states import BodyState, DoorState, FloorContact, Reactions, Touch
+from hrp2_sim_bridge.physics.contact import ContactDesign
+from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
+
+# Forces [N] and torques [N m] on the bodies beyond force sensors, in their frames, (B, 6): left and
+# right sole; left and right hand, if the wrists have sensors.
+Reactions = Sequence[Sequence[float]]
+
+
+def require_place(door_distance: float, hinge_x: float) -> None:
+    """Check the place of a door, both in [m].
+
+    Raises:
+        SettingError: The door is too far from the origin, or behind it.
+    """
+    if not 0.0 < door_distance <= FARTHEST:
+        raise SettingError("door_distance", door_distance, f"above 0, up to {FARTHEST:g} m")
+    if not abs(hinge_x) <= FARTHEST:
+        raise SettingError("hinge_x", hinge_x, f"within {FARTHEST:g} m of the origin")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robot and door in their first state; `require_place` checks the door's place.
+
+    The soles stand on the floor, and the middle between them is `settings.start`. The face of the
+    closed leaf lies in the plane y = -door_distance, and the leaf opens towards -y.
+
+    Attributes:
+        robot: Configuration of the robot.
+        posture: Joint angles at the start, (30,) [rad].
+        door: Configuration of the door.
+        door_distance: Distance of the leaf's face from the world's origin [m].
+        hinge_x: x of the hinge; it is negative behind the robot [m].
+        contact: Surface of the leaf.
+        settings: Settings of the simulation.
+    """
+
+    robot: RobotConfig
+    posture: Array
+    door: DoorConfig
+    door_distance: float
+    hinge_x: float
+    contact: ContactDesign
+    settings: WorldSettings
+
+    @property
+    def sole_rubber(self) -> SoleRubber | None:
+        """Rubber under each sole; None for rigid soles.
+
+        Raises:
+            RobotConfigError: The robot's configuration has no rubber.
+        """
+        if not self.settings.rubber:
+            return None
+        known = needed(self.robot.sole_rubber, "sole_rubber")
+        return replace(known, stiffness=self.settings.rubber_scale * known.stiffness)
+
+
+def sensed_links(robot: RobotConfig) -> list[str]:
+    """Return the links beyond force sensors: soles, and hands if their wrists have sensors."""
+    wrists = robot.wrist_sensors
+    hands = [] if wrists is None else [wrists[side].link for side in SIDES]
+    return [*(robot.feet[side].sole for side in SIDES), *hands]
+
+
+class DoorState(NamedTuple):
+    """Angle [rad] and angular velocity [rad/s] of the leaf, positive when it opens."""
+
+    angle: float
+    velocity: float
+
+
+class Touch(NamedTuple):
+    """Contact between robot and leaf.
+
+    Attributes:
+        force: Sum of the normal forces [N].
+        link: Index of the link with the largest force, -1 without contact.
+        point: Point in the world at which that link touches the leaf, (3,) [m].
+    """
+
+    force: float
+    link: int
+    point: Sequence[float]
+
+
+NO_TOUCH = Touch(0.0, -1, (0.0, 0.0, 0.0))
+
+
+class FloorContact(NamedTuple):
+    """Contact between a link of the robot and the floor.
+
+    Attributes:
+        link: Name of the link.
+        point: Point of the contact in the world, (3,) [m].
+        force: Normal force of the floor in the world, (3,) [N].
+        distance: Distance of the link from the floor [m]; positive where they do not touch yet.
+    """
+
+    link: str
+    point: Sequence[float]
+    force: Sequence[float]
+    distance: float
 
 
 class Engine(Protocol):
     """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
+
     name: str  # one of `settings.ENGINES`
     link_names: tuple[str, ...]
-    sensed_mass: Array  # masses (B,) beyond the force sensors, in the order of `Reactions` [kg]
-    sensed_inertia: Array  # principal moments of these bodies in their axes, (B, 3) [kg m^2]
-    frame_values: int  # length of a row of `read_frames`
+    sensed_mass: Array  # masses (B,) of `sensed_links` [kg]
+    sensed_inertia: Array  # principal moments of these links about their axes, (B, 3) [kg m^2]
     stepping_time: float  # wall time that the engine itself needed for its steps [s]
 
     def reset(self, scene: Scene) -> None:
@@ -23,7 +131,7 @@ class Engine(Protocol):
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
 
-    def hold(self, joints: list[int]) -> None:
+    def hold(self, joints: Sequence[int]) -> None:
         """Lock these joints where they are, whatever their torques, and release all others."""
 
     def push_robot(self, force: Array) -> None:
@@ -35,20 +143,20 @@ class Engine(Protocol):
     def joint_state(self) -> Array:
         """Return joint positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
 
-    def read_frames(self) -> list[float]:
-        """Return a row of numbers, of which `link_states` and `base_states` make states."""
+    def read_base(self) -> list[float]:
+        """Return 13 numbers of the base after the last step, of which `base_states` makes states.
 
-    def link_states(self, rows: Array) -> BodyState:
-        """Return states (T, 4) of left sole, right sole, contact link and IMU from T rows."""
+        Raises:
+            DivergedError: One of them is not finite.
+        """
 
-    def hand_states(self) -> BodyState:
-        """Return states (B - 2,) of the hands beyond force sensors after the last step."""
+    def base_states(self, rows: Array) -> Array:
+        """Return states of base_link in the world from T rows of `read_base`.
 
-    def base_states(self, rows: Array) -> BodyState:
-        """Return states (T,) of base_link from T rows of `read_frames`."""
-
-    def tilt(self) -> float:
-        """Return the angle between base_link's z axis and the vertical [rad]."""
+        Returns:
+            Position [m], quaternion x, y, z, w, velocity of the origin [m/s] and angular velocity
+            [rad/s], (T, 13).
+        """
 
     def door_state(self) -> DoorState:
         """Return the leaf's angle and angular velocity."""
@@ -63,4 +171,4 @@ class Engine(Protocol):
         """Return the contacts between robot and floor after the last step."""
 
     def close(self) -> None:
-        """Release the engine; `link_states` and `base_states` still work."""
+        """Release the engine; `base_states` still works."""

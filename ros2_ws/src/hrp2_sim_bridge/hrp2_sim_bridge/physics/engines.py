@@ -10,8 +10,7 @@ from hrp2_sim_bridge.physics.pybullet.engine import PyBulletEngine
 from hrp2_sim_bridge.settings import WorldSettings
 
 _ENGINES: Mapping[str, Callable[[], Engine]] = {
-    "pybullet": PyBulletEngine, "mujoco": MuJoCoEngine,
-}
+    "pybullet": PyBulletEngine, "mujoco": MuJoCoEngine}
 
 
 def make_engine(name: str = WorldSettings.engine) -> Engine:

@@ -60,5 +60,4 @@ def quaternion_product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, An
         w * a + x * d + y * c - z * b,
         w * b + y * d + z * a - x * c,
         w * c + z * d + x * b - y * a,
-        w * d - x * a - y * b - z * c,
-    )
+        w * d - x * a - y * b - z * c)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import sys
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.errors import OutputError, SettingError
 from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
-from door_impact_common.parameters import allowed_folders
 from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor, PushRobot
@@ -19,7 +20,7 @@ from door_model.door.config import load_door
 from door_model.recording.batch import SampleBatcher
 from door_model.ros.messages import to_message
 from geometry_msgs.msg import WrenchStamped
-from hrp2_description.robot import SIDES, load_robot_config, needed
+from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.driver_interface import TickSample
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -29,9 +30,8 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge.errors import SecondDriverError, TrajectoryRefusedError
-from hrp2_sim_bridge.log.recorder import check_writable
+from hrp2_sim_bridge.log import check_writable
 from hrp2_sim_bridge.ros import messages as convert
-from hrp2_sim_bridge.ros.pacer import Pacer
 from hrp2_sim_bridge.ros.parameters import BridgeParameters
 from hrp2_sim_bridge.sensors.imu import imu_variances
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN
@@ -44,7 +44,33 @@ ENCODER_BATCH = 20  # samples in a message, which makes 50 messages per second
 CLOCK_TICKS = 4  # ticks between two messages on /clock, which every node reads: 50 per second
 DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
+_LONGEST_LAG = 0.2  # largest delay of the simulation that is made up for afterwards [s]
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
+
+
+class Pacer:
+    """Computes how long to wait before the next step.
+
+    Args:
+        factor: Simulated time per real time; 0 means no limit.
+        clock: Function that returns the real time [s].
+    """
+
+    def __init__(self, factor: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._factor = factor
+        self._clock = clock
+        self._due = clock()
+
+    def advance(self, duration: float) -> None:
+        """Record that simulated time has advanced by a duration [s]."""
+        if self._factor > 0.0:
+            self._due = max(self._due + duration / self._factor, self._clock() - _LONGEST_LAG)
+
+    def wait(self) -> float:
+        """Return the real time until the next step is due [s]; 0 if it is due now."""
+        if self._factor <= 0.0:
+            return 0.0
+        return max(0.0, self._due - self._clock())
 
 
 class SimBridge(GuardedNode):
@@ -62,15 +88,14 @@ class SimBridge(GuardedNode):
         if self._log_file:
             check_writable(self._log_file)
         self._push_duration = self._options.positive("push_duration")
-        folders = allowed_folders(self)
         self.world = World(
-            load_robot_config(self._options.text("robot_config") or None, folders),
-            load_door(self._options.text("door"), folders),
+            load_robot_config(self._options.text("robot_config") or None),
+            load_door(self._options.text("door")),
             self._options.number("door_distance"),
             self._options.number("hinge_x"),
-            **self._options.world_settings(),
-        )
-        self._imu_variances = imu_variances(self.world.settings.sensors)
+            **self._options.world_settings())
+        self._messages = convert.TickMessages(
+            self.world.robot_config, imu_variances(self.world.settings.sensors))
         self._pacer = Pacer(self._options.speed())
         self._encoder = SampleBatcher(
             period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
@@ -91,14 +116,10 @@ class SimBridge(GuardedNode):
         self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
         self._joints = self.create_publisher(JointState, "/joint_states", QUEUE)
         self._imu = self.create_publisher(Imu, "/imu", QUEUE)
-        self._wrenches = {
-            side: self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", QUEUE)
-            for side in SIDES
-        }
-        self._hands = {
-            side: self.create_publisher(WrenchStamped, f"/{side}_wrist/wrench", QUEUE)
-            for side in self.world.robot_config.wrist_sensors or ()
-        }
+        ends = ["foot"] if self.world.robot_config.wrist_sensors is None else ["foot", "wrist"]
+        self._wrenches = [
+            self.create_publisher(WrenchStamped, f"/{side}_{end}/wrench", QUEUE)
+            for end in ends for side in SIDES]
         self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
         self._description = self.create_publisher(String, "/robot_description", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
@@ -126,22 +147,14 @@ class SimBridge(GuardedNode):
         return round(self.world.time / TICK) * TICK_NS
 
     def _publish(self, sample: TickSample) -> None:
-        now = self._now_ns()
-        stamp = stamp_of(now)
+        now, messages = self._now_ns(), self._messages
+        messages.fill(now, sample)
         if self._ticks % CLOCK_TICKS == 0:
-            self._clock_topic.publish(Clock(clock=stamp))
-        robot = self.world.robot_config
-        self._joints.publish(convert.joint_state(stamp, robot.joint_names, sample))
-        left, right = robot.feet["left"].sole, robot.feet["right"].sole
-        self._wrenches["left"].publish(convert.wrench(stamp, left, sample.left_wrench))
-        self._wrenches["right"].publish(convert.wrench(stamp, right, sample.right_wrench))
-        for side, measured in zip(
-                SIDES, (sample.left_hand_wrench, sample.right_hand_wrench), strict=True):
-            if robot.wrist_sensors is not None and measured is not None:
-                frame = robot.wrist_sensors[side].link
-                self._hands[side].publish(convert.wrench(stamp, frame, measured))
-        imu_frame = needed(robot.imu_frame, "imu_frame")
-        self._imu.publish(convert.imu(stamp, imu_frame, sample.imu, self._imu_variances))
+            self._clock_topic.publish(Clock(clock=messages.stamp))
+        self._joints.publish(messages.joints)
+        for publisher, message in zip(self._wrenches, messages.wrenches, strict=True):
+            publisher.publish(message)
+        self._imu.publish(messages.imu)
         batch = self._encoder.add(sample.counts, now)
         if batch is not None:
             self._counts.publish(to_message(batch))
@@ -161,16 +174,15 @@ class SimBridge(GuardedNode):
                 self.get_logger().error(text)
             self._fall_reported = True
         values = {
-            "accepted": self._accepted,
-            "refused": self._refused,
-            "last_refusal": self._refusal,
-            "max_tilt_deg": f"{np.degrees(world.fall.max_tilt):.2f}",
-        }
-        self._diagnostics.publish(
-            convert.diagnostics(
-                stamp_of(self._now_ns()), world.robot_config.name, level, text, values
-            )
-        )
+            "accepted": self._accepted, "refused": self._refused, "last_refusal": self._refusal,
+            "max_tilt_deg": f"{np.degrees(world.fall.max_tilt):.2f}"}
+        status = DiagnosticStatus(
+            name="hrp2_sim_bridge: driver", hardware_id=world.robot_config.name, level=level,
+            message=text,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = stamp_of(self._now_ns())
+        self._diagnostics.publish(message)
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
         stamp = seconds(message.header.stamp)
@@ -201,41 +213,32 @@ class SimBridge(GuardedNode):
 
     def _on_push(self, request: Any, response: Any) -> Any:
         duration = self._push_duration if request.duration < 0.0 else request.duration
-        try:
+
+        def push() -> str:
             self.world.push_door(request.impulse, duration)
-        except SettingError as error:
-            response.success, response.message = False, str(error)
-        else:
-            response.success = True
-            response.message = f"{request.impulse:g} N m s over {duration:g} s"
+            done = f"{request.impulse:g} N m s over {duration:g} s"
             angle = self.world.door_state.angle
             if angle > _SHUT:
-                response.message += (
-                    f"; the door is open by {math.degrees(angle):.1f} deg, and a push for an "
-                    "identification should begin with a shut door")
-        return response
+                done += (f"; the door is open by {math.degrees(angle):.1f} deg, and a push for an "
+                         "identification should begin with a shut door")
+            return done
+
+        return _answer(response, push)
 
     def _on_push_robot(self, request: Any, response: Any) -> Any:
         impulse = np.array([request.impulse.x, request.impulse.y, request.impulse.z])
-        try:
+
+        def push() -> str:
             self.world.push_robot(impulse, request.duration)
-        except SettingError as error:
-            response.success, response.message = False, str(error)
-        else:
-            response.success = True
-            response.message = f"{np.linalg.norm(impulse):g} N s over {request.duration:g} s"
-        return response
+            return f"{np.linalg.norm(impulse):g} N s over {request.duration:g} s"
+
+        return _answer(response, push)
 
     def _on_save_log(self, _: Any, response: Any) -> Any:
         if not self._log_file:
             response.success, response.message = False, "the parameter log_file is empty"
             return response
-        try:
-            response.message = str(self.world.save_log(self._log_file))
-            response.success = True
-        except OutputError as error:
-            response.success, response.message = False, str(error)
-        return response
+        return _answer(response, lambda: str(self.world.save_log(self._log_file)))
 
     def _finish(self) -> None:
         """Write the log if `log_file` is set, and release the simulator."""
@@ -246,6 +249,16 @@ class SimBridge(GuardedNode):
             print(f"{NAME}: {error}", file=sys.stderr)
         finally:
             self.world.close()
+
+
+def _answer(response: Any, act: Callable[[], str]) -> Any:
+    """Fill a response with what an action says of itself, or why it was refused."""
+    try:
+        response.message = act()
+        response.success = True
+    except (SettingError, OutputError) as error:
+        response.success, response.message = False, str(error)
+    return response
 
 
 def main(args: list[str] | None = None) -> int:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from array import array
 
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
-from door_impact_common.stamps import seconds
+from door_impact_common.stamps import NANOSECONDS, seconds
 from geometry_msgs.msg import WrenchStamped
-from humanoid_motion.driver_interface import ImuSample, TickSample, TrajectoryArrays
+from hrp2_description.robot import SIDES, RobotConfig, needed
+from humanoid_motion.driver_interface import TickSample, TrajectoryArrays
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
 
@@ -24,67 +24,60 @@ def trajectory_arrays(message: JointTrajectory) -> TrajectoryArrays:
         times=[seconds(point.time_from_start) for point in points],
         positions=[list(point.positions) for point in points],
         velocities=[list(point.velocities) for point in points],
-        accelerations=[list(point.accelerations) for point in points],
-    )
+        accelerations=[list(point.accelerations) for point in points])
 
 
-def joint_state(stamp: Time, names: Sequence[str], sample: TickSample) -> JointState:
-    """Return the message of joint positions [rad], velocities [rad/s] and torques [N m]."""
-    message = JointState()
-    message.header.stamp = stamp
-    message.name = list(names)
-    message.position = sample.position.tolist()
-    message.velocity = sample.velocity.tolist()
-    message.effort = sample.effort.tolist()
-    return message
-
-
-def wrench(stamp: Time, frame: str, values: Array) -> WrenchStamped:
-    """Return the message of a force [N] and a torque [N m], (6,), in a frame."""
-    message = WrenchStamped()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    force, torque = message.wrench.force, message.wrench.torque
-    force.x, force.y, force.z, torque.x, torque.y, torque.z = values.tolist()
-    return message
-
-
-def imu(stamp: Time, frame: str, sample: ImuSample, variances: ImuVariances) -> Imu:
-    """Return the message of an IMU's reading, with the variances on the covariances' diagonals."""
-    message = Imu()
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    turn, rate, force = (
-        message.orientation, message.angular_velocity, message.linear_acceleration,
-    )
-    turn.x, turn.y, turn.z, turn.w = sample.orientation.tolist()
-    rate.x, rate.y, rate.z = sample.angular_velocity.tolist()
-    force.x, force.y, force.z = sample.specific_force.tolist()
-    message.orientation_covariance[::4] = variances.orientation
-    message.angular_velocity_covariance[::4] = variances.angular_velocity
-    message.linear_acceleration_covariance[::4] = variances.specific_force
-    return message
-
-
-def diagnostics(
-    stamp: Time, robot: str, level: bytes, text: str, values: Mapping[str, object]
-) -> DiagnosticArray:
-    """Return the message of the driver's state.
+class TickMessages:
+    """Messages of a tick, made once and filled anew: a publisher copies what it is given.
 
     Args:
-        stamp: Time of the state.
-        robot: Name of the robot.
-        level: Level of `DiagnosticStatus`.
-        text: State in words.
-        values: Further values by their names.
+        robot: Configuration of the robot.
+        variances: Variances of the IMU's readings.
+
+    Attributes:
+        stamp: Stamp of all these messages.
+        joints: Joint positions [rad], velocities [rad/s] and torques [N m].
+        imu: Reading of the IMU, with the variances on the covariances' diagonals.
+        wrenches: Forces [N] and torques [N m] on the left and the right sole, and on the left and
+            the right hand if their wrists have sensors.
     """
-    status = DiagnosticStatus()
-    status.name = "hrp2_sim_bridge: driver"
-    status.hardware_id = robot
-    status.level = level
-    status.message = text
-    status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    message = DiagnosticArray()
-    message.header.stamp = stamp
-    message.status = [status]
-    return message
+
+    def __init__(self, robot: RobotConfig, variances: ImuVariances) -> None:
+        self.stamp = Time()
+        self.joints = JointState(name=list(robot.joint_names))
+        self.imu = Imu()
+        self.imu.header.frame_id = needed(robot.imu_frame, "imu_frame")
+        self.imu.orientation_covariance[::4] = variances.orientation
+        self.imu.angular_velocity_covariance[::4] = variances.angular_velocity
+        self.imu.linear_acceleration_covariance[::4] = variances.specific_force
+        frames = [robot.feet[side].sole for side in SIDES]
+        if robot.wrist_sensors is not None:
+            frames += [robot.wrist_sensors[side].link for side in SIDES]
+        self.wrenches = [WrenchStamped() for _ in frames]
+        for message, frame in zip(self.wrenches, frames, strict=True):
+            message.header.frame_id = frame
+        for message in (self.joints, self.imu, *self.wrenches):
+            message.header.stamp = self.stamp
+
+    def fill(self, nanoseconds: int, sample: TickSample) -> None:
+        """Fill the messages with what was measured at a time [ns]."""
+        self.stamp.sec, self.stamp.nanosec = divmod(nanoseconds, NANOSECONDS)
+        self.joints.position = _numbers(sample.position)
+        self.joints.velocity = _numbers(sample.velocity)
+        self.joints.effort = _numbers(sample.effort)
+        read, message = sample.imu, self.imu
+        turn, rate, force = (
+            message.orientation, message.angular_velocity, message.linear_acceleration)
+        turn.x, turn.y, turn.z, turn.w = read.orientation.tolist()
+        rate.x, rate.y, rate.z = read.angular_velocity.tolist()
+        force.x, force.y, force.z = read.specific_force.tolist()
+        measured = (sample.left_wrench, sample.right_wrench,
+                    sample.left_hand_wrench, sample.right_hand_wrench)
+        for stamped, values in zip(self.wrenches, measured, strict=False):
+            if values is not None:
+                f, t = stamped.wrench.force, stamped.wrench.torque
+                f.x, f.y, f.z, t.x, t.y, t.z = values.tolist()
+
+
+def _numbers(values: Array) -> array[float]:
+    return array("d", values.tobytes())

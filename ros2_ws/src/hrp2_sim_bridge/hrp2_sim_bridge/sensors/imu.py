@@ -6,12 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from humanoid_motion.driver_interface import ImuSample
 
-from hrp2_sim_bridge.physics.frames import quaternion_product, rotation
-from hrp2_sim_bridge.physics.states import BodyState
+from hrp2_sim_bridge.physics.frames import quaternion_product
+from hrp2_sim_bridge.physics.kinematics import LinkStates
 from hrp2_sim_bridge.settings import TICK, SensorSettings
 
 # The gains are low, so that the accelerations of a sway hardly move the attitude (by gain * speed /
@@ -55,69 +56,42 @@ def imu_variances(settings: SensorSettings) -> ImuVariances:
         (settings.accelerometer_bias / GRAVITY) ** 2
         + (settings.accelerometer_noise / GRAVITY) ** 2 * gain * TICK / 2.0
         + settings.gyro_noise**2 * TICK / (2.0 * gain)
-        + left_bias / gain**2
-    )
+        + left_bias / gain**2)
     rate = settings.gyro_noise**2 + left_bias
     force = settings.accelerometer_noise**2 + settings.accelerometer_bias**2
     return ImuVariances((tilt, tilt, _ANY_HEADING), (rate,) * 3, (force,) * 3)
 
 
-def imu_sample(before: BodyState, after: BodyState, duration: float) -> ImuSample:
-    """Compute an exact reading from the states of the IMU's frame before and after a tick.
-
-    Args:
-        before: State at the start of the tick.
-        after: State at the end of the tick.
-        duration: Duration of the tick [s].
-
-    Returns:
-        Orientation and angular velocity at the end, and mean specific force over the tick.
-    """
-    turn = rotation(after.quaternion).T
-    acceleration = (after.linear - before.linear) / duration
+def mean_specific_force(before: LinkStates, after: LinkStates) -> Array:
+    """Compute acceleration minus gravity over a tick, in the IMU's axes at its end, [m/s^2]."""
+    acceleration = (after.linear - before.linear) / TICK
     acceleration[2] += GRAVITY
-    return ImuSample(after.quaternion, turn @ after.angular, np.asarray(turn @ acceleration))
+    return np.asarray(acceleration @ after.turn)
 
 
-def mean_rate(before: Array, after: Array, duration: float) -> Array:
+def exact_sample(before: LinkStates, after: LinkStates) -> ImuSample:
+    """Compute an exact reading from the states of the IMU's frame before and after a tick."""
+    return ImuSample(
+        after.quaternion, after.angular @ after.turn, mean_specific_force(before, after))
+
+
+def mean_rate(before: Array, after: Array) -> Array:
     """Compute the mean angular velocity over a tick, which a gyro with its filter measures.
 
-    Args:
-        before: Quaternion x, y, z, w of the body at the start of the tick, (4,).
-        after: Quaternion x, y, z, w of the body at the end of the tick, (4,).
-        duration: Duration of the tick [s].
-
-    Returns:
-        Angular velocity in the body's frame, (3,) [rad/s].
+    The arguments are rotation matrices; the result is in the body's frame, (3,) [rad/s].
     """
-    x, y, z, w = before.tolist()
-    *vector, half_cosine = quaternion_product((-x, -y, -z, w), after.tolist())
-    half_sine = math.hypot(*vector)
-    if half_sine == 0.0:
-        return np.zeros(3)
-    # The arc tangent of the ratio is the same for a quaternion and its negative.
-    angle = 2.0 * math.atan(half_sine / half_cosine)
-    return np.array(vector) * (angle / (half_sine * duration))
+    return np.asarray(pin.log3(before.T @ after) / TICK)
 
 
 def level_attitude(specific_force: Array) -> Array:
-    """Compute the attitude of an IMU at rest from its reading, with heading 0.
-
-    Args:
-        specific_force: Specific force in the IMU's frame, (3,) [m/s^2].
-
-    Returns:
-        Quaternion x, y, z, w of the IMU's frame in the world, (4,).
-    """
+    """Compute the attitude x, y, z, w of an IMU at rest from its specific force, with heading 0."""
     x, y, z = specific_force.tolist()
     roll = math.atan2(y, z) / 2.0
     pitch = math.atan2(-x, math.hypot(y, z)) / 2.0
     return np.array(
         [
             math.sin(roll) * math.cos(pitch), math.cos(roll) * math.sin(pitch),
-            -math.sin(roll) * math.sin(pitch), math.cos(roll) * math.cos(pitch),
-        ]
-    )
+            -math.sin(roll) * math.sin(pitch), math.cos(roll) * math.cos(pitch)])
 
 
 class AttitudeFilter:
@@ -145,15 +119,12 @@ class AttitudeFilter:
         return np.array(self._bias)
 
     def update(self, rate: Array, specific_force: Array, duration: float) -> Array:
-        """Advance the estimate by one sample.
+        """Advance the estimate by one sample; return the attitude x, y, z, w.
 
         Args:
             rate: Mean reading of the gyro since the last sample, (3,) [rad/s].
             specific_force: Reading of the accelerometer, (3,) [m/s^2].
             duration: Time since the last sample [s].
-
-        Returns:
-            Quaternion x, y, z, w of the IMU's frame in the world, (4,).
         """
         # Plain floats are faster than arrays of three numbers.
         x, y, z, w = self._turn
@@ -163,8 +134,7 @@ class AttitudeFilter:
         ux, uy, uz = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
         scale = weight / length if weight > 0.0 else 0.0
         error = [
-            scale * (fy * uz - fz * uy), scale * (fz * ux - fx * uz), scale * (fx * uy - fy * ux),
-        ]
+            scale * (fy * uz - fz * uy), scale * (fz * ux - fx * uz), scale * (fx * uy - fy * ux)]
         excess = math.hypot(*error) / LARGEST_CORRECTION
         if excess > 1.0:
             error = [part / excess for part in error]
@@ -172,12 +142,10 @@ class AttitudeFilter:
         # follows.
         a, b, c = (
             0.5 * duration * (omega - bias + PROPORTIONAL_GAIN * part)
-            for omega, bias, part in zip(rate.tolist(), self._bias, error, strict=True)
-        )
+            for omega, bias, part in zip(rate.tolist(), self._bias, error, strict=True))
         self._bias = [
             bias - INTEGRAL_GAIN * duration * part
-            for bias, part in zip(self._bias, error, strict=True)
-        ]
+            for bias, part in zip(self._bias, error, strict=True)]
         half = math.hypot(a, b, c)
         ratio = math.sin(half) / half if half > 0.0 else 1.0
         turn = quaternion_product(self._turn, (a * ratio, b * ratio, c * ratio, math.cos(half)))
@@ -200,31 +168,27 @@ class Imu:
     """
 
     def __init__(
-        self, settings: SensorSettings, random: np.random.Generator, hanging: BodyState
+        self, settings: SensorSettings, random: np.random.Generator, hanging: LinkStates
     ) -> None:
         self._noise = np.repeat([settings.gyro_noise, settings.accelerometer_noise], 3)
         self.bias = random.standard_normal(6) * np.repeat(
-            [settings.gyro_bias, settings.accelerometer_bias], 3
-        )
+            [settings.gyro_bias, settings.accelerometer_bias], 3)
         samples = settings.imu_calibration_samples
         # The mean over all samples is drawn at once.
         mean = self.bias + random.standard_normal(6) * self._noise / math.sqrt(samples)
-        mean[3:] += GRAVITY * rotation(hanging.quaternion)[2]
+        mean[3:] += GRAVITY * hanging.turn[2]
         self.filter = AttitudeFilter(level_attitude(mean[3:]), mean[:3])
 
-    def read(self, before: BodyState, after: BodyState, normal: Array) -> ImuSample:
-        """Return the readings of the IMU and of the robot's estimator at the end of a tick.
+    def read(self, before: LinkStates, after: LinkStates, normal: Array) -> ImuSample:
+        """Return estimated orientation, angular velocity without bias, and specific force.
 
         Args:
             before: State of the IMU's frame at the start of the tick.
             after: State of the IMU's frame at the end of the tick.
             normal: Standard normal random numbers for gyro and accelerometer, (6,).
-
-        Returns:
-            Estimated orientation, angular velocity minus the estimated bias, and specific force.
         """
         error = self.bias + self._noise * normal
-        gyro = mean_rate(before.quaternion, after.quaternion, TICK) + error[:3]
-        force = imu_sample(before, after, TICK).specific_force + error[3:]
+        gyro = mean_rate(before.turn, after.turn) + error[:3]
+        force = mean_specific_force(before, after) + error[3:]
         orientation = self.filter.update(gyro, force, TICK)
         return ImuSample(orientation, gyro - self.filter.bias, force)

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.errors import SettingError
+from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES, RobotConfig
 from humanoid_motion.driver_interface import TickSample
 
-from hrp2_sim_bridge.physics.states import BodyState
-from hrp2_sim_bridge.sensors.imu import Imu, imu_sample
+from hrp2_sim_bridge.physics.frames import cross, into_frame
+from hrp2_sim_bridge.physics.kinematics import LinkStates
+from hrp2_sim_bridge.sensors.imu import Imu, exact_sample
 from hrp2_sim_bridge.settings import SAMPLES_PER_TICK, TICK, SensorSettings
 
 COUNTS_PER_TURN = 14400  # counts of the door's encoder per turn: 3600 lines in quadrature
@@ -20,20 +21,45 @@ COUNTS_PER_TURN = 14400  # counts of the door's encoder per turn: 3600 lines in 
 _STREAM, _WRIST_STREAM = 1, 2
 
 
+def outer_wrenches(
+    reactions: Array, before: LinkStates, after: LinkStates, duration: float, mass: Array,
+    inertia: Array,
+) -> Array:
+    """Compute force and torque of the surroundings on bodies beyond force sensors, in their frames.
+
+    The sensor sits above the body, a sole or a hand, so its reading R, R_n does not contain the
+    body's own weight and inertia: f = m (a - g) - R and n = I alpha + omega x I omega - R_n.
+
+    Args:
+        reactions: Mean force [N] and torque [N m] of the robot on each body, (..., B, 6).
+        before: States of the bodies before the duration, (..., B).
+        after: States of the bodies after it, (..., B).
+        duration: Duration [s].
+        mass: Masses of the bodies, (B,) [kg].
+        inertia: Principal moments of the bodies about their axes, (B, 3) [kg m^2].
+
+    Returns:
+        Force [N] and torque about the origin of the body's frame [N m], (..., B, 6). That on a sole
+        points along +z when the robot stands.
+    """
+    acceleration = (after.linear - before.linear) / duration
+    acceleration[..., 2] += GRAVITY
+    alpha = into_frame(after.turn, (after.angular - before.angular) / duration)
+    omega = into_frame(after.turn, after.angular)
+    force = mass[:, None] * into_frame(after.turn, acceleration)
+    torque = inertia * alpha + cross(omega, inertia * omega)
+    return np.concatenate([force, torque], axis=-1) - reactions
+
+
 class EncoderCounter:
     """A counter board: whole counts of the hinge's encoder from an arbitrary zero, with overflow.
 
     Args:
         offset: Count at the closed door.
-        bits: Width of the counter, 16 or 32; it counts from 0 to 2^bits - 1.
-
-    Raises:
-        SettingError: The counter has another width.
+        bits: Width of the counter; it counts from 0 to 2^bits - 1.
     """
 
     def __init__(self, offset: int, bits: int) -> None:
-        if bits not in (16, 32):
-            raise SettingError("encoder_bits", bits, "16 or 32")
         self._offset = int(offset)
         self._modulus = 1 << bits
 
@@ -55,18 +81,12 @@ class JointEncoders:
         self._before = self._quantized(position)
 
     def _quantized(self, position: Array) -> Array:
-        quantized: Array = np.rint(position / self._resolution) * self._resolution
-        return quantized
+        return np.asarray(np.rint(position / self._resolution) * self._resolution)
 
     def read(self, position: Array) -> tuple[Array, Array]:
-        """Return the readings at the end of a tick.
+        """Return positions in whole counts [rad] and their changes over the tick [rad/s], (30,).
 
-        Args:
-            position: True joint positions, (30,) [rad].
-
-        Returns:
-            Positions in whole counts, (30,) [rad], and their differences over the tick, (30,)
-            [rad/s]. A difference is the mean velocity, with a delay of half a tick (2.5 ms).
+        A change is the mean velocity, with a delay of half a tick (2.5 ms).
         """
         quantized = self._quantized(position)
         velocity = (quantized - self._before) / TICK
@@ -99,12 +119,7 @@ class ForceSensors:
         self._noise = noise / math.sqrt(SAMPLES_PER_TICK)
 
     def read(self, wrenches: Array, normal: Array) -> Array:
-        """Return the mean reading over a tick, left and right, (2, 6) [N, N m].
-
-        Args:
-            wrenches: True mean wrenches over the tick, left and right, (2, 6) [N, N m].
-            normal: Standard normal random numbers, (2, 6).
-        """
+        """Return mean readings (2, 6) over a tick from true ones and standard normal numbers."""
         return wrenches + self.bias + self._noise * normal
 
 
@@ -122,12 +137,10 @@ class RobotSensors:
         self._settings = settings
         self._seed = seed
 
-    def power_on(self, position: Array, imu: BodyState) -> None:
+    def power_on(self, position: Array, imu: LinkStates) -> None:
         """Switch the sensors on and calibrate them; biases and noise follow from the seed alone.
 
-        Args:
-            position: Joint positions, (30,) [rad].
-            imu: State of the IMU's frame, at rest.
+        The joints are at positions (30,) [rad], and the IMU's frame is at rest.
         """
         self._random = np.random.default_rng([self._seed, _STREAM])
         self._imu_before = imu
@@ -142,7 +155,7 @@ class RobotSensors:
         time: float,
         joints: Array,
         wrenches: Array,
-        imu: BodyState,
+        imu: LinkStates,
         counts: Sequence[int],
     ) -> TickSample:
         """Return the readings at the end of a tick.
@@ -166,8 +179,7 @@ class RobotSensors:
                 hands = self.wrists.read(hands, self._wrist_random.standard_normal((2, 6)))
             sample = self.imu.read(before, imu, normal[2])
         else:
-            sample = imu_sample(before, imu, TICK)
+            sample = exact_sample(before, imu)
         left, right = feet
         return TickSample(
-            time, position, velocity, torque, left, right, sample, tuple(counts), *hands
-        )
+            time, position, velocity, torque, left, right, sample, tuple(counts), *hands)

@@ -24,8 +24,7 @@ def message(times, positions, velocities=(), accelerations=(), names=NAMES) -> T
 
 
 GOOD = message(
-    [0.5, 1.0], [[0.1, 0.2, -0.1], [0.2, 0.1, -0.3]], [[0.1] * 3, [0.0] * 3], [[0.0] * 3] * 2
-)
+    [0.5, 1.0], [[0.1, 0.2, -0.1], [0.2, 0.1, -0.3]], [[0.1] * 3, [0.0] * 3], [[0.0] * 3] * 2)
 NAN = float("nan")
 
 
@@ -37,22 +36,6 @@ def test_trajectory_without_a_stamp_starts_now_and_holds_its_last_point() -> Non
     np.testing.assert_allclose(d.sample(3.5).position, [0.1, 0.2, -0.1], atol=1e-12)
     np.testing.assert_allclose(d.sample(99.0).position, [0.2, 0.1, -0.3], atol=1e-12)
     assert not d.sample(99.0).velocity.any()
-
-
-def test_names_may_come_in_any_order() -> None:
-    """The joints of a trajectory may have any order."""
-    order = [2, 0, 1]
-    shuffled = message(
-        GOOD.times,
-        *([[row[i] for i in order] for row in rows]
-          for rows in (GOOD.positions, GOOD.velocities, GOOD.accelerations)),
-        names=[NAMES[i] for i in order],
-    )
-    one, two = driver(), driver()
-    one.accept(GOOD, 0.0, 0.0)
-    two.accept(shuffled, 0.0, 0.0)
-    for time in np.linspace(0.0, 1.2, 40):
-        np.testing.assert_array_equal(one.sample(time).position, two.sample(time).position)
 
 
 @pytest.mark.parametrize(
@@ -74,9 +57,7 @@ def test_names_may_come_in_any_order() -> None:
         (message([0.6, 5.58], [[0.0, 0.0, 0.0], [-0.67, 0.0, 0.0]], [[0.0] * 3, [1.9, 0.0, 0.0]],
                  [[0.0] * 3, [13.0, 0.0, 0.0]]), "a", ""),
         # Inside the limits at both points, outside between them.
-        (message([1.0, 2.0], [[0.9, 0.0, 0.0]] * 2, [[1.9, 0, 0], [-1.9, 0, 0]]), "a", "above"),
-    ],
-)
+        (message([1.0, 2.0], [[0.9, 0.0, 0.0]] * 2, [[1.9, 0, 0], [-1.9, 0, 0]]), "a", "above")])
 def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> None:
     """A bad trajectory is refused with the joint and a reason, and changes nothing."""
     d = driver()
@@ -90,18 +71,12 @@ def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> Non
     np.testing.assert_array_equal(before, after)
 
 
-def test_impossible_stamp_is_refused() -> None:
-    """An impossible stamp is refused."""
-    with pytest.raises(TrajectoryRefusedError):
-        driver().accept(GOOD, NAN, 0.0)
-
-
 def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
-    """A stamp of the wall clock, which would wait for decades, is refused with a hint."""
+    """So is one that is no number, and one that is over; a little ahead is no harm."""
     d = driver()
-    with pytest.raises(TrajectoryRefusedError, match="use_sim_time") as refused:
-        d.accept(GOOD, 1.8e9, 12.0)
-    assert refused.value.limit == pytest.approx(72.0)
+    for stamp, words in ((1.8e9, "use_sim_time"), (NAN, "finite"), (1.0, "ended")):
+        with pytest.raises(TrajectoryRefusedError, match=words):
+            d.accept(GOOD, stamp, 12.0)
     assert not d.is_moving(12.0)
     d.accept(GOOD, 70.0, 12.0)
     assert d.is_moving(12.0)
@@ -115,26 +90,7 @@ def test_many_positions_at_once_are_those_one_by_one(times) -> None:
     d.accept(message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3]), 0.7, 0.2)
     rising = np.sort(times)
     np.testing.assert_allclose(
-        d.positions(rising), [d.sample(time).position for time in rising], atol=1e-12
-    )
-
-
-def test_trajectory_that_is_over_before_it_comes_is_refused() -> None:
-    """A trajectory that has ended before it arrives is refused."""
-    with pytest.raises(TrajectoryRefusedError, match="ended"):
-        driver().accept(GOOD, 1.0, 2.5)
-
-
-def test_stamp_in_the_future_lets_the_trajectory_under_way_go_on() -> None:
-    """Until a later start the present trajectory continues."""
-    d, alone = driver(), driver()
-    for each in (d, alone):
-        each.accept(GOOD, 0.0, 0.0)
-    later = message([0.5], [[-0.2, 0.0, 0.0]], [[0.0] * 3], [[0.0] * 3])
-    d.accept(later, 0.7, 0.2)
-    for time in np.linspace(0.2, 0.69, 30):
-        np.testing.assert_array_equal(d.sample(time).position, alone.sample(time).position)
-    np.testing.assert_allclose(d.sample(1.3).position, [-0.2, 0.0, 0.0])
+        d.positions(rising), [d.sample(time).position for time in rising], atol=1e-12)
 
 
 def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
@@ -205,14 +161,6 @@ def test_motion_goes_on_at_the_very_tick_at_which_a_waiting_trajectory_begins(ti
     np.testing.assert_allclose(d.positions(times)[0], d.sample(times[0]).position, atol=1e-12)
 
 
-def test_stop_drops_what_waits() -> None:
-    """A stop discards a waiting trajectory."""
-    d = driver()
-    d.accept(message([0.5], [[0.3, 0.0, 0.0]]), 1.0, 0.0)
-    d.stop(0.5)
-    assert not d.sample(5.0).position.any()
-
-
 def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None:
     """A last point with a velocity is followed by a smooth braking."""
     d = driver()
@@ -223,19 +171,9 @@ def test_last_point_that_still_moves_is_followed_by_a_brake_not_a_jolt() -> None
     assert d.sample(9.0).position[0] > 0.5
 
 
-def test_reset_forgets_everything() -> None:
-    """A reset discards every trajectory."""
+def test_stop_drops_what_waits() -> None:
+    """A stop discards a waiting trajectory."""
     d = driver()
-    d.accept(GOOD, 0.0, 0.0)
-    d.reset(np.full(3, 0.4), 0.0)
-    np.testing.assert_array_equal(d.sample(0.7).position, np.full(3, 0.4))
-    assert not d.is_moving(0.0)
-
-
-@given(st.floats(0.0, 1.4), st.sampled_from([0.001, 0.00025]))
-def test_reference_never_moves_faster_than_the_limit_between_substeps(start, step) -> None:
-    """The reference never moves faster than the limit between physics steps."""
-    d = driver()
-    d.accept(GOOD, 0.0, 0.0)
-    moved = np.abs(d.sample(start + step).position - d.sample(start).position)
-    assert (moved <= 1.1 * LIMITS.velocity * step + 1e-12).all()
+    d.accept(message([0.5], [[0.3, 0.0, 0.0]]), 1.0, 0.0)
+    d.stop(0.5)
+    assert not d.sample(5.0).position.any()

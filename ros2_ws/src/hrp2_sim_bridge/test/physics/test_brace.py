@@ -46,13 +46,6 @@ def test_the_braced_posture_presses_the_pads_by_a_little(robot, braced) -> None:
     assert -3e-3 < distance(robot, braced) < -5e-4
 
 
-def test_an_arm_away_from_the_trunk_feels_nothing(robot) -> None:
-    """In half-sitting the pads exert no torque."""
-    pads = pads_of(robot)
-    pads.linearize(robot.half_sitting)
-    assert not np.any(pads.torque(robot.half_sitting, STILL, STEP))
-
-
 @given(st.lists(SMALL, min_size=4, max_size=4))
 def test_the_normal_force_is_the_stiffness_times_the_depth(robot, braced, angles) -> None:
     """Wherever the arm is, the force is that of the depth by the robot's own kinematics."""
@@ -118,5 +111,5 @@ def test_pads_that_are_too_stiff_for_a_step_press_quietly(robot, braced, paper_d
         forces.append(world.joints.pads.force[0])
     assert 40.0 < min(forces) < max(forces) < 62.0
     assert max(forces) - min(forces) < 5.0
-    assert np.abs(world.joints.joints[1]).max() < 0.02
+    assert np.abs(world.joints.state[1]).max() < 0.02
     world.close()

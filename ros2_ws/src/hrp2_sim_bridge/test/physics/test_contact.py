@@ -18,7 +18,6 @@ def test_free_ball_leaves_the_leaf_with_the_restitution_asked_for(
     engine, restitution, speed
 ) -> None:
     """A free ball leaves the leaf with the wanted restitution, and momentum is conserved."""
-    pytest.importorskip(engine)
     door = load_door("paper")
     design = design_contact(restitution, reduced_mass(BALL, door.i_a / L_B**2), 0.015, STEP)
     shown = drop_test(door, design, mass=BALL, lever=L_B, speed=speed, step=STEP, engine=engine)
@@ -35,8 +34,7 @@ def test_a_ball_that_slides_along_the_leaf_leaves_it_as_fast() -> None:
     straight, *slid = (
         drop_test(
             door, design, mass=BALL, lever=L_B, speed=0.5, step=STEP, sliding=sliding).restitution
-        for sliding in (0.0, 0.1, 0.3)
-    )
+        for sliding in (0.0, 0.1, 0.3))
     np.testing.assert_allclose(slid, straight, atol=0.002)
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from hrp2_sim_bridge.errors import DivergedError
-from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.states import NO_TOUCH, BodyState, DoorState
+from hrp2_sim_bridge.physics.engine import NO_TOUCH, DoorState, Engine
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.physics.kinematics import Kinematics
 from hrp2_sim_bridge.settings import ENGINES
 from hrp2_sim_bridge.world import World
 
@@ -15,9 +16,8 @@ class StillEngine(Engine):
 
     name = "pybullet"  # for which it stands in
     link_names = ("l_sole", "r_sole")
-    sensed_mass = np.ones(2)
-    sensed_inertia = np.ones((2, 3))
-    frame_values = 1
+    sensed_mass = np.ones(4)
+    sensed_inertia = np.ones((4, 3))
     stepping_time = 0.0
 
     def __init__(self) -> None:
@@ -31,12 +31,6 @@ class StillEngine(Engine):
     def set_time_step(self, step) -> None:
         self.step_length = step
 
-    def hold(self, joints) -> None:
-        self.held = list(joints)
-
-    def push_robot(self, force) -> None:
-        self.push = force
-
     def step(self, torque, door_torque):
         self.joints[1] += self.step_length * torque
         self.joints[0] += self.step_length * self.joints[1]
@@ -44,29 +38,16 @@ class StillEngine(Engine):
         self.door_torques.append(door_torque)
         # Of the ankles on the soles, which add their own weight.
         force = -(self.half_weight - self.sensed_mass[0] * GRAVITY)
-        return [(0.0, 0.0, force, 0.0, 0.0, 0.0)] * 2
+        return [(0.0, 0.0, force, 0.0, 0.0, 0.0)] * 4
 
     def joint_state(self):
         return self.joints.copy()
 
-    def read_frames(self):
-        return [0.0]
-
-    def _states(self, *shape):
-        turn = np.tile([0.0, 0.0, 0.0, 1.0], (*shape, 1))
-        return BodyState(np.zeros((*shape, 3)), turn, np.zeros((*shape, 3)), np.zeros((*shape, 3)))
-
-    def link_states(self, rows):
-        return self._states(len(rows), 4)
-
-    def hand_states(self):
-        return self._states(0)
+    def read_base(self):
+        return [0.0] * 6 + [1.0] + [0.0] * 6
 
     def base_states(self, rows):
-        return self._states(len(rows))
-
-    def tilt(self) -> float:
-        return 0.0
+        return rows
 
     def door_state(self):
         return DoorState(0.0, 0.0)
@@ -82,6 +63,11 @@ class StillEngine(Engine):
 
     def close(self) -> None:
         self.closed = True
+
+
+def tick(world):
+    """Return the number of the tick."""
+    return round(world.time / 0.005)
 
 
 @pytest.mark.parametrize("sole", ["rigid", "rubber"])
@@ -108,15 +94,6 @@ def test_a_world_steps_any_engine_that_has_the_interface(robot, paper_door, movi
     assert engine.closed
 
 
-def test_a_world_chooses_fine_steps_near_the_leaf_in_any_engine(robot, paper_door) -> None:
-    """The world sets fine steps where the engine reports a small distance."""
-    engine = StillEngine()
-    engine.leaf_distance = lambda most: 0.01
-    world = World(robot, paper_door, 0.9, -0.42, engine=engine, sole="rigid")
-    assert engine.steps[-1] == world.time_step == world.settings.time_step_fine
-    assert world.wall_time > 0.0
-
-
 def test_steps_are_fine_in_just_those_ticks_in_which_the_leaf_is_near(robot, paper_door) -> None:
     """At any distance that changes by up to 4 m/s; it is asked for only where it could matter."""
     gaps = 0.2 + np.cumsum(np.repeat([-0.004, 0.0, 0.019, -0.019, 0.0], [50, 30, 30, 30, 10]))
@@ -125,8 +102,8 @@ def test_steps_are_fine_in_just_those_ticks_in_which_the_leaf_is_near(robot, pap
     asked = []
 
     def distance(most):
-        asked.append(world.tick)
-        return min(most, float(gaps[world.tick]))
+        asked.append(tick(world))
+        return min(most, float(gaps[tick(world)]))
 
     engine.leaf_distance = distance
     for _ in gaps:
@@ -146,3 +123,36 @@ def test_a_simulation_that_diverges_says_so_in_any_engine(robot, paper_door, eng
         with pytest.raises(DivergedError, match="diverged"):
             world.step()
         world.close()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_states_of_links_are_the_engines_own(make_world, robot, moving, engine) -> None:
+    """Poses and velocities that follow from base and joints agree with it in a quick motion."""
+    world = make_world(engine=engine)
+    swung = robot.posture({"RARM_JOINT0": -1.2, "RARM_JOINT3": -1.2})
+    world.follow(moving(np.array([0.05, 0.7]), np.array([robot.half_sitting, swung])), 0.0)
+    for _ in range(70):
+        world.step()
+    links = [robot.contact_link, robot.imu_frame, robot.feet["left"].sole]
+    base = world.engine.base_states(np.array([world.engine.read_base()]))
+    found = Kinematics(robot, links).states(base, world.joints.state[None])[0].at(0)
+    assert np.linalg.norm(found.linear[0]) > 0.5
+    for index, link in enumerate(links):
+        place, turn, speed, rate = own_state(world.engine, link)
+        np.testing.assert_allclose(found.position[index], place, atol=1e-8)
+        np.testing.assert_allclose(found.turn[index], turn, atol=1e-8)
+        np.testing.assert_allclose(found.linear[index], speed, atol=1e-7)
+        np.testing.assert_allclose(found.angular[index], rate, atol=1e-7)
+
+
+def own_state(engine, link):
+    """Return place, rotation matrix, velocity and angular velocity of a link in an engine."""
+    if engine.name == "pybullet":
+        state = engine.client.getLinkState(engine.body, engine.link_names.index(link), 1, 1)
+        com, place, turn, speed, rate = (np.array(state[i]) for i in (0, 4, 5, 6, 7))
+        return place, rotation(turn), speed + np.cross(rate, place - com), rate
+    mujoco, model, data = pytest.importorskip("mujoco"), engine.model, engine.data
+    mujoco.mj_forward(model, data)
+    body, twist = model.body(link).id, np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, twist, 0)
+    return data.xpos[body], data.xmat[body].reshape(3, 3), twist[3:], twist[:3]

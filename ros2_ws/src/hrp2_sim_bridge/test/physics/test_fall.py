@@ -20,7 +20,7 @@ def fallen(robot, paper_door, moving):
     begin = world.time
     for _ in range(200):
         world.step()
-    log = world.log(with_com=False)
+    log = world.log()
     yield world, {name: log[name][log["tick_time"] > begin + 0.2] for name in log if
                   name.startswith("tick_")}
     world.close()

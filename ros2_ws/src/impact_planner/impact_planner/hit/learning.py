@@ -18,10 +18,14 @@ to Tracking and Navigation, 2001, section 5.4) must not exceed a quantile of the
 distribution. The learned figures stay within limits, whatever hits show.
 """
 
+
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -225,3 +229,82 @@ def _predicted(observed: ObservedHit, state: Array) -> Array:
         effective_mass=mass, restitution=0.0, braking=observed.braking)
     return np.array([
         math.log(omega), omega * observed.l_b - restitution * observed.v_rb])
+
+
+class Lesson(NamedTuple):
+    """What a hit has changed.
+
+    Attributes:
+        before: Experience before the hit.
+        after: Experience after the hit.
+        replaced: Whether this hit and the one before it have replaced the experience.
+    """
+
+    before: Experience
+    after: Experience
+    replaced: bool
+
+
+class HitMemory:
+    """The experience of each door.
+
+    A hit that the experience did not expect is refused. After such a hit it is open whether the hit
+    was odd or the experience is. The next hit decides: if it too contradicts the experience, but
+    agrees with the refused hit, both replace the experience.
+
+    Args:
+        known: Experience by the door's name.
+
+    Attributes:
+        known: Experience by the door's name.
+    """
+
+    def __init__(self, known: Mapping[str, Experience]) -> None:
+        self.known = dict(known)
+        self._rivals: dict[str, Experience] = {}  # from the last hit, where it was refused
+
+    def forget(self) -> None:
+        """Forget what hits on all doors have taught."""
+        self.known, self._rivals = {}, {}
+
+    def learn(
+        self, door: str, hit: ObservedHit, limits: Limits, restitution: float
+    ) -> Lesson:
+        """Learn from a hit.
+
+        Args:
+            door: Name of the door.
+            hit: The hit.
+            limits: What the learned figures can be; experience outside them is discarded.
+            restitution: Configured coefficient of restitution.
+
+        Raises:
+            ImplausibleHit: The hit was not expected, and nothing was learned.
+        """
+        new = Experience.none(restitution)
+        before = self.known.get(door, new)
+        if before.outside(limits):
+            before = new
+        rival = self._rivals.pop(door, None)
+        try:
+            lesson = Lesson(before, learn(before, hit, limits), replaced=False)
+        except ImplausibleHit:
+            agreed = _agreed(rival, hit, limits)
+            if agreed is None:
+                with suppress(ImplausibleHit):
+                    self._rivals[door] = learn(new, hit, limits)
+                raise
+            lesson = Lesson(before, agreed, replaced=True)
+        self.known[door] = lesson.after
+        return lesson
+
+
+def _agreed(
+    rival: Experience | None, hit: ObservedHit, limits: Limits
+) -> Experience | None:
+    """What the last hit, which was refused, and this hit teach; None if they do not agree."""
+    if rival is None:
+        return None
+    with suppress(ImplausibleHit):
+        return learn(rival, hit, limits)
+    return None

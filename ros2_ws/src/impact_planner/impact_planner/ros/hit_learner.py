@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport
 
 from impact_planner.errors import ImplausibleHit
-from impact_planner.hit.memory import HitMemory, Lesson
+from impact_planner.hit.learning import HitMemory, Lesson
 from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.task.experience import Experience, load, save
 from impact_planner.task.goal_reports import GoalReports
@@ -41,18 +40,16 @@ class HitLearner:
     Args:
         file: File that keeps the experience; None means that it is lost with the node.
         logger: The node's logger.
-        folders: Folders that may contain the file, as for `door_impact_common.files.read_file`;
-            None allows every folder.
 
     Raises:
         InvalidRequest: The file cannot be read.
     """
 
     def __init__(
-        self, file: Path | None, logger: Any, folders: Sequence[Path] | None = None
+        self, file: Path | None, logger: Any
     ) -> None:
         self._file, self._logger = file, logger
-        self._memory = HitMemory(load(file, folders) if file else {})
+        self._memory = HitMemory(load(file) if file else {})
         self._reports: GoalReports[HitReport] = GoalReports()
         self._last: tuple[ImpactPlan, KnownDoor] | None = None
 

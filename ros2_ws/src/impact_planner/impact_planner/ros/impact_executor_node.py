@@ -15,7 +15,7 @@ from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 from geometry_msgs.msg import PointStamped
@@ -67,7 +67,7 @@ class ImpactExecutor(GuardedNode):
         super().__init__("impact_executor")
         robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
         thresholds = Parameters(self, THRESHOLDS)
-        self._robot = RobotModel(load_robot_config(robot or None, allowed_folders(self)))
+        self._robot = RobotModel(load_robot_config(robot or None))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
         self._driver = DriverTopics(self, self._robot, thresholds, self._after)

@@ -12,7 +12,7 @@ from typing import Any
 from action_msgs.msg import GoalStatusArray
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -33,13 +33,13 @@ from impact_planner.ros.messages import (
     request_from_message,
 )
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.settings import NUMBERS, WORDS, PlannerSettings, make_settings
+from impact_planner.task.settings import PARAMETERS as SETTINGS
+from impact_planner.task.settings import PlannerSettings, make_settings
 
 NAME = "impact_planner"
 WAITING = 100  # number of requests that wait while one is planned; ROS 2's default is 10
 PARAMETERS: dict[str, tuple[Any, str]] = {
-    **{name: (default, text) for name, (default, _, _, text) in NUMBERS.items()},
-    **{name: (default, text) for name, (default, _, text) in WORDS.items()},
+    **SETTINGS,
     "door": ("", "name or YAML file of a door, to plan without identification"),
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "experience_file": ("", "YAML file that keeps what hits have taught, by door; empty: it is "
@@ -55,13 +55,12 @@ class ImpactPlanner(GuardedNode):
         super().__init__(NAME)
         self._given = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
-        self._folders = allowed_folders(self)
         self._configured = self._configured_door(self._given.text("door"))
         self._robot = RobotModel(
-            load_robot_config(self._given.text("robot_config") or None, self._folders))
+            load_robot_config(self._given.text("robot_config") or None))
         name = self._given.text("experience_file")
         self._learner = HitLearner(
-            Path(name).expanduser() if name else None, self.get_logger(), self._folders)
+            Path(name).expanduser() if name else None, self.get_logger())
         self._identified: KnownDoor | None = None
         self._refusal = ""  # why the last identified parameters describe no door
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -76,12 +75,13 @@ class ImpactPlanner(GuardedNode):
         self.create_service(Trigger, "/forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:
-        return {name: self._given.value(name) for name in (*NUMBERS, *WORDS)}
+        return {name: self._given.value(name) for name in SETTINGS}
 
     def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
         changed = {parameter.name: parameter.value for parameter in parameters}
         try:
-            settings = make_settings({**self._values(), **changed})
+            own = {name: value for name, value in changed.items() if name in SETTINGS}
+            settings = make_settings({**self._values(), **own})
             if "door" in changed:
                 self._configured = self._configured_door(str(changed["door"]))
         except DoorImpactError as error:
@@ -156,7 +156,7 @@ class ImpactPlanner(GuardedNode):
         return response
 
     def _configured_door(self, name: str) -> KnownDoor | None:
-        return KnownDoor.configured(load_door(name, self._folders)) if name else None
+        return KnownDoor.configured(load_door(name)) if name else None
 
 
 def main(args: list[str] | None = None) -> int:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from door_impact_common.arrays import Array
 from door_impact_common.errors import InputError
 from door_impact_common.files import make_folder, write_whole
-from door_impact_common.yaml_files import read_yaml
+from door_impact_common.yaml_files import read_yaml, yaml_text
 
 from impact_planner.errors import InvalidRequest
 
@@ -65,19 +64,17 @@ class Experience:
         return ""
 
 
-def load(path: Path, folders: Sequence[Path] | None = None) -> dict[str, Experience]:
+def load(path: Path) -> dict[str, Experience]:
     """Read the experience of each door; a missing or empty file holds none.
 
     Args:
         path: The file.
-        folders: Folders that may contain it, as for `door_impact_common.files.read_file`; None
-            allows every folder.
 
     Raises:
         InvalidRequest: The file cannot be read, or its content is not what `save` writes.
     """
     try:
-        document = read_yaml(path, folders)
+        document = read_yaml(path)
         if document is None:
             return {}
         return {str(door): _checked(**entry) for door, entry in document.items()}
@@ -123,4 +120,4 @@ def save(path: Path, known: Mapping[str, Experience]) -> None:
                "covariance": one.covariance.tolist()}
         for door, one in sorted(known.items())
     }
-    write_whole(path, yaml.safe_dump(document, sort_keys=False))
+    write_whole(path, yaml_text(document))

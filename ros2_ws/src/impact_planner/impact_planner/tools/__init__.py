@@ -1,1 +1,1 @@
-"""The commands `plan` and `impact_map`, with their texts and figures."""
+"""The command `plan`, with its text and its figure."""

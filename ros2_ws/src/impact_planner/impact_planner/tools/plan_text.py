@@ -3,47 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from impact_planner.impact_plan import ImpactPlan
 
-# Keys of the object `plan` in summary.json that are properties of the plan.
-_SUMMARY_KEYS = (
+# Keys of the JSON object that are numbers of the plan under the same name.
+_NUMBERS = (
     "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
-    "i_rob", "l_b",
+    "i_rob", "l_b", "restitution", "v_com", "required_impulse", "required_friction",
+    "b_r_percussion", "waist_height", "contact_time", "peak_time", "steady_way",
+    "point_of_no_return", "foot_impulse", "foot_impulse_planar", "foot_yaw_impulse",
+    "apparent_restitution", "peak_force",
 )  # fmt: skip
+_NAMES = ("plan_id", "door", "run_up", "ending")
 _SHOWN_LOADS = 4  # number of the most loaded gears in the text
-_TEXT_KEYS = ("plan_id", "door", "run_up", "ending")
-# Further properties of the plan, before and after the figures of its placement.
-_MORE_KEYS = (
-    "restitution", "v_com", "required_impulse", "required_friction", "b_r_percussion",
-    "waist_height",
-)  # fmt: skip
-_LAST_KEYS = (
-    "contact_time", "peak_time", "steady_way", "point_of_no_return", "foot_impulse",
-    "foot_impulse_planar", "foot_yaw_impulse",
-)  # fmt: skip
 
 
 def plan_object(plan: ImpactPlan) -> dict[str, Any]:
-    """The plan as a JSON object: the object `plan` of summary.json, and further figures."""
-
-    def figures(names: tuple[str, ...]) -> dict[str, float]:
-        return {name: float(getattr(plan, name)) for name in names}
-
-    return figures(_SUMMARY_KEYS) | {
+    """Return the plan as a JSON object: the object `plan` of summary.json, and further figures."""
+    return {
+        **{name: float(getattr(plan, name)) for name in _NUMBERS},
+        **{name: getattr(plan, name) for name in _NAMES},
         "planning_ms": 1e3 * plan.planning_time,
-        **{name: getattr(plan, name) for name in _TEXT_KEYS},
         "target_deg": math.degrees(plan.desired_opening_angle),
-        **figures(_MORE_KEYS),
         "step": plan.hit.stance.step,
         "door_distance": plan.hit.placement.door_distance,
         "hinge_x": plan.hit.placement.hinge_x,
-        **figures(_LAST_KEYS),
-        "apparent_restitution": plan.apparent_restitution,
         "contact_ms": 1e3 * plan.contact_duration,
-        "peak_force": plan.peak_force,
         "brace_impulse_nms": plan.hit.transfer.brace,
         "pads": {"preload": plan.pad_preload, "force": plan.pad_force,
                  "friction_share": plan.pad_friction},
@@ -64,7 +50,7 @@ def plan_object(plan: ImpactPlan) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:
-    """A JSON value with null in place of numbers that are not finite, which JSON lacks."""
+    """Return a JSON value with null in place of numbers that are not finite, which JSON lacks."""
     if isinstance(value, dict):
         return {key: finite(each) for key, each in value.items()}
     if isinstance(value, float) and not math.isfinite(value):
@@ -73,48 +59,41 @@ def finite(value: Any) -> Any:
 
 
 def plan_text(plan: ImpactPlan) -> str:
-    """The plan as a table for people; each row names the paper's equation or section."""
+    """Return the plan as a table for people; each row names the paper's equation or section."""
     rows = [*_door_rows(plan), *_hit_rows(plan), *_motion_rows(plan)]
     lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
     return "\n".join(
         [*lines, "", *_phase_lines(plan), *(f"warning: {warning}" for warning in plan.warnings)])
 
 
-def reach_lines(reach: Mapping[str, float | None]) -> list[str]:
-    """Lines that `plan --reach` adds, from the arm's reach and the closer's torque alone."""
-    names = {"largest_held_angle_deg": ("largest angle that the arm could hold", "deg"),
-             "furthest_l_b": ("furthest l_B from which it could hold this angle", "m")}
-    return [
-        f"{names[key][0]}: {'none' if value is None else f'{value:.3g} {names[key][1]}'}"
-        for key, value in reach.items()]
-
-
 def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Rows about door and stance: name, source in the paper, value."""
-    peak = f"{math.degrees(plan.peak_angle):.2f}"
-    if plan.peak_angle_std > 0.0:
-        peak += f" +- {math.degrees(plan.peak_angle_std):.2f}"
+    """Return rows about door and stance: name, source in the paper, value."""
+    desired, peak, std = map(
+        math.degrees, (plan.desired_opening_angle, plan.peak_angle, plan.peak_angle_std))
+    spread = f" +- {std:.2f}" if std > 0.0 else ""
     return [
-        ("door, opening angle", "",
-         f"{plan.door}, {math.degrees(plan.desired_opening_angle):.1f} deg"),
+        ("door, opening angle", "", f"{plan.door}, {desired:.1f} deg"),
         ("stance", "II.C.1, Fig. 5",
          f"step {plan.hit.stance.step:.3f} m, door {plan.hit.placement.door_distance:.3f} m from "
-         "the origin, "
-         f"l_B {plan.l_b:.3f} m"),
+         f"the origin, l_B {plan.l_b:.3f} m"),
         ("w' of the door", "(1), II.C.2", f"{plan.omega_door:.3f} rad/s"),
-        ("predicted peak", "(1)", f"{peak} deg, {plan.peak_time:.2f} s after the hit"),
+        ("predicted peak", "(1)", f"{peak:.2f}{spread} deg, {plan.peak_time:.2f} s after the hit"),
     ]  # fmt: skip
 
 
 def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Rows about the hit: name, source in the paper, value."""
-    floor = plan.hit.transfer.floor
+    """Return rows about the hit and its loads: name, source in the paper, value."""
+    pads = f"pads {plan.pad_preload:.0f} N, in the hit up to {plan.pad_force:.0f} N, " \
+           f"{100.0 * plan.pad_friction:.0f} % of their friction; " if plan.pad_force > 0.0 else ""
+    gears = ", ".join(
+        f"{load.joint} {abs(load.gear_torque):.0f} of {load.peak_torque:.0f} N m"
+        for load in plan.joint_loads[:_SHOWN_LOADS])
     return [
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
         ("m_re planned with", "ours",
          f"{plan.effective_mass:.1f} kg; {plan.effective_mass_model:.1f} by the simulated hit"),
-        ("learned from hits", "", f"{plan.learned_hits}" if plan.learned_hits else "none yet"),
+        ("learned from hits", "", f"{plan.learned_hits or 'none yet'}"),
         ("impulse at B", "(2)", f"{plan.required_impulse:.1f} N s"),
         ("v_rB", "(4) corrected", f"{plan.v_rb:.3f} m/s"),
         ("v'_rB", "restitution",
@@ -125,27 +104,16 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
         ("b_r, b_r that (5) asks for", "(5)",
          f"{plan.b_r:.3f}, {plan.b_r_percussion:.3f} m, waist at {plan.waist_height:.3f} m"),
         ("feet in the hit", "(5)",
-         f"{floor.impulse:.1f} N s across ({abs(floor.impulse_planar):.1f} by (5) alone), "
-         f"{floor.yaw_impulse:.2f} N m s about the vertical, friction {floor.friction:.2f}"),
-        *_load_rows(plan),
+         f"{plan.foot_impulse:.1f} N s across ({abs(plan.foot_impulse_planar):.1f} by (5) alone), "
+         f"{plan.foot_yaw_impulse:.2f} N m s about the vertical, friction "
+         f"{plan.hit.transfer.floor.friction:.2f}"),
+        ("brace", "II.C.1", f"{pads}{plan.brace_joint} gets {abs(plan.brace_impulse):.1f} N m s"),
+        *([("gears", "ours", gears)] if gears else []),
     ]  # fmt: skip
 
 
-def _load_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Rows about what brace and gears carry in the hit."""
-    given = f"{plan.brace_joint} gets {abs(plan.brace_impulse):.1f} N m s"
-    if plan.pad_force > 0.0:
-        given = (f"pads {plan.pad_preload:.0f} N, in the hit up to {plan.pad_force:.0f} N, "
-                 f"{100.0 * plan.pad_friction:.0f} % of their friction; {given}")
-    rows = [("brace", "II.C.1", given)]
-    most = ", ".join(
-        f"{load.joint} {abs(load.gear_torque):.0f} of {load.peak_torque:.0f} N m"
-        for load in plan.joint_loads[:_SHOWN_LOADS])
-    return [*rows, ("gears", "ours", most)] if most else rows
-
-
 def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Rows about the motion: name, source in the paper, value."""
+    """Return rows about the motion: name, source in the paper, value."""
     back, missed = 1e3 * plan.point_of_no_return, 1e3 * plan.missed_margin
     return [
         ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
@@ -165,7 +133,7 @@ def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
 
 
 def _phase_lines(plan: ImpactPlan) -> list[str]:
-    """Table of the phases' ZMP margins, shares of joint limits and nearest bodies."""
+    """Return a table of the phases' ZMP margins, shares of joint limits and nearest bodies."""
     lines = [f"{'phase':<9}{'ZMP margin':>12}{'speed':>8}{'torque':>8}   nearest bodies"]
     for phase in plan.phases:
         near = "; ".join(

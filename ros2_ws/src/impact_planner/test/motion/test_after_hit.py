@@ -21,37 +21,6 @@ from scipy.interpolate import make_interp_spline
 TARGET = math.radians(25.0)
 
 
-def speed_of_b(robot, knots, time, base):
-    """Speed of the elbow towards the door while the left sole stands still [m/s]."""
-    step = 1e-5
-    places = []
-    for at in (time - step, time + step):
-        joints = knots.at(at)[0][0]
-        q = robot.configuration(np.zeros(3), joints)
-        sole = robot.frame_position(q, robot.feet["left"].frame)
-        places.append(robot.contact_position(q) - sole)
-    return -float((places[1] - places[0])[1]) / (2.0 * step)
-
-
-@pytest.mark.parametrize("restitution", [0.3, 0.7])
-def test_legs_go_on_at_v_rb_post_and_come_to_rest(robot, known, restitution):
-    """B moves at v'_rB once the legs have slowed down, and the phase ends at rest."""
-    plan = plan_impact(
-        PlanRequest(TARGET, restitution=restitution, run_up="zmp_limited"), known, robot)
-    post = plan.phase("post").knots
-    slow = PlannerSettings().slow_down
-    assert speed_of_b(robot, post, slow, None) == pytest.approx(plan.v_rb_post, abs=4e-3)
-    assert np.abs(post.velocity[-1]).max() < 1e-9
-
-
-def test_the_phases_join_in_place_and_speed(robot, plan):
-    """The motion after the hit continues the run-up at the switch."""
-    cam = plan.phase("cam").knots.at(plan.switch_time)
-    post = plan.phase("post").knots.at(0.0)
-    np.testing.assert_allclose(post[0], cam[0], atol=5e-5)
-    np.testing.assert_allclose(post[1], cam[1], atol=5e-3)
-
-
 def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
     """The refusal names distance and reach, not an infinite margin."""
     request = PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited")
@@ -101,14 +70,14 @@ def test_a_stop_begun_before_the_point_of_no_return_keeps_balance_and_the_leaf(
         assert bool(margin > 0.018 and gap > 0.009) is good
 
 
-def demands(robot, v_rb, stance, share=0.9):
+def demands(robot, v_rb, stance):
     """The demands of a speed of B [m/s] on the legs."""
     speed = v_rb / waist_per_com(robot, stance.posture, stance.feet)
-    return LegDemands(speed=speed, joint_speed=share * robot.speed_limit)
+    return LegDemands(speed=speed, joint_speed=0.9 * robot.speed_limit)
 
 
 def test_a_faster_hit_lowers_the_waist_as_far_as_the_knee_asks(robot, stance):
-    """Eq. (5) is met at 0.5 m/s; at 0.62 m/s the waist is lowered just enough for the knee."""
+    """Eq. (5) is met at 0.5 m/s; at 0.62 the waist is just low enough, at 1.5 none is."""
     calm = stance_for_step(robot, stance.step, 0.01, demands(robot, 0.5, stance))
     assert calm.percussion_error == 0.0
     fast = demands(robot, 0.62, stance)
@@ -119,10 +88,6 @@ def test_a_faster_hit_lowers_the_waist_as_far_as_the_knee_asks(robot, stance):
     assert capable(robot, lower.posture, lower.feet, fast)
     assert not capable(
         robot, lower.posture, lower.feet, replace(fast, speed=1.01 * fast.speed))
-
-
-def test_no_height_makes_a_knee_fast_enough_for_everything(robot, stance):
-    """The refusal names the knee, its speed and its limit."""
     with pytest.raises(JointLimit, match="LLEG_JOINT3") as caught:
         stance_for_step(robot, stance.step, 0.01, demands(robot, 1.5, stance))
     assert caught.value.value > caught.value.limit

@@ -17,19 +17,14 @@ TARGET = math.radians(25.0)
 
 
 @pytest.fixture(scope="module")
-def hinge(plan):
-    """x and y of the hinge in odom."""
-    return plan.hit.placement.hinge
-
-
-@pytest.fixture(scope="module")
-def task(robot, known, plan, hinge):
+def task(robot, known, plan):
     """The door to hold, from the end of the plan's phase `post`."""
     joints = plan.phase("post").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
-    return HoldTask(known.door, known.width, hinge, TARGET, joints, base, feet, 60.0, 0.9, 0.005)
+    return HoldTask(known.door, known.width, plan.hit.placement.hinge, TARGET, joints, base, feet,
+                    60.0, 0.9, 0.005)
 
 
 @pytest.fixture(scope="module")
@@ -53,23 +48,23 @@ def leaf_at(known, hold, hinge, time):
     return LeafFrame(hinge, float(np.interp(time, swing.t, swing.theta)))
 
 
-def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known, hold, hinge):
+def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known, hold, task):
     """Nothing touches the leaf while the arm extends, and only the hand does later."""
     motion = hold.phase.motion
     for i in range(0, len(motion), 5):
-        leaf = leaf_at(known, hold, hinge, motion.time[i])
+        leaf = leaf_at(known, hold, task.hinge, motion.time[i])
         hand = leaf.gap(body(robot, motion, i, robot.config.hand_link)) - robot.hand_radius()
         assert hand > (0.01 if motion.time[i] < hold.catch.reach else -1e-3)
         for frame, radius in ((robot.config.contact_link, 0.05), ("RARM_LINK4", 0.04)):
             assert leaf.gap(body(robot, motion, i, frame)) - radius > 0.01
 
 
-def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, hinge):
+def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, task):
     """After its arrival the hand keeps its distance from the hinge, its height and contact."""
     motion = hold.phase.motion
     for i in np.flatnonzero(motion.time >= hold.catch.reach + 0.02)[::8]:
         angle = float(hold.catch.angle_at(motion.time[i : i + 1], TARGET)[0])
-        leaf = LeafFrame(hinge, angle)
+        leaf = LeafFrame(task.hinge, angle)
         hand = body(robot, motion, i, robot.config.hand_link)
         assert leaf.gap(hand) == pytest.approx(robot.hand_radius(), abs=5e-4)
         assert leaf.radius(hand) == pytest.approx(hold.hand.radius, abs=5e-4)

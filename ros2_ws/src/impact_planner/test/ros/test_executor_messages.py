@@ -42,33 +42,19 @@ def checked(robot, message) -> Execution:
     return execution
 
 
-def test_the_planners_own_plan_passes(robot, message):
+@pytest.mark.parametrize(("forge", "words"), [
+    (lambda m: setattr(m, "stop_duration", 1e9), "stop_duration"),
+    (lambda m: setattr(m.left_foot.position, "y", math.nan), "left foot"),
+    (lambda m: m.branches[0].trajectory.points[3].velocities.__setitem__(3, math.nan),
+     "must be finite")])
+def test_a_number_that_makes_no_sense_is_refused_where_the_planners_plan_passes(
+        robot, message, forge, words):
     assert checked(robot, message).planned_contact > 0.0
-
-
-@pytest.mark.parametrize(("name", "value"), [
-    ("contact_time", math.nan), ("v_com", -1e3), ("stop_duration", 1e9)])
-def test_a_number_that_makes_no_sense_is_refused_with_its_value(robot, message, name, value):
     forged = copy.deepcopy(message)
-    setattr(forged, name, value)
-    with pytest.raises(GoalRefused) as refused:
+    forge(forged)
+    with pytest.raises(GoalRefused, match=words) as refused:
         checked(robot, forged)
     assert refused.value.reason == "no_plan"
-
-
-def test_a_trajectory_with_a_number_that_is_none_is_refused(robot, message):
-    forged = copy.deepcopy(message)
-    points = forged.branches[0].trajectory.points
-    points[len(points) // 2].velocities[3] = math.nan
-    with pytest.raises(GoalRefused, match="must be finite"):
-        checked(robot, forged)
-
-
-def test_a_foot_that_stands_nowhere_is_refused(robot, message):
-    forged = copy.deepcopy(message)
-    forged.left_foot.position.y = math.nan
-    with pytest.raises(GoalRefused, match="left foot"):
-        checked(robot, forged)
 
 
 @given(st.dictionaries(st.sampled_from(USED), st.floats(), min_size=1))
@@ -83,14 +69,10 @@ def test_whatever_the_numbers_are_the_plan_is_refused_or_its_motions_can_be_made
     except GoalRefused:
         return
     now = execution.planned_contact
-    execution.on_joint_state(now, message_start(message), message_start(message) * 0.0)
+    start = np.array(message.phases[0].trajectory.points[0].positions)
+    execution.on_joint_state(now, start, 0.0 * start)
     for command in execution.on_door(now, 0.01, 0.5):
         assert abs(command.knots.velocity[-1]).max() < 1e-6
-
-
-def message_start(message):
-    """Joint positions at the start of the plan."""
-    return np.array(message.phases[0].trajectory.points[0].positions)
 
 
 def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
@@ -101,9 +83,7 @@ def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
         intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value)
     noticed = diagnostics("impact_executor", intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
     assert noticed.level == DiagnosticStatus.WARN
-    assert {(v.key, v.value) for v in noticed.values} == {
-        ("dropped on /imu: a value is out of its range", "1"), ("largest lag on /imu [s]", "0.300"),
-        ("longest gap on /imu [s]", "0.200"), ("publishers of /imu", "/a, /b")}
+    assert {v.value for v in noticed.values} == {"1", "0.300", "0.200", "/a, /b"}
 
 
 def test_an_imu_whose_covariance_begins_with_minus_one_has_no_accelerometer():

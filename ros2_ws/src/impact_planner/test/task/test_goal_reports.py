@@ -35,20 +35,6 @@ def test_a_report_counts_once_after_its_goal_ran_and_ended(events):
     assert set(counted) <= set(first) & set(ended)
 
 
-@pytest.mark.parametrize("report_first", [True, False])
-def test_the_report_may_come_before_or_after_the_end_of_the_goal(report_first):
-    """Report and end arrive on different topics, in any order."""
-    known = GoalReports()
-    assert known.goal(b"a", None) is None
-    if report_first:
-        assert known.report(b"a", "hit") is None
-        assert known.goal(b"a", 4) == ("hit", 4)
-    else:
-        assert known.goal(b"a", 4) is None
-        assert known.report(b"a", "hit") == ("hit", 4)
-    assert known.goal(b"a", 4) is None
-
-
 def test_old_goals_are_forgotten():
     """Only the last goals are remembered, so that memory does not grow."""
     known = GoalReports()

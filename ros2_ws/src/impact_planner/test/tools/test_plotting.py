@@ -3,44 +3,40 @@
 import numpy as np
 import pytest
 from impact_planner.hit.leaf import LeafFrame
-from impact_planner.task.settings import PlannerSettings
-from impact_planner.tools.plan_scene import caught_after, door_course, plan_scene
 
-SETTINGS = PlannerSettings()
-
-
-@pytest.fixture(scope="module")
-def case(robot, plan):
-    """The plan, the robot and the scene."""
-    return plan, robot, plan_scene(plan, robot)
+pytest.importorskip("matplotlib")
+from impact_planner.tools.plan_views import body_outlines, configuration_at_hit
+from impact_planner.tools.plotting import door_course, draw_plan
 
 
-def test_the_figure_is_written_in_silence(case, tmp_path, caplog, recwarn):
+def test_the_figure_is_written_in_silence(robot, plan, tmp_path, caplog, recwarn):
     """The plan is drawn without warnings or log messages."""
-    pytest.importorskip("matplotlib")
-    from impact_planner.tools.plotting import draw_plan
-
-    plan, robot, _ = case
     path = tmp_path / "plan.png"
-    draw_plan(plan, robot, SETTINGS, path)
+    draw_plan(plan, robot, path)
     assert path.read_bytes()[:4] == b"\x89PNG"
     assert not caplog.records
     assert not recwarn.list
 
 
-def test_b_is_on_the_leaf_where_the_elbow_touches_it(case):
+def test_b_is_on_the_leaf_where_the_elbow_touches_it(robot, plan):
     """B is on the leaf at l_B, one radius from the centre of the contact body."""
-    plan, robot, scene = case
-    leaf = LeafFrame(scene.hinge, plan.initial_angle)
-    assert leaf.gap(scene.b) == pytest.approx(0.0, abs=1e-6)
-    assert leaf.radius(scene.b) == pytest.approx(plan.l_b, abs=1e-6)
-    elbow = robot.contact_position(scene.q_hit)
-    assert np.linalg.norm(scene.b - elbow) == pytest.approx(robot.config.contact_radius, abs=2e-4)
+    leaf = LeafFrame(plan.phase("post").leaf.hinge, plan.initial_angle)
+    assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)
+    assert leaf.radius(plan.contact_point) == pytest.approx(plan.l_b, abs=1e-6)
+    elbow = robot.contact_position(configuration_at_hit(plan, robot))
+    assert np.linalg.norm(plan.contact_point - elbow) == pytest.approx(
+        robot.config.contact_radius, abs=2e-4)
 
 
-def test_the_door_opens_to_the_peak_and_falls_back(case):
-    """The door opens to its peak, closes without a jump, and is led by the hand."""
-    plan, robot, _ = case
+def test_no_outline_reaches_into_the_leaf(robot, plan):
+    """At the hit nothing of the robot is nearer to the leaf's face than the elbow."""
+    outlines = body_outlines(robot, configuration_at_hit(plan, robot), (1, 0))
+    face = plan.contact_point[1]
+    assert min(corners[:, 0].min() for _, corners in outlines) == pytest.approx(face, abs=1e-3)
+
+
+def test_the_door_opens_to_the_peak_falls_back_and_is_held(plan):
+    """The course has no jump, its peak is the predicted one, and its end the desired angle."""
     time, angle, start = door_course(plan)
     assert np.all(np.diff(time) > 0.0)
     assert angle[0] == plan.initial_angle
@@ -48,8 +44,5 @@ def test_the_door_opens_to_the_peak_and_falls_back(case):
     assert free.max() == pytest.approx(plan.peak_angle, abs=2e-3)
     assert time[np.argmax(free)] == pytest.approx(plan.peak_time, abs=0.03)
     assert np.abs(np.diff(angle)).max() < 0.02
-    caught = start + caught_after(plan, robot)
+    assert 0.0 < angle[time >= start].min() < plan.desired_opening_angle
     assert angle[-1] == pytest.approx(plan.desired_opening_angle, abs=1e-3)
-    falling = (time > start) & (time < caught)
-    assert np.all(np.diff(angle[falling]) < 0.0)
-    assert 0.0 < angle[time >= caught].min() < angle[time >= caught][0]

@@ -90,12 +90,6 @@ def test_a_silent_topic_ends_the_walk_without_a_command(robot, ahead):
     assert JOINTS in rig.walk.reason
 
 
-def test_an_error_of_the_program_ends_the_walk_without_a_command(robot, ahead):
-    rig = Rig(robot, ahead)
-    assert rig.inputs.on_failure(ZeroDivisionError("by zero")) == []
-    assert "ZeroDivisionError" in rig.walk.reason
-
-
 def test_a_clock_that_goes_back_ends_the_walk_and_forgets_everything(robot, ahead):
     rig = Rig(robot, ahead)
     rig.inputs.forget()

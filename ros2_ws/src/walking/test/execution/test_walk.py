@@ -163,15 +163,6 @@ def test_a_walk_whose_messages_pause_stands_and_goes_on_to_its_goal(robot, ahead
     rig.steady()
 
 
-def test_a_walk_that_is_late_again_and_again_is_given_up(robot, ahead):
-    """Messages that come only every 3 s can never be in time."""
-    rig = Rig(robot, Walk(robot, ahead))
-    rig.run(heard=lambda now: now % 3.0 < 2.0 * TICK)
-    assert rig.walk.outcome is Outcome.STOPPED
-    assert "came to rest 6 times" in rig.walk.reason
-    rig.stands()
-
-
 @pytest.mark.parametrize("when", [0.4, 2.6])
 def test_new_footsteps_replace_those_that_have_not_begun(robot, ahead, when):
     """The feet that are on their way land where they were to; then the walk goes elsewhere."""

@@ -79,21 +79,6 @@ def test_a_far_goal_to_the_side_is_walked_to_ahead_unless_the_heading_is_kept(ro
     assert max(abs(step.yaw) for step in aside) == 0.0
 
 
-def test_whole_turns_are_made_only_on_request(robot, half_sitting):
-    """A heading of 360 deg is the present one, unless whole turns count."""
-    goal = Pose(0.0, 0.0, 2.0 * math.pi)
-    assert plan_footsteps(robot.config, half_sitting, goal) == []
-    steps = plan_footsteps(robot.config, half_sitting, goal, whole_turns=True)
-    assert steps[-1].yaw == pytest.approx(2.0 * math.pi)
-
-
-def test_the_first_foot_can_be_given(robot, half_sitting):
-    """A robot that walks must step with the foot that does not bear it."""
-    for side in ("left", "right"):
-        steps = plan_footsteps(robot.config, half_sitting, Pose(1.0, 0.2, 0.4), first=side)
-        assert steps[0].side == side
-
-
 @pytest.mark.parametrize(("goal", "value"), [
     (Pose(math.nan, 0.0, 0.0), None), (Pose(60.0, 0.0, 0.0), 60.0)])
 def test_goals_that_are_no_numbers_or_too_far_are_refused(robot, half_sitting, goal, value):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from walking.footsteps.checks import sole_distances
 from walking.footsteps.footstep import Footstep, Pose, Stance
-from walking.footsteps.soles import sole_distances
 from walking.pattern.settings import WalkSettings
 from walking.pattern.swing import feet_courses, swing
 from walking.pattern.timing import schedule

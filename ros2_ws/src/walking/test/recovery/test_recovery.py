@@ -4,16 +4,16 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hrp2_description.robot import SIDES
 from humanoid_motion.driver_interface import ImuSample
+from humanoid_motion.kinematics import planar_pose
 from walking.footsteps.checks import fits
 from walking.footsteps.footstep import other
-from walking.recovery.adaptation import Swing, landings
-from walking.recovery.estimate import Measured, com_over_sole
-from walking.recovery.recovery import recover, watch
-from walking.recovery.reference import phase_at, reference_at
-from walking.recovery.settings import RecoverySettings
+from walking.recovery.adaptation import RecoverySettings, Swing, landings
+from walking.recovery.estimate import Measured, com_over_sole, reference_at, watch
+from walking.recovery.recovery import recover
 
 TILTS = [(math.cos(a), math.sin(a)) for a in np.arange(3) * math.tau / 3.0]
 STEPS = (1, 2)
@@ -33,7 +33,7 @@ def middle_of(plan, step):
 
 def measured_at(robot, plan, time, velocity=(0.0, 0.0)):
     """What a robot measures whose body turns about its sole so that the CoM has a speed more."""
-    phase = phase_at(plan, time)
+    phase = plan.phase_at(time)
     position, speed, _ = (rows[0] for rows in plan.knots.at(time))
     q = robot.configuration(np.zeros(3), position)
     frame = robot.config.imu_frame
@@ -44,8 +44,7 @@ def measured_at(robot, plan, time, velocity=(0.0, 0.0)):
     rate = np.array([-velocity[1], velocity[0], 0.0]) / com.height
     _, yaw = robot.frame_pose(q, robot.feet[side].frame)
     heading = sole.yaw - math.atan2(yaw[1, 0], yaw[0, 0])
-    cos, sin = math.cos(heading), math.sin(heading)
-    about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    about = planar_pose(0.0, 0.0, heading)[:3, :3]
     world = about @ turn
     # The plan's own turn about the vertical.
     ahead, back = (reference_at(robot, plan, time + dt, 0.75) for dt in (1e-4, -1e-4))
@@ -53,18 +52,11 @@ def measured_at(robot, plan, time, velocity=(0.0, 0.0)):
     chest = robot.frame_jacobian(q, frame)[3:] @ robot.velocity(np.zeros(3), speed)
     feet = robot.frame_jacobian(q, robot.feet[side].frame)[3:] @ robot.velocity(np.zeros(3), speed)
     own = about @ (chest - feet)
-    quaternion = quaternion_of(world)
+    quaternion = pin.Quaternion(world).coeffs()
     imu = ImuSample(quaternion, world.T @ (rate + own), world.T @ np.array([0.0, 0.0, 9.81]))
     wrench = np.array([0.0, 0.0, robot.mass * 9.81, 0.0, 0.0, 0.0])
     loads = {foot: wrench if foot == side else np.zeros(6) for foot in SIDES}
     return Measured(position, speed, imu, loads["left"], loads["right"])
-
-
-def quaternion_of(matrix):
-    """Return x, y, z, w of a rotation by less than half a turn."""
-    w = 0.5 * math.sqrt(1.0 + np.trace(matrix))
-    x, y, z = matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]
-    return np.array([x, y, z, 4.0 * w * w]) / (4.0 * w)
 
 
 def pushed(robot, plan, step, velocity):
@@ -110,7 +102,7 @@ def test_a_changed_walk_ends_standing_within_every_limit(robot, ahead, step, dir
     """The step keeps the robot's limits, the joints theirs, and the end is at rest on two feet."""
     time, found = pushed(robot, ahead, step, 0.25 * np.array(direction))
     plan, settings = found.plan, RecoverySettings()
-    stance = phase_at(ahead, time).stance
+    stance = ahead.phase_at(time).stance
     assert fits(robot.config, stance, [found.landing.side], np.array([found.landing.pose]))
     assert np.all(plan.knots.position >= robot.lower - 1e-9)
     assert np.all(plan.knots.position <= robot.upper + 1e-9)
@@ -118,9 +110,8 @@ def test_a_changed_walk_ends_standing_within_every_limit(robot, ahead, step, dir
     assert np.abs(plan.knots.velocity[-1]).max() < 1e-3
     assert plan.final.at_rest
     for side in SIDES:
-        q = robot.configuration(plan.motion.base[-1], plan.knots.position[-1])
-        q[5] = math.sin(0.5 * plan.motion.base_yaw.angle[-1])
-        q[6] = math.cos(0.5 * plan.motion.base_yaw.angle[-1])
+        q = robot.configuration(plan.motion.base[-1], plan.knots.position[-1],
+                                plan.motion.base_yaw.angle[-1])
         place = robot.frame_position(q, robot.feet[side].frame)
         foot = plan.stance.foot(side)
         assert place == pytest.approx([foot.x, foot.y, 0.0], abs=1e-6)
@@ -129,12 +120,12 @@ def test_a_changed_walk_ends_standing_within_every_limit(robot, ahead, step, dir
 @pytest.mark.parametrize("step", STEPS)
 def test_the_foot_goes_where_the_robot_falls(robot, ahead, step):
     """A push to the swinging foot's side makes the step wider, and more so if it is stronger."""
-    swing = phase_at(ahead, middle_of(ahead, step)).swing
+    swing = ahead.phase_at(middle_of(ahead, step)).swing
     outward = 1.0 if swing == "left" else -1.0
     width = []
     for speed in (0.0, 0.2, 0.35):
         time, found = pushed(robot, ahead, step, (-0.15, outward * speed))
-        standing = phase_at(ahead, time).stance.foot(other(swing))
+        standing = ahead.phase_at(time).stance.foot(other(swing))
         width.append(outward * found.landing.pose.seen_from(standing).y)
     assert width == sorted(width)
     assert width[-1] > width[0] + 0.03
@@ -164,7 +155,7 @@ def test_a_walk_that_was_changed_is_left_alone_while_it_goes_as_expected(robot, 
 def test_the_margin_of_a_landing_is_that_of_the_pendulum(robot, ahead):
     """Margin and capture point of every landing follow from the pendulum's own solution."""
     time = middle_of(ahead, 1)
-    phase = phase_at(ahead, time)
+    phase = ahead.phase_at(time)
     state = reference_at(robot, ahead, time, 0.75)
     swing = Swing(
         phase.swing, phase.stance.foot(other(phase.swing)), state.foot.value[:2],

@@ -7,8 +7,8 @@ import pytest
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
-from walking.recovery.estimate import Measured
-from walking.recovery.recovery import recover, watch
+from walking.recovery.estimate import Measured, watch
+from walking.recovery.recovery import recover
 
 
 def arrays(robot, knots):
@@ -66,13 +66,3 @@ def test_an_undisturbed_walk_is_never_changed(robot, walk_to, engine, friction, 
     fell, changes = walked(
         robot, plan, engine, friction=friction, rubber_scale=rubber)
     assert (fell, changes) == ("", [])
-
-
-@pytest.mark.nightly("several walks")
-@pytest.mark.parametrize("angle", [90, 180, 270])
-def test_pushes_in_single_support_are_survived(robot, walk_to, angle):
-    """20 N s to the back, to the standing foot's side and to the swinging foot's."""
-    plan = walk_to(0.8, 0.0, 0.0)
-    push = 20.0 * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
-    fell, _ = walked(robot, plan, "mujoco", push, middle_of(plan, 2))
-    assert fell == ""

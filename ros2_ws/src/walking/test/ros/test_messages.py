@@ -7,18 +7,16 @@ import pytest
 pytest.importorskip("door_impact_msgs.msg")
 
 from builtin_interfaces.msg import Time
-from door_impact_common.errors import SettingError
 from door_impact_msgs.action import Walk
 from door_impact_msgs.msg import Footstep as FootstepMessage
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from tf2_msgs.msg import TFMessage
-from walking.errors import InvalidFootsteps, NotReady, WalkInfeasible
+from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import Footstep, Pose, wrapped
 from walking.ros.messages import (
     base_pose,
-    error_code,
     footsteps_message,
     goal_from,
     pose_message,
@@ -67,14 +65,6 @@ def test_an_orientation_off_the_floor_is_refused_with_its_value(turn, what):
         goal_from(goal)
     with pytest.raises(InvalidFootsteps, match="footstep 1"):
         goal_from(Walk.Goal(footsteps=[FootstepMessage(side="left", pose=goal.goal.pose)]))
-
-
-def test_each_error_has_its_code():
-    result = Walk.Result
-    assert error_code(InvalidFootsteps("x")) == result.INVALID_GOAL
-    assert error_code(NotReady("x")) == result.NOT_READY
-    assert error_code(WalkInfeasible("x")) == result.INFEASIBLE
-    assert error_code(SettingError("duration", 0, 1)) == result.INVALID_GOAL
 
 
 def test_the_base_is_found_among_the_transforms_and_is_a_number():

@@ -38,10 +38,7 @@ def plan_goal(
     """Plan the walk to a goal.
 
     Args:
-        robot: The robot.
         state: State in which it begins.
-        goal: The goal.
-        settings: Settings of the walk.
         last: Foot that lands where the walk begins; empty for a walk from rest.
 
     Raises:

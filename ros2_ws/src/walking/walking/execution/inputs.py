@@ -107,7 +107,6 @@ class Inputs:
         Args:
             arrival: Times of the message.
             tilt: Angle between the trunk and the vertical [rad].
-            reading: The reading.
 
         Returns:
             Commands for the driver.

@@ -6,6 +6,7 @@ steps, and comes to rest there. Silence, a crash of the node and a lost link are
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,40 @@ from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 
 _SAME_TIME = 1e-6  # largest difference of equal times [s]
+
+
+@dataclass(frozen=True)
+class ExecutionSettings:
+    """Thresholds of the execution of walks.
+
+    Attributes:
+        lead: Time from sending a walk to its start [s]. Within it the driver goes from its present
+            reference to the first posture of the walk.
+        commit: Time before a step at which the motion of the step is sent [s]. Until then the
+            driver has a trajectory that ends with the robot standing on two feet before this step.
+        latest: Time after the begin of a step up to which its motion can still be sent [s]. The
+            motions with and without the step differ by less than 0.1 mm of the CoM until then.
+        splice: Time from handling a measurement to the driver's reaction [s].
+        planning: Time that is kept for the planning of new footsteps while the robot walks [s].
+        settle: Time after the end of the motion at which the robot is at rest [s].
+        fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
+        tracking: Largest distance between a joint and its trajectory [rad]; a push that the robot
+            withstands bends an ankle by up to 0.2 rad.
+        leaning: Tilt of the trunk above which `tracking` is not judged [rad]: a push or a fall has
+            moved the joints, and the driver is not to blame.
+        restarts: How often a walk that came to rest because a message was late is taken up again.
+    """
+
+    lead: float = 0.5
+    commit: float = 0.1
+    latest: float = 0.01
+    splice: float = 0.005
+    planning: float = 0.5
+    settle: float = 0.1
+    fall_tilt: float = math.radians(30.0)
+    tracking: float = 0.3
+    leaning: float = math.radians(5.0)
+    restarts: int = 5
 
 
 @dataclass(frozen=True)
@@ -47,10 +82,7 @@ def rest_after(robot: RobotModel, plan: WalkPlan, step: int, settings: WalkSetti
     checked again: legs and arms are within their places in the walk.
 
     Args:
-        robot: The robot.
-        plan: The walk.
         step: Number of footsteps that are made before.
-        settings: Settings of the walk.
 
     Raises:
         WalkInfeasible: The robot cannot come to rest there.
@@ -70,7 +102,6 @@ def section(plan: WalkPlan, step: int, rest: Rest, begin: float = 0.0) -> Knots:
     """Join a walk up to a boundary and the motion to rest from there.
 
     Args:
-        plan: The walk.
         step: Number of footsteps that are made.
         rest: Motion to rest from that boundary, of `rest_after`.
         begin: Time of the walk before which knots are left out, because the driver has passed them

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
+from humanoid_motion.kinematics import yaw_of
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.tolerances import STILL, WALK_START
 
 from walking.errors import NotReady
 from walking.footsteps.footstep import Pose, Stance
@@ -20,9 +22,7 @@ TILT = math.radians(3.0)  # largest tilt of the trunk at the beginning of a walk
 LEVEL = 0.015  # largest difference in height of the soles [m]
 FLAT = math.radians(3.0)  # largest tilt of a sole [rad]
 NEAR = 0.03  # distance up to which the upper body counts as in a known posture [rad]
-JOINT = 0.08  # largest distance of a joint from the first posture of the walk [rad]
 _MISSES = 0.06  # by how much a measured posture may miss level soles [m, rad]
-STILL = 0.2  # largest speed of a joint at the beginning of a walk [rad/s]
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,7 @@ def start_state(
     is measured.
 
     Args:
-        robot: The robot.
         found: What is known of the robot.
-        settings: Settings of the walk.
         known: Postures that the upper body may have been commanded to, (J,) each [rad]; the legs'
             columns are ignored. Half-sitting is always one of them.
 
@@ -62,15 +60,17 @@ def start_state(
         NotReady: The robot moves, is tilted, or does not stand flat on both feet.
         HumanoidMotionError: The legs cannot take this posture with an upright trunk.
     """
-    _require_still(robot, found)
+    _require(found.tilt, TILT, "tilt of the trunk [rad]", "has the robot fallen?")
+    speed = np.abs(found.velocity)
+    fastest = int(np.argmax(speed))
+    _require(speed[fastest], STILL, f"speed of {robot.joint_names[fastest]} [rad/s]",
+             "a walk begins at rest")
     stance, height = _feet(robot, found)
-    trunk = np.ones(len(found.position), dtype=bool)
-    for columns in robot.leg_columns.values():
-        trunk[list(columns)] = False
+    legs = [column for columns in robot.leg_columns.values() for column in columns]
     plain = standing(robot, stance)
     upper = untwisted(robot, stance, found.position, settings)
     near = [posture for posture in (*known, robot.config.half_sitting)
-            if np.abs(upper - posture)[trunk].max() <= NEAR]
+            if np.delete(np.abs(upper - posture), legs).max() <= NEAR]
     if near and abs(height - plain.waist_height) <= LEVEL:
         return standing(robot, stance, near[0])
     return resting(robot, stance, found.position, settings, _MISSES)
@@ -80,7 +80,6 @@ def require_near(robot: RobotModel, first: Array, position: Array) -> None:
     """Check that the robot is near the first posture of a walk.
 
     Args:
-        robot: The robot.
         first: Joint positions at the beginning of the walk, (J,) [rad].
         position: Present joint positions, (J,) [rad].
 
@@ -89,28 +88,22 @@ def require_near(robot: RobotModel, first: Array, position: Array) -> None:
     """
     off = np.abs(position - first)
     worst = int(np.argmax(off))
-    if off[worst] > JOINT:
-        raise NotReady(
-            f"the robot is not in a posture from which it can walk: {robot.joint_names[worst]} is "
-            f"{off[worst]:.3f} rad from the first posture of the walk, at most {JOINT} rad are "
-            "allowed", quantity=f"{robot.joint_names[worst]} [rad]", value=float(off[worst]),
-            limit=JOINT)
+    _require(off[worst], WALK_START,
+             f"distance of {robot.joint_names[worst]} from the walk's first posture [rad]",
+             "the robot is not in a posture from which it can walk")
 
 
-def _require_still(robot: RobotModel, found: Standing) -> None:
-    if not found.tilt <= TILT:
-        raise NotReady(
-            f"the trunk is tilted by {math.degrees(found.tilt):.1f} deg, a walk begins at no more "
-            f"than {math.degrees(TILT):.1f} deg: has the robot fallen?",
-            quantity="tilt [rad]", value=found.tilt, limit=TILT)
-    speed = np.abs(found.velocity)
-    fastest = int(np.argmax(speed))
-    if not speed[fastest] <= STILL:
-        raise NotReady(
-            f"{robot.joint_names[fastest]} turns at {speed[fastest]:.2f} rad/s; a walk begins at "
-            f"rest, with at most {STILL:g} rad/s",
-            quantity=f"{robot.joint_names[fastest]} [rad/s]", value=float(speed[fastest]),
-            limit=STILL)
+def soles_at(robot: RobotModel, base: Pose, position: Array) -> Stance:
+    """Compute where the soles are, as seen from above.
+
+    Args:
+        base: Pose of base_link in odom, as seen from above.
+        position: Joint positions, (J,) [rad].
+    """
+    frames = [robot.feet[side].frame for side in SIDES]
+    return Stance(**{
+        side: base.moved(float(pose[0, 3]), float(pose[1, 3]), yaw_of(pose))
+        for side, pose in zip(SIDES, robot.poses_in_base(position, frames), strict=True)})
 
 
 def _feet(robot: RobotModel, found: Standing) -> tuple[Stance, float]:
@@ -119,23 +112,18 @@ def _feet(robot: RobotModel, found: Standing) -> tuple[Stance, float]:
     Raises:
         NotReady: A sole is not flat, or they are not equally high.
     """
-    q = robot.configuration(np.zeros(3), found.position)
-    poses, heights = {}, []
-    for side in SIDES:
-        place, turn = robot.frame_pose(q, robot.feet[side].frame)
-        lean = math.acos(min(1.0, max(-1.0, float(turn[2, 2]))))
-        if lean > FLAT:
-            raise NotReady(
-                f"the {side} sole leans by {math.degrees(lean):.1f} deg, at most "
-                f"{math.degrees(FLAT):.1f} deg are allowed: the robot does not stand",
-                quantity=f"{side} sole [rad]", value=lean, limit=FLAT)
-        yaw = math.atan2(float(turn[1, 0]), float(turn[0, 0]))
-        poses[side] = found.base.moved(float(place[0]), float(place[1]), yaw)
-        heights.append(-float(place[2]))
-    apart = abs(heights[0] - heights[1])
-    if apart > LEVEL:
-        raise NotReady(
-            f"one sole is {1e3 * apart:.0f} mm higher than the other, at most {1e3 * LEVEL:.0f} mm "
-            "are allowed: the robot does not stand on both feet",
-            quantity="height of the soles [m]", value=apart, limit=LEVEL)
-    return Stance(**poses), float(np.mean(heights))
+    frames = [robot.feet[side].frame for side in SIDES]
+    poses = robot.poses_in_base(found.position, frames)
+    for side, pose in zip(SIDES, poses, strict=True):
+        lean = math.acos(min(1.0, max(-1.0, float(pose[2, 2]))))
+        _require(lean, FLAT, f"tilt of the {side} sole [rad]", "the robot does not stand")
+    heights = [-float(pose[2, 3]) for pose in poses]
+    _require(abs(heights[0] - heights[1]), LEVEL, "difference in height of the soles [m]",
+             "the robot does not stand on both feet")
+    return soles_at(robot, found.base, found.position), float(np.mean(heights))
+
+
+def _require(value: float, limit: float, quantity: str, what: str) -> None:
+    if not value <= limit:  # also NaN
+        raise NotReady(f"{what}: the {quantity} is {value:.3f}, at most {limit:.3f} are allowed",
+                       quantity=quantity, value=float(value), limit=limit)

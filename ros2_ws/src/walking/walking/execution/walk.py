@@ -20,17 +20,15 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 
 from walking.errors import PLANNING_ERRORS
-from walking.execution.sections import Rest, rest_after, section
-from walking.execution.settings import ExecutionSettings
+from walking.execution.sections import ExecutionSettings, Rest, rest_after, section
 from walking.footsteps.footstep import Stance
 from walking.pattern.plan import plan_walk
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.estimate import Balance, Measured
-from walking.recovery.recovery import Recovery, recover, watch
-from walking.recovery.reference import phase_at
+from walking.recovery.estimate import Balance, Measured, watch
+from walking.recovery.recovery import Recovery, recover
 
 
 class Outcome(enum.Enum):
@@ -49,7 +47,6 @@ class Walk:
     Times are stamps of messages or times of the robot's clock, both in seconds.
 
     Args:
-        robot: The robot.
         plan: The walk, from rest.
         pattern: Settings with which it was planned.
         settings: Thresholds.
@@ -122,11 +119,6 @@ class Walk:
         return self._made + landed
 
     @property
-    def end(self) -> float:
-        """Time of the robot's clock at which the trajectory that was sent last ends [s]."""
-        return self._origin + float(self._knots.time[-1])
-
-    @property
     def stance(self) -> Stance:
         """The soles after the trajectory that was sent last, as planned."""
         return self._rest.final.stance
@@ -136,19 +128,14 @@ class Walk:
         """State at rest after the trajectory that was sent last, as planned."""
         return self._rest.final
 
-    def supporting(self, now: float) -> tuple[str, ...]:
-        """Return the feet that should bear load at a time [s]."""
-        return self.phase(now).sides
-
     def phase(self, now: float) -> Phase:
         """Return the phase at a time of the robot's clock [s], of the trajectory that was sent."""
         since = now - self._origin
         if since < 0.0 and self._before is not None:
             return self._before
-        boundary = self.plan.begin_of(self._sent)
-        if since >= boundary:
+        if since >= self.plan.begin_of(self._sent):
             return self._rest.phase
-        return phase_at(self.plan, since)
+        return self.plan.phase_at(since)
 
     # -- requests --------------------------------------------------------------------------------
 
@@ -206,9 +193,8 @@ class Walk:
         Returns:
             Whether it was in time; if not, the robot comes to rest at the boundary.
         """
-        if self._stopping or self.outcome is not Outcome.RUNNING:
-            return False
-        if self.plan is not self._held_plan:  # a push has changed the steps
+        pushed = self.plan is not self._held_plan  # a push has changed the steps
+        if self._stopping or pushed or self.outcome is not Outcome.RUNNING:
             return False
         boundary = self._origin + self.plan.begin_of(step)
         if self._sent > step or now + self._settings.splice > boundary + self._settings.latest:
@@ -218,7 +204,7 @@ class Walk:
 
     def resting(self, now: float) -> bool:
         """Whether the robot stands at the end of the trajectory that was sent last."""
-        return now >= self.end + self._settings.settle
+        return bool(now >= self._origin + self._knots.time[-1] + self._settings.settle)
 
     def resume(self, plan: WalkPlan, now: float) -> Command:
         """Walk on after a rest.

@@ -1,4 +1,4 @@
-"""Checks of footsteps against the robot's limits."""
+"""Checks of footsteps against the robot's limits, and the distance between two soles."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import NoReturn
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
+from hrp2_description.support import sole_corners
 
 from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import OUTWARD, Footstep, Pose, Stance, other
-from walking.footsteps.soles import sole_distances
 
 _ROUNDING = 1e-9  # by how much a step may exceed a limit [m, rad]
 _SHORTEST, _LONGEST = 0.3, 10.0  # shortest and longest duration of a step [s]
@@ -25,9 +25,7 @@ def check_footsteps(
     """Check footsteps: numbers, sides, durations, distances between the feet, and overlap.
 
     Args:
-        robot: The robot.
         stance: The soles before the first footstep.
-        footsteps: The footsteps.
 
     Raises:
         InvalidFootsteps: A check fails; the error names the footstep, counted from 1, the value
@@ -59,7 +57,6 @@ def fits(robot: RobotConfig, stance: Stance, sides: Sequence[str], placed: Array
     """Return whether soles of alternating sides keep every limit of distances.
 
     Args:
-        robot: The robot.
         stance: The soles before the first footstep.
         sides: Sides of the N footsteps.
         placed: x, y [m] and yaw [rad] of the soles after them, (N, 3).
@@ -105,7 +102,6 @@ def require_numbers(what: str, pose: Pose) -> None:
 
     Args:
         what: What the pose is, for the message.
-        pose: The pose.
 
     Raises:
         InvalidFootsteps: A coordinate is not finite.
@@ -120,3 +116,33 @@ def _refuse(what: str, quantity: str, value: object, limit: object) -> NoReturn:
     raise InvalidFootsteps(
         f"{what}: {shown[0]}, the limit is {shown[1]}",
         quantity=quantity, value=value, limit=limit)
+
+
+def sole_distances(robot: RobotConfig, side: str, placed: Array, standing: Array) -> Array:
+    """Compute the signed distances between a sole and the other one, (N,) [m].
+
+    The distance is the largest gap along the normals of the rectangles' edges. It is negative where
+    the soles overlap, and at most the true distance where they do not.
+
+    Args:
+        side: Side of the first sole.
+        placed: x, y [m] and yaw [rad] of the first sole, (N, 3).
+        standing: The same of the other sole, (N, 3).
+    """
+    one, two = _corners(robot, side, placed), _corners(robot, other(side), standing)
+    gap = np.full(len(placed), -np.inf)
+    for heading in (placed[:, 2], standing[:, 2]):
+        for turn in (0.0, 0.5 * math.pi):
+            normal = np.stack([np.cos(heading + turn), np.sin(heading + turn)], axis=1)
+            a = np.einsum("nci,ni->nc", one, normal)
+            b = np.einsum("nci,ni->nc", two, normal)
+            apart = np.maximum(a.min(axis=1) - b.max(axis=1), b.min(axis=1) - a.max(axis=1))
+            gap = np.maximum(gap, apart)
+    return gap
+
+
+def _corners(robot: RobotConfig, side: str, poses: Array) -> Array:
+    local = sole_corners(robot.soles[side], np.zeros(3))
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    turn = np.stack([np.stack([cos, -sin], axis=1), np.stack([sin, cos], axis=1)], axis=1)
+    return np.asarray(np.einsum("nij,cj->nci", turn, local) + poses[:, None, :2])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -35,8 +34,6 @@ def check_walk(
     """Check a walk at its samples.
 
     Args:
-        robot: The robot.
-        motion: The motion.
         dynamics: Its inverse dynamics.
         plan: Its phases.
         settings: Limits.
@@ -49,13 +46,11 @@ def check_walk(
         PostureUnreachable: Two bodies of the robot come too near to each other.
     """
     require_joint_limits(robot, motion, _NAME, share=settings.speed_share)
-    margin = np.full(len(motion), np.inf)
+    margin = zmp_margins(robot, dynamics.zmp, plan)
     torque = np.zeros_like(motion.joints)
     for phase in plan.phases:
         rows = slice(phase.first, phase.last + 1)
-        feet, yaw = _soles(phase)
-        margin[rows] = np.minimum(
-            margin[rows], margins(robot, dynamics.zmp[rows], feet, phase.sides, yaw))
+        feet, yaw = soles_of(phase)
         found = joint_torques(
             robot, _part(motion, rows), _part_dynamics(dynamics, rows), feet, phase.sides, yaw)
         torque[rows] = np.where(np.abs(found) > np.abs(torque[rows]), found, torque[rows])
@@ -79,6 +74,24 @@ def check_walk(
         friction=friction,
         clearance=nearest,
     )
+
+
+def soles_of(phase: Phase) -> tuple[dict[str, Array], dict[str, float]]:
+    """Return places (3,) [m] and headings [rad] in odom, by side, of the soles that bear load."""
+    poses = {side: phase.stance.foot(side) for side in phase.sides}
+    return ({side: np.array([pose.x, pose.y, 0.0]) for side, pose in poses.items()},
+            {side: pose.yaw for side, pose in poses.items()})
+
+
+def zmp_margins(robot: RobotModel, zmp: Array, plan: Schedule) -> Array:
+    """Compute the distance of the ZMP (N, 2) [m] from the edge of the soles, (N,) [m]."""
+    margin = np.full(len(zmp), np.inf)
+    for phase in plan.phases:
+        rows = slice(phase.first, phase.last + 1)
+        feet, yaw = soles_of(phase)
+        margin[rows] = np.minimum(
+            margin[rows], margins(robot, zmp[rows], feet, phase.sides, yaw))
+    return margin
 
 
 def needed_friction(robot: RobotModel, dynamics: Dynamics) -> Array:
@@ -118,12 +131,6 @@ def _require_margin(margin: Array, time: Array, limit: float) -> None:
             f"the ZMP would come to {1e3 * margin[worst]:.1f} mm from the edge of the soles at "
             f"{time[worst]:.2f} s, {1e3 * limit:.1f} mm are required",
             quantity="ZMP margin [m]", value=float(margin[worst]), limit=limit, phase=_NAME)
-
-
-def _soles(phase: Phase) -> tuple[dict[str, Array], Mapping[str, float]]:
-    poses = {side: phase.stance.foot(side) for side in phase.sides}
-    return ({side: np.array([pose.x, pose.y, 0.0]) for side, pose in poses.items()},
-            {side: pose.yaw for side, pose in poses.items()})
 
 
 def _part(motion: Motion, rows: slice) -> Motion:

@@ -24,10 +24,9 @@ from walking.pattern.preview import preview_control
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState, rest_height, standing
 from walking.pattern.swing import feet_courses
-from walking.pattern.timing import Schedule, schedule
+from walking.pattern.timing import Schedule, rest_point, schedule, zmp_reference
 from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.whole_body import WAIST_PER_COM, BodyCourses, whole_body
-from walking.pattern.zmp_reference import rest_point, zmp_reference
 
 
 def plan_walk(
@@ -42,7 +41,6 @@ def plan_walk(
     """Plan a walk over footsteps that ends at rest.
 
     Args:
-        robot: The robot.
         state: State in which the walk begins: `standing`, or a state of an earlier plan.
         footsteps: The footsteps; without any, the robot comes to rest on its present stance.
         settings: Settings; None means the defaults.

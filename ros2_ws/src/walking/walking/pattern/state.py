@@ -14,8 +14,8 @@ from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose, Stance, as_array, wrapped
 from walking.pattern.preview import CartState
 from walking.pattern.settings import WalkSettings
+from walking.pattern.timing import rest_point
 from walking.pattern.whole_body import feet_ahead, twist
-from walking.pattern.zmp_reference import rest_point
 
 _FITS = 1e-3  # by how much a posture may miss the soles [m, rad]
 
@@ -63,8 +63,6 @@ def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> W
     """Return the state in which every walk ends: at rest, as high as in half-sitting.
 
     Args:
-        robot: The robot.
-        stance: The soles.
         upper: Joints of which those of the upper body count, (J,) [rad]; the default is
             half-sitting.
     """
@@ -79,8 +77,6 @@ def resting(
     """Return the state of a robot that stands still in a posture, for instance after a hit.
 
     Args:
-        robot: The robot.
-        stance: The soles.
         joints: All joints, (J,) [rad].
         settings: Settings of the walk that begins there.
         fits: By how much the posture may miss the soles [m, rad]; measured postures do.

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, needed
 from humanoid_motion.motion import min_jerk_course
 
+from walking.footsteps.checks import sole_distances
 from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
-from walking.footsteps.soles import sole_distances
 from walking.pattern.course import Course
 from walking.pattern.timing import Schedule
 
@@ -40,7 +41,7 @@ def swing(
     duration = float(time[-1])
     travelling = duration - 2.0 * upright
     travel = min_jerk_course(time - upright, travelling)
-    aside, height = _hump(time - upright, travelling), _hump(time, duration)
+    aside, height = hump(time - upright, travelling), hump(time, duration)
     out = Course(*(np.empty((len(time), 4)) for _ in range(3)))
     for rows, along, away, up in zip(out, travel, aside, height, strict=True):
         rows[:, [0, 1, 3]] = along[:, None] * (end - begin)
@@ -50,12 +51,36 @@ def swing(
     return out
 
 
-def _hump(time: Array, duration: float) -> Course:
+def hump(time: Array, duration: float) -> Course:
     """Rise from 0 to 1 and back: a polynomial with three zeros at each end, at rest there."""
     u = np.clip(time / duration, 0.0, 1.0)
-    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
-    return Course(hump**3, 3.0 * hump**2 * slope / duration,
-                  (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
+    rise, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
+    return Course(rise**3, 3.0 * rise**2 * slope / duration,
+                  (6.0 * rise * slope**2 - 24.0 * rise**2) / duration**2)
+
+
+def clear_of(
+    robot: RobotConfig, side: str, standing: Array, swung: Callable[[Array], Course]
+) -> Course:
+    """Swing a foot around the standing one, as far outward as its clearance demands.
+
+    Args:
+        side: Side of the foot that swings.
+        standing: x, y [m] and yaw [rad] of the other sole, (3,).
+        swung: Function that computes the course x, y, z [m] and yaw [rad], (N, 4), of the foot
+            from how far it is aside of its straight way in the middle, (2,) [m].
+    """
+    outward = OUTWARD[side] * np.array([-np.sin(standing[2]), np.cos(standing[2])])
+    detour = 0.0
+    for _ in range(_TRIES):
+        course = swung(detour * outward)
+        flat = course.value[:, [0, 1, 3]]
+        gap = sole_distances(robot, side, flat, np.tile(standing, (len(flat), 1)))
+        lack = min(needed(robot.footsteps, "footsteps").clearance, gap[0], gap[-1]) - gap.min()
+        if lack < _NEAR:
+            break
+        detour += 1.5 * float(lack)
+    return course
 
 
 def feet_courses(
@@ -64,9 +89,6 @@ def feet_courses(
     """Compute the courses of both soles through a walk.
 
     Args:
-        robot: The robot.
-        plan: The schedule.
-        footsteps: The footsteps.
         stance: The soles at the beginning.
         lift: Height of the swing foot in the middle of a step [m].
 
@@ -87,32 +109,13 @@ def feet_courses(
         begin, standing = now[phase.swing], now[other(phase.swing)]
         end = as_array(footsteps[phase.step].pose)
         end[2] = begin[2] + wrapped(end[2] - begin[2])
-        steps = phase.last - phase.first
-        course = _clear_swing(
-            robot, phase.swing, begin, end, standing, lift, plan.time[: steps + 1])
+        time = plan.time[: phase.last - phase.first + 1]
+        upright = float(time[min(round(_UPRIGHT / plan.period), len(time) // 4)])
+        course = clear_of(robot, phase.swing, standing, partial(
+            swing, begin, end, lift=lift, time=time, upright=upright))
         foot = found[phase.swing]
         for rows, new in zip(foot, course, strict=True):
             rows[phase.first : phase.last + 1] = new
         foot.value[phase.last :] = np.insert(end, 2, 0.0)
         now[phase.swing] = end
     return found
-
-
-def _clear_swing(
-    robot: RobotConfig, side: str, begin: Array, end: Array, standing: Array, lift: float,
-    time: Array,
-) -> Course:
-    """Swing a foot around the standing one, as far outward as its clearance demands."""
-    upright = float(time[min(round(_UPRIGHT / (time[1] - time[0])), len(time) // 4)])
-    still = np.tile(standing, (len(time), 1))
-    outward = OUTWARD[side] * np.array([-np.sin(standing[2]), np.cos(standing[2])])
-    detour = 0.0
-    for _ in range(_TRIES):
-        course = swing(begin, end, detour * outward, lift, time, upright)
-        gap = sole_distances(robot, side, course.value[:, [0, 1, 3]], still)
-        required = min(needed(robot.footsteps, "footsteps").clearance, gap[0], gap[-1])
-        lack = required - float(gap.min())
-        if lack < _NEAR:
-            break
-        detour += 1.5 * lack
-    return course

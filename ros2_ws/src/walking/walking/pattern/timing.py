@@ -1,4 +1,7 @@
-"""The schedule of a walk: when which foot swings."""
+"""The schedule of a walk, and the reference of its ZMP.
+
+The reference is in the middle of the standing sole, and between the soles at rest.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
+from humanoid_motion.robot_model import RobotModel
 
-from walking.footsteps.footstep import Footstep, Stance, stances
+from walking.footsteps.footstep import Footstep, Pose, Stance, other, stances
 from walking.pattern.settings import WalkSettings
+
+# When in a stop the reference reaches the capture point, leaves it, and arrives where the CoM comes
+# to rest, as shares of the end.
+_STOP = (1 / 12, 1 / 3, 2 / 3)
 
 
 @dataclass(frozen=True)
@@ -66,8 +75,6 @@ def schedule(
 
     Args:
         stance: The soles at the beginning.
-        footsteps: The footsteps.
-        settings: Settings.
         at_rest: Whether the robot stands still at the beginning, so that a start comes first.
     """
     phases: list[Phase] = []
@@ -86,3 +93,67 @@ def schedule(
         add("single", step.duration - settings.double_support, index)
     add("end", settings.end, len(footsteps))
     return Schedule(tuple(phases), settings.period)
+
+
+def sole_middle(robot: RobotModel, side: str, pose: Pose) -> Array:
+    """Compute x and y of the middle of a sole's support area in odom, (2,) [m]."""
+    x_min, x_max, y_min, y_max = robot.feet[side].rectangle
+    return np.array(pose.moved(0.5 * (x_min + x_max), 0.5 * (y_min + y_max))[:2])
+
+
+def rest_point(robot: RobotModel, stance: Stance) -> Array:
+    """Compute the place of the CoM at rest in odom, (2,) [m].
+
+    It lies between the soles' frames as in half-sitting, so that a robot with its feet beside each
+    other ends in half-sitting.
+    """
+    q = robot.configuration(np.zeros(3), robot.config.half_sitting)
+    soles = [robot.frame_position(q, robot.feet[side].frame) for side in SIDES]
+    offset = robot.com(q) - np.mean(soles, axis=0)
+    return np.array(stance.middle.moved(float(offset[0]), float(offset[1]))[:2])
+
+
+def zmp_reference(
+    robot: RobotModel, plan: Schedule, zmp: Array, capture: Array | None = None
+) -> Array:
+    """Compute the reference of the ZMP at every sample.
+
+    It stays where it is before the first step, rests in the middle of the standing sole in single
+    support, and moves evenly between these places in double support. In a walk without footsteps,
+    which comes to rest from a motion, it first goes to the capture point, so that the CoM is
+    stopped without pushing the ZMP far beyond it.
+
+    Args:
+        zmp: Reference of the ZMP at the beginning, (2,) [m].
+        capture: Capture point at the beginning, (2,) [m] (Pratt et al., 2006); None for a robot at
+            rest.
+
+    Returns:
+        x and y of the ZMP in odom, (N, 2) [m].
+    """
+    samples, places = [0], [zmp]
+
+    def hold_until(sample: int) -> None:
+        samples.append(sample)
+        places.append(places[-1])
+
+    for phase in plan.phases:
+        if phase.kind in ("start", "single"):
+            hold_until(phase.last)
+        elif phase.kind == "double":
+            side = other(phase.swing)
+            samples.append(phase.last)
+            places.append(sole_middle(robot, side, phase.stance.foot(side)))
+        else:
+            count = phase.last - phase.first
+            rest = rest_point(robot, phase.stance)
+            if capture is not None and phase.first == 0:
+                samples += [round(share * count) for share in _STOP]
+                places += [capture, capture, rest]
+            else:
+                samples.append(phase.first + max(1, count // 6))
+                places.append(rest)
+            hold_until(phase.last)
+    rows = np.array(places)
+    grid = np.arange(plan.phases[-1].last + 1)
+    return np.column_stack([np.interp(grid, samples, column) for column in rows.T])

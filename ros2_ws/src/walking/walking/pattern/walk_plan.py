@@ -81,6 +81,12 @@ class WalkPlan:
         """Return the time at which the foot of a footstep touches the floor [s]."""
         return self._first(step + 1).first * self.schedule.period
 
+    def phase_at(self, time: float) -> Phase:
+        """Return the phase at a time since the beginning [s]; the last one after the end."""
+        sample = time / self.schedule.period
+        phases = self.schedule.phases
+        return next((phase for phase in phases if sample < phase.last - 1e-6), phases[-1])
+
     def _first(self, step: int) -> Phase:
         return next(phase for phase in self.schedule.phases
                     if phase.step == step and phase.kind in ("double", "end"))

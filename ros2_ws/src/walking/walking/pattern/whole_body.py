@@ -51,7 +51,6 @@ def whole_body(
     joint follows the distance of the left foot ahead of the right one.
 
     Args:
-        robot: The robot.
         time: Times of the samples, (N,) [s].
         com: x and y of the CoM in odom, (N, 2) [m].
         body: Everything else.

@@ -16,9 +16,8 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import RobotConfig, needed
 from hrp2_description.support import sole_corners
 
+from walking.footsteps.checks import sole_distances
 from walking.footsteps.footstep import OUTWARD, Pose, other
-from walking.footsteps.soles import sole_distances
-from walking.recovery.settings import RecoverySettings
 
 UPRIGHT = 0.04
 """Time before touchdown in which a foot moves down only [s]."""
@@ -28,6 +27,60 @@ _TIME_STEP = 0.02  # between times of touchdown that are compared [s]
 # Costs: of a metre that the reserve lacks, of a metre away from the planned place, of a second away
 # from the planned time and of one after it, of each m/s that the foot is too fast.
 _LACK, _AWAY, _TIME, _LATE, _FAST = 10.0, 0.3, 0.1, 0.3, 100.0
+
+
+@dataclass(frozen=True)
+class RecoverySettings:
+    """Settings of the recovery after a push.
+
+    Attributes:
+        trigger: Error of the capture point from which a walk is changed [m]. In undisturbed walks
+            it stays below 12 mm.
+        again: Error from which a changed walk is changed anew [m].
+        pause: Shortest time between two changes [s].
+        frozen: Time before a touchdown in which its step is not changed any more [s].
+        filter: Time constant with which the measured capture point corrects the pendulum's [s].
+        latency: Time from the measurement to the beginning of the new plan [s].
+        shortest: Shortest time to a touchdown that is brought forward [s].
+        longest: Longest time by which a touchdown is delayed [s].
+        fastest_foot: Largest speed of the swing foot over the floor [m/s].
+        inset: Distance from the edge of a sole that the ZMP of a plan keeps [m].
+        reserve: Wanted distance of the capture point from the edge of the soles at touchdown [m].
+        spare: On both feet, distance from the edge of the soles below which a step is made [m].
+        enough: On both feet, the least distance that such a step must lead to [m].
+        double: Time in which a foot is unloaded before such a step [s].
+        swing: Shortest duration of its single support [s].
+        blend: Time in which the reference of the CoM joins the measured one [s].
+        blend_outward: The same if the robot falls to the side of its standing foot [s].
+        blend_least: The shortest such time that is left to a plan that was changed anew [s].
+        settle: Time after touchdown in which the ZMP moves between the soles [s].
+        end: Time from touchdown to rest [s].
+        lift: Height of the swing foot in the middle of a step [m].
+        speed_share: Share of the joints' speed limits that may be used.
+    """
+
+    trigger: float = 0.035
+    again: float = 0.025
+    pause: float = 0.02
+    frozen: float = 0.12
+    filter: float = 0.015
+    latency: float = 0.015
+    shortest: float = 0.16
+    longest: float = 0.4
+    fastest_foot: float = 1.2
+    inset: float = 0.01
+    reserve: float = 0.08
+    spare: float = 0.03
+    enough: float = 0.045
+    double: float = 0.08
+    swing: float = 0.24
+    blend: float = 0.5
+    blend_outward: float = 0.9
+    blend_least: float = 0.45
+    settle: float = 0.3
+    end: float = 1.4
+    lift: float = 0.045
+    speed_share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -90,11 +143,9 @@ def landings(
     All of them keep the robot's limits of footsteps; the last resort is the one that lacks least.
 
     Args:
-        robot: The robot.
         swing: The foot.
         capture_point: Capture point in odom, (2,) [m].
         frequency: Frequency of the pendulum [rad/s].
-        settings: Settings.
     """
     standing = swing.standing
     # All vectors are in the axes of the standing sole from here on.

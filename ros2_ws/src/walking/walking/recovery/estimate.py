@@ -15,17 +15,21 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import needed
+from hrp2_description.robot import SIDES, needed
 from humanoid_motion.driver_interface import ImuSample
+from humanoid_motion.kinematics import planar_pose
 from humanoid_motion.robot_model import RobotModel
 
-from walking.footsteps.footstep import Pose
+from walking.footsteps.footstep import Pose, Stance, as_array, other, wrapped
+from walking.pattern.course import Course, central
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.reference import phase_at
+from walking.pattern.whole_body import feet_ahead, twist
+from walking.recovery.adaptation import RecoverySettings
 
 _PERIOD = 0.005  # time between two measurements [s]
 _TOUCH = 30.0  # normal force above which a sole counts [N]
+_STEP = 0.002  # step of the central differences [s]
 _BEARS = 100.0  # normal force of both soles above which there is a ZMP [N]
 
 
@@ -80,7 +84,6 @@ def com_over_sole(
     """Compute where the CoM is, with one sole's middle resting on the floor.
 
     Args:
-        robot: The robot.
         side: Side of the sole that bears the load.
         sole: Its pose in odom.
         position: Joint positions, (J,) [rad].
@@ -101,7 +104,7 @@ def com_over_sole(
         turn = _rotation(imu.orientation) @ in_base.T
         rate = turn @ in_base @ (imu.angular_velocity - own)
     x_axis = turn @ sole_in_base.rotation[:, 0]
-    heading = _about_z(sole.yaw - math.atan2(x_axis[1], x_axis[0]))
+    heading = planar_pose(0.0, 0.0, sole.yaw - math.atan2(x_axis[1], x_axis[0]))[:3, :3]
     turn, rate = heading @ turn, heading @ rate
     x_min, x_max, y_min, y_max = robot.feet[side].rectangle
     middle = np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.0])
@@ -135,9 +138,9 @@ class Balance:
     phase: Phase
 
 
-def balance(
-    robot: RobotModel, plan: WalkPlan, time: float, measured: Measured, smoothing: float,
-    before: Balance | None = None,
+def watch(
+    robot: RobotModel, plan: WalkPlan, time: float, measured: Measured,
+    before: Balance | None = None, smoothing: float = RecoverySettings.filter,
 ) -> Balance:
     """Estimate the robot's balance.
 
@@ -146,14 +149,14 @@ def balance(
     less.
 
     Args:
-        robot: The robot.
         plan: The plan that the driver follows.
         time: Time since its beginning [s].
         measured: What was measured then.
+        before: The estimate at the sample before; None for the first one.
         smoothing: Time constant of the correction [s].
-        before: The estimate of the sample before; None for the first one.
     """
-    phase = phase_at(plan, time)
+    time = max(time, 0.0)
+    phase = plan.phase_at(time)
     if phase.kind == "single":
         side = phase.sides[0]
     else:
@@ -188,6 +191,80 @@ def _rotation(quaternion: Array) -> Array:
     return np.asarray(pin.Quaternion(w, x, y, z).toRotationMatrix())
 
 
-def _about_z(angle: float) -> Array:
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+@dataclass(frozen=True)
+class ReferenceState:
+    """Where the reference is and how it moves, at one time.
+
+    Each course has one sample without an axis for it: value, speed and acceleration.
+
+    Attributes:
+        stance: Poses of the soles; that of a swing foot is the one before its step.
+        swing: Foot in the air; empty in double support.
+        com: x and y of the CoM in odom, (2,) [m].
+        foot: x, y, z [m] and yaw [rad] of the swing foot in odom, (4,); the standing foot's own
+            pose if there is none.
+        waist: Height of base_link, () [m].
+        upper: Joints without the twist of the chest, (J,) [rad].
+    """
+
+    stance: Stance
+    swing: str
+    com: Course
+    foot: Course
+    waist: Course
+    upper: Course
+
+
+def reference_at(robot: RobotModel, plan: WalkPlan, time: float, chest_swing: float,
+                 ) -> ReferenceState:
+    """Compute the state of a plan's reference.
+
+    Args:
+        time: Time since its beginning [s]; after its end it rests.
+        chest_swing: Turn of the chest per distance between the feet in the plan [rad/m].
+    """
+    phase = plan.phase_at(time)
+    swing = phase.swing if phase.kind == "single" else ""
+    standing = other(swing) if swing else "left"
+    joints = Course(*(rows[0] for rows in plan.knots.at(time)))
+    rows = joints.around(_STEP)
+    places = np.array([
+        _placed(robot, row, standing, phase.stance.foot(standing)) for row in rows])
+    # Columns: CoM x, y; height of base_link; its heading; x, y, z, yaw of the other sole.
+    apart = places[:, 4:6] - as_array(phase.stance.foot(standing))[:2]
+    if standing == "left":
+        apart = -apart
+    ahead = feet_ahead(apart, places[:, 3])
+    upper = rows.copy()
+    twist(robot, upper, -chest_swing * ahead)
+    course = central(places, _STEP)
+    return ReferenceState(
+        phase.stance, swing, _columns(course, slice(0, 2)), _columns(course, slice(4, 8)),
+        _columns(course, 2), central(upper, _STEP))
+
+
+def _columns(course: Course, which: slice | int) -> Course:
+    return Course(*(rows[which] for rows in course))
+
+
+def _placed(robot: RobotModel, joints: Array, side: str, sole: Pose) -> Array:
+    """Place the upright robot on one sole: CoM, base_link, and the other sole, (8,)."""
+    q = robot.configuration(np.zeros(3), joints)
+    com = robot.com(q)[:2]
+    feet = {}
+    for foot in SIDES:
+        place, turn = robot.frame_pose(q, robot.feet[foot].frame)
+        feet[foot] = (place, math.atan2(turn[1, 0], turn[0, 0]))
+    place, yaw = feet[side]
+    base_yaw = sole.yaw - yaw
+    cos, sin = math.cos(base_yaw), math.sin(base_yaw)
+
+    def moved(x: float, y: float) -> tuple[float, float]:
+        x, y = x - place[0], y - place[1]
+        return sole.x + cos * x - sin * y, sole.y + sin * x + cos * y
+
+    free, free_yaw = feet[other(side)]
+    free_x, free_y = moved(free[0], free[1])
+    return np.array([
+        *moved(com[0], com[1]), -place[2], base_yaw, free_x, free_y, free[2] - place[2],
+        sole.yaw + wrapped(free_yaw - yaw)])

@@ -33,11 +33,9 @@ from walking.footsteps.footstep import OUTWARD, Pose, Stance, other
 from walking.pattern.course import Course
 from walking.pattern.settings import WalkSettings
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.adaptation import Landing, Swing, landings
-from walking.recovery.estimate import Balance, Measured, balance
-from walking.recovery.reference import ReferenceState, phase_at, reference_at
+from walking.recovery.adaptation import Landing, RecoverySettings, Swing, landings
+from walking.recovery.estimate import Balance, Measured, ReferenceState, reference_at, watch
 from walking.recovery.replan import plan_landing
-from walking.recovery.settings import RecoverySettings
 
 _TRIES = 4  # largest number of landings that are planned
 _LONGER = 0.03  # by how much longer a step takes that is tried after one that the legs refuse [s]
@@ -70,24 +68,6 @@ class Recovery:
         return np.array([np.interp(time, times, column) for column in rows.T])
 
 
-def watch(
-    robot: RobotModel, plan: WalkPlan, time: float, measured: Measured,
-    settings: RecoverySettings | None = None, before: Balance | None = None,
-) -> Balance:
-    """Estimate the robot's balance from a sample and the estimate before it.
-
-    Args:
-        robot: The robot.
-        plan: The plan that the driver follows.
-        time: Time since its beginning [s].
-        measured: What was measured then.
-        settings: Settings; None means the defaults.
-        before: The estimate at the sample before; None for the first one.
-    """
-    smoothing = (settings or RecoverySettings()).filter
-    return balance(robot, plan, max(time, 0.0), measured, smoothing, before)
-
-
 def recover(
     robot: RobotModel,
     plan: WalkPlan,
@@ -101,7 +81,6 @@ def recover(
     """Change a walk if a push has moved the capture point too far.
 
     Args:
-        robot: The robot.
         plan: The plan that the driver follows.
         time: Time since its beginning [s].
         measured: What was measured then.
@@ -111,16 +90,16 @@ def recover(
         seen: What `watch` found at this time; None means that of this sample alone.
     """
     settings, walk = settings or RecoverySettings(), walk or WalkSettings()
-    seen = seen or watch(robot, plan, time, measured, settings)
+    seen = seen or watch(robot, plan, time, measured, smoothing=settings.filter)
     if not _disturbed(seen, time, settings, previous):
         return None
     begin = max(time, 0.0) + settings.latency
-    phase = phase_at(plan, begin)
+    phase = plan.phase_at(begin)
     in_air = phase.kind == "single"
     left = phase.last * plan.schedule.period - begin
     if in_air and left < settings.frozen:
         return None
-    if (phase_at(plan, time).kind == "single") != in_air:
+    if (plan.phase_at(time).kind == "single") != in_air:
         return None  # the foot lands as planned; what is left is judged on both feet
     state = reference_at(robot, plan, begin, walk.chest_swing)
     com, point = _ahead(robot, state, seen, settings)

@@ -8,38 +8,32 @@ time: to turn it upright would push the CoM on in the direction of the fall.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, needed
+from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Dynamics, inverse_dynamics, joint_torques
-from humanoid_motion.knots import Knots, quintic
+from humanoid_motion.knots import Knots
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.spline import evaluate, quintic
 from humanoid_motion.whole_body import require_joint_limits, shares
-from humanoid_motion.zmp import margins
 
 from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
-from walking.footsteps.soles import sole_distances
-from walking.pattern.checks import needed_friction
+from walking.pattern.checks import needed_friction, soles_of, zmp_margins
 from walking.pattern.course import Course
 from walking.pattern.plan import com_height, ending_at_rest
 from walking.pattern.preview import CartState, preview_control
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState, rest_height, standing
-from walking.pattern.timing import Phase, Schedule
+from walking.pattern.swing import clear_of, hump
+from walking.pattern.timing import Phase, Schedule, rest_point
 from walking.pattern.walk_plan import WalkChecks, WalkPlan
 from walking.pattern.whole_body import BodyCourses, whole_body
-from walking.pattern.zmp_reference import rest_point
-from walking.recovery.adaptation import UPRIGHT, Landing
-from walking.recovery.reference import ReferenceState
-from walking.recovery.settings import RecoverySettings
+from walking.recovery.adaptation import UPRIGHT, Landing, RecoverySettings
+from walking.recovery.estimate import ReferenceState
 
 _OUTWARD = 0.4  # share of the error across the standing foot from which the robot falls outward
 _UPPER = 0.4  # time in which the upper body comes to rest [s]
-_TRIES = 6  # largest number of detours of the swing foot
-_NEAR = 1e-4  # by how much a foot may come nearer to the other than its clearance [m]
 
 
 def plan_landing(
@@ -49,13 +43,10 @@ def plan_landing(
     """Plan a step to a landing and the way to rest on both feet.
 
     Args:
-        robot: The robot.
         state: State of the reference in which the plan begins.
         landing: Where and when the foot lands.
         com: Measured position and velocity of the CoM then, (2, 2) [m, m/s].
         frequency: Frequency of the pendulum [rad/s].
-        settings: Settings.
-        walk: Settings of the walk.
         passed: Time since the first change after the push [s].
 
     Returns:
@@ -117,13 +108,9 @@ def to_rest(begin: Course, end: Array, duration: float, time: Array) -> Course:
     """
     d, zero = duration, np.zeros_like(end)
     c = quintic(begin.value, begin.speed * d, begin.acceleration * d * d, end, zero, zero)
-    x = np.clip(time / d, 0.0, 1.0)[:, None]
+    value, speed, acceleration = evaluate(c, np.clip(time / d, 0.0, 1.0))
     moves = (time < d - 1e-9)[:, None]
-    speed = c[1] + x * (2 * c[2] + x * (3 * c[3] + x * (4 * c[4] + x * 5 * c[5])))
-    acceleration = 2 * c[2] + x * (6 * c[3] + x * (12 * c[4] + x * 20 * c[5]))
-    return Course(
-        c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5])))),
-        np.where(moves, speed / d, 0.0), np.where(moves, acceleration / d**2, 0.0))
+    return Course(value, np.where(moves, speed / d, 0.0), np.where(moves, acceleration / d**2, 0.0))
 
 
 def swing_to(
@@ -133,7 +120,6 @@ def swing_to(
     """Compute the course of a swing foot from a state in the air or on the floor to rest.
 
     Args:
-        robot: The robot.
         side: Side of the foot.
         begin: x, y, z [m] and yaw [rad] with derivatives at time 0, (4,) each.
         end: x, y [m] and yaw [rad] at touchdown, (3,).
@@ -148,31 +134,16 @@ def swing_to(
     travel = to_rest(Course(*(rows[flat] for rows in begin)), end,
                      max(duration - UPRIGHT, UPRIGHT), time)
     down = to_rest(Course(*(rows[2:3] for rows in begin)), np.zeros(1), duration, time)
-    hump = _hump(time, duration)
+    rise = hump(time, duration)
     lack = max(0.0, lift - float(down.value.max()))
-    outward = OUTWARD[side] * np.array([-np.sin(standing_sole[2]), np.cos(standing_sole[2])])
-    still = np.tile(standing_sole, (len(time), 1))
-    clearance, detour = needed(robot.config.footsteps, "footsteps").clearance, 0.0
-    for _ in range(_TRIES):
-        course = Course(*(
+
+    def swung(aside: Array) -> Course:
+        return Course(*(
             np.column_stack([
-                along[:, :2] + bump[:, None] * detour * outward, z[:, 0] + lack * bump,
-                along[:, 2]])
-            for along, z, bump in zip(travel, down, hump, strict=True)))
-        gap = sole_distances(robot.config, side, course.value[:, flat], still)
-        short = min(clearance, gap[0], gap[-1]) - float(gap.min())
-        if short < _NEAR:
-            break
-        detour += 1.5 * short
-    return course
+                along[:, :2] + bump[:, None] * aside, z[:, 0] + lack * bump, along[:, 2]])
+            for along, z, bump in zip(travel, down, rise, strict=True)))
 
-
-def _hump(time: Array, duration: float) -> Course:
-    """Rise from 0 to 1 and back with three zeros at each end."""
-    u = np.clip(time / duration, 0.0, 1.0)
-    hump, slope = 4.0 * u * (1.0 - u), 4.0 - 8.0 * u
-    return Course(hump**3, 3.0 * hump**2 * slope / duration,
-                  (6.0 * hump * slope**2 - 24.0 * hump**2) / duration**2)
+    return clear_of(robot.config, side, standing_sole, swung)
 
 
 def _schedule(
@@ -231,22 +202,10 @@ def _checks(
 
     The ZMP here is that of the reference, which is not that of the tilted robot.
     """
-    margin, torque = np.full(len(motion), np.inf), np.zeros(len(robot.joint_names))
-    phase = plan.phases[-1]
-    for phase in plan.phases:
-        rows = slice(phase.first, phase.last + 1)
-        soles: Sequence[str] = phase.sides
-        feet = {side: np.insert(as_array(phase.stance.foot(side))[:2], 2, 0.0) for side in soles}
-        yaw = {side: phase.stance.foot(side).yaw for side in soles}
-        margin[rows] = np.minimum(
-            margin[rows], margins(robot, dynamics.zmp[rows], feet, soles, yaw))
-    both = {side: phase.stance.foot(side) for side in SIDES}
-    torque = joint_torques(
-        robot, motion, dynamics,
-        {side: np.array([pose.x, pose.y, 0.0]) for side, pose in both.items()}, SIDES,
-        {side: pose.yaw for side, pose in both.items()})
+    feet, yaw = soles_of(plan.phases[-1])
+    torque = joint_torques(robot, motion, dynamics, feet, SIDES, yaw)
     return WalkChecks(
-        margin=margin,
+        margin=zmp_margins(robot, dynamics.zmp, plan),
         speed_ratio=shares(motion.joint_speed, robot.speed_limit).max(axis=0),
         torque_ratio=shares(torque[plan.phases[-1].first:], robot.effort_limit).max(axis=0),
         friction=float(np.max(needed_friction(robot, dynamics))),

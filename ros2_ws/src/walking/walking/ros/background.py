@@ -25,7 +25,6 @@ class Background:
 
     Args:
         node: Node in whose coroutines the results are awaited.
-        config: The robot.
     """
 
     def __init__(self, node: GuardedNode, config: RobotConfig) -> None:
@@ -37,7 +36,6 @@ class Background:
         """Call a function with the thread's robot as its first argument; await the result.
 
         Args:
-            work: The function.
             args: Its further arguments.
         """
         pending = self._threads.submit(lambda: work(self._robot.result(), *args))
@@ -48,7 +46,6 @@ class Background:
         """Wait until a condition holds, by looking again and again.
 
         Args:
-            condition: The condition.
             patience: Longest time to wait, by the computer's clock [s].
         """
         end = time.monotonic() + patience

@@ -19,7 +19,9 @@ from humanoid_motion.robot_model import RobotModel
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 
+from walking.errors import NotReady
 from walking.execution.inputs import Inputs
+from walking.execution.start import Standing
 from walking.ros.messages import base_pose
 
 BASE = "base_link"
@@ -30,7 +32,6 @@ class RobotTopics:
 
     Args:
         node: Node that subscribes.
-        robot: The robot.
         parameters: Parameters of the node with the names in `SILENCE`.
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
 
@@ -71,6 +72,25 @@ class RobotTopics:
     def complete(self) -> bool:
         """Whether joints, IMU and the odometry have arrived."""
         return self.freshness.complete and self.inputs.latest.base is not None
+
+    def standing(self) -> Standing:
+        """Return what is known of the robot that stands.
+
+        Raises:
+            NotReady: Messages are missing or old.
+        """
+        stale, latest = self.freshness.refusal(self.topics.now()), self.inputs.latest
+        if stale is not None:
+            raise NotReady(stale[0], quantity="age [s]", value=stale[1])
+        if latest.base is None or latest.joints is None:
+            raise NotReady("the odometry has not arrived on /tf yet (odom -> base_link): does "
+                           "zmp_publisher run?", quantity="/tf", value=None)
+        for topic, names in self.topics.crowded().items():
+            self._node.get_logger().warning(
+                f"more than one node publishes on {topic}: {', '.join(names)}; one of them may be "
+                "foreign")
+        _, position, velocity = latest.joints
+        return Standing(latest.base, latest.tilt, position, velocity)
 
     def _on_joints(self, message: JointState, arrival: Arrival) -> list[Command]:
         state = joint_arrays(message, self._names)

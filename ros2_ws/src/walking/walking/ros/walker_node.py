@@ -14,14 +14,14 @@ from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.driver.topics import SILENCE
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters, allowed_folders
+from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import Walk as WalkAction
 from door_impact_msgs.msg import Footsteps
-from hrp2_description.robot import SIDES, load_robot_config
+from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from trajectory_msgs.msg import JointTrajectory
@@ -29,7 +29,7 @@ from visualization_msgs.msg import MarkerArray
 
 from walking.errors import NotReady
 from walking.execution.goal import WalkGoal, plan_goal
-from walking.execution.start import Standing, require_near, start_state
+from walking.execution.start import require_near, soles_at, start_state
 from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Footstep, Pose, Stance
 from walking.pattern.settings import WalkSettings
@@ -49,7 +49,7 @@ from walking.ros.robot_topics import RobotTopics
 Result = WalkAction.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
-PATIENCE = 1.0  # time that a goal waits for the first messages, by the computer's clock [s]
+PATIENCE = 1.0  # time that a goal waits for messages, by the computer's clock [s]
 HIT = "/execute_door_impact"
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 
@@ -67,9 +67,8 @@ class Walker(GuardedNode):
         """Load the robot and connect to the driver's topics."""
         super().__init__("walker")
         robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
-        config = load_robot_config(robot or None, allowed_folders(self))
+        config = load_robot_config(robot or None)
         self._robot = RobotModel(config)
-        self._names = list(config.joint_names)
         self._settings = WalkSettings()
         self._driver = RobotTopics(self, self._robot, Parameters(self, SILENCE), self._after)
         self._inputs = self._driver.inputs
@@ -89,7 +88,6 @@ class Walker(GuardedNode):
         self._publish(())
         self._server = ActionServer(
             self, WalkAction, "/walk", self._execute,
-            goal_callback=self.guarded(self._on_goal, "the goal", lambda _: GoalResponse.REJECT),
             cancel_callback=self.guarded(
                 self._on_cancel, "the cancel", lambda _: CancelResponse.REJECT))
 
@@ -116,7 +114,8 @@ class Walker(GuardedNode):
             self._send_feedback(walk, now)
 
     def _send(self, command: Command) -> None:
-        self._trajectory.publish(command_message(command, self._names))
+        names = self._robot.joint_names
+        self._trajectory.publish(command_message(command, names))
 
     def _end(self, outcome: Outcome | None) -> None:
         """Hand the outcome to the goal whose walk was under way; None says that it is replaced."""
@@ -131,7 +130,7 @@ class Walker(GuardedNode):
         feedback = WalkAction.Feedback(
             step=min(walk.steps_sent, walk.steps_made(now) + 1), steps=walk.steps,
             pose=stamped(soles.middle, self.get_clock().now().to_msg()),
-            zmp_margin=self._margin(soles, walk.supporting(now)))
+            zmp_margin=self._margin(soles, walk.phase(now).sides))
         self._goal.publish_feedback(feedback)
 
     def _margin(self, soles: Stance, sides: Sequence[str]) -> float:
@@ -148,18 +147,9 @@ class Walker(GuardedNode):
         latest = self._inputs.latest
         if latest.base is None or latest.joints is None:
             return None
-        q = self._robot.configuration(np.zeros(3), latest.joints[1])
-        found = {}
-        for side in SIDES:
-            place, turn = self._robot.frame_pose(q, self._robot.feet[side].frame)
-            found[side] = latest.base.moved(
-                float(place[0]), float(place[1]), math.atan2(turn[1, 0], turn[0, 0]))
-        return Stance(**found)
+        return soles_at(self._robot, latest.base, latest.joints[1])
 
     # -- action ---------------------------------------------------------------------------------
-
-    def _on_goal(self, _: Any) -> GoalResponse:
-        return GoalResponse.ACCEPT
 
     def _on_cancel(self, goal_handle: Any) -> CancelResponse:
         walk = self._inputs.walk
@@ -209,15 +199,15 @@ class Walker(GuardedNode):
         if self._hit.running:
             raise NotReady("a hit is being executed (/execute_door_impact): the robot walks when "
                            "it has ended", quantity="action", value=HIT)
-        await self._first_messages()
-        while self._walking() is not None and not dry:
-            walk = self._inputs.walk
-            assert walk is not None
+        # After a reset, or when the first goal has just subscribed.
+        await self._background.until(lambda: self._driver.complete, PATIENCE)
+        while not dry and (walk := self._walking()) is not None:
             if await self._replaced(goal_handle, number, goal, walk):
                 return self._owned(goal_handle)
         state = self._present_state()
         plan: WalkPlan = await self._background.run(plan_goal, state, goal, self._settings)
-        await self._caught_up()
+        # The messages that came in during the planning are handled first.
+        await self._background.until(lambda: self._inputs.latest.lag == 0.0, PATIENCE)
         latest = self._inputs.latest
         if latest.joints is None:
             raise NotReady("the robot's clock went back while the walk was planned")
@@ -249,10 +239,6 @@ class Walker(GuardedNode):
         plan = plan_goal(self._robot, self._present_state(), self._wanted, self._settings)
         self._publish(plan.footsteps)
         return plan
-
-    def _state_now(self, walk: Walk) -> WalkState:
-        """State of a walk that has come to rest: as planned, or as found if it was pushed."""
-        return self._present_state() if walk.recovered else walk.final
 
     def _walking(self) -> Walk | None:
         walk = self._inputs.walk
@@ -290,8 +276,9 @@ class Walker(GuardedNode):
                 or walk.resting(self._driver.topics.now()))
             if walk.outcome is not Outcome.RUNNING:
                 return False
-            plan = await self._background.run(
-                plan_goal, self._state_now(walk), goal, self._settings)
+            # As planned, or as found if the robot was pushed.
+            state = self._present_state() if walk.recovered else walk.final
+            plan = await self._background.run(plan_goal, state, goal, self._settings)
             self._require_wanted(goal_handle, number)
             if walk.outcome is not Outcome.RUNNING:
                 return False
@@ -317,28 +304,7 @@ class Walker(GuardedNode):
         Raises:
             NotReady: Messages are missing or old, or the robot does not stand still.
         """
-        stale = self._driver.freshness.refusal(self._driver.topics.now())
-        if stale is not None:
-            raise NotReady(stale[0], quantity="age [s]", value=stale[1])
-        latest = self._inputs.latest
-        if latest.base is None:
-            raise NotReady("the odometry has not arrived on /tf yet (odom -> base_link): does "
-                           "zmp_publisher run?", quantity="/tf", value=None)
-        assert latest.joints is not None
-        for topic, names in self._driver.topics.crowded().items():
-            self.get_logger().warning(f"more than one node publishes on {topic}: "
-                                      f"{', '.join(names)}; one of them may be foreign")
-        _, position, velocity = latest.joints
-        return start_state(self._robot, Standing(latest.base, latest.tilt, position, velocity),
-                           self._settings, self._postures)
-
-    async def _first_messages(self) -> None:
-        """Wait a moment for the first messages, by the computer's clock, as after a reset."""
-        await self._background.until(lambda: self._driver.complete, PATIENCE)
-
-    async def _caught_up(self) -> None:
-        """Wait a moment until the messages that came in during the planning are handled."""
-        await self._background.until(lambda: self._inputs.latest.lag == 0.0, PATIENCE)
+        return start_state(self._robot, self._driver.standing(), self._settings, self._postures)
 
     def _publish(self, footsteps: Sequence[Footstep]) -> None:
         stamp = self.get_clock().now().to_msg()

@@ -1,9 +1,8 @@
 // What the replay uses of three.js and uPlot; esbuild leaves the rest out. One global: REPLAY.
 export {
-  BoxGeometry, BufferAttribute, BufferGeometry, Color, CylinderGeometry, DirectionalLight,
-  DoubleSide, GridHelper, Group, HemisphereLight, LineBasicMaterial, LineLoop, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Quaternion, Scene, SphereGeometry,
-  Vector3, WebGLRenderer,
+  BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, GridHelper, Group,
+  HemisphereLight, LineBasicMaterial, LineLoop, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  PerspectiveCamera, Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";
 export { default as uPlot } from "uplot";

@@ -1,18 +1,5 @@
 // The scene: trees of links that the joints' angles move (forward kinematics), and marks.
 
-/** A quaternion of three.js from w, x, y, z. */
-function quaternion([w, x, y, z]) {
-  return new REPLAY.Quaternion(x, y, z, w);
-}
-
-const GEOMETRY = {
-  box: (size) => new REPLAY.BoxGeometry(...size),
-  sphere: ([radius]) => new REPLAY.SphereGeometry(radius, 24, 16),
-  // A cylinder lies along y in three.js, and along z in a URDF.
-  cylinder: ([radius, length]) =>
-    new REPLAY.CylinderGeometry(radius, radius, length, 32).rotateX(Math.PI / 2),
-};
-
 /** The geometry of a mesh, of which several shapes may share one. */
 function meshGeometry({ vertices, faces }) {
   const geometry = new REPLAY.BufferGeometry();
@@ -21,38 +8,28 @@ function meshGeometry({ vertices, faces }) {
   return geometry;
 }
 
-/** A shape of a link; `geometries` are those of meshes by file. */
-function makeShape(shape, geometries) {
-  const [red, green, blue, opacity] = shape.color;
-  const material = new REPLAY.MeshLambertMaterial({ transparent: opacity < 1, opacity });
+/** A shape of a link, in the link's frame. */
+function makeShape({ mesh, color }, geometries) {
+  const [red, green, blue, opacity] = color.map((value) => value / 255);
+  const material = new REPLAY.MeshLambertMaterial({
+    transparent: opacity < 1, opacity, flatShading: true, // the meshes have no normals
+    side: REPLAY.DoubleSide, // a negative scale turns a mesh inside out
+  });
   material.color.setRGB(red, green, blue, "srgb");
-  const isMesh = shape.kind === "mesh";
-  const mesh = new REPLAY.Mesh(
-    isMesh ? geometries[shape.file] : GEOMETRY[shape.kind](shape.size), material);
-  if (isMesh) {
-    mesh.scale.set(...shape.size);
-    material.flatShading = true; // the meshes have no normals
-    material.side = REPLAY.DoubleSide; // a negative scale turns a mesh inside out
-  }
-  mesh.position.set(...shape.place);
-  mesh.quaternion.copy(quaternion(shape.orientation));
-  return mesh;
+  return new REPLAY.Mesh(geometries[mesh], material);
 }
 
 /** A tree of links: nested groups, so that three.js itself does the forward kinematics. */
 class Tree {
   constructor(tree, geometries) {
     this.tree = tree;
-    this.root = new REPLAY.Group();
-    this.links = { [tree.root]: this.root };
+    this.links = Object.fromEntries(tree.links.map((link) => [link, new REPLAY.Group()]));
+    this.root = this.links[tree.root];
     for (const joint of tree.joints) {
       const fixed = new REPLAY.Group(); // the joint's origin in the parent link
-      fixed.position.set(...joint.place);
-      fixed.quaternion.copy(quaternion(joint.orientation));
-      const child = new REPLAY.Group(); // what the joint moves
-      fixed.add(child);
+      fixed.matrix.fromArray(joint.origin).decompose(fixed.position, fixed.quaternion, fixed.scale);
+      fixed.add(this.links[joint.child]); // what the joint moves
       this.links[joint.parent].add(fixed);
-      this.links[joint.child] = child;
       joint.vector = new REPLAY.Vector3(...joint.axis);
     }
     for (const shape of tree.shapes) this.links[shape.link].add(makeShape(shape, geometries));
@@ -148,8 +125,7 @@ class View {
     const grid = new REPLAY.GridHelper(6, 24, "#a8adb5", "#d3d6db");
     grid.rotation.x = Math.PI / 2;
     this.scene.add(grid);
-    const geometries = Object.fromEntries(
-      Object.entries(meshes).map(([file, mesh]) => [file, meshGeometry(mesh)]));
+    const geometries = meshes.map(meshGeometry);
     this.trees = data.trees.map((tree) => new Tree(tree, geometries));
     this.marks = data.marks.map((mark) => new Mark(mark));
     for (const { root } of this.trees) this.scene.add(root);

@@ -2,35 +2,86 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import os
+import sys
 from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, needed
+from door_impact_common.errors import SettingError
+from hrp2_description.robot import SIDES
 
-from hrp2_sim_bridge.errors import DivergedError, ModelError
-from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.frames import cross, rotation
-from hrp2_sim_bridge.physics.mujoco.library import Window, load_mujoco
-from hrp2_sim_bridge.physics.mujoco.model import BASE, HINGE, LEAF, build, sensed_links
-from hrp2_sim_bridge.physics.scene import Scene
-from hrp2_sim_bridge.physics.states import (
+from hrp2_sim_bridge.errors import DivergedError, ModelError, SimulatorMissingError
+from hrp2_sim_bridge.physics.engine import (
     NO_TOUCH,
-    BodyState,
     DoorState,
+    Engine,
     FloorContact,
     Reactions,
+    Scene,
     Touch,
+    sensed_links,
 )
+from hrp2_sim_bridge.physics.frames import rotation
+from hrp2_sim_bridge.physics.mujoco.model import BASE, HINGE, LEAF, build
 
-# A row of `read_frames`: numbers of each body and of the robot's CoM, about which MuJoCo's
-# velocities are.
-_BODIES = 5  # left sole, right sole, contact link, IMU, base
-_BODY_VALUES = 13  # position, quaternion w, x, y, z, angular velocity, linear velocity
+_LOG = logging.getLogger(__name__)
+_FRAME = 1.0 / 60.0  # period with which the window is redrawn, in simulated time [s]
 _XYZW = [1, 2, 3, 0]  # places of x, y, z, w in MuJoCo's quaternions
+
+
+def load_mujoco() -> Any:
+    """Import and return the module `mujoco`.
+
+    Raises:
+        SimulatorMissingError: MuJoCo is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise SimulatorMissingError("MuJoCo", "'pip install mujoco'") from error
+    if mujoco.get_mju_user_warning() is None:
+        # MuJoCo would write its warnings to a file in the working directory.
+        mujoco.set_mju_user_warning(_LOG.warning)
+    return mujoco
+
+
+class Window:
+    """A window that shows MuJoCo's data while the simulation runs.
+
+    Raises:
+        SettingError: There is no display for a window.
+    """
+
+    def __init__(self, model: Any, data: Any) -> None:
+        if sys.platform == "linux" and not (
+            os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        ):
+            # MuJoCo would write to stderr from another thread and show nothing.
+            raise SettingError("gui", True, "false where DISPLAY names no display")
+        import mujoco.viewer
+
+        self._data = data
+        self._viewer = mujoco.viewer.launch_passive(
+            model, data, show_left_ui=False, show_right_ui=False)
+        camera = self._viewer.cam
+        camera.lookat[:] = 0.0, -0.2, 0.7
+        camera.distance, camera.azimuth, camera.elevation = 2.6, 210.0, -18.0
+        self._next = 0.0
+
+    def update(self) -> None:
+        """Redraw the window if its last picture is old; a window that was closed stays closed."""
+        if self._data.time >= self._next and self._viewer.is_running():
+            self._viewer.sync()
+            self._next = self._data.time + _FRAME
+
+    def close(self) -> None:
+        """Close the window."""
+        self._viewer.close()
 
 
 class MuJoCoEngine(Engine):
@@ -45,7 +96,6 @@ class MuJoCoEngine(Engine):
     """
 
     name = "mujoco"
-    frame_values = _BODIES * _BODY_VALUES + 3
 
     def __init__(self) -> None:
         self._mujoco = load_mujoco()
@@ -69,17 +119,12 @@ class MuJoCoEngine(Engine):
         self.data = data = self._mujoco.MjData(model)
         first, last = model.body(BASE).id, model.body(LEAF).id
         self.link_names = tuple(model.body(index).name for index in range(first, last))
-        self._first_link = first
         self._joints = [model.joint(name).id for name in robot.joint_names]
         self._q, self._dq = model.jnt_qposadr[self._joints], model.jnt_dofadr[self._joints]
         self._holds = [model.equality(name).id for name in robot.joint_names]
         hinge = model.joint(HINGE).id
         self._door_q, self._door_dq = int(model.jnt_qposadr[hinge]), int(model.jnt_dofadr[hinge])
-        soles = [model.body(robot.feet[side].sole).id for side in SIDES]
-        imu = model.body(needed(robot.imu_frame, "imu_frame")).id
-        self._frames = [*soles, model.body(robot.contact_link).id, imu, first]
         sensed = [model.body(link).id for link in sensed_links(robot)]
-        self._hands = sensed[len(SIDES):]
         self.sensed_mass = model.body_mass[sensed].copy()
         self.sensed_inertia = np.array([self._principal_inertia(body) for body in sensed])
         # Index in `link_names` of each geom's link; -1 of the leaf and the floor.
@@ -96,8 +141,7 @@ class MuJoCoEngine(Engine):
         self._pushed = data.xfrc_applied[first:last, :3]
         masses = model.body_mass[first:last]
         self._shares = masses / masses.sum()  # of the robot's mass
-        self._moved = True
-        self._place(scene.posture, scene.settings.start)
+        self._place(scene, sensed[: len(SIDES)])
         if scene.settings.gui:
             self._window = Window(model, data)
 
@@ -124,7 +168,6 @@ class MuJoCoEngine(Engine):
         begin = perf_counter()
         self._mujoco.mj_step(self.model, self.data)
         self.stepping_time += perf_counter() - begin
-        self._moved = True
         if self._window is not None:
             self._window.update()
         reactions: Reactions = self._reactions.tolist()
@@ -134,49 +177,36 @@ class MuJoCoEngine(Engine):
         """Return positions and velocities of the joints, (2, 30)."""
         return np.array([self._position[self._q], self._velocity[self._dq]])
 
-    def read_frames(self) -> list[float]:
-        """Return poses and velocities of the soles, contact link, IMU and base.
+    def read_base(self) -> list[float]:
+        """Return MuJoCo's coordinates of the base.
 
         Raises:
-            DivergedError: A pose or a velocity is no finite number.
+            DivergedError: One of them is not finite.
         """
-        row: list[float] = self._bodies(self._frames).ravel().tolist()
-        if not all(map(math.isfinite, row)):
+        row = self._position[:7].tolist() + self._velocity[:6].tolist()
+        if not math.isfinite(sum(row)):
             raise DivergedError("MuJoCo", float(self.data.time))
-        row += self.data.subtree_com[self._first_link].tolist()
         return row
 
-    def link_states(self, rows: Array) -> BodyState:
-        """Return states (T, 4) of left sole, right sole, contact link and IMU."""
-        return _states(rows).at((slice(None), slice(_BODIES - 1)))
-
-    def hand_states(self) -> BodyState:
-        """Return states (B - 2,) of the hands beyond force sensors."""
-        return _body_states(self._bodies(self._hands), self.data.subtree_com[self._first_link])
-
-    def base_states(self, rows: Array) -> BodyState:
-        """Return states (T,) of base_link."""
-        return _states(rows).at((slice(None), _BODIES - 1))
-
-    def tilt(self) -> float:
-        """Return the angle between base_link's z axis and the vertical [rad]."""
-        _, x, y, _ = self._position[3:7]
-        return math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
+    def base_states(self, rows: Array) -> Array:
+        """Return states of base_link, (T, 13)."""
+        turn = rows[:, 3:7][:, _XYZW]
+        # MuJoCo's angular velocity of a free body is in the body's own axes.
+        angular = (rotation(turn) @ rows[:, 10:, None])[..., 0]
+        return np.concatenate([rows[:, :3], turn, rows[:, 7:10], angular], axis=1)
 
     def door_state(self) -> DoorState:
         """Return the leaf's angle and angular velocity."""
         return DoorState(
-            float(self._position[self._door_q]), float(self._velocity[self._door_dq])
-        )
+            float(self._position[self._door_q]), float(self._velocity[self._door_dq]))
 
     def leaf_distance(self, most: float) -> float:
         """Return the distance between robot and leaf, at most `most` [m]."""
-        self._follow()
+        self._mujoco.mj_kinematics(self.model, self.data)
         nearest = most
         for shape in self._shapes:
             nearest = self._mujoco.mj_geomDistance(
-                self.model, self.data, shape, self._leaf, nearest, None
-            )
+                self.model, self.data, shape, self._leaf, nearest, None)
         return nearest
 
     def touch(self) -> Touch:
@@ -206,8 +236,7 @@ class MuJoCoEngine(Engine):
             for place, point, push, distance in zip(
                 places, contact.pos[places].tolist(),
                 (force[:, None] * contact.frame[places, :3]).tolist(),
-                contact.dist[places].tolist(), strict=True)
-        ]
+                contact.dist[places].tolist(), strict=True)]
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -215,43 +244,22 @@ class MuJoCoEngine(Engine):
             self._window.close()
             self._window = None
 
-    def _place(self, posture: Array, start: Sequence[float]) -> None:
+    def _place(self, scene: Scene, soles: Sequence[int]) -> None:
         """Put the robot with its soles on the floor, with x, y and heading of their middle."""
-        x, y, heading = start
-        self._position[self._q] = posture
+        x, y, heading = scene.settings.start
+        self._position[self._q] = scene.posture
         self._position[:3] = 0.0
         self._position[3:7] = math.cos(heading / 2.0), 0.0, 0.0, math.sin(heading / 2.0)
-        self._follow()
-        feet = self.data.xpos[self._frames[: len(SIDES)]]
+        self._mujoco.mj_kinematics(self.model, self.data)
+        feet = self.data.xpos[soles]
         self._position[:3] = x - feet[:, 0].mean(), y - feet[:, 1].mean(), -feet[:, 2].min()
-        self._moved = True
-
-    def _follow(self) -> None:
-        """Let poses and velocities of the bodies follow those of the joints."""
-        if self._moved:
-            for compute in (
-                self._mujoco.mj_kinematics, self._mujoco.mj_comPos, self._mujoco.mj_comVel
-            ):
-                compute(self.model, self.data)
-            self._moved = False
-
-    def _bodies(self, bodies: Sequence[int]) -> Array:
-        """Return the numbers of bodies after the last step, (B, 13)."""
-        self._follow()
-        data, places = self.data, np.array(bodies, dtype=int)
-        return np.concatenate(
-            [data.xpos[places], data.xquat[places], data.cvel[places]], axis=1)
 
     def _link(self, geoms: Sequence[int]) -> int:
         """Return the index in `link_names` of the robot's link in a pair of geoms."""
         return max(self._link_of[geom] for geom in geoms)
 
     def _principal_inertia(self, body: int) -> Array:
-        """Return the moments of inertia (3) of a body about its frame's axes [kg m^2].
-
-        Raises:
-            ModelError: The frame's axes are no principal axes at the center of mass.
-        """
+        """Return the moments of inertia (3,) of a body about its axes, which must be principal."""
         model = self.model
         turn = rotation(model.body_iquat[body][_XYZW])
         inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
@@ -260,21 +268,6 @@ class MuJoCoEngine(Engine):
             inertia, np.diag(moments), atol=1e-9
         ):
             raise ModelError(
-                model.body(body).name, inertia.tolist(), "the link's own frame", "inertial frame"
-            )
+                model.body(body).name, inertia.tolist(), "the link's own frame", "inertial frame")
         return moments.copy()
 
-
-def _states(rows: Array) -> BodyState:
-    """Return states (T, 5) of all bodies from T rows of `MuJoCoEngine.read_frames`."""
-    return _body_states(
-        rows[:, :-3].reshape(len(rows), _BODIES, _BODY_VALUES), rows[:, None, -3:])
-
-
-def _body_states(bodies: Array, com: Array) -> BodyState:
-    """Return states (...) from numbers of bodies (..., 13) and the robot's CoM, (..., 3) [m]."""
-    position, quaternion, angular = bodies[..., :3], bodies[..., 3:7], bodies[..., 7:10]
-    arm = position - com
-    return BodyState(
-        position, quaternion[..., _XYZW], bodies[..., 10:] + cross(angular, arm), angular
-    )

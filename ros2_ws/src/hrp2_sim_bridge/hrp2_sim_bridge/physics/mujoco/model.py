@@ -1,4 +1,25 @@
-"""MuJoCo's models of robot, floor and leaf."""
+r"""MuJoCo's models of robot, floor and leaf, with contacts as spring-dampers in N/m and N s/m.
+
+MuJoCo's contacts are soft constraints. With an acceleration `a`, a velocity `v` and a
+penetration `x` along the normal, the normal force of a contact that presses obeys
+
+    f = D (-a_n - b v_n + k x),
+
+where v_n is the speed of separation, and MuJoCo computes `D = d / ((1 - d) A)` from the
+impedance d (`solimp`) and an inverse mass A that it assigns to the pair of bodies. Given A, any
+virtual mass D can be chosen by d, and any stiffness D k and damping D b by `solref`. The scheme of
+`hrp2_sim_bridge.physics.contact`, which is implicit in the velocity, is met exactly by
+`D = h (c + h k_0)` for a stiffness `k_0`, a damping c and a step h.
+
+A contact that slides with a speed u along the surface gets an additional force
+`mu D u / h`, because MuJoCo's cone of friction couples normal and tangent. Where that force
+matters, in a hit, the virtual mass must be small. The damping is then explicit, and stiffness and
+damping are smaller by the ratio of the moved masses, so that two bodies with the reduced mass for
+which the surface was designed move exactly as before.
+
+Source: "Computation", chapters "Constraint model" and "Solver parameters", of MuJoCo's
+documentation.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +35,7 @@ from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
-from hrp2_sim_bridge.physics.mujoco.surfaces import (
-    FRICTION_RATIO,
-    Surface,
-    set_grips,
-    set_surface,
-)
-from hrp2_sim_bridge.physics.scene import Scene
+from hrp2_sim_bridge.physics.engine import Scene, sensed_links
 
 WORLD, BASE, LEAF, HINGE = "world", "base_link", "leaf", "hinge"
 _FLOOR = "floor"
@@ -29,6 +44,33 @@ _RIGID = (5e6, 1.2e4)  # stiffness [N/m] and damping [N s/m] of a contact withou
 _FREE = "odom"  # name of the base's free joint
 _WOOD = (0.72, 0.53, 0.35, 1.0)
 _TOLERANCE = 1e-10  # accuracy at which MuJoCo's solver stops
+_LEAST_MASS = 0.02  # smallest virtual mass of a contact [kg]
+# Explicit damping is stable up to h c = 2 m. MuJoCo's inverse mass is a mean over directions, along
+# one of which a body may show a fraction of that mass m; so h c is kept below this share of it.
+_STABLE_SHARE = 0.25
+# Ratio of the virtual masses of friction and normal contact: large, so that soles do not creep.
+# From 1e6 on MuJoCo's solver reports problems that are not convex.
+_FRICTION_RATIO = 1e5
+_GRIP = 0.9999  # impedance of constraints that are rigid; the largest that MuJoCo accepts
+_GRIP_SHARE = 0.1  # share of an error that a rigid constraint removes in a step
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A surface as one contact point shows it.
+
+    Attributes:
+        stiffness: Stiffness [N/m].
+        damping: Damping [N s/m].
+        friction: Coefficient of friction.
+        reduced_mass: Reduced mass of a hit for which the surface was designed [kg]; None where
+            nothing hits, so that the contact is implicit.
+    """
+
+    stiffness: float
+    damping: float
+    friction: float
+    reduced_mass: float | None = None
 
 
 @dataclass(frozen=True)
@@ -47,28 +89,18 @@ class Model:
         """Set the length of the coming physics steps [s] and keep the surfaces."""
         self.raw.opt.timestep = step
         for pair, surface in self.surfaces.items():
-            set_surface(self.raw, pair, surface, step)
-        set_grips(self.raw, step)
-
-
-def empty(mujoco: Any, iterations: int) -> Any:
-    """Return a specification with physics and without bodies.
-
-    Args:
-        mujoco: The module `mujoco`.
-        iterations: Largest number of the solver's iterations in each step.
-    """
-    return prepare(mujoco, mujoco.MjSpec(), iterations)
+            _set_surface(self.raw, pair, surface, step)
+        _set_grips(self.raw, step)
 
 
 def prepare(mujoco: Any, spec: Any, iterations: int) -> Any:
-    """Set the physics of a specification; return it."""
+    """Set the physics of a specification and the most iterations of its solver; return it."""
     spec.compiler.degree = False
     option = spec.option
     option.gravity = [0.0, 0.0, -GRAVITY]
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = FRICTION_RATIO
+    option.impratio = _FRICTION_RATIO
     # A state that is no number must be noticed; MuJoCo would start again from its first state.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     option.iterations, option.tolerance = iterations, _TOLERANCE
@@ -79,17 +111,7 @@ def add_leaf(mujoco: Any, spec: Any, config: DoorConfig, distance: float, hinge_
     """Add the leaf, whose face towards the robot lies in the plane y = -distance when closed.
 
     The leaf turns about -z when it opens, so that its free edge moves towards -y. `DoorLoad`
-    computes the torques of closer and stops.
-
-    Args:
-        mujoco: The module `mujoco`.
-        spec: Specification.
-        config: Configuration of the door.
-        distance: Distance of the leaf's face from the world's origin [m].
-        hinge_x: x of the hinge [m].
-
-    Returns:
-        The leaf's geom.
+    computes the torques of closer and stops. Lengths are in [m]; the leaf's geom is returned.
     """
     leaf = config.leaf
     body = spec.worldbody.add_body(name=LEAF, pos=[hinge_x, -distance, 0.0])
@@ -100,8 +122,7 @@ def add_leaf(mujoco: Any, spec: Any, config: DoorConfig, distance: float, hinge_
     return body.add_geom(
         name=LEAF, type=mujoco.mjtGeom.mjGEOM_BOX, pos=leaf.center(), rgba=_WOOD,
         size=[leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0],
-        contype=0, conaffinity=0,
-    )
+        contype=0, conaffinity=0)
 
 
 def leaf_surface(design: ContactDesign, friction: float) -> Surface:
@@ -110,27 +131,21 @@ def leaf_surface(design: ContactDesign, friction: float) -> Surface:
 
 
 def compile_model(spec: Any, pairs: list[tuple[str, str, Surface]], step: float) -> Model:
-    """Compile a specification.
+    """Compile a specification for a physics step [s].
 
-    Args:
-        spec: Specification.
-        pairs: Names of two geoms that may touch, and their surface.
-        step: Physics step [s].
+    Only the named pairs of geoms may touch; each has a surface.
     """
     for first, second, surface in pairs:
         sliding = [surface.friction] * 2
         spec.add_pair(
-            geomname1=first, geomname2=second, condim=3, friction=[*sliding, 0.0, 0.0, 0.0]
-        )
+            geomname1=first, geomname2=second, condim=3, friction=[*sliding, 0.0, 0.0, 0.0])
     raw = spec.compile()
     names = {
         (raw.geom(raw.pair_geom1[pair]).name, raw.geom(raw.pair_geom2[pair]).name): pair
-        for pair in range(raw.npair)
-    }
+        for pair in range(raw.npair)}
     model = Model(raw, {
         names.get((first, second), names.get((second, first), -1)): surface
-        for first, second, surface in pairs
-    })
+        for first, second, surface in pairs})
     model.set_time_step(step)
     return model
 
@@ -150,8 +165,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
         _add_sensors(mujoco, spec, link)
     spec.worldbody.add_geom(
         name=_FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
-        contype=0, conaffinity=0,
-    )
+        contype=0, conaffinity=0)
     add_leaf(mujoco, spec, scene.door, scene.door_distance, scene.hinge_x)
     hard = Surface(*_RIGID, settings.friction)
     rubber = scene.sole_rubber
@@ -159,8 +173,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
     wood = leaf_surface(scene.contact, settings.leaf_friction)
     pairs = [(LEAF, geom, wood) for geom in geoms]
     pairs += [
-        (_FLOOR, geom, standing if body in soles else hard) for geom, body in geoms.items()
-    ]
+        (_FLOOR, geom, standing if body in soles else hard) for geom, body in geoms.items()]
     try:
         model = compile_model(spec, pairs, settings.time_step_coarse)
     except ValueError as error:
@@ -174,11 +187,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
 def robot_spec(mujoco: Any, robot: RobotConfig, iterations: int, *, visible: bool) -> Any:
     """Return a specification with the free robot, each of whose joints can be held.
 
-    Args:
-        mujoco: The module `mujoco`.
-        robot: Configuration of the robot.
-        iterations: Largest number of the solver's iterations in each step.
-        visible: Whether the robot's visible shapes are kept.
+    Its visible shapes are kept only if they shall be seen.
 
     Raises:
         ModelError: MuJoCo refuses the URDF.
@@ -188,8 +197,7 @@ def robot_spec(mujoco: Any, robot: RobotConfig, iterations: int, *, visible: boo
     for joint in robot.joint_names:
         spec.add_equality(
             name=joint, name1=joint, type=mujoco.mjtEq.mjEQ_JOINT,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT, active=False,
-        )
+            objtype=mujoco.mjtObj.mjOBJ_JOINT, active=False)
     return spec
 
 
@@ -205,8 +213,7 @@ def _read_robot(mujoco: Any, robot: RobotConfig, visible: bool) -> Any:
     extension = ET.SubElement(tree.getroot(), "mujoco")
     ET.SubElement(
         extension, "compiler", fusestatic="false", discardvisual="false" if visible else "true",
-        meshdir=str(robot.urdf_path.parent),
-    )
+        meshdir=str(robot.urdf_path.parent))
     try:
         return mujoco.MjSpec.from_string(ET.tostring(tree.getroot(), encoding="unicode"))
     except ValueError as error:
@@ -224,13 +231,6 @@ def _name_shapes(spec: Any) -> dict[str, str]:
     return bodies
 
 
-def sensed_links(robot: RobotConfig) -> list[str]:
-    """Return the links beyond force sensors: soles, and hands if their wrists have sensors."""
-    wrists = robot.wrist_sensors
-    hands = [] if wrists is None else [wrists[side].link for side in SIDES]
-    return [*(robot.feet[side].sole for side in SIDES), *hands]
-
-
 def _add_sensors(mujoco: Any, spec: Any, link: str) -> None:
     """Measure force and torque of a link's parent on the link, in the link's frame."""
     spec.body(link).add_site(name=link)
@@ -241,3 +241,27 @@ def _add_sensors(mujoco: Any, spec: Any, link: str) -> None:
 def _sole_surface(rubber: SoleRubber, friction: float) -> Surface:
     """Return the surface of a corner of a rubber sole."""
     return Surface(rubber.stiffness / _CORNERS, rubber.damping / _CORNERS, friction)
+
+
+def _set_surface(model: Any, pair: int, surface: Surface, step: float) -> None:
+    """Give a pair of geoms, by its index, the surface for physics steps of one length [s]."""
+    damping = surface.damping + step * surface.stiffness
+    bodies = model.geom_bodyid[[model.pair_geom1[pair], model.pair_geom2[pair]]]
+    inverse = float(model.body_invweight0[bodies, 0].sum())
+    implicit = step * damping
+    virtual, scale = implicit, 1.0
+    if surface.reduced_mass is not None:
+        virtual = min(max(implicit - _STABLE_SHARE / inverse, _LEAST_MASS), implicit)
+        scale = (surface.reduced_mass + virtual) / (surface.reduced_mass + implicit)
+    impedance = inverse * virtual / (1.0 + inverse * virtual)
+    share = scale * impedance / virtual
+    model.pair_solimp[pair, :2] = impedance
+    model.pair_solref[pair] = -share * surface.stiffness, -share * damping
+    model.pair_solreffriction[pair] = 0.0, -impedance / step
+
+
+def _set_grips(model: Any, step: float) -> None:
+    """Make equality constraints and limits of joints as stiff as a step [s] allows."""
+    reference = np.array([-_GRIP * _GRIP_SHARE / step**2, -_GRIP / step])
+    model.eq_solref[:], model.jnt_solref[:] = reference, reference
+    model.eq_solimp[:, :2] = model.jnt_solimp[:, :2] = _GRIP

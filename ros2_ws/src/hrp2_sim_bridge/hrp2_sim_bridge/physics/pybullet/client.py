@@ -18,15 +18,11 @@ from hrp2_sim_bridge.errors import SimulatorMissingError
 _OFTEN = (
     "stepSimulation", "getJointState", "getJointStates", "getLinkStates", "getContactPoints",
     "getBasePositionAndOrientation", "getBaseVelocity", "multiplyTransforms",
-    "setJointMotorControl2", "setJointMotorControlArray",
-)
+    "setJointMotorControl2", "setJointMotorControlArray")
 
 
 def load_pybullet() -> Any:
-    """Import PyBullet.
-
-    Returns:
-        The module `pybullet`.
+    """Import and return the module `pybullet`.
 
     Raises:
         SimulatorMissingError: PyBullet is not installed.
@@ -59,13 +55,7 @@ def _quiet() -> Iterator[None]:
 
 
 def connect(gui: bool) -> Any:
-    """Connect to a new physics server.
-
-    Args:
-        gui: Whether the server runs in a window of its own instead of in this process.
-
-    Returns:
-        A client of the server.
+    """Return a client of a new physics server, in this process or in a window of its own.
 
     Raises:
         SimulatorMissingError: PyBullet is not installed.
@@ -90,16 +80,13 @@ def connect(gui: bool) -> Any:
 
 
 def prepare(client: Any, time_step: float, iterations: int, friction: float) -> int:
-    """Empty the world, set its physics and add the floor.
+    """Empty the world, set its physics and add the floor; return PyBullet's index of the floor.
 
     Args:
         client: Client of PyBullet.
         time_step: Length of a physics step [s].
         iterations: Number of the solver's iterations in each step.
         friction: Coefficient of friction between soles and floor.
-
-    Returns:
-        PyBullet's index of the floor.
     """
     client.resetSimulation()
     client.setGravity(0.0, 0.0, -GRAVITY)
@@ -107,8 +94,7 @@ def prepare(client: Any, time_step: float, iterations: int, friction: float) -> 
         fixedTimeStep=time_step,
         numSolverIterations=iterations,
         numSubSteps=0,
-        deterministicOverlappingPairs=1,
-    )
+        deterministicOverlappingPairs=1)
     plane = client.createCollisionShape(client.GEOM_PLANE)
     floor = client.createMultiBody(0.0, plane)
     # PyBullet multiplies the friction of the two bodies; the floor has the value of the pair.

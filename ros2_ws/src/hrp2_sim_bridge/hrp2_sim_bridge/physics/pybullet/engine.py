@@ -4,30 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from operator import itemgetter
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES, needed
 
 from hrp2_sim_bridge.errors import DivergedError
-from hrp2_sim_bridge.physics.engine import Engine
-from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
-from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
-from hrp2_sim_bridge.physics.pybullet.robot_body import FRAME_VALUES, RobotBody
-from hrp2_sim_bridge.physics.scene import Scene
-from hrp2_sim_bridge.physics.states import (
+from hrp2_sim_bridge.physics.engine import (
     NO_TOUCH,
-    BodyState,
     DoorState,
+    Engine,
     FloorContact,
     Reactions,
+    Scene,
     Touch,
+    sensed_links,
 )
+from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
+from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
+from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
+from hrp2_sim_bridge.physics.pybullet.robot import link_names, load_robot, sensed_bodies
 
 # Entries of PyBullet's contact points.
 _LINK, _POINT, _NORMAL, _DISTANCE, _FORCE = 3, 6, 7, 8, 9
+_LOCK = 1e5  # largest torque of a lock [N m]
 
 
 class PyBulletEngine(Engine):
@@ -35,13 +39,12 @@ class PyBulletEngine(Engine):
 
     Attributes:
         client: Client of PyBullet; None before the first `reset` and after `close`.
-        robot: The robot in PyBullet.
+        body: PyBullet's index of the robot.
         leaf: The door's leaf in PyBullet.
         floor: PyBullet's index of the floor.
     """
 
     name = "pybullet"
-    frame_values = FRAME_VALUES
 
     def __init__(self) -> None:
         """Import PyBullet.
@@ -59,29 +62,63 @@ class PyBulletEngine(Engine):
         Raises:
             SimulatorMissingError: PyBullet is not installed.
             SettingError: There is no display for the window.
-            ModelError: PyBullet changed a mass or an inertia of the robot.
+            ModelError: PyBullet changed a mass, an inertia or an inertial frame of the robot.
             RobotConfigError: The robot's configuration lacks something that the simulation needs.
         """
-        settings = scene.settings
+        settings, robot = scene.settings, scene.robot
         if self.client is not None and not settings.gui:
             self.close()
         if self.client is None:
             # Nothing of the last run can remain in a new physics server.
             self.client = connect(settings.gui)
+        client = self.client
         self._time, self._step = 0.0, settings.time_step_coarse
-        self.floor = prepare(self.client, self._step, settings.iterations, settings.friction)
-        self.robot = RobotBody(
-            self.client, scene.robot, scene.posture, rubber=scene.sole_rubber,
-            start=settings.start,
-        )
+        self.floor = prepare(client, self._step, settings.iterations, settings.friction)
+        self.body = body = load_robot(client, robot, scene.sole_rubber)
+        self.link_names = link_names(client, body)
+        indices = {client.getJointInfo(body, index)[1].decode(): index
+                   for index in range(len(self.link_names))}
+        self._joints = [indices[name] for name in robot.joint_names]
+        sensors = [needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES]
+        if robot.wrist_sensors is not None:
+            sensors += [robot.wrist_sensors[side].joint for side in SIDES]
+        for sensor in sensors:
+            client.enableJointForceTorqueSensor(body, indices[sensor], 1)
+        links = [self.link_names.index(link) for link in sensed_links(robot)]
+        self.sensed_mass, self.sensed_inertia = sensed_bodies(client, body, links)
+        masses = [client.getDynamicsInfo(body, index)[0]
+                  for index in range(-1, len(self.link_names))]
+        self._shares = np.array(masses) / sum(masses)  # of the robot's mass, the base's first
+        self._held: list[int] = []
+        self._outside: Array | None = None
+        self._place(scene, links[: len(SIDES)])
         self.leaf = LeafBody(
-            self.client, scene.door, scene.door_distance, scene.hinge_x, scene.contact,
-            settings.leaf_friction,
-        )
-        self._outside = np.zeros(3)
-        self.link_names = self.robot.link_names
-        self.sensed_mass = self.robot.sensed_mass
-        self.sensed_inertia = self.robot.sensed_inertia
+            client, scene.door, scene.door_distance, scene.hinge_x, scene.contact,
+            settings.leaf_friction)
+        self._push = partial(
+            client.setJointMotorControlArray, body, self._joints, client.TORQUE_CONTROL)
+        watched = [*self._joints, *(indices[sensor] for sensor in sensors)]
+        self._read = partial(client.getJointStates, body, watched)
+        self._states = self._read()
+
+    def _place(self, scene: Scene, soles: Sequence[int]) -> None:
+        """Put the robot with its soles on the floor, with x, y and heading of their middle."""
+        client, body = self.client, self.body
+        # PyBullet's pose of the base is that of its inertial frame.
+        offset = client.getDynamicsInfo(body, -1)[3:5]
+        self._offset_back = client.invertTransform(*offset)
+        for joint, angle in zip(self._joints, scene.posture, strict=True):
+            client.resetJointState(body, joint, float(angle), 0.0)
+        x, y, heading = scene.settings.start
+        turn = [0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)]
+
+        def put(position: Sequence[float]) -> None:
+            client.resetBasePositionAndOrientation(
+                body, *client.multiplyTransforms(position, turn, *offset))
+
+        put([0.0, 0.0, 0.0])
+        feet = np.array([state[4] for state in client.getLinkStates(body, soles, 0, 1)])
+        put([x - feet[:, 0].mean(), y - feet[:, 1].mean(), -feet[:, 2].min()])
 
     def set_time_step(self, step: float) -> None:
         """Set the length of the coming physics steps [s]."""
@@ -90,54 +127,65 @@ class PyBulletEngine(Engine):
 
     def hold(self, joints: Sequence[int]) -> None:
         """Lock these joints where they are, and release the others."""
-        self.robot.hold(joints)
+        motor = partial(self.client.setJointMotorControl2, self.body)
+        mode = self.client.VELOCITY_CONTROL
+        for index in self._held:
+            motor(self._joints[index], mode, force=0.0)
+        self._held = list(joints)
+        for index in self._held:
+            motor(self._joints[index], mode, targetVelocity=0.0, force=_LOCK)
 
     def push_robot(self, force: Array) -> None:
         """Push the robot with a force (3,) [N] in all coming steps, shared by the links' masses."""
-        self._outside = force
+        self._outside = force if force.any() else None
+
+    def _push_links(self, force: Array) -> None:
+        client = self.client
+        places = [client.getBasePositionAndOrientation(self.body)[0]]
+        places += [state[0] for state in client.getLinkStates(
+            self.body, range(len(self.link_names)), 0, 1)]
+        for link, (place, share) in enumerate(zip(places, self._shares, strict=True), start=-1):
+            client.applyExternalForce(
+                self.body, link, (share * force).tolist(), place, client.WORLD_FRAME)
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
         """Take a physics step; return force and torque at the force sensors."""
-        self.robot.push(torque)
-        if self._outside.any():
-            self.robot.push_links(self._outside)
+        self._push(forces=torque.tolist())
+        if self._outside is not None:
+            self._push_links(self._outside)
         self.leaf.apply_torque(door_torque)
         begin = perf_counter()
         self.client.stepSimulation()
         self.stepping_time += perf_counter() - begin
         self._time += self._step
-        return self.robot.read_reactions()
+        self._states = self._read()
+        return [state[2] for state in self._states[len(self._joints):]]
 
     def joint_state(self) -> Array:
         """Return positions and velocities of the joints, (2, 30)."""
-        return self.robot.joint_state()
+        position, velocity, _, _ = zip(*self._states[: len(self._joints)], strict=True)
+        return np.array((position, velocity))
 
-    def read_frames(self) -> list[float]:
-        """Return PyBullet's own numbers for the links that matter and the base.
+    def read_base(self) -> list[float]:
+        """Return position, quaternion and velocities of the base's inertial frame.
 
         Raises:
             DivergedError: One of them is not finite.
         """
-        row = self.robot.read_frames()
-        if not all(map(math.isfinite, row)):
+        place, turn = self.client.getBasePositionAndOrientation(self.body)
+        linear, angular = self.client.getBaseVelocity(self.body)
+        row = [*place, *turn, *linear, *angular]
+        if not math.isfinite(sum(row)):
             raise DivergedError("PyBullet", self._time)
         return row
 
-    def link_states(self, rows: Array) -> BodyState:
-        """Return states (T, 4) of left sole, right sole, contact link and IMU."""
-        return self.robot.link_states(rows)
-
-    def hand_states(self) -> BodyState:
-        """Return states (B - 2,) of the hands beyond force sensors."""
-        return self.robot.hand_states()
-
-    def base_states(self, rows: Array) -> BodyState:
-        """Return states (T,) of base_link."""
-        return self.robot.base_states(rows)
-
-    def tilt(self) -> float:
-        """Return the angle between base_link's z axis and the vertical [rad]."""
-        return self.robot.tilt()
+    def base_states(self, rows: Array) -> Array:
+        """Return states of base_link, not of its inertial frame, (T, 13)."""
+        com, turn, linear, angular = rows[:, :3], rows[:, 3:7], rows[:, 7:10], rows[:, 10:]
+        offset, own = self._offset_back
+        arm = rotation(turn) @ np.array(offset)
+        placed = np.stack(quaternion_product([*turn.T], own), axis=-1)
+        return np.concatenate([com + arm, placed, linear + cross(angular, arm), angular], axis=1)
 
     def door_state(self) -> DoorState:
         """Return the leaf's angle and angular velocity."""
@@ -145,12 +193,12 @@ class PyBulletEngine(Engine):
 
     def leaf_distance(self, most: float) -> float:
         """Return the distance between robot and leaf, at most `most` [m]."""
-        points = self.client.getClosestPoints(self.robot.body, self.leaf.body, most)
+        points = self.client.getClosestPoints(self.body, self.leaf.body, most)
         return min((point[_DISTANCE] for point in points), default=most)
 
     def touch(self) -> Touch:
         """Return the contact between robot and leaf."""
-        contacts = self.client.getContactPoints(self.robot.body, self.leaf.body)
+        contacts = self.client.getContactPoints(self.body, self.leaf.body)
         if not contacts:
             return NO_TOUCH
         most = max(contacts, key=itemgetter(_FORCE))
@@ -163,10 +211,8 @@ class PyBulletEngine(Engine):
         return [
             FloorContact(
                 names[contact[_LINK]], contact[_POINT],
-                [contact[_FORCE] * part for part in contact[_NORMAL]], contact[_DISTANCE],
-            )
-            for contact in self.client.getContactPoints(self.robot.body, self.floor)
-        ]
+                [contact[_FORCE] * part for part in contact[_NORMAL]], contact[_DISTANCE])
+            for contact in self.client.getContactPoints(self.body, self.floor)]
 
     def close(self) -> None:
         """Disconnect from the physics server."""

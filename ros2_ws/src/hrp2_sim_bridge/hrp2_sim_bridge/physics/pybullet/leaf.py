@@ -8,7 +8,7 @@ from typing import Any
 from door_model.door.config import DoorConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
-from hrp2_sim_bridge.physics.states import DoorState
+from hrp2_sim_bridge.physics.engine import DoorState
 from hrp2_sim_bridge.settings import WorldSettings
 
 HINGE = 0  # PyBullet's index of the hinge's joint
@@ -49,12 +49,10 @@ class LeafBody:
             localInertiaDiagonal=[config.i_a] * 3,
             linearDamping=0.0, angularDamping=0.0, jointDamping=0.0,
             lateralFriction=friction, restitution=0.0,
-            contactStiffness=contact.stiffness, contactDamping=contact.damping,
-        )
+            contactStiffness=contact.stiffness, contactDamping=contact.damping)
         client.setJointMotorControl2(self.body, HINGE, client.VELOCITY_CONTROL, force=0.0)
         self._apply = partial(
-            client.setJointMotorControl2, self.body, HINGE, client.TORQUE_CONTROL
-        )
+            client.setJointMotorControl2, self.body, HINGE, client.TORQUE_CONTROL)
 
     def state(self) -> DoorState:
         """Return angle and angular velocity."""
@@ -70,25 +68,15 @@ def _create_leaf(client: Any, config: DoorConfig, door_distance: float, hinge_x:
     half = [leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0]
     centre = leaf.center()
     box = client.createCollisionShape(
-        client.GEOM_BOX, halfExtents=half, collisionFramePosition=centre
-    )
+        client.GEOM_BOX, halfExtents=half, collisionFramePosition=centre)
     picture = client.createVisualShape(
         client.GEOM_BOX, halfExtents=half, visualFramePosition=centre,
-        rgbaColor=[0.72, 0.53, 0.35, 1.0],
-    )
+        rgbaColor=[0.72, 0.53, 0.35, 1.0])
     return int(
         client.createMultiBody(
-            baseMass=0.0,
-            basePosition=[hinge_x, -door_distance, 0.0],
-            linkMasses=[leaf.mass],
-            linkCollisionShapeIndices=[box],
-            linkVisualShapeIndices=[picture],
-            linkPositions=[[0.0, 0.0, 0.0]],
-            linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
+            baseMass=0.0, basePosition=[hinge_x, -door_distance, 0.0], linkMasses=[leaf.mass],
+            linkCollisionShapeIndices=[box], linkVisualShapeIndices=[picture],
+            linkPositions=[[0.0, 0.0, 0.0]], linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
             linkInertialFramePositions=[[0.0, 0.0, 0.0]],
-            linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]],
-            linkParentIndices=[0],
-            linkJointTypes=[client.JOINT_REVOLUTE],
-            linkJointAxis=[[0.0, 0.0, -1.0]],
-        )
-    )
+            linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]], linkParentIndices=[0],
+            linkJointTypes=[client.JOINT_REVOLUTE], linkJointAxis=[[0.0, 0.0, -1.0]]))

@@ -1,0 +1,62 @@
+"""Tests of the page with a client in place of a browser: address, orders and texts."""
+
+import pytest
+from door_impact_view.errors import AddressError
+from door_impact_view.live import panels
+from door_impact_view.live.page import Page
+from door_impact_view.live.state import Body, PlanSummary, State
+from door_impact_view.scene.urdf import read_urdf
+from hrp2_description.data import data_path
+from page_client import PageClient
+
+EVIL = '<img src=x onerror="alert(1)">{process.exit()}&'
+
+
+@pytest.mark.parametrize("host", ["192.0.2.1", "a" * 70 + ".b"])  # RFC 5737: of no machine
+def test_an_address_of_another_machine_is_refused(host):
+    """In a sentence that names the parameter, instead of waiting for ever as viser does."""
+    with pytest.raises(AddressError, match=f"view_host is {host}: "):
+        Page(host, 8080, lambda order, reply: None)
+
+
+def test_an_order_reaches_its_taker_and_every_browser_shows_the_answer():
+    """Also when the browser that gave the order has gone meanwhile."""
+    given = []
+    page = Page("127.0.0.1", 0, lambda order, reply: given.append((order, reply)))
+    first, second = PageClient(page.port), PageClient(page.port)
+    for client in (first, second):
+        client.until(lambda client=client: client.has("Push the door"))
+    first.enter("impulse [N m s]", 9.5)
+    first.press("Push the door")
+    second.until(lambda: "Push the door with 9.5 N m s: waiting" in second.text())
+    ((order, reply),) = given
+    assert (order.name, order.fields) == ("push", {"impulse": 9.5})
+    first.close()
+    reply(True, "pushed")
+    second.until(lambda: "done. pushed" in second.text() and second.notifications)
+    assert second.notifications == [("Push the door with 9.5 N m s: done", "pushed")]
+    second.close()
+    page.stop()
+
+
+def test_without_joint_angles_the_robot_is_in_its_zero_posture():
+    """Each link's node is where the URDF's joint has it, not at its parent's origin."""
+    page = Page("127.0.0.1", 0, lambda order, reply: None)
+    client = PageClient(page.port)
+    scene = read_urdf(data_path("urdf/hrp2.urdf").read_text(encoding="utf-8"))
+    page.draw(State(robot=Body(scene=scene)))
+    (knee,) = (joint for joint in scene.joints if joint.name == "RLEG_JOINT3")
+    node = "/robot/visual/RLEG_LINK0/RLEG_LINK1/RLEG_LINK2/RLEG_LINK3"
+    client.until(lambda: "position" in client.nodes.get(node, {}))
+    assert client.nodes[node]["position"] == pytest.approx(knee.origin[:3, 3])
+    client.close()
+    page.stop()
+
+
+def test_texts_of_nodes_are_shown_and_never_run():
+    """A plan or a state with HTML in it appears as text."""
+    plan = PlanSummary(((EVIL, EVIL),), ((EVIL, 0.01),), (EVIL,))
+    for html in (panels.plan_html(plan), panels.answer_html("Run", EVIL, False),
+                 panels.state_html(State(phase=EVIL, door=Body(problem=EVIL)))):
+        assert "<img" not in html
+        assert "&lt;img src=x onerror=&quot;alert(1)&quot;&gt;" in html

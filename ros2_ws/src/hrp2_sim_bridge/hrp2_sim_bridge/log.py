@@ -1,0 +1,164 @@
+"""The 1 kHz log of a run: true states, which only the evaluation may use, and its file."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from door_impact_common.arrays import Array
+from door_impact_common.errors import OutputError, SettingError
+from door_impact_common.files import make_folder
+from hrp2_description.robot import SIDES, RobotConfig, needed
+from numpy.typing import ArrayLike, NDArray
+
+from hrp2_sim_bridge.control.drives import Actuation
+from hrp2_sim_bridge.physics.engine import DoorState, Engine, Touch
+from hrp2_sim_bridge.physics.kinematics import Kinematics
+from hrp2_sim_bridge.sensors.sensors import outer_wrenches
+from hrp2_sim_bridge.settings import SAMPLE, TICK
+
+_SAMPLE = np.dtype([
+    ("time", "f8"), ("joints", "f4", (2, 30)), ("base", "f8", (13,)),
+    ("reactions", "f8", (len(SIDES), 6)), ("door", "f8", (2,)), ("contact_force", "f8"),
+    ("contact_link", "i2"), ("contact_point", "f4", (3,))])
+_TICK = np.dtype([
+    ("tick_time", "f8"), ("tick_reference", "f8", (30,)), ("tick_peak_torque", "f4", (30,)),
+    ("tick_gear_torque", "f4", (30,)), ("tick_pad_force", "f4"), ("tick_pad_impulse", "f4", (30,)),
+    ("tick_locked", "?"), ("tick_fine", "?")])
+
+
+class TruthLog:
+    """One row for each millisecond, as the engine reports it, and one for each tick.
+
+    Args:
+        length: Duration of the motion that is kept [s]; what is older is lost.
+    """
+
+    def __init__(self, length: float) -> None:
+        ticks = max(1, round(length / TICK))
+        self._samples: deque[NDArray] = deque(maxlen=ticks)
+        self._ticks: deque[NDArray] = deque(maxlen=ticks)
+
+    def clear(self) -> None:
+        """Delete all rows."""
+        self._samples.clear()
+        self._ticks.clear()
+
+    def add_samples(
+        self, time: float, joints: Sequence[Array], base: Sequence[Sequence[float]],
+        reactions: Array, door: Sequence[DoorState], touches: Sequence[Touch],
+    ) -> None:
+        """Add the readings of a tick that ends at a time [s], one for each of its milliseconds.
+
+        They are joint positions and velocities (2, 30), rows of `Engine.read_base`, mean forces and
+        torques at the force sensors (T, B, 6), states of the leaf, and its contacts with the robot.
+        """
+        rows = np.zeros(len(joints), _SAMPLE)
+        rows["time"] = time - SAMPLE * np.arange(len(joints) - 1, -1, -1)
+        rows["joints"], rows["base"], rows["door"] = joints, base, door
+        rows["reactions"] = reactions[:, : len(SIDES)]
+        rows["contact_force"], rows["contact_link"], rows["contact_point"] = zip(
+            *touches, strict=True)
+        self._samples.append(rows)
+
+    def add_tick(
+        self, time: float, reference: Array, torque: Array, actuation: Actuation, *, locked: bool,
+        fine: bool,
+    ) -> None:
+        """Add what is kept once for a tick that ends at a time [s].
+
+        It is the commanded posture at its end (30,) [rad], the motors' largest torques (30,) [N m],
+        the loads of drives and brace, whether the braced joints were locked, and whether the
+        physics steps were fine.
+        """
+        row, pads = np.zeros(1, _TICK), actuation.pads
+        row["tick_time"], row["tick_reference"], row["tick_peak_torque"] = time, reference, torque
+        row["tick_gear_torque"] = actuation.drives.peak
+        if pads is not None:
+            row["tick_pad_force"], row["tick_pad_impulse"] = pads.peak, pads.impulse
+        row["tick_locked"], row["tick_fine"] = locked, fine
+        self._ticks.append(row)
+
+    def arrays(self, engine: Engine, robot: RobotConfig) -> dict[str, Any]:
+        """Return all columns in the world's and the soles' frames."""
+        kept, ticks = (np.concatenate([np.zeros(0, kind), *rows]) for kind, rows in (
+            (_SAMPLE, self._samples), (_TICK, self._ticks)))
+        base = engine.base_states(kept["base"])
+        soles = [robot.feet[side].sole for side in SIDES]
+        links, com = Kinematics(robot, [*soles, robot.contact_link]).states(base, kept["joints"])
+        feet = slice(len(SIDES))
+        # The state before the first row is not known; the first row has no acceleration.
+        before = np.maximum(np.arange(-1, len(base) - 1), 0)
+        wrenches = outer_wrenches(
+            kept["reactions"], links.at((before, feet)), links.at((slice(None), feet)), SAMPLE,
+            engine.sensed_mass[feet], engine.sensed_inertia[feet])
+        log: dict[str, Any] = {
+            "time": kept["time"],
+            "base_position": base[:, :3],
+            "base_quaternion": base[:, 3:7],
+            "base_linear_velocity": base[:, 7:10],
+            "base_angular_velocity": base[:, 10:],
+            "q": kept["joints"][:, 0],
+            "dq": kept["joints"][:, 1],
+            "door_angle": kept["door"][:, 0],
+            "door_velocity": kept["door"][:, 1],
+            "b_position": links.position[:, len(SIDES)],
+            "b_velocity": links.linear[:, len(SIDES)],
+            "com_position": com[:, 0],
+            "com_velocity": com[:, 1],
+            **{name: kept[name] for name in ("contact_force", "contact_link", "contact_point")},
+            **{name: ticks[name] for name in _TICK.names or ()}}
+        for index, side in enumerate(SIDES):
+            log[f"{side}_wrench"] = wrenches[:, index]
+            log[f"{side}_sole_position"] = links.position[:, index]
+            log[f"{side}_sole_quaternion"] = links.at((slice(None), index)).quaternion
+        return log | {
+            "joint_names": np.array(robot.joint_names),
+            "effort_limit": np.array(robot.effort_limit),
+            "braced_joints": np.array(robot.braced_joints),
+            "gear_peak_torque": np.array(needed(robot.drives, "drives").peak_torque),
+            "sole_rectangles": np.array([robot.soles[side] for side in SIDES]),
+            "mass": robot.mass}
+
+
+def check_writable(path: str | Path) -> None:
+    """Check before a run that `save_npz` can write its log afterwards.
+
+    Raises:
+        SettingError: The path is no file's name, or the file cannot be written.
+    """
+    target = Path(path)
+    try:
+        partial = target.with_name(target.name + ".part")
+        partial.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_bytes(b"")
+        partial.unlink()
+    except (OSError, ValueError) as error:
+        raise SettingError("log_file", path, f"a file that can be written ({error})") from error
+
+
+def save_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> Path:
+    """Write arrays to an npz file that appears completely or not at all; return its path.
+
+    The suffix is replaced by npz, and missing folders are made. The file is not compressed, because
+    a node that ends has little time.
+
+    Raises:
+        OutputError: The file cannot be written; an older file is left as it was.
+    """
+    target = Path(path).with_suffix(".npz")
+    make_folder(target.parent)
+    partial = target.with_name(target.name + ".part")
+    columns: dict[str, Any] = {name: np.asarray(data) for name, data in arrays.items()}
+    try:
+        with partial.open("wb") as stream:
+            np.savez(stream, **columns)
+        partial.replace(target)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(
+            f"{target} cannot be written: {error.strerror}", value=str(target)) from error
+    return target

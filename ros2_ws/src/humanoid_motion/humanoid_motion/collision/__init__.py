@@ -1,1 +1,0 @@
-"""Collision shapes of the robot's links, and the search for the nearest pair of them."""

@@ -1,0 +1,121 @@
+"""Matching of messages by their stamps: several streams of equal stamps, and an IMU's readings."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Hashable, Mapping
+from typing import Generic, TypeVar
+
+Sample = TypeVar("Sample")
+Reading = TypeVar("Reading")
+
+
+class StampPairer(Generic[Sample]):
+    """Buffer of samples until every stream has a sample of the same stamp.
+
+    When the stamps of a stream jump backwards (the simulation was reset), the stream's buffered
+    samples are dropped. So no sample from before the jump is paired with a sample after it.
+
+    Args:
+        streams: Names of the streams.
+        capacity: Number of samples kept of each stream while other streams are late.
+
+    Attributes:
+        dropped: Number of samples dropped because another stream had no sample of their stamp.
+    """
+
+    def __init__(self, streams: tuple[Hashable, ...], capacity: int = 50) -> None:
+        self._buffers: dict[Hashable, dict[int, Sample]] = {name: {} for name in streams}
+        self._last: dict[Hashable, int] = {}
+        self._capacity = capacity
+        self.dropped = 0
+
+    def add(self, stream: Hashable, stamp: int, sample: Sample) -> Mapping[Hashable, Sample] | None:
+        """Add a sample.
+
+        Args:
+            stream: Name of its stream.
+            stamp: Its stamp [ns].
+
+        Returns:
+            The samples of all streams with this stamp if this one completes them, else None.
+        """
+        buffer = self._buffers[stream]
+        if stamp < self._last.get(stream, stamp):
+            self.dropped += len(buffer)
+            buffer.clear()
+        self._last[stream] = stamp
+        buffer[stamp] = sample
+        if len(buffer) > self._capacity:
+            del buffer[next(iter(buffer))]
+            self.dropped += 1
+        if not all(stamp in other for other in self._buffers.values()):
+            return None
+        together = {name: other.pop(stamp) for name, other in self._buffers.items()}
+        for other in self._buffers.values():
+            for late in [key for key in other if key < stamp]:
+                del other[late]
+                self.dropped += 1
+        return together
+
+
+class ImuMatcher(Generic[Sample, Reading]):
+    """Gives each sample the reading of the nearest stamp.
+
+    A sample waits until a reading of its stamp or a later one has arrived. It does not wait for an
+    IMU that is silent: if the newest reading is older than the sample by more than `patience`, the
+    sample has no reading. When stamps of samples or readings go back (the simulation was reset),
+    everything from before is dropped.
+
+    Args:
+        patience: Largest difference between the stamps of a sample and its reading [ns].
+    """
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+        self._waiting: deque[tuple[int, Sample]] = deque()
+        self._readings: deque[tuple[int, Reading]] = deque()
+        self._last_sample: int | None = None
+
+    def add_sample(self, stamp: int, sample: Sample) -> list[tuple[int, Sample, Reading | None]]:
+        """Add a sample with its stamp [ns]; return the stamp, sample and reading of each match."""
+        if self._last_sample is not None and stamp < self._last_sample:
+            self._waiting.clear()
+            self._readings.clear()
+        self._last_sample = stamp
+        self._waiting.append((stamp, sample))
+        return self._matches()
+
+    def add_reading(
+        self, stamp: int, reading: Reading
+    ) -> list[tuple[int, Sample, Reading | None]]:
+        """Add a reading with its stamp [ns]; return the stamp, sample and reading of each match."""
+        if self._readings and stamp < self._readings[-1][0]:
+            self._waiting.clear()
+            self._readings.clear()
+        self._readings.append((stamp, reading))
+        # Readings may come without samples; only those that a later sample can need are kept.
+        while stamp - self._readings[0][0] > 2 * self._patience:
+            self._readings.popleft()
+        return self._matches()
+
+    def _matches(self) -> list[tuple[int, Sample, Reading | None]]:
+        found: list[tuple[int, Sample, Reading | None]] = []
+        newest_sample = self._waiting[-1][0] if self._waiting else 0
+        while self._waiting:
+            stamp, sample = self._waiting[0]
+            newest = self._readings[-1][0] if self._readings else None
+            silent = newest is None or newest_sample - newest > self._patience
+            if not silent and newest is not None and newest < stamp:
+                break
+            self._waiting.popleft()
+            found.append((stamp, sample, self._nearest(stamp)))
+        return found
+
+    def _nearest(self, stamp: int) -> Reading | None:
+        """Return the reading of the nearest stamp; older ones are not needed any more."""
+        readings = self._readings
+        while len(readings) > 1 and abs(readings[1][0] - stamp) <= abs(readings[0][0] - stamp):
+            readings.popleft()
+        near = bool(readings) and abs(readings[0][0] - stamp) <= self._patience
+        return readings[0][1] if near else None
