@@ -14,7 +14,7 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.tools.plan_views import draw_above, draw_front
+from impact_planner.tools.plotting import draw_above, draw_front
 from matplotlib.figure import Figure
 
 

@@ -1,6 +1,5 @@
 """Node ``recorder``: writes every topic of the graph into one MCAP file."""
 
-
 import re
 import struct
 import sys

@@ -4,7 +4,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from door_impact_evaluation.report.hits import find_hits
+from door_impact_evaluation.report.bag import find_hits
 from door_impact_evaluation.report.recorded_run import Series
 from hypothesis import given
 from hypothesis import strategies as st

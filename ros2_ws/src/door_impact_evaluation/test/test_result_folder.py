@@ -4,7 +4,7 @@ import signal
 
 import pytest
 from door_impact_evaluation.demo import demo, demo_runner_node
-from door_impact_evaluation.demo.result_folder import LOG, UNFINISHED, ResultFolder
+from door_impact_evaluation.demo.demo import LOG, UNFINISHED, ResultFolder
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
 

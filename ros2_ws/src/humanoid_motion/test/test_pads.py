@@ -1,6 +1,5 @@
 """Geometry of the brace's pads."""
 
-
 import numpy as np
 import pinocchio as pin
 import pytest

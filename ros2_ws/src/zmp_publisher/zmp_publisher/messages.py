@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
 from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, TransformStamped
 from humanoid_motion.driver_interface import ImuSample
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -71,9 +72,19 @@ def transforms(stamp: Any, frames: Iterable[tuple[str, str]], rows: Iterable[Any
     """
     message = TFMessage()
     message.transforms = [
-        _transform(stamp, frame, row) for frame, row in zip(frames, rows, strict=True)
-    ]
+        TransformStamped(header=Header(frame_id=parent), child_frame_id=child)
+        for parent, child in frames]
+    move(message, stamp, rows)
     return message
+
+
+def move(message: TFMessage, stamp: Any, rows: Iterable[Any]) -> None:
+    """Give the transforms of a message another stamp and other rows, as `transforms` has them."""
+    for one, (x, y, z, qx, qy, qz, qw) in zip(
+            message.transforms, np.array(list(rows), dtype=float).tolist(), strict=True):
+        to, turn = one.transform.translation, one.transform.rotation
+        one.header.stamp, to.x, to.y, to.z = stamp, x, y, z
+        turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw
 
 
 def markers(stamp: Any, frame: str, places: Mapping[str, Iterable[float] | None]) -> MarkerArray:
@@ -104,7 +115,7 @@ def reading_values(reading: ZmpReading) -> dict[str, str]:
     return {
         "margin_mm": f"{reading.margin * 1e3:.1f}",
         "zmp": f"{reading.point[0]:.4f} {reading.point[1]:.4f}",
-        "support": "+".join(reading.loaded),
+        "support": "+".join(reading.soles),
         "polygon": "; ".join(f"{x:.4f} {y:.4f}" for x, y in reading.polygon),
         "normal_force": f"{reading.normal_force:.1f}",
     }
@@ -112,15 +123,6 @@ def reading_values(reading: ZmpReading) -> dict[str, str]:
 
 def _point(place: Iterable[float]) -> Point:
     return Point(**{axis: float(value) for axis, value in zip("xyz", place, strict=False)})
-
-
-def _transform(stamp: Any, frames: tuple[str, str], row: Any) -> TransformStamped:
-    message = TransformStamped()
-    message.header.stamp = stamp
-    message.header.frame_id, message.child_frame_id = frames
-    to, turn = message.transform.translation, message.transform.rotation
-    to.x, to.y, to.z, turn.x, turn.y, turn.z, turn.w = (float(value) for value in row)
-    return message
 
 
 def _marker(stamp: Any, frame: str, name: str, place: Iterable[float] | None) -> Marker:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -42,16 +43,27 @@ class ZmpReading:
     Attributes:
         point: x and y of the ZMP on the floor, in the world, (2,) [m].
         normal_force: Normal force of the floor on both soles [N].
-        loaded: Sides of the soles that form the support polygon.
-        polygon: Corners of the support polygon, counter-clockwise, in the world, (M, 2) [m].
-        margin: Distance from the ZMP to the nearest edge, positive inside, negative outside [m].
+        soles: Corners of each sole that forms the support polygon, by side, in the world.
     """
 
     point: Array
     normal_force: float
-    loaded: tuple[str, ...]
-    polygon: Array
-    margin: float
+    soles: Mapping[str, Array]
+
+    @property
+    def loaded(self) -> tuple[str, ...]:
+        """Sides of the soles that form the support polygon."""
+        return tuple(self.soles)
+
+    @cached_property
+    def polygon(self) -> Array:
+        """Corners of the support polygon, counter-clockwise, in the world, (M, 2) [m]."""
+        return support_polygon(*self.soles.values())
+
+    @cached_property
+    def margin(self) -> float:
+        """Distance from the ZMP to the nearest edge, positive inside, negative outside [m]."""
+        return float(polygon_margin(self.point, self.polygon))
 
 
 class ZmpEstimator:
@@ -104,9 +116,6 @@ class ZmpEstimator:
         total = np.sum(list(parts.values()), axis=0)
         if not (np.isfinite(total).all() and total[2] >= self._least_total):
             return None
-        loaded = tuple(side for side in self._soles if parts[side][2] > self._least_sole)
-        corners = [sole_corners(self._soles[side], poses[side]) for side in loaded]
-        polygon = support_polygon(*corners)
-        point = zmp_of(total[:3], total[3:])
-        margin = float(polygon_margin(point, polygon))
-        return ZmpReading(point, float(total[2]), loaded, polygon, margin)
+        soles = {side: sole_corners(rect, poses[side]) for side, rect in self._soles.items()
+                 if parts[side][2] > self._least_sole}
+        return ZmpReading(zmp_of(total[:3], total[3:]), float(total[2]), soles)

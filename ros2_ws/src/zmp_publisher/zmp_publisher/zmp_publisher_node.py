@@ -96,6 +96,7 @@ class ZmpPublisher(GuardedNode):
         self._fresh = 0  # samples since the last diagnostics
         self._reading: ZmpReading | None = None
         self._pose: RobotPose | None = None
+        self._tf: TFMessage | None = None  # filled anew for each time
         self._names: tuple[str, ...] = ()  # joints of the last message, in its order
         self._columns: list[int] = []  # where the robot's joints are in that order
 
@@ -186,8 +187,11 @@ class ZmpPublisher(GuardedNode):
         reading = self._reading
         if self._tf_publisher.get_subscription_count():
             rows = [pose_row(pose.base), *self._model.link_transforms(positions)]
-            frames = [(self._world, "base_link"), *self._model.tree]
-            self._tf_publisher.publish(zmp_messages.transforms(stamp, frames, rows))
+            if self._tf is None:
+                frames = [(self._world, "base_link"), *self._model.tree]
+                self._tf = zmp_messages.transforms(stamp, frames, rows)
+            zmp_messages.move(self._tf, stamp, rows)
+            self._tf_publisher.publish(self._tf)
         if reading is not None and self._polygon_publisher.get_subscription_count():
             polygon = zmp_messages.polygon(stamp, self._world, reading.polygon)
             self._polygon_publisher.publish(polygon)

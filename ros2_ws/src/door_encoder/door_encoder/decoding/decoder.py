@@ -1,6 +1,5 @@
 """The decoder: checks batches of raw counter values and decodes them in the order of arrival."""
 
-
 import math
 from collections import Counter
 from collections.abc import Mapping

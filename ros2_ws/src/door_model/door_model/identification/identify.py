@@ -10,7 +10,6 @@ own, because real closers damp closing far more than opening. If closing does no
 which shows in the residuals, only opening is fitted.
 """
 
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -4,7 +4,6 @@ Eq. (6) minimises the squared differences between measured and simulated angles.
 are not differentiated, because a least squares on differentiated encoder angles is biased.
 """
 
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

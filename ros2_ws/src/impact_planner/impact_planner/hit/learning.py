@@ -18,7 +18,6 @@ to Tracking and Navigation, 2001, section 5.4) must not exceed a quantile of the
 distribution. The learned figures stay within limits, whatever hits show.
 """
 
-
 from __future__ import annotations
 
 import math

@@ -1,6 +1,5 @@
 """The phases of a plan, made and checked for a designed hit."""
 
-
 from __future__ import annotations
 
 from dataclasses import dataclass

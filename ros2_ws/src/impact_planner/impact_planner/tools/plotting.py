@@ -2,25 +2,196 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION
 from door_impact_common.span_labels import label_spans
 from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
+from humanoid_motion.clearance import bodies_of
 from humanoid_motion.robot_model import RobotModel
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from scipy.spatial import ConvexHull
 
+from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import initial_feet
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.catch import LATE
 from impact_planner.motion.phase_plan import PhasePlan
-from impact_planner.tools.plan_views import draw_above, draw_front
+
+_TOP = 1.55  # height at which the leaf is cut off in the view from the front [m]
+_BODY, _ARM, _LEAF, _SOLE, _BROWN = "#e8eaee", "#c3d5ea", "#e2c9a6", "#9aa3af", "#7a4a1e"
+_HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+_AROUND, _RINGS = 48, 13  # points of a circle; circles from pole to pole of a sphere
+
+
+def configuration_at_hit(plan: ImpactPlan, robot: RobotModel) -> Array:
+    """Return the configuration of the robot in odom at the nominal contact.
+
+    It stands on its left sole, which does not move in any phase.
+    """
+    joints, _, _ = plan.phase("cam").knots.at(plan.contact_time)
+    sole = robot.frame_position(
+        robot.configuration(np.zeros(3), joints), robot.feet["left"].frame)
+    return robot.configuration(plan.left_foot - sole, joints)
+
+
+def body_outlines(robot: RobotModel, q: Array, axes: tuple[int, int]) -> list[tuple[int, Array]]:
+    """Return the outlines of the robot's collision shapes, the farthest first.
+
+    Args:
+        robot: The robot.
+        q: Configuration of the robot in odom.
+        axes: Two of odom's axes, such as (1, 2) for y and z. The eye is far along the third.
+
+    Returns:
+        For each shape Pinocchio's index of the joint that moves it, and the corners of its convex
+        outline, (V, 2) [m].
+    """
+    geometry, depth = bodies_of(robot).shapes, 3 - sum(axes)
+    data = geometry.createData()
+    pin.updateGeometryPlacements(robot.model, robot.data, geometry, data, q)
+    found = []
+    for item, pose in zip(geometry.geometryObjects, data.oMg, strict=True):
+        points = _surface_points(item.geometry) @ pose.rotation.T + pose.translation
+        flat = points[:, axes]
+        corners = flat[ConvexHull(flat).vertices]
+        found.append((float(points[:, depth].mean()), int(item.parentJoint), corners))
+    return [(joint, corners) for _, joint, corners in sorted(found, key=lambda each: each[0])]
+
+
+def _surface_points(shape: Any) -> Array:
+    """Return points whose convex hull is a shape, in the shape's frame, (V, 3) [m].
+
+    A round shape exceeds the hull of its points by less than 1 % of its radius.
+    """
+    if hasattr(shape, "points"):  # the hull of a mesh
+        return np.asarray(shape.points(), dtype=float).reshape(-1, 3)
+    turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    if hasattr(shape, "halfLength"):  # a cylinder, along z
+        ends = np.repeat([-shape.halfLength, shape.halfLength], _AROUND)
+        return np.column_stack([np.tile(shape.radius * ring, (2, 1)), ends])
+    if hasattr(shape, "radius"):  # a sphere
+        rise = np.repeat(np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS), _AROUND)
+        level = np.cos(rise)[:, None] * np.tile(ring, (_RINGS, 1))
+        return shape.radius * np.column_stack([level, np.sin(rise)])
+    half = np.array(shape.halfSide)  # a box
+    return half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+
+
+def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
+    """Draw the robot at the hit in the plane of y and z, Fig. 5 (a)."""
+    q, leaf = configuration_at_hit(plan, robot), plan.phase("post").leaf
+    assert leaf is not None
+    g, b = robot.com(q), plan.contact_point
+    c = plan.right_foot[1] + robot.feet["right"].rectangle[3]
+    back, right = b[1] - leaf.thickness, 0.40
+    _polygon(axis, [(back, 0.0), (b[1], 0.0), (b[1], _TOP), (back, _TOP)], _LEAF, _BROWN)
+    _draw_bodies(axis, robot, q, (1, 2))
+    for side, foot in (("left", plan.left_foot), ("right", plan.right_foot)):
+        across = foot[1] + np.array(robot.feet[side].rectangle[2:])
+        axis.plot(across, [0.0, 0.0], color="k", linewidth=5.0, solid_capstyle="butt", zorder=4)
+    axis.axhline(0.0, color="k", linewidth=1.0)
+    axis.plot([g[1], g[1]], [0.0, g[2]], color=BLUE, linewidth=1.0, linestyle="--", zorder=5)
+    _point(axis, (g[1], g[2]), "G", "center of mass", BLUE, (62, 24))
+    _point(axis, (b[1], b[2]), "B", "elbow", PURPLE, (-40, 14))
+    _point(axis, (c, 0.0), "C", "center of percussion", "k", (-58, -24))
+    for y, z in ((g[1], g[2]), (b[1], b[2])):
+        axis.plot([y, right], [z, z], color="k", linewidth=0.6, linestyle=(0, (4, 3)), zorder=0.2)
+    for low, high, name in ((0.0, g[2], "$b_r$"), (g[2], b[2], "$a_r$")):
+        _arrow(axis, (right, low), (right, high), "<->")
+        axis.text(right + 0.03, 0.5 * (low + high), name, va="center")
+    _arrow(axis, (b[1] + 0.33, 1.30), (b[1] + 0.10, 1.30))
+    axis.text(b[1] + 0.215, 1.33, "$v_{rB}$", ha="center", va="bottom")
+    axis.text(back - 0.02, 0.30, "leaf", color=_BROWN, ha="right")
+    axis.set(title="from the front", xlabel="y [m]", ylabel="z [m]", aspect="equal",
+             xlim=(back - 0.34, 0.55), ylim=(-0.2, _TOP))
+
+
+def draw_above(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
+    """Draw robot and door at the hit, and the opened door, in the plane of y and -x, Fig. 5 (b)."""
+    q, leaf = configuration_at_hit(plan, robot), plan.phase("post").leaf
+    assert leaf is not None
+    shut, opened = plan.initial_angle, plan.desired_opening_angle
+    sizes = ((0.0, 0.0), (leaf.width, 0.0), (leaf.width, -leaf.thickness), (0.0, -leaf.thickness))
+    leaves = [_turned([LeafFrame(leaf.hinge, angle).point(way, 0.0, gap) for way, gap in sizes])
+              for angle in (shut, opened)]
+    for corners, line, shade in zip(leaves, ("-", "--"), (1.0, 0.5), strict=True):
+        _polygon(axis, corners, _LEAF, _BROWN, linestyle=line, alpha=shade)
+    _draw_bodies(axis, robot, q, (1, 0), alpha=0.5)
+    for side, foot in (("left", plan.left_foot), ("right", plan.right_foot)):
+        _polygon(axis, _turned(robot.feet[side].corners(foot)), _SOLE, "k", alpha=0.55)
+    sweep = LeafFrame(leaf.hinge, np.linspace(shut, opened, 40))
+    for radius in (plan.l_b, leaf.width):
+        axis.plot(*_turned(sweep.point(radius, 0.0, 0.0)).T, color=_BROWN, lw=0.9, linestyle=":")
+    arc = _turned(sweep.point(0.66 * leaf.width, 0.0, 0.0))
+    axis.plot(*arc.T, color=_BROWN, linewidth=1.4)
+    _arrow(axis, arc[-4], arc[-1], color=_BROWN)
+    axis.text(arc[20, 0], arc[20, 1] - 0.03, rf"$\theta$ = {math.degrees(opened):.3g}°",
+              color=_BROWN, ha="center", va="top")
+    com, inner = robot.com(q), plan.right_foot[1] + robot.feet["right"].rectangle[3]
+    a, b, g, c = _turned([leaf.hinge, plan.contact_point[:2], com[:2], (com[0], inner)])
+    _point(axis, a, "A", "hinge", _BROWN, (40, 6))
+    _point(axis, b, "B", "", PURPLE, (13, -10))
+    _point(axis, g, "G", "", BLUE, (-10, 9))
+    _point(axis, c, "C", "", "k", (12, -10))
+    beside = a[0] + 0.14
+    _arrow(axis, (beside, a[1]), (beside, b[1]), "<->")
+    for place in (a, b):
+        axis.plot([place[0], beside], [place[1]] * 2, color="k", linewidth=0.6)
+    axis.text(beside + 0.02, 0.6 * a[1] + 0.4 * b[1], "$l_B$", va="center", bbox=_HALO)
+    low, high = np.vstack(leaves).min(axis=0), np.vstack(leaves).max(axis=0)
+    axis.set(title="from above; the robot looks down the page", xlabel="y [m]", ylabel="-x [m]",
+             aspect="equal", xlim=(low[0] - 0.06, 0.30), ylim=(low[1] - 0.06, high[1] + 0.08))
+
+
+def _turned(places: Any) -> Array:
+    """Return places of x and y, (N, 2) or more, as y and -x, (N, 2) [m]."""
+    places = np.asarray(places)
+    return np.column_stack([places[:, 1], -places[:, 0]])
+
+
+def _draw_bodies(
+    axis: Any, robot: RobotModel, q: Array, axes: tuple[int, int], alpha: float = 1.0
+) -> None:
+    """Draw the robot's bodies; the arm that hits has a colour of its own."""
+    arm = set(robot.model.subtrees[robot.model.getJointId(robot.config.arm.joints[0])])
+    down = (1.0, -1.0 if axes[1] == 0 else 1.0)
+    axis.grid(color="#8a9099", alpha=0.2)
+    axis.set_axisbelow(True)
+    for joint, corners in body_outlines(robot, q, axes):
+        face, edge = (_ARM, BLUE) if joint in arm else (_BODY, "#6d7684")
+        _polygon(axis, corners * down, face, edge, alpha=alpha)
+
+
+def _polygon(axis: Any, corners: Any, face: str, edge: str, **style: Any) -> None:
+    """Draw a filled polygon with corners (N, 2) in the axes of the view [m]."""
+    axis.fill(*np.transpose(corners), facecolor=face, edgecolor=edge, linewidth=0.9, **style)
+
+
+def _point(
+    axis: Any, place: Any, letter: str, meaning: str, color: str, offset: tuple[float, float]
+) -> None:
+    """Draw a point at a place [m] with its letter and meaning, `offset` [pt] away."""
+    axis.plot(*place, "o", color=color, markersize=7, zorder=8)
+    text = rf"$\bf{{{letter}}}$" + (f"  {meaning}" if meaning else "")
+    line = {"arrowstyle": "-", "color": color, "linewidth": 0.9} if meaning else None
+    axis.annotate(text, place, offset, textcoords="offset points", color=color, ha="center",
+                  va="center", zorder=10, bbox=_HALO, arrowprops=line)
+
+
+def _arrow(axis: Any, start: Any, end: Any, style: str = "-|>", color: str = "k") -> None:
+    """Draw an arrow between two places of the view [m]."""
+    axis.annotate("", end, start, arrowprops={
+        "arrowstyle": style, "color": color, "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})
 
 
 def draw_plan(plan: ImpactPlan, robot: RobotModel, path: Path) -> None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import ImplausibleHit
-from impact_planner.task.goal_reports import GoalReports
+from impact_planner.ros.hit_learner import GoalReports
 
 names = st.sampled_from([b"a", b"b", b"c", b"d"])
 goals = st.tuples(st.just("goal"), names, st.sampled_from([None, 4, 5, 6]))

@@ -5,8 +5,12 @@ import pytest
 from impact_planner.hit.leaf import LeafFrame
 
 pytest.importorskip("matplotlib")
-from impact_planner.tools.plan_views import body_outlines, configuration_at_hit
-from impact_planner.tools.plotting import door_course, draw_plan
+from impact_planner.tools.plotting import (
+    body_outlines,
+    configuration_at_hit,
+    door_course,
+    draw_plan,
+)
 
 
 def test_the_figure_is_written_in_silence(robot, plan, tmp_path, caplog, recwarn):
