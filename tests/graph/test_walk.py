@@ -102,7 +102,8 @@ def test_a_walk_to_a_pose(graph: Any, walk: Callable[[Walk.Goal], Sent]) -> None
     number = [each.step for each in sent.feedback]
     assert number == sorted(number)
     assert set(number) == set(range(1, found.result.steps + 1)) | ({0} & set(number))
-    margins = [each.zmp_margin for each in sent.feedback]
+    margins = [each.zmp_margin for each in sent.feedback if not math.isnan(each.zmp_margin)]
+    assert len(margins) > 0.5 * len(sent.feedback)
     assert min(margins) > 0.01
     stands(graph)
 

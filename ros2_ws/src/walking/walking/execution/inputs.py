@@ -33,14 +33,14 @@ class Latest:
         joints: Stamp [s], positions (J,) [rad] and speeds (J,) [rad/s].
         tilt: Angle between the trunk and the vertical [rad].
         base: Pose of base_link in odom by the odometry, as seen from above.
-        zmp: ZMP in odom, (2,) [m].
+        zmp: Stamp [s] and ZMP in odom, (2,) [m].
         lag: Time by which the last joint state lagged behind the present [s].
     """
 
     joints: tuple[float, Array, Array] | None = None
     tilt: float = math.nan
     base: Pose | None = None
-    zmp: Array | None = None
+    zmp: tuple[float, Array] | None = None
     lag: float = 0.0
 
 

@@ -13,6 +13,7 @@ from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
 from door_impact_common.driver.topics import WatchedTopics, Watches
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
+from door_impact_common.stamps import seconds
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from humanoid_motion.driver_interface import Command, ImuSample
 from humanoid_motion.robot_model import RobotModel
@@ -119,4 +120,5 @@ class RobotTopics:
             self.inputs.latest.base = pose
 
     def _on_zmp(self, message: PointStamped) -> None:
-        self.inputs.latest.zmp = np.array([message.point.x, message.point.y])
+        self.inputs.latest.zmp = (
+            seconds(message.header.stamp), np.array([message.point.x, message.point.y]))

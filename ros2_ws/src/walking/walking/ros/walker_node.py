@@ -130,17 +130,20 @@ class Walker(GuardedNode):
         feedback = WalkAction.Feedback(
             step=min(walk.steps_sent, walk.steps_made(now) + 1), steps=walk.steps,
             pose=stamped(soles.middle, self.get_clock().now().to_msg()),
-            zmp_margin=self._margin(soles, walk.phase(now).sides))
+            zmp_margin=self._margin(soles, walk, now))
         self._goal.publish_feedback(feedback)
 
-    def _margin(self, soles: Stance, sides: Sequence[str]) -> float:
-        """Distance between the last ZMP and the edge of the soles that should bear load [m]."""
-        zmp = self._inputs.latest.zmp
-        if zmp is None:
+    def _margin(self, soles: Stance, walk: Walk, now: float) -> float:
+        """Distance between the last ZMP and the edge of the soles that should bear load [m].
+
+        It is NaN where the last ZMP is of a time at which other soles should bear load.
+        """
+        zmp, sides = self._inputs.latest.zmp, walk.phase(now).sides
+        if zmp is None or walk.phase(zmp[0]).sides != sides:
             return math.nan
         corners = (self._robot.feet[side].corners((*soles.foot(side)[:2], 0.0),
                                                   soles.foot(side).yaw) for side in sides)
-        return float(polygon_margin(zmp, support_polygon(*corners)))
+        return float(polygon_margin(zmp[1], support_polygon(*corners)))
 
     def _soles(self) -> Stance | None:
         """Poses of the soles by the odometry; None before the first messages."""
