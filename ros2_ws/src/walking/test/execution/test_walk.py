@@ -31,6 +31,7 @@ class Rig:
     walk: Walk
     reference: list = field(default_factory=list)
     sent: list = field(default_factory=list)
+    lost: int = -1  # number of the command that never arrives
     stops: int = 0
 
     def __post_init__(self):
@@ -48,6 +49,8 @@ class Rig:
                 continue
             knots = command.knots
             self.sent.append(command)
+            if len(self.sent) == self.lost + 1:
+                continue
             self.driver.accept(TrajectoryArrays(
                 self.robot.joint_names, knots.time.tolist(), knots.position.tolist(),
                 knots.velocity.tolist(), knots.acceleration.tolist()), command.stamp, self.now)
@@ -157,6 +160,17 @@ def test_a_walk_whose_messages_pause_stands_and_goes_on_to_its_goal(robot, ahead
     rig = Rig(robot, Walk(robot, ahead))
     rig.run(heard=lambda now: not BEGIN + begin < now < BEGIN + begin + gap)
     assert rig.walk.outcome is Outcome.SUCCESS
+    assert rig.walk.steps_made(rig.now) == len(ahead.footsteps)
+    assert rig.walk.stance.middle == pytest.approx(ahead.stance.middle, abs=1e-9)
+    rig.stands()
+    rig.steady()
+
+
+@pytest.mark.parametrize("lost", [1, 4, 7])
+def test_a_step_whose_motion_comes_too_late_is_made_after_a_rest(robot, ahead, lost):
+    """The driver comes to rest before it; the walker sees so, and goes on to the goal."""
+    rig = Rig(robot, Walk(robot, ahead), lost=lost).run()
+    assert rig.walk.outcome is Outcome.SUCCESS, rig.walk.reason
     assert rig.walk.steps_made(rig.now) == len(ahead.footsteps)
     assert rig.walk.stance.middle == pytest.approx(ahead.stance.middle, abs=1e-9)
     rig.stands()

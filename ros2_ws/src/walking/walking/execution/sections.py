@@ -39,6 +39,10 @@ class ExecutionSettings:
         fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
         tracking: Largest distance between a joint and its trajectory [rad]; a push that the robot
             withstands bends an ankle by up to 0.2 rad.
+        apart: Distance between a trajectory and the one before it, over all joints, from which on
+            the joints tell which of the two the driver follows [rad].
+        missed: Share of the way from the earlier one to the later below which the driver has
+            missed the later one.
         leaning: Tilt of the trunk above which `tracking` is not judged [rad]: a push or a fall has
             moved the joints, and the driver is not to blame.
         restarts: How often a walk that came to rest because a message was late is taken up again.
@@ -52,6 +56,8 @@ class ExecutionSettings:
     settle: float = 0.1
     fall_tilt: float = math.radians(30.0)
     tracking: float = 0.3
+    apart: float = 0.15
+    missed: float = 0.25
     leaning: float = math.radians(5.0)
     restarts: int = 5
 

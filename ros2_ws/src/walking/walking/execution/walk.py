@@ -27,7 +27,7 @@ from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.estimate import Balance, Measured, watch
+from walking.recovery.estimate import Balance, Measured, com_over_sole, watch
 from walking.recovery.recovery import Recovery, recover
 
 
@@ -96,6 +96,7 @@ class Walk:
         self._next_rest: Rest | None = None
         self._before: Phase | None = None
         self._knots = section(plan, 0, rest)
+        self._last: tuple[Knots, Rest] | None = None  # before the last step, until it is judged
 
     # -- what is going on ------------------------------------------------------------------------
 
@@ -227,6 +228,7 @@ class Walk:
         """Handle joint positions, (J,) [rad], with a stamp [s]."""
         if self.outcome is not Outcome.RUNNING:
             return []
+        self._judge_last(now, position)
         why = self._off_track(now, position)
         if why:
             return self._ended(Outcome.NOT_FOLLOWED, why)
@@ -261,6 +263,8 @@ class Walk:
             plan, time = rest.plan, since - boundary + rest.begin
             origin = now - time
         self._seen = watch(self._robot, plan, time, measured, before=self._seen)
+        if self._may_have_missed(now, self._seen):
+            return []
         found = recover(
             self._robot, plan, time, measured, walk=self._pattern, previous=self._recovery,
             seen=self._seen)
@@ -272,7 +276,7 @@ class Walk:
         self._sent = len(found.plan.footsteps)
         self._rest = rest_after(self._robot, found.plan, self._sent, self._pattern)
         self._knots, self._origin = found.plan.knots, origin + found.begin
-        self._pending = self._next_rest = self._before = None
+        self._pending = self._next_rest = self._before = self._last = None
         return [Command(self._origin, self._knots)]
 
     def on_tilt(self, tilt: float) -> list[Command]:
@@ -293,7 +297,7 @@ class Walk:
         self._origin += begin
         self._made += step
         self.plan, self._sent, self._held = plan, 0, math.inf
-        self._pending = self._next_rest = None
+        self._pending = self._next_rest = self._last = None
 
     def _send_next(self, present: float) -> list[Command]:
         """Send the next step, if the robot could come to rest after it."""
@@ -303,6 +307,7 @@ class Walk:
         except PLANNING_ERRORS as error:
             self.stop(f"the robot could not come to rest after the footstep {step}: {error}")
             return []
+        self._last = self._knots, self._rest
         self._knots = section(self.plan, step, rest, present - self._origin)
         self._sent, self._rest, self._next_rest = step, rest, None
         return [Command(self._origin, self._knots)]
@@ -340,6 +345,35 @@ class Walk:
             return [self.resume(again, present)]
         except DoorImpactError as error:
             return self._ended(Outcome.STOPPED, f"the walk came to rest and cannot go on: {error}")
+
+    def _judge_last(self, now: float, position: Array) -> None:
+        """Count the last step as not sent if its motion came too late for the driver.
+
+        The driver then follows what it had, which ends at rest before the step. As soon as the two
+        motions are far enough apart, the joints show which one it follows.
+        """
+        if self._last is None:
+            return
+        had, sent = (knots.at(now - self._origin)[0][0] for knots in (self._last[0], self._knots))
+        way = sent - had
+        if way @ way < self._settings.apart**2:
+            return
+        if (position - had) @ way < self._settings.missed * (way @ way):
+            self._knots, self._rest = self._last
+            self._sent -= 1
+        self._last = None
+
+    def _may_have_missed(self, now: float, seen: Balance) -> bool:
+        """Whether the robot's balance is rather that of a step whose motion came too late."""
+        if self._last is None or seen.phase.kind != "single":
+            return False
+        position, velocity, _ = self._last[0].at(now - self._origin)
+        side = seen.phase.sides[0]
+        had = com_over_sole(self._robot, side, seen.phase.stance.foot(side), position[0],
+                            velocity[0], None).capture_point
+        to_last, to_sent = (np.linalg.norm(seen.capture_point - point)
+                            for point in (had, seen.planned))
+        return bool(to_last < to_sent)
 
     def _off_track(self, now: float, position: Array) -> str:
         """Reason for a robot that does not follow its trajectory; empty where it does."""
