@@ -94,9 +94,6 @@ def python() -> Ros2:
     return lambda code, *arguments: run_command(sys.executable, "-c", code, *arguments)
 
 
-# -- the demonstration ------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Demo:
     """A run of the demonstration."""
@@ -119,9 +116,6 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Demo]:
         yield Demo(status, started.text(), out, started.family())
     finally:
         started.clean_up()
-
-
-# -- the true door -------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pinocchio as pin
+from door_impact_common.driver.samples import ImuSample
 from hrp2_description.robot import load_robot_config
-from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import inverse_pose, planar_pose
 from humanoid_motion.robot_model import RobotModel
 
@@ -29,6 +29,13 @@ def legs(base, soles):
             q[MODEL.q_index[leg]] += np.linalg.solve(slope[:, MODEL.v_index[leg]], error)
         assert np.linalg.norm(error) < 1e-10, (side, error)
     return q[MODEL.q_index]
+
+
+def assert_true(pose, base, soles):
+    """Assert that the odometry has the true poses of base and soles."""
+    np.testing.assert_allclose(pose.base, base, atol=1e-9)
+    for side, sole in soles.items():
+        np.testing.assert_allclose(pose.soles[side], sole, atol=1e-9)
 
 
 def base_at(x, y, z=0.62, tilt=(0.0, 0.0, 0.0)):

@@ -8,18 +8,15 @@ import sys
 from typing import Any
 
 import numpy as np
-import rclpy
 from builtin_interfaces.msg import Time
+from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.stamps import NANOSECONDS, nanoseconds, seconds, stamp_of
 from door_impact_msgs.msg import EncoderSamples
 from door_impact_msgs.srv import PushDoor
 from door_model.door.config import load_geometry
 from geometry_msgs.msg import WrenchStamped
 from humanoid_motion.driver_interface import TickSample, TrajectoryArrays
-from kinematic_robot import COUNTS_PER_TURN, SAMPLE, TICK, KinematicRobot, RefusedError
-from kinematic_world import Leaf
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
+from kinematic_robot import COUNTS_PER_TURN, SAMPLE, TICK, KinematicRobot, Leaf, RefusedError
 from reference_door import ReferenceDoor
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -28,7 +25,7 @@ BATCH = 20  # samples of the counter board in a message
 GRIPPER = "RHAND_JOINT0"  # the real robot has joints that no node here knows
 
 
-class KinematicDriver(Node):
+class KinematicDriver(GuardedNode):
     """The topics of the driver and of the counter board."""
 
     def __init__(self) -> None:
@@ -38,8 +35,8 @@ class KinematicDriver(Node):
             "restitution": 0.5, "door_distance": 0.738, "hinge_x": -0.4056}.items()}
         geometry = load_geometry("paper")
         linkage = {k: getattr(geometry.linkage, k) for k in ("l", "l1", "l2", "l3", "theta_i0")}
-        door = ReferenceDoor(number["i_a"], number["c_c"], number["k_c"], number["tau_c0_prime"],
-                             linkage)
+        closer = {name: number[name] for name in ("i_a", "c_c", "k_c", "tau_c0_prime")}
+        door = ReferenceDoor(**closer, linkage=linkage)
         hinge = np.array([number["hinge_x"], -number["door_distance"]])
         self.robot = KinematicRobot(Leaf(door, hinge, geometry.leaf.width,
                                          number["effective_mass"], number["restitution"]))
@@ -82,7 +79,7 @@ class KinematicDriver(Node):
             self._publish(self.robot.step())
 
     def _publish(self, sample: TickSample) -> None:
-        stamp, config = self._stamp(sample.time), self.robot.body.config
+        stamp, config = self._stamp(sample.time), self.robot.config
         names = [GRIPPER, *reversed(config.joint_names)]
         joints = JointState(name=names, position=[0.0, *sample.position[::-1].tolist()],
                             velocity=[0.0, *sample.velocity[::-1].tolist()])
@@ -105,29 +102,14 @@ class KinematicDriver(Node):
         self._imu.publish(imu)
         self._counts += sample.counts
         if len(self._counts) >= BATCH:
-            self._publish_counts(sample.time)
-
-    def _publish_counts(self, time: float) -> None:
-        message = EncoderSamples(period=SAMPLE, first_index=self._samples,
-                                 counts_per_turn=COUNTS_PER_TURN, counts=self._counts)
-        message.header.stamp = self._stamp(time - (len(self._counts) - 1) * SAMPLE)
-        message.header.frame_id = "door_hinge"
-        self._encoder.publish(message)
-        self._samples += len(self._counts)
-        self._counts = []
-
-
-def main() -> int:
-    """Run the driver until it is interrupted."""
-    rclpy.init()
-    try:
-        rclpy.spin(KinematicDriver())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
-    return 0
+            counts = EncoderSamples(period=SAMPLE, first_index=self._samples,
+                                    counts_per_turn=COUNTS_PER_TURN, counts=self._counts)
+            counts.header.stamp = self._stamp(sample.time - (len(self._counts) - 1) * SAMPLE)
+            counts.header.frame_id = "door_hinge"
+            self._encoder.publish(counts)
+            self._samples += len(self._counts)
+            self._counts = []
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_node(KinematicDriver))

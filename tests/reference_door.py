@@ -19,8 +19,8 @@ class ReferenceDoor:
         self.i_a, self.c_c, self.k_c, self.tau = i_a, c_c, k_c, tau_c0_prime
         angle = np.linspace(0.0, 1.4, 2801)
         self._angle = angle
-        self._closer = np.unwrap([self._joint(a, linkage) for a in angle])
-        self._eta = np.gradient(self._closer, angle, edge_order=2)
+        self._closer = np.unwrap([self._joint(a, linkage) for a in angle])  # theta_c of eq. (8)
+        self._eta = np.gradient(self._closer, angle, edge_order=2)  # eta of eq. (9)
 
     @staticmethod
     def _joint(theta: float, k: dict[str, float]) -> float:
@@ -38,19 +38,11 @@ class ReferenceDoor:
         two, one = elbow - end, end
         return -math.atan2(one[0] * two[1] - one[1] * two[0], float(one @ two))
 
-    def slope(self, theta: float) -> float:
-        """eta of eq. (9)."""
-        return float(np.interp(theta, self._angle, self._eta))
-
-    def closer_angle(self, theta: float) -> float:
-        """theta_c of eq. (8)."""
-        return float(np.interp(theta, self._angle, self._closer))
-
     def acceleration(self, theta: float, omega: float, push: float = 0.0) -> float:
         """Angular acceleration of the leaf [rad/s^2]; push is a torque about the hinge [N m]."""
-        eta = self.slope(theta)
-        torque = self.tau + self.k_c * self.closer_angle(theta) + self.c_c * eta * omega
-        return (push - eta * torque) / self.i_a
+        eta, theta_c = (np.interp(theta, self._angle, each) for each in (self._eta, self._closer))
+        torque = self.tau + self.k_c * theta_c + self.c_c * eta * omega
+        return float((push - eta * torque) / self.i_a)
 
     def peak(self, omega: float, theta: float = 0.0, push: Callable[[float], float] | None = None,
              step: float = 5e-4) -> tuple[float, float]:

@@ -4,16 +4,20 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from processes import GUARD, Started, find_ros2
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 
 
 def seconds(stamp: Any) -> float:
@@ -32,6 +36,7 @@ class Graph:
     def __init__(self, *processes: Started, context: Context | None = None) -> None:
         self.processes = processes
         self.node = Node("tests_of_the_graph", context=context)
+        self._clients: dict[str, Any] = {}
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
 
@@ -72,16 +77,42 @@ class Graph:
         """One message of a topic."""
         return self.listen(kind, topic, len, latched=latched)[-1]
 
+    def client(self, kind: Any, name: str) -> Any:
+        """The client of a service, which is there."""
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        self.spin_until(self._clients[name].service_is_ready, name)
+        return self._clients[name]
+
     def call(self, kind: Any, name: str, **fields: Any) -> Any:
         """The answer of a service."""
-        client = self.node.create_client(kind, name)
-        try:
-            self.spin_until(client.service_is_ready, name)
-            future = client.call_async(kind.Request(**fields))
-            self.spin_until(future.done, f"the answer of {name}")
-            return future.result()
-        finally:
-            self.node.destroy_client(client)
+        future = self.client(kind, name).call_async(kind.Request(**fields))
+        return self.result(future, f"the answer of {name}")
+
+    def reset(self) -> None:
+        """Reset the simulation, and wait until the odometry begins anew."""
+        stamps: list[float] = []
+
+        def note(message: TFMessage) -> None:
+            if message.transforms[0].child_frame_id == "base_link":
+                stamps.append(seconds(message.transforms[0].header.stamp))
+
+        heard = self.node.create_subscription(TFMessage, "/tf", note, 2000)
+        self.spin_until(lambda: stamps and stamps[-1] > 1.0, "odometry")
+        answer = self.call(Trigger, "/sim/reset")
+        assert answer.success, answer.message
+        self.spin_until(lambda: any(b < a for a, b in pairwise(stamps)), "odometry after a reset")
+        self.node.destroy_subscription(heard)
+
+    def late(self, node: str) -> bool:
+        """Whether walker or executor noticed late messages in its last motion.
+
+        Such a motion may end early, with the robot standing: no fault on a machine that is busy.
+        """
+        heard = self.listen(DiagnosticArray, "/diagnostics", lambda got: any(
+            m.status[0].hardware_id == node for m in got))
+        return any(value.key.startswith("largest lag on") for m in heard
+                   if m.status[0].hardware_id == node for value in m.status[0].values)
 
     def result(self, future: Any, what: str = "an answer") -> Any:
         """Result of a future."""
@@ -91,13 +122,11 @@ class Graph:
 
 @contextmanager
 def graph_of(*processes: Started) -> Iterator[Graph]:
-    """A node of the tests among running nodes, once they publish the ZMP."""
+    """A node of the tests among running nodes."""
     context = Context()  # of its own: other tests of the process begin and end the default one
     rclpy.init(args=[], context=context)
     try:
-        running = Graph(*processes, context=context)
-        running.last(PointStamped, "/zmp")
-        yield running
+        yield Graph(*processes, context=context)
     finally:
         rclpy.try_shutdown(context=context)
 
@@ -116,11 +145,12 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
                        *arguments], folder / "nodes.txt")
     try:
         with graph_of(started, *others) as running:
+            running.last(PointStamped, "/zmp")
             yield running
         for process in (started, *others):
             process.process.send_signal(signal.SIGINT)
             process.wait()
-            assert process.family() == [], f"processes survived Ctrl-C:\n{process.text()}"
+            assert process.left_over() == [], f"processes survived Ctrl-C:\n{process.text()}"
             assert "Traceback" not in process.text(), process.text()
     finally:
         for process in (started, *others):

@@ -1,14 +1,12 @@
 """One hit in the simulation beside the planner's simulated hit, for the tests of the hit model."""
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_evaluation.run import evaluation, rehearsal, simulation_log
-from door_model.door.config import load_door
+from door_impact_evaluation.run import evaluation
+from door_impact_evaluation.run.rehearsal import Rehearsal
 from hrp2_description.robot import load_robot_config, needed
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TickSample
@@ -17,17 +15,10 @@ from impact_planner.hit.hit_response import HitResponse, HitSimulation, Switch
 from impact_planner.hit.hit_structure import hit_structure
 from impact_planner.hit.transfer import leaf_to_hit
 from impact_planner.impact_plan import ImpactPlan
-from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 
 _FOLLOWED = 0.05  # time after the start of the contact in which the world is followed [s]
 _SETTLED = 10  # samples after the contact over which v'_rB is a mean, as in the planner's model
-
-
-class _Over(Exception):
-    """The hit is over; the rest of the motion is not simulated."""
 
 
 @dataclass(frozen=True)
@@ -46,25 +37,13 @@ class Figures:
     preload: float  # normal force of the pads before it [N]
 
 
-@dataclass(frozen=True)
-class Pair:
-    """One hit: simulated and predicted."""
-
-    simulated: Figures
-    predicted: Figures
-
-
 class HitLoads:
-    """Torques of the gears and force of the pads, before the contact and in each step of it.
+    """Torques of the gears and force of the pads, before the contact and in each step of it."""
 
-    With `ends` the simulation ends some time after the contact began.
-    """
-
-    def __init__(self, *, ends: bool = False) -> None:
-        self._ends = ends
+    def __init__(self) -> None:
         self.rows: list[Array] = []
         self.before = np.empty(0)
-        self.start = np.inf
+        self._end = np.inf
         self._world: World | None = None
 
     def __call__(self, world: World, sample: TickSample) -> None:
@@ -72,51 +51,31 @@ class HitLoads:
         if self._world is None:
             self._world = world
             world.observers.append(self._add)
-        if self._ends and world.time > self.start + _FOLLOWED:
-            raise _Over
 
     def _add(self, engine: Any) -> None:
         world = self._world
         assert world is not None
-        if world.time > self.start + _FOLLOWED:
+        if world.time > self._end:
             return
         pads = world.joints.pads
         row = np.append(world.joints.drives.gear, 0.0 if pads is None else pads.force[0])
         if engine.touch().force > evaluation.CONTACT_FORCE:
-            self.start = min(self.start, world.time)
+            self._end = min(self._end, world.time + _FOLLOWED)
             self.rows.append(row)
         elif not self.rows:
             self.before = row
 
 
-def hit_pair(folder: Path, degrees: float, door: str = "paper", run_up: str = "mcv50",
-             **settings: Any) -> Pair:
-    """Simulates a hit, and predicts it for the speed of B that the simulation had.
+def pair_of(run: Rehearsal, loads: HitLoads, **scales: float) -> tuple[Figures, Figures]:
+    """A simulated hit, and its prediction for the speed of B that it had.
 
-    The log is written to `folder`; `settings` are the world's, the model gets their scales.
+    Args:
+        run: The hit.
+        loads: Its loads.
+        scales: Settings of the world that scale its gears and pads.
     """
-    loads, path = HitLoads(ends=True), folder / "hit.npz"
-
-    def watch(world: World, sample: TickSample) -> None:
-        try:
-            loads(world, sample)
-        except _Over:
-            world.save_log(path)
-            raise
-
-    with suppress(_Over):
-        rehearsal.rehearse(degrees, path, door=door, run_up=run_up, watch=watch, **settings)
-    known, planner = KnownDoor.configured(load_door(door)), make_settings(configured_placement())
-    plan = plan_impact(PlanRequest(np.radians(degrees), run_up=run_up), known,
-                       RobotModel(load_robot_config()), planner)
-    return pair_of(plan, known, simulation_log.load(path, 0.0), loads, settings)
-
-
-def pair_of(plan: ImpactPlan, known: KnownDoor, log: simulation_log.SimulationLog,
-            loads: HitLoads, settings: dict[str, Any]) -> Pair:
-    """A simulated hit, from its log and its loads, and its prediction."""
-    motion = log.motion
-    hit = evaluation.impact(motion, plan.l_b)
+    plan, motion, hit = run.plan, run.log.motion, run.impact
+    assert hit is not None
     start, end = hit.contact.start, hit.contact.end
     v_post = float(motion.point_b_velocity[end:end + _SETTLED + 1].mean())
     impulse = 1e-3 * float(motion.contact_force[start:end].sum())
@@ -128,11 +87,11 @@ def pair_of(plan: ImpactPlan, known: KnownDoor, log: simulation_log.SimulationLo
         peak=hit.peak_force, pads=float(rows[:, -1].max()),
         gear=gear[np.abs(gear).argmax(axis=0), np.arange(gear.shape[1])],
         before=loads.before[:-1], preload=float(loads.before[-1]))
-    return Pair(simulated, _predicted(plan, known, hit.v_rb, settings))
+    return simulated, _predicted(plan, run.known, hit.v_rb, scales)
 
 
 def _predicted(
-    plan: ImpactPlan, known: KnownDoor, v_rb: float, scales: dict[str, Any]
+    plan: ImpactPlan, known: KnownDoor, v_rb: float, scales: dict[str, float]
 ) -> Figures:
     """What the planner's model says of a hit with a speed, gears and pads scaled as simulated."""
     config = load_robot_config()

@@ -13,7 +13,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 FILES = {path.name for folder in ("ros2_ws/src", "tests", "docs", "examples", "ros2_commands")
          for path in (ROOT / folder).rglob("*") if path.is_file()}
 MADE_BY_USERS = {"my_board.py", "my_params.yaml", "my_door.yaml", "my_linkage.yaml",
-                 "my_robot.yaml", "plan.png"}
+                 "my_robot.yaml", "plan.png", "metadata.yaml"}
 NAMED = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:\.(?:py|yaml|toml|csv|png)|/))(?:: [^`]*)?`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"^ *```.*?^ *```$|`[^`\n]+`", re.DOTALL | re.MULTILINE)

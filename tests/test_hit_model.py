@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from door_impact_evaluation.run.rehearsal import rehearse
 from hrp2_description.robot import load_robot_config
-from simulated_hit import Pair, hit_pair
+from simulated_hit import Figures, HitLoads, pair_of
 
 NAMES = load_robot_config().joint_names
 LOADED = 20.0  # torque of a gear above which its load is compared [N m]
@@ -22,9 +23,8 @@ CASES: list[dict[str, Any]] = [
 ]
 
 
-def require_alike(pair: Pair) -> None:
+def require_alike(real: Figures, model: Figures) -> None:
     """Checks that simulation and prediction agree."""
-    real, model = pair.simulated, pair.predicted
     assert model.omega == pytest.approx(real.omega, rel=0.03)
     assert model.mass == pytest.approx(real.mass, rel=0.05)
     assert model.v_post == pytest.approx(real.v_post, abs=0.02)
@@ -46,4 +46,7 @@ def require_alike(pair: Pair) -> None:
 def test_the_model_predicts_hits_with_other_gears_pads_and_doors(
         tmp_path: Path, case: dict[str, Any]) -> None:
     """15 to 36 deg (the left knee allows no more), gears and pads half to twice as stiff."""
-    require_alike(hit_pair(tmp_path, **case))
+    scales = {name: value for name, value in case.items() if name.endswith("scale")}
+    loads = HitLoads()
+    run = rehearse(case["degrees"], tmp_path / "hit.npz", watch=loads, **case)
+    require_alike(*pair_of(run, loads, **scales))

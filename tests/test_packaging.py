@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -26,23 +25,15 @@ BY_PIP = {"dask", "distributed", "mcap", "msgspec", "playwright", "pyarrow", "py
 HELPERS = {path.stem for path in Path(__file__).parent.glob("*.py")}
 
 
-def names_in(nodes: Iterable[ast.AST]) -> set[str]:
-    """The top modules that import statements name."""
-    names: set[str] = set()
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            names.add(node.module.split(".")[0])
-    return names
-
-
 def imported(folder: Path) -> set[str]:
     """rosdep keys of what the modules of a folder import, whole functions included."""
     names: set[str] = set()
     for path in folder.rglob("*.py"):
-        module = ast.parse(path.read_text(encoding="utf-8"))
-        names |= names_in(ast.walk(module))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module.split(".")[0])
     given = sys.stdlib_module_names | SHIPPED | BY_PIP
     return {KEYS.get(name, name) for name in names - given}
 

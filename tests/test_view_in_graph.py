@@ -33,7 +33,8 @@ def test_the_page_offers_what_the_planner_knows() -> None:
 
 
 @pytest.mark.nightly("starts every node but the simulation")
-def test_without_a_driver_the_page_works_and_shows_refusals(start: Start) -> None:
+def test_without_a_driver_the_page_shows_refusals_and_its_end_ends_no_other(
+        start: Start, ros2: Callable[..., Any]) -> None:
     """What the planner refuses appears as its sentence; the simulation's buttons say what lacks."""
     launched = start("launch", "door_impact_bringup", "bringup.launch.yaml", "driver:=none",
                      "view:=true", "view_port:=0")
@@ -54,14 +55,6 @@ def test_without_a_driver_the_page_works_and_shows_refusals(start: Start) -> Non
     answer("Reset", "/sim/reset is not there")
     assert "not done" in page.text()
     page.close()
-
-
-@pytest.mark.nightly("starts every node but the simulation")
-def test_a_view_that_dies_does_not_end_the_graph(start: Start, ros2: Callable[..., Any]) -> None:
-    """After it was killed the launcher and the other nodes go on, also without a simulation."""
-    launched = start("launch", "door_impact_bringup", "bringup.launch.yaml", "driver:=none",
-                     "view:=true", "view_port:=0")
-    wait_for(launched, r"shown at (http://localhost:\d+)")
     os.kill(int(wait_for(launched, r"\[door_impact_view-\d+\]: .*with pid \[(\d+)\]")),
             signal.SIGKILL)
     wait_for(launched, r"\[(door_impact_view-\d+)\]: process has died")

@@ -20,33 +20,31 @@ RESTITUTIONS = (0.3, 0.5, 0.7)
 ANGLES = range(10, 61, 2)  # [deg]
 
 
-def planned(
-    robot: RobotModel, door: KnownDoor, restitution: float, run_up: str
-) -> dict[int, float]:
-    """Return v_rB [m/s] by opening angle [deg] of each hit that can be planned."""
-    found = {}
+def planned(robot: RobotModel, door: KnownDoor, restitution: float, run_up: str) -> list[int]:
+    """Return the opening angles [deg] that can be planned."""
+    found = []
     for angle in ANGLES:
         request = PlanRequest(math.radians(angle), restitution=restitution, run_up=run_up)
         try:
-            found[angle] = plan_impact(request, door, robot).v_rb
+            plan_impact(request, door, robot)
         except PLANNING_ERRORS:
             continue
+        found.append(angle)
     return found
 
 
 def main(names: list[str]) -> None:
-    """Print a row for each door and restitution."""
+    """Print a row for each door and run-up."""
     robot = RobotModel(load_robot_config())
-    print("| door | e | " + " | ".join(f"{name} [deg] | v_rB [m/s]" for name in RUN_UPS) + " |")
-    print("| --- | --- |" + " --- | --- |" * len(RUN_UPS))
+    print("| door, run-up | " + " | ".join(f"e = {e}" for e in RESTITUTIONS) + " |")
+    print("| --- |" + " --- |" * len(RESTITUTIONS))
     for name in names or DOORS:
         door = KnownDoor.configured(load_door(name))
-        for restitution in RESTITUTIONS:
-            row = f"| {name} | {restitution} |"
-            for run_up in RUN_UPS:
+        for run_up in RUN_UPS:
+            row = f"| {name}, {run_up} |"
+            for restitution in RESTITUTIONS:
                 found = planned(robot, door, restitution, run_up)
-                row += (f" {min(found)} to {max(found)} | {found[max(found)]:.3f} |" if found
-                        else " none | |")
+                row += f" {min(found)} to {max(found)} |" if found else " none |"
             print(row, flush=True)
 
 

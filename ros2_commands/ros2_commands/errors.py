@@ -1,4 +1,4 @@
-"""The error of commands."""
+"""The error with which a command ends."""
 
 
 class CommandError(RuntimeError):

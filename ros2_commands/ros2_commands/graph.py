@@ -1,7 +1,8 @@
-"""The node of a command: discovery, and waiting for answers."""
+"""Make the node of a command, wait for discovery and answers, and list what the graph has."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import signal
 import sys
@@ -20,6 +21,7 @@ from rclpy.task import Future
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
 from ros2_commands.errors import CommandError
+from ros2_commands.options import Verbs, add_discovery
 
 Named = Sequence[tuple[str, list[str]]]
 """Names of topics, services or actions, each with its types."""
@@ -36,7 +38,7 @@ def _end(*_: Any) -> None:
 
 @contextmanager
 def bare_node() -> Iterator[Node]:
-    """Give a hidden node that knows nothing yet; Ctrl-C and SIGTERM are exceptions in it.
+    """Yield a hidden node that knows nothing yet; Ctrl-C and SIGTERM are exceptions in it.
 
     Raises:
         CommandError: A name that the user gave is not valid.
@@ -61,7 +63,7 @@ def bare_node() -> Iterator[Node]:
 
 @contextmanager
 def graph_node(spin_time: float, done: Callable[[Node], Any] | None = None) -> Iterator[Node]:
-    """Give a node that knows the graph, or at least as much of it as is `done`.
+    """Yield a node that knows the graph, or at least as much of it as is `done`.
 
     Args:
         spin_time: Shortest wait for discovery without `done` [s].
@@ -89,38 +91,59 @@ def _snapshot(node: Node) -> tuple[Any, ...]:
 
 
 def full_node_names(node: Node, hidden: bool = False) -> list[str]:
-    """List the full names of all nodes, sorted; those of hidden nodes begin with `_`."""
+    """Return the full names of all nodes, sorted; those of hidden nodes begin with `_`."""
     found = node.get_node_names_and_namespaces()
     return sorted(
         f"{space.rstrip('/')}/{name}" for name, space in found if hidden or name[:1] != "_"
     )
 
 
-def print_named(found: Named, *, types: bool, count: bool, hidden: bool) -> None:
-    """Print one name a line, with its types, or only the number of names."""
-    shown = [pair for pair in found if hidden or not topic_or_service_is_hidden(pair[0])]
-    if count:
-        print(len(shown))
-        return
-    for name, kinds in shown:
-        print(f"{name} [{', '.join(kinds)}]" if types else name)
+def add_list(verbs: Verbs, what: str, find: Callable[[Node], Named]) -> None:
+    """Add the verb `list`.
 
-
-def print_type(found: Named, name: str) -> None:
-    """Print the types of the topic or service of a name.
-
-    Raises:
-        CommandError: There is none of this name.
+    Args:
+        verbs: The verbs of the command.
+        what: What it lists: `topics`, `services` or `actions`.
+        find: Returns those that a node knows.
     """
-    types = dict(found).get(name)
-    if types is None:
-        raise CommandError(f"Nothing has the name '{name}'")
-    print("\n".join(types))
+    def run(options: argparse.Namespace) -> None:
+        with graph_node(options.spin_time) as node:
+            found = find(node)
+        shown = [pair for pair in found
+                 if options.hidden or not topic_or_service_is_hidden(pair[0])]
+        if options.count:
+            print(len(shown))
+            return
+        for name, types in shown:
+            print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+
+    parser = verbs.add("list", run, f"List the {what}")
+    add_discovery(parser)
+    parser.add_argument("-t", "--show-types", action="store_true", help="show types as well")
+    parser.add_argument("-c", f"--count-{what}", dest="count", action="store_true",
+                        help="show only the number")  # fmt: skip
+    parser.add_argument(f"--include-hidden-{what}", dest="hidden", action="store_true",
+                        help="show names that begin with _ as well")  # fmt: skip
+
+
+def add_type(verbs: Verbs, what: str, find: Callable[[Node], Named]) -> None:
+    """Add the verb `type`; arguments as for `add_list`, but `what` is a `topic` or a `service`."""
+    def run(options: argparse.Namespace) -> None:
+        name = options.name
+        with graph_node(options.spin_time, lambda node: name in dict(find(node))) as node:
+            types = dict(find(node)).get(name)
+        if types is None:
+            raise CommandError(f"Nothing has the name '{name}'")
+        print("\n".join(types))
+
+    parser = verbs.add("type", run, f"Print a {what}'s type")
+    add_discovery(parser)
+    parser.add_argument("name", metavar=f"{what}_name")
 
 
 @contextmanager
 def held_interrupts() -> Iterator[list[int]]:
-    """Give a list that each Ctrl-C lengthens; an exception within rclpy would lose messages."""
+    """Yield a list that each Ctrl-C lengthens; an exception within rclpy would lose messages."""
     received: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
     try:
@@ -143,6 +166,6 @@ def spin(node: Node, done: Callable[[], Any] = lambda: False) -> None:
 
 
 def result(node: Node, future: Future) -> Any:
-    """Wait for what a future brings."""
+    """Wait for a future, and return its result."""
     spin(node, future.done)
     return future.result()

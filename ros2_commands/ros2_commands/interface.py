@@ -69,7 +69,7 @@ def _definition(name: str) -> str:
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the verbs."""
+    """Add the verbs to the command's parser."""
     verbs = Verbs(parser)
     listing = verbs.add("list", _list)
     for kind, title in _TITLES.items():

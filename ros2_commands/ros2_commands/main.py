@@ -1,4 +1,4 @@
-"""The `ros2` command."""
+"""Command `ros2`: find the module of a subcommand and run it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ONLY_IN_ROS2 = ("bag", "component", "control", "daemon", "doctor", "extension_p
 
 
 def _parser(called: str | None) -> argparse.ArgumentParser:
-    """Know every command, and the options of the one that is called."""
+    """Return a parser of every command, with the options of the one that is called alone."""
     parser = argparse.ArgumentParser(
         prog="ros2", description="Commands of ROS 2 on rclpy; a part of what ROS 2's own has."
     )

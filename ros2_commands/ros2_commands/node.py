@@ -60,7 +60,7 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the verbs."""
+    """Add the verbs to the command's parser."""
     verbs = Verbs(parser)
     listing = verbs.add("list", _list)
     add_discovery(listing)

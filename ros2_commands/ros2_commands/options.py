@@ -1,4 +1,4 @@
-"""Verbs of a command, and options that several verbs have."""
+"""Define verbs of commands, and options that several verbs have."""
 
 from __future__ import annotations
 
@@ -19,13 +19,18 @@ class Verbs:
         command.set_defaults(run=lambda options: command.print_help())
         self._verbs = command.add_subparsers(title="verbs", metavar="VERB")
 
-    def add(self, name: str, run: Handler) -> argparse.ArgumentParser:
-        """Add a verb, which `run` runs and the first line of its docstring describes.
+    def add(self, name: str, run: Handler, summary: str = "") -> argparse.ArgumentParser:
+        """Add a verb.
+
+        Args:
+            name: Its name.
+            run: Runs it.
+            summary: What its help says; by default the first line of the docstring of `run`.
 
         Returns:
             The parser for the verb's options.
         """
-        summary = (run.__doc__ or "").splitlines()[0].rstrip(".")
+        summary = summary or (run.__doc__ or "").splitlines()[0].rstrip(".")
         verb = self._verbs.add_parser(name, help=summary, description=summary)
         verb.set_defaults(run=run)
         return verb
@@ -36,16 +41,6 @@ def add_discovery(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--spin-time", type=positive, default=_SPIN_TIME, metavar="N",
                         help="wait N seconds for discovery (default: %(default)s)")  # fmt: skip
     parser.add_argument("--no-daemon", action="store_true", help="accepted; there is no daemon")
-
-
-def add_listing(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the options of a list of `topics`, `services` or `actions`."""
-    add_discovery(parser)
-    parser.add_argument("-t", "--show-types", action="store_true", help="show types as well")
-    parser.add_argument("-c", f"--count-{what}", dest="count", action="store_true",
-                        help="show only the number")  # fmt: skip
-    parser.add_argument(f"--include-hidden-{what}", dest="hidden", action="store_true",
-                        help="show names that begin with _ as well")  # fmt: skip
 
 
 def positive(text: str) -> float:

@@ -1,4 +1,4 @@
-"""Packages and their executables, found by the ament index."""
+"""Find packages and their executables by the ament index."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ros2_commands.errors import CommandError
 
 
 def prefix(package: str) -> Path:
-    """Give the folder that a package is installed below.
+    """Return the folder that a package is installed below.
 
     Raises:
         CommandError: There is no such package.
@@ -27,7 +27,7 @@ def prefix(package: str) -> Path:
 
 
 def share(package: str) -> Path:
-    """Give the share folder of a package.
+    """Return the share folder of a package.
 
     Raises:
         CommandError: There is no such package.
@@ -37,7 +37,7 @@ def share(package: str) -> Path:
 
 
 def executables(package: str) -> list[Path]:
-    """List the programs of a package, sorted.
+    """Return the programs of a package, sorted.
 
     Raises:
         CommandError: There is no such package.
@@ -47,7 +47,7 @@ def executables(package: str) -> list[Path]:
 
 
 def executable(package: str, name: str) -> Path:
-    """Find a program of a package.
+    """Return the path of a program of a package.
 
     Raises:
         CommandError: There is no such package, or it has no such program.

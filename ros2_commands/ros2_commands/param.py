@@ -23,12 +23,6 @@ _PATIENCE = 5.0  # longest wait for the parameter services of a node [s]
 _POLL = 0.05  # [s]
 
 
-def _client(node: Node, target: str) -> AsyncParameterClient:
-    client = AsyncParameterClient(node, target)
-    _await_services(client, target)
-    return client
-
-
 def _await_services(client: AsyncParameterClient, target: str) -> None:
     end = time.monotonic() + _PATIENCE
     while not client.services_are_ready():
@@ -39,14 +33,16 @@ def _await_services(client: AsyncParameterClient, target: str) -> None:
 
 @contextmanager
 def _target(options: argparse.Namespace) -> Iterator[tuple[Node, AsyncParameterClient]]:
-    """Give a node of ours, and a client for the parameters of the user's."""
+    """Yield a node of ours, and a client for the parameters of the user's."""
     name = _full(options.node_name)
     with graph_node(
         options.spin_time, lambda node: name in full_node_names(node, hidden=True)
     ) as node:
         if name not in full_node_names(node, hidden=True):
             raise CommandError("Node not found")
-        yield node, _client(node, name)
+        client = AsyncParameterClient(node, name)
+        _await_services(client, name)
+        yield node, client
 
 
 def _full(name: str) -> str:
@@ -71,7 +67,7 @@ def _list(options: argparse.Namespace) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Give Python's value of a parameter; rows are lists."""
+    """Return Python's value of a parameter; rows are lists."""
     found = parameter_value_to_python(value)
     return found if found is None or isinstance(found, (bool, int, float, str)) else list(found)
 
@@ -139,7 +135,7 @@ def _dump(options: argparse.Namespace) -> None:
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the verbs."""
+    """Add the verbs to the command's parser."""
     verbs = Verbs(parser)
     listing = verbs.add("list", _list)
     add_discovery(listing)

@@ -31,7 +31,7 @@ def _executables(options: argparse.Namespace) -> None:
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the verbs."""
+    """Add the verbs to the command's parser."""
     verbs = Verbs(parser)
     verbs.add("list", _list)
     where = verbs.add("prefix", _prefix)

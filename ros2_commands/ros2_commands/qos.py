@@ -1,4 +1,4 @@
-"""The quality of service of a command's publisher or subscription."""
+"""Choose the quality of service of a command's publisher or subscription."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _POLICIES: dict[str, Any] = {
 
 
 def add_qos(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add the options; `default` is the name of a preset."""
+    """Add the options of a quality of service; `default` is the name of a preset."""
     parser.add_argument("--qos-profile", choices=QoSPresetProfiles.short_keys(), default=default,
                         help=f"preset profile (default: {default})")  # fmt: skip
     parser.add_argument("--qos-depth", type=count, metavar="N", help="length of the queue")
@@ -34,7 +34,7 @@ def add_qos(parser: argparse.ArgumentParser, default: str) -> None:
 
 
 def profile(options: argparse.Namespace) -> QoSProfile:
-    """Give the preset that the options name, with what they override."""
+    """Return the preset that the options name, with what they override."""
     chosen = copy(QoSPresetProfiles.get_from_short_key(options.qos_profile))
     if options.qos_depth:
         chosen.depth = options.qos_depth
@@ -45,7 +45,7 @@ def profile(options: argparse.Namespace) -> QoSProfile:
 
 
 def matching_profile(options: argparse.Namespace, publishers: Sequence[Any]) -> QoSProfile:
-    """Give a subscription's profile: as strict as all publishers, unless options override it."""
+    """Return a subscription's profile: as strict as all publishers, unless options override it."""
     chosen = profile(options)
     given = [options.qos_depth, *(getattr(options, f"qos_{name}") for name in _POLICIES)]
     if publishers and not any(given):

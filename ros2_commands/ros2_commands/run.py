@@ -12,7 +12,7 @@ from ros2_commands.packages import executable
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the options."""
+    """Add the options to the command's parser."""
     parser.add_argument("--prefix", default="", help="words before the command, as 'gdb --args'")
     parser.add_argument("package_name")
     parser.add_argument("executable_name")

@@ -5,26 +5,15 @@ from __future__ import annotations
 import argparse
 import time
 
-from ros2_commands.graph import bare_node, graph_node, print_named, print_type, result
-from ros2_commands.interface_classes import interface_class
-from ros2_commands.message_values import message_from_yaml
-from ros2_commands.options import Verbs, add_discovery, add_listing, positive
+from rclpy.node import Node
+
+from ros2_commands.graph import Named, add_list, add_type, bare_node, result
+from ros2_commands.messages import interface_class, message_from_yaml
+from ros2_commands.options import Verbs, positive
 
 
-def _list(options: argparse.Namespace) -> None:
-    """List the services."""
-    with graph_node(options.spin_time) as node:
-        services = node.get_service_names_and_types()
-    print_named(services, types=options.show_types, count=options.count, hidden=options.hidden)
-
-
-def _type(options: argparse.Namespace) -> None:
-    """Print a service's type."""
-    name = options.service_name
-    with graph_node(
-        options.spin_time, lambda node: name in dict(node.get_service_names_and_types())
-    ) as node:
-        print_type(node.get_service_names_and_types(), name)
+def _services(node: Node) -> Named:
+    return list(node.get_service_names_and_types())
 
 
 def _call(options: argparse.Namespace) -> None:
@@ -48,10 +37,8 @@ def _call(options: argparse.Namespace) -> None:
 def define(parser: argparse.ArgumentParser) -> None:
     """Add the verbs."""
     verbs = Verbs(parser)
-    add_listing(verbs.add("list", _list), "services")
-    kind = verbs.add("type", _type)
-    add_discovery(kind)
-    kind.add_argument("service_name")
+    add_list(verbs, "services", _services)
+    add_type(verbs, "service", _services)
     call = verbs.add("call", _call)
     call.add_argument("service_name")
     call.add_argument("service_type")

@@ -88,9 +88,8 @@ def test_what_there_is_not_is_told(answers: dict[str, Done], question: str) -> N
 
 def test_messages_are_published(demo: "subprocess.Popen[str]", ros2_each: Each) -> None:
     """To a subscription that is waited for; each arrives."""
-    publish = "topic pub -t 2 -r 100 /arm/say std_msgs/Float64MultiArray"
-    (text,) = outputs(ros2_each(f"{publish} '{{data: [1, 2.5]}}'"))
-    assert text.count("publishing #") == 2
+    outputs(ros2_each(
+        "topic pub -t 2 -r 100 /arm/say std_msgs/Float64MultiArray '{data: [1, 2.5]}'"))
     assert demo.stdout is not None
     assert [demo.stdout.readline() for _ in range(2)] == ["[1.0, 2.5]\n"] * 2
 

@@ -10,14 +10,26 @@ from pathlib import Path
 import pytest
 from ros2_commands.errors import CommandError
 from ros2_commands.launch.reader import read_arguments, read_processes
-from ros2_commands.launch.substitutions import Scope, describe, substitute
+from ros2_commands.launch.substitutions import Scope, substitute
 
 Ros2 = Callable[..., "subprocess.CompletedProcess[str]"]
 Start = Callable[..., "subprocess.Popen[str]"]
 
 PROGRAMS = {
-    "talk": 'import sys; print(*sys.argv[1:]); print("to stderr", file=sys.stderr)',
-    "fail": "import sys; sys.exit(3)",
+    "talk": """
+import os, pathlib, sys
+print(*sys.argv[1:])
+print("to stderr", file=sys.stderr)
+pathlib.Path(__file__).with_name("talked").write_text(str(os.getpid()))
+""",
+    # It ends when `talk` has ended, and the launch has seen so.
+    "fail": """
+import os, pathlib, sys, time
+talked = pathlib.Path(__file__).with_name("talked")
+while not talked.exists() or not (pid := talked.read_text()) or os.path.exists("/proc/" + pid):
+    time.sleep(0.01)
+sys.exit(3)
+""",
     "wait": 'import signal; print("up", flush=True); signal.pause()',
     "deaf": """
 import signal
@@ -53,35 +65,23 @@ def write(tmp_path: Path, text: str, name: str = "t.launch.yaml") -> Path:
     return path
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("$(var a)/x", "1/x"), ("$(dirname)", "/tmp"), ("", ""), ("$(var 'a')", "1"),
-        ("$(eval '$(var a) + 2')", "3"), ("$(eval \"'$(var b)' == ''\")", "True"),
-        ("$(equals $(var a) 1.0)", "true"), ("$(not true)", "false"),
-        ("$(equals '' $(var b))", "true"),
-        (r"$5 \$(var a) \\", "$5 $(var a) \\"), ("$(eval 'pi > 3 and math.sin(0) == 0')", "True"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "value"), [
+    ("$(var a)/x", "1/x"), ("$(dirname)", "/tmp"), ("", ""), ("$(var 'a')", "1"),
+    ("$(eval '$(var a) + 2')", "3"), ("$(eval \"'$(var b)' == ''\")", "True"),
+    ("$(equals $(var a) 1.0)", "true"), ("$(not true)", "false"), ("$(equals '' $(var b))", "true"),
+    (r"$5 \$(var a) \\", "$5 $(var a) \\"), ("$(eval 'pi > 3 and math.sin(0) == 0')", "True")])
 def test_substitutions(text: str, value: str) -> None:
     """They nest, and expressions are worked out."""
     assert substitute(text, Scope(Path("/tmp/x.yaml"), {"a": "1", "b": ""})) == value
 
 
-@pytest.mark.parametrize(
-    "text", ["$(var none)", "$(nope x)", "$(var a", "$()", "$(eval '1", "$(eval '1/0')",
-             "$(var a b)", "$(not maybe)", "$(find-pkg-share no_such_package)", "$(env NOT_THERE)"],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    "$(var none)", "$(nope x)", "$(var a", "$()", "$(eval '1", "$(eval '1/0')", "$(var a b)",
+    "$(not maybe)", "$(find-pkg-share no_such_package)"])
 def test_bad_substitutions_are_errors(text: str) -> None:
     """What cannot be replaced is an error, never left as it is."""
     with pytest.raises(CommandError):
         substitute(text, Scope(Path("/tmp/x.yaml"), {"a": "1"}))
-
-
-def test_defaults_are_shown_as_ros2_shows_them() -> None:
-    """With the names of ROS 2's classes."""
-    assert describe("$(find-pkg-share p)/c") == "FindPackageShare(pkg='p') + '/c'"
-    assert describe("$(equals $(var d) sim)") == "EqualsSubstitution(LaunchConfig('d') 'sim')"
 
 
 def test_launch_files_become_commands(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
 - node: {pkg: fake, exec: wait, param: [{name: gain, value: $(var gain)}]}
 """, "inner.launch.yaml")  # fmt: skip
     path = write(tmp_path, """
-- arg: {name: more, default: "false"}
+- arg: {name: more, default: $(not true)}
 - arg: {name: name, choice: [{value: a}, {value: b}], default: a, description: of it}
 - let: {name: list, value: "['/x y', 'z']"}
 - group:
@@ -127,18 +127,16 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
     assert inner.command[-2:] == ["-p", "gain:=2"]
     assert len(read_processes(path, {"more": "true"})) == 3
     assert [argument.name for argument in read_arguments(path)] == ["more", "name", "gain"]
+    assert read_arguments(path)[0].default == "NotSubstitution('true')"  # as ROS 2 shows it
     assert read_arguments(path)[1].description == "of it. Valid choices are: ['a', 'b']"
     for wrong in ({"name": "c"}, {"more": "maybe"}):
         with pytest.raises(CommandError):
             read_processes(path, wrong)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [" 3", "- [", "- nod: {}", "- node: {pkg: fake}", "- node: {pkg: fake, exec: nope}",
-     "- node: {pkg: nope, exec: talk}", "- arg: {name: x}", "- let: {name: a, valu: b}",
-     "- node: {pkg: fake, exec: talk, output: paper}", "- include: {file: /nowhere.yaml}"],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    " 3", "- [", "- nod: {}", "- node: {pkg: fake}", "- node: {pkg: fake, exec: nope}",
+    "- arg: {name: x}", "- let: {name: a, valu: b}", "- include: {file: /nowhere.yaml}"])
 def test_bad_launch_files_are_errors(tmp_path: Path, text: str) -> None:
     """The error names the file."""
     with pytest.raises(CommandError, match=r"\.yaml"):
@@ -168,13 +166,10 @@ def test_output_is_labelled_and_one_end_ends_all(tmp_path: Path, ros2: Ros2) -> 
 def test_a_launch_that_cannot_be_is_a_failure(tmp_path: Path, ros2: Ros2) -> None:
     """With a line that says why, and 1."""
     path = write(tmp_path, "- let: {name: a}")
-    done = ros2("launch", str(path))
-    assert (done.returncode, done.stderr) == (1, "")
-    assert "[ERROR] [launch]: Caught exception in launch" in done.stdout
-    for words in (["fake", "nope.yaml"], ["nope", "t.launch.yaml"], [str(path), "a=b"]):
+    for words in ([str(path)], ["fake", "nope.yaml"], [str(path), "a=b"]):
         done = ros2("launch", *words)
         assert done.returncode == 1
-        assert done.stderr
+        assert done.stderr or "[ERROR] [launch]: Caught exception in launch" in done.stdout
         assert "Traceback" not in done.stderr
 
 

@@ -1,10 +1,8 @@
-"""`make demo`: what it returns, prints and writes, and whether its figures are physics."""
+"""`make demo`: what it returns and writes, and whether its figures are physics."""
 
-import base64
 import json
 import re
 from collections.abc import Callable
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +11,10 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_evaluation.run import evaluation, simulation_log
 from hrp2_description.robot import load_robot_config
-from PIL import Image, ImageSequence
+from PIL import Image
 
 PHASES = {"prepare", "shift", "step", "back", "cam", "post", "hold"}
 PARAMETERS = {"i_a", "c_c", "k_c", "tau_c0_prime"}
-KEYS = {
-    "door": {"target_deg", "peak_deg", "error_deg", "peak_time_s", "held_deg"},
-    "identified": PARAMETERS | {"fit_rmse_deg", "scale_reference"},
-    "plan": {"omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r",
-             "b_r", "i_rob", "l_b", "planning_ms"},
-    "impact": {"v_rb_measured", "v_rb_post_measured", "omega_door_measured", "peak_force_n",
-               "contacts_before_peak", "duration_ms", "restitution", "brace_impulse_nms",
-               "switch_latency_ms", "pad_force_n"},
-    "zmp": {"planned_min_margin_mm", "measured_min_margin_mm", "raw_min_margin_mm"},
-    "robot": {"fell", "max_tilt_deg", "max_tracking_error_deg", "max_torque_ratio", "foot_slip_mm",
-              "gear_load"},
-    "run": {"real_time_factor", "wall_s", "engine", "rclpy", "rmw", "versions"},
-}
 PICTURES = ("door_angle.png", "zmp.png", "identification.png", "restoring_torque.png",
             "closer_angle.png", "cam_curve.png")
 
@@ -44,8 +29,10 @@ def read(folder: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def summary(demo: Any) -> dict[str, Any]:
-    """summary.json."""
+    """summary.json of a demonstration that ended well and left no process."""
     assert demo.status == 0, demo.text
+    assert "Traceback" not in demo.text
+    assert demo.left_over == []
     return read(demo.out)
 
 
@@ -63,44 +50,23 @@ def first(log: dict[str, Any]) -> slice:
     return slice(begin, begin + int(np.argmax(log["contact_force"][begin:] <= 5.0)))
 
 
-def test_the_demo_ends_with_status_0_and_leaves_no_process(demo: Any) -> None:
-    assert demo.status == 0, demo.text
-    assert "Traceback" not in demo.text
-    assert demo.left_over == []
-
-
-def test_summary_has_exactly_the_keys_that_the_docs_name(summary: dict[str, Any]) -> None:
-    assert {name: set(part) for name, part in summary.items()} == KEYS
-    assert all(set(summary["identified"][name]) == {"value", "std", "true", "relative_error"}
-               for name in PARAMETERS)
-    assert all(set(margins) == PHASES for margins in summary["zmp"].values())
-
-
-def test_summary_and_table_name_the_engine(demo: Any, summary: dict[str, Any]) -> None:
-    """PyBullet by default, with its version and not that of the other engine."""
-    run = summary["run"]
-    assert run["engine"] == "pybullet"
-    assert run["versions"]["pybullet"] == metadata.version("pybullet")
-    assert "mujoco" not in run["versions"]
-    assert re.search("physics engine.* pybullet", demo.text)
-
-
 @pytest.mark.nightly("the demonstration once more, in the other engine")
-def test_the_demonstration_runs_in_mujoco(ros2: Any, tmp_path: Path) -> None:
-    """One hit opens the door, the robot stands, and summary, log and table name the engine."""
+def test_the_demonstration_runs_in_mujoco(ros2: Any, summary: dict[str, Any], tmp_path: Path,
+                                          ) -> None:
+    """One hit opens the door, the robot stands; the same figures, of the engine that is named."""
     pytest.importorskip("mujoco")
     done = ros2("run", "door_impact_evaluation", "demo", "--engine", "mujoco", "--out",
                 str(tmp_path))
     assert done.status == 0, done.out + done.err
     found = read(tmp_path)
-    assert {name: set(part) for name, part in found.items()} == KEYS
-    assert found["run"]["engine"] == "mujoco"
-    assert "mujoco" in found["run"]["versions"]
+    assert {name: set(part) for name, part in found.items()} == {
+        name: set(part) for name, part in summary.items()}
+    for run, engine in ((summary, "pybullet"), (found, "mujoco")):
+        assert run["run"]["engine"] == engine
+        assert {"pybullet", "mujoco"} & set(run["run"]["versions"]) == {engine}
     assert found["door"]["peak_deg"] == pytest.approx(25.0, abs=1.0)
     assert found["impact"]["contacts_before_peak"] == 1
     assert found["robot"]["fell"] is False
-    assert simulation_log.load(tmp_path / "simulation.npz", 0.0).engine == "mujoco"
-    assert re.search("physics engine.* mujoco", done.out)
 
 
 def test_one_contact_opens_the_door_to_25_deg_where_it_is_held(
@@ -117,17 +83,14 @@ def test_one_contact_opens_the_door_to_25_deg_where_it_is_held(
     assert hit["contacts_before_peak"] == 1
     assert str(log["link_names"][log["contact_link"][first.start]]) == "RARM_LINK3"
     assert 5.0 < hit["switch_latency_ms"] < 60.0
-    nodes = (demo.out / "nodes.log").read_text()
-    assert len(re.findall("hit 1 opened the door|switch_latency was", nodes)) == 1, nodes
-    assert "was seen running" not in nodes
-
-
-def test_the_robot_stands_without_slipping(summary: dict[str, Any]) -> None:
     robot = summary["robot"]
     assert robot["fell"] is False
     assert robot["max_tilt_deg"] < 2.0
     assert robot["foot_slip_mm"] < 2.0
     assert robot["max_torque_ratio"] < 1.0 + 1e-3
+    nodes = (demo.out / "nodes.log").read_text()
+    assert len(re.findall("hit 1 opened the door|switch_latency was", nodes)) == 1, nodes
+    assert "was seen running" not in nodes
 
 
 @pytest.mark.parametrize("name", sorted(PARAMETERS))
@@ -150,6 +113,7 @@ def test_the_zmp_stays_inside_in_every_phase(demo: Any, summary: dict[str, Any])
     """
     measured = summary["zmp"]["measured_min_margin_mm"]
     after = {"post", "hold"}
+    assert set(measured) == PHASES
     assert min(measured[phase] for phase in PHASES - after) > 15.0, measured
     assert min(measured[phase] for phase in after) > 20.0, measured
     motion = simulation_log.load(demo.out / "simulation.npz", 0.0).motion
@@ -247,33 +211,7 @@ def test_pictures_and_animation_show_something(demo: Any) -> None:
         assert min(pixels.shape) > 200, name
         assert pixels.std() > 5.0, name
     with Image.open(demo.out / "impact.gif") as film:
-        frames = [np.asarray(f.convert("L"), dtype=float) for f in ImageSequence.Iterator(film)]
-    assert len(frames) > 50
-    assert np.abs(frames[-1] - frames[0]).max() > 50.0
-
-
-def test_the_report_is_one_file_with_every_picture(demo: Any) -> None:
-    """It refers to the other results only by links, and is small enough to be sent."""
-    text = (demo.out / "report.html").read_text(encoding="utf-8")
-    made = {path.name for pattern in ("*.png", "*.gif") for path in demo.out.glob(pattern)}
-    assert made == {*PICTURES, "impact.gif"}
-    assert all(base64.b64encode((demo.out / name).read_bytes()).decode() in text for name in made)
-    assert len(text) < 6e6
-    links = set(re.findall(r'(?:src|href)="(?!data:)([^"]*)"', text))
-    assert links == {"summary.json", "simulation.npz", "run.mcap"}
-
-
-@pytest.mark.parametrize(("row", "paper", "part", "name", "digits"), [
-    ("moment of inertia I_A", "12.75", "identified", "i_a", 2),
-    ("inertia I_rob", "6.147", "plan", "i_rob", 3),
-    ("m_re by eq. (3)", "47.92", "plan", "effective_mass_planar", 1),
-    ("largest opening angle", "26.3", "door", "peak_deg", 2)])
-def test_the_table_has_the_papers_figure_beside_the_measured_one(
-        demo: Any, summary: dict[str, Any], row: str, paper: str, part: str, name: str,
-        digits: int) -> None:
-    (line,) = (line for line in demo.text.splitlines() if row in line)
-    words = line.split(row)[1].split()
-    found = summary[part][name]
-    found = found["value"] if part == "identified" else found
-    assert words[0] == paper
-    assert f"{found:.{digits}f}" in words[1:]
+        assert film.n_frames > 50
+        first = np.asarray(film.convert("L"), dtype=float)
+        film.seek(film.n_frames - 1)
+        assert np.abs(np.asarray(film.convert("L"), dtype=float) - first).max() > 50.0

@@ -9,14 +9,6 @@ from typing import Any
 import pytest
 
 
-def at_the_pushes(start: Callable[..., Any], out: Path) -> Any:
-    """Starts a demonstration and waits until it pushes the door: then every node runs."""
-    started = start("run", "door_impact_evaluation", "demo", "--out", str(out))
-    started.wait_for_text("push 1 of 5")
-    assert len(started.family()) >= 10  # the demonstration, the launcher, every node
-    return started
-
-
 @pytest.mark.nightly("starts every node three times")
 @pytest.mark.parametrize(("how", "earlier"), [
     ("Ctrl-C", {"summary.json": "{}", "report.html": "earlier"}), ("Ctrl-C twice", {}),
@@ -28,7 +20,9 @@ def test_an_interrupted_demo_leaves_no_process_and_no_result_of_its_own(
     out.mkdir()
     for name, content in earlier.items():
         (out / name).write_text(content)
-    started = at_the_pushes(start, out)
+    started = start("run", "door_impact_evaluation", "demo", "--out", str(out))
+    started.wait_for_text("push 1 of 5")
+    assert len(started.family()) >= 10  # the demonstration, the launcher, every node
     # The group, as a terminal does and `timeout`: ROS 2's `ros2 run` passes nothing on.
     started.signal_group(signal.SIGTERM if how == "SIGTERM" else signal.SIGINT)
     if how == "Ctrl-C twice":

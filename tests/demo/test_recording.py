@@ -18,42 +18,29 @@ from rosbags.typesys import Stores, get_typestore
 from running_graph import seconds
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-TYPES = {
-    "/door_encoder/counts": "door_impact_msgs/msg/EncoderSamples",
-    "/door_encoder/samples": "door_impact_msgs/msg/EncoderSamples",
-    "/door_angle": "sensor_msgs/msg/JointState",
-    "/closer_parameters": "door_impact_msgs/msg/CloserParameters",
-    "/joint_states": "sensor_msgs/msg/JointState",
-    "/imu": "sensor_msgs/msg/Imu",
-    "/left_foot/wrench": "geometry_msgs/msg/WrenchStamped",
-    "/right_foot/wrench": "geometry_msgs/msg/WrenchStamped",
-    "/left_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
-    "/right_wrist/wrench": "geometry_msgs/msg/WrenchStamped",
-    "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
-    "/zmp": "geometry_msgs/msg/PointStamped",
-    "/com": "geometry_msgs/msg/PointStamped",
-    "/support_polygon": "geometry_msgs/msg/PolygonStamped",
-    "/balance_markers": "visualization_msgs/msg/MarkerArray",
-    "/footsteps": "door_impact_msgs/msg/Footsteps",
-    "/footstep_markers": "visualization_msgs/msg/MarkerArray",
-    "/door_impact_plan": "door_impact_msgs/msg/ImpactPlan",
-    "/tf": "tf2_msgs/msg/TFMessage",
-    "/tf_static": "tf2_msgs/msg/TFMessage",
-    "/robot_description": "std_msgs/msg/String",
-    "/door_description": "std_msgs/msg/String",
-    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
-    "/clock": "rosgraph_msgs/msg/Clock",
-}
+TYPES = {f"{package}/msg/{name}": topics.split() for package, name, topics in (
+    ("door_impact_msgs", "EncoderSamples", "/door_encoder/counts /door_encoder/samples"),
+    ("door_impact_msgs", "CloserParameters", "/closer_parameters"),
+    ("door_impact_msgs", "ImpactPlan", "/door_impact_plan"),
+    ("door_impact_msgs", "Footsteps", "/footsteps"),
+    ("sensor_msgs", "JointState", "/door_angle /joint_states"), ("sensor_msgs", "Imu", "/imu"),
+    ("geometry_msgs", "WrenchStamped", "/left_foot/wrench /right_foot/wrench /left_wrist/wrench "
+     "/right_wrist/wrench"),
+    ("geometry_msgs", "PointStamped", "/zmp /com"),
+    ("geometry_msgs", "PolygonStamped", "/support_polygon"),
+    ("trajectory_msgs", "JointTrajectory", "/joint_trajectory"),
+    ("visualization_msgs", "MarkerArray", "/balance_markers /footstep_markers"),
+    ("tf2_msgs", "TFMessage", "/tf /tf_static"),
+    ("std_msgs", "String", "/robot_description /door_description"),
+    ("diagnostic_msgs", "DiagnosticArray", "/diagnostics"), ("rosgraph_msgs", "Clock", "/clock"))}
 RATES = {"/joint_states": 200.0, "/imu": 200.0, "/left_foot/wrench": 200.0, "/clock": 50.0,
          "/right_foot/wrench": 200.0, "/left_wrist/wrench": 200.0, "/right_wrist/wrench": 200.0,
          "/zmp": 200.0, "/door_angle": 100.0, "/com": 50.0, "/support_polygon": 50.0,
          "/door_encoder/counts": 50.0}
-RVIZ_TYPES = {
-    "rviz_default_plugins/MarkerArray": "visualization_msgs/msg/MarkerArray",
-    "rviz_default_plugins/RobotModel": "std_msgs/msg/String",
-    "rviz_default_plugins/Polygon": "geometry_msgs/msg/PolygonStamped",
-    "rviz_default_plugins/PointStamped": "geometry_msgs/msg/PointStamped",
-}
+RVIZ_TYPES = {"MarkerArray": "visualization_msgs/msg/MarkerArray",
+              "RobotModel": "std_msgs/msg/String",
+              "Polygon": "geometry_msgs/msg/PolygonStamped",
+              "PointStamped": "geometry_msgs/msg/PointStamped"}
 FOXGLOVE_3D_TYPES = {"geometry_msgs/msg/PolygonStamped", "visualization_msgs/msg/MarkerArray"}
 SHARE = Path(get_package_share_directory("door_impact_bringup"))
 
@@ -85,29 +72,21 @@ def recording(demo: Any) -> Recording:
     return Recording(types, {t: np.array(v) * 1e-9 for t, v in times.items()}, messages)
 
 
-def test_nothing_unfinished_is_left_beside_it(demo: Any) -> None:
-    assert [path.name for path in demo.out.glob("*.mcap*")] == ["run.mcap"]
-
-
-@pytest.mark.parametrize("topic", sorted(TYPES))
-def test_every_topic_of_the_graph_is_recorded(recording: Recording, topic: str) -> None:
+@pytest.mark.parametrize("kind", TYPES)
+def test_every_topic_of_the_graph_is_recorded(recording: Recording, kind: str) -> None:
     """With its type and at least one message that decodes."""
-    assert recording.types[topic] == TYPES[topic]
-    assert recording.messages[topic]
+    for topic in TYPES[kind]:
+        assert recording.types[topic] == kind
+        assert recording.messages[topic]
 
 
 @pytest.mark.parametrize("topic", sorted(RATES))
 def test_no_sample_is_lost(recording: Recording, topic: str) -> None:
-    """Between its first and its last sample a topic has as many as its rate says, within 2 %."""
+    """Stamps grow; between the first and the last there are as many as the rate says, to 2 %."""
     times = recording.times["/clock"] if topic == "/clock" else recording.stamps(topic)
     assert len(times) == pytest.approx((times[-1] - times[0]) * RATES[topic], rel=0.02)
     assert times[-1] - times[0] > 20.0
-
-
-@pytest.mark.parametrize("topic", sorted(set(RATES) - {"/clock"}))
-def test_stamps_only_grow(recording: Recording, topic: str) -> None:
-    """As a topic's messages were published, so they stand in the file."""
-    assert (np.diff(recording.stamps(topic)) > 0.0).all()
+    assert topic == "/clock" or (np.diff(times) > 0.0).all()
 
 
 def test_receive_times_are_the_graphs(recording: Recording) -> None:
@@ -123,12 +102,6 @@ def test_zmp_at_rest_is_under_the_com(recording: Recording) -> None:
     zmp, com = recording.messages["/zmp"][50].point, recording.messages["/com"][12].point
     assert np.hypot(zmp.x - com.x, zmp.y - com.y) < 0.005
     assert 0.6 < com.z < 1.0
-
-
-def test_the_plan_in_the_file_is_the_one_that_was_run(recording: Recording, demo: Any) -> None:
-    """A message of ours, with nested trajectories, comes back with its numbers."""
-    summary = json.loads((demo.out / "summary.json").read_text())
-    assert recording.messages["/door_impact_plan"][-1].omega_door == summary["plan"]["omega_door"]
 
 
 def test_transforms_make_one_tree(recording: Recording) -> None:
@@ -147,30 +120,6 @@ def test_transforms_make_one_tree(recording: Recording) -> None:
                 (frame,) = parents[frame]
 
 
-def test_the_leaf_reaches_the_doors_peak(recording: Recording, demo: Any) -> None:
-    """The leaf's transform turns to -z by the largest opening angle of the whole run."""
-    turns = [2.0 * np.arctan2(-t.transform.rotation.z, t.transform.rotation.w)
-             for m in recording.messages["/tf"] for t in m.transforms
-             if t.child_frame_id == "door_leaf"]
-    angles = [m.position[0] for m in recording.messages["/door_angle"]]
-    assert max(turns) == pytest.approx(max(angles), abs=1e-6)
-
-
-def test_the_report_names_the_recording(demo: Any) -> None:
-    assert 'href="run.mcap"' in (demo.out / "report.html").read_text(encoding="utf-8")
-
-
-# -- what the viewers ask for ---------------------------------------------------------------------
-
-
-def displays() -> list[dict[str, Any]]:
-    """RViz's displays that take a topic."""
-    tree = yaml.safe_load((SHARE / "rviz" / "door_impact.rviz").read_text())
-    manager = tree["Visualization Manager"]
-    assert manager["Global Options"]["Fixed Frame"] == "odom"
-    return [d for d in manager["Displays"] if "Topic" in d or "Description Topic" in d]
-
-
 def layout() -> dict[str, Any]:
     """Foxglove's panels by their ids."""
     return json.loads((SHARE / "foxglove" / "door_impact.json").read_text())
@@ -178,10 +127,13 @@ def layout() -> dict[str, Any]:
 
 def test_rviz_shows_topics_of_the_right_type(recording: Recording) -> None:
     """Robot, door, footsteps, support polygon, ZMP and CoM, on topics that the displays take."""
+    tree = yaml.safe_load((SHARE / "rviz" / "door_impact.rviz").read_text())
     shown = {}
-    for display in displays():
-        topic = display.get("Topic") or display["Description Topic"]
-        shown[topic["Value"]] = RVIZ_TYPES[display["Class"]]
+    for display in tree["Visualization Manager"]["Displays"]:
+        topic = display.get("Topic") or display.get("Description Topic")
+        if topic is None:
+            continue
+        shown[topic["Value"]] = RVIZ_TYPES[display["Class"].partition("/")[2]]
         latched = topic["Durability Policy"] == "Transient Local"
         assert latched == topic["Value"].endswith(("_description", "/footstep_markers"))
     assert set(shown) == {"/robot_description", "/door_description", "/footstep_markers",
@@ -202,29 +154,12 @@ def test_foxgloves_scene_shows_topics_of_the_right_type(recording: Recording) ->
 
 def test_foxgloves_plots_find_their_numbers(recording: Recording) -> None:
     """Each path of a plot leads to a number in a message of its topic."""
-    plots = [c for name, c in layout()["configById"].items() if name.startswith("Plot!")]
-    paths = [path["value"] for plot in plots for path in plot["paths"]]
+    paths = [path["value"] for name, panel in layout()["configById"].items()
+             if name.startswith("Plot!") for path in panel["paths"]]
     assert {"/zmp.point.y", "/door_angle.position[0]"} <= set(paths)
     for path in paths:
-        topic, *fields = path.split(".")
-        value = recording.messages[topic][0]
-        for field in fields:
-            name, _, index = field.partition("[")
-            value = getattr(value, name)
-            value = value[int(index.rstrip("]"))] if index else value
-        assert np.isfinite(value)
-
-
-def test_foxgloves_layout_places_every_panel(recording: Recording) -> None:
-    """The tree of splits holds each configured panel once, diagnostics among them."""
-    def leaves(node: Any) -> list[str]:
-        return [node] if isinstance(node, str) else [
-            *leaves(node["first"]), *leaves(node["second"])]
-
-    tree = layout()
-    assert sorted(leaves(tree["layout"])) == sorted(tree["configById"])
-    topic = tree["configById"]["DiagnosticSummary!all"]["topicToRender"]
-    assert recording.types[topic] == "diagnostic_msgs/msg/DiagnosticArray"
+        topic, _, fields = path.partition(".")
+        assert np.isfinite(eval(f"message.{fields}", {"message": recording.messages[topic][0]}))
 
 
 def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_path: Path) -> None:

@@ -3,13 +3,13 @@
 import argparse
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 from tqdm import tqdm
 
 from faults.plan import NAMED, draw
 from faults.rig import Rig
-from faults.verdict import wrong
 
 
 def main() -> int:
@@ -22,14 +22,14 @@ def main() -> int:
     options = parser.parse_args()
     faults = (draw(options.seed, options.n) if options.named is None
               else [NAMED[options.named]])
-    unsafe, outcomes = 0, {}
+    unsafe, outcomes = 0, Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         rig = Rig(Path(folder))
         for fault in tqdm(faults, unit="draw"):
             verdict = rig.verdict(fault)
-            why = wrong(fault, verdict)
+            why = verdict.wrong
             unsafe += bool(why)
-            outcomes[verdict.outcome] = outcomes.get(verdict.outcome, 0) + 1
+            outcomes[verdict.outcome] += 1
             tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
     print(f"{len(faults) - unsafe} of {len(faults)} draws are safe;",
           ", ".join(f"{number} {name}" for name, number in sorted(outcomes.items())))

@@ -1,11 +1,10 @@
-"""Draws of faults: what is disturbed, when, for how long and how."""
+"""Draws of faults: what is disturbed, when, for how long and how; and what makes a run unsafe."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.driver.intake import CURRENT
-from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
-from impact_planner.execution.inputs import DOOR
+from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
 
 EXECUTOR, DRIVER, COMMANDS, ENCODER = "executor", "driver", "commands", "door_encoder"
 DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]
@@ -23,6 +22,7 @@ SHORTEST, LONGEST = 0.05, 5.0  # duration of a fault [s]
 BEFORE, AFTER = 7.0, 3.0  # time before and after the planned contact at which a fault begins [s]
 NEAR = 0.5  # share of the faults that begin within a second of the contact
 ONCE = 0.5  # share of the faults of messages that affect a single message
+GENTLE = 200.0  # largest mean force of hand and leaf after the hit, over 20 ms [N]
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,45 @@ class Fault:
         long = f"for {self.length:.2f} s" if self.length else "once"
         by = f" by {self.size:.2f} s" if self.kind in ("delayed", "clock step") else ""
         return f"{self.part} {self.kind}{by} {long}, {self.begin:+.2f} s from the contact"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the simulation's truth says of a run with a fault."""
+
+    fault: Fault
+    fell: str  # why the robot counts as fallen; empty if it stands
+    hand: float  # largest mean force of robot and leaf after the hit, over 20 ms [N]
+    peak: float  # largest angle of the door [rad]
+    outcome: str  # how the execution ended
+    reason: str  # its explanation
+    touched: bool  # whether the robot touched the door
+    warned: bool  # whether the plan warned that the robot falls if it misses the door
+    noticed: dict[str, str]  # by the checks of the messages
+    refused: list[str]  # by the driver
+
+    def __str__(self) -> str:
+        """The verdict in one line."""
+        parts = [str(self.fault), self.outcome, f"hand {self.hand:.0f} N",
+                 f"door {57.29578 * self.peak:.1f} deg", self.fell, self.reason]
+        parts += [f"{what}: {value}" for what, value in self.noticed.items()]
+        return "; ".join(part for part in (*parts, *self.refused) if part)
+
+    @property
+    def wrong(self) -> str:
+        """What is wrong; empty if the robot stands, the hand is gentle and all is said.
+
+        It may fall where it missed the door and the plan had warned of that.
+        """
+        if self.fell and (self.touched or not self.warned):
+            return f"the robot fell: {self.fell}"
+        if self.hand > GENTLE:
+            return f"the hand meets the leaf with {self.hand:.0f} N"
+        if not (self.outcome == "SUCCESS" or self.fault.kind == "killed" or self.reason):
+            return "the execution does not say what went wrong"
+        if self.fault.noticeable and not (self.noticed or self.reason):
+            return "the fault is named nowhere"
+        return ""
 
 
 NAMED = (

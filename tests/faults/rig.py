@@ -5,29 +5,28 @@ between them, messages that are underway, is here, so that every fault happens a
 machine. The simulation is copied (fork) at the begin of each fault.
 """
 
-import json
-import os
-import traceback
-from collections import Counter
+import multiprocessing
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.inputs import Inputs
 from door_impact_common.driver.intake import Arrival
-from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
+from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.world import World
-from humanoid_motion.driver_interface import Command, TickSample
+from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.inputs import DOOR, Inputs
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.types import ExecutablePlan, Outcome
 from impact_planner.plan import plan_impact
@@ -35,8 +34,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 
-from faults.plan import COMMANDS, DRIVER, ENCODER, EXECUTOR, Fault
-from faults.verdict import Verdict
+from faults.plan import COMMANDS, DRIVER, ENCODER, EXECUTOR, TOPICS, Fault, Verdict
 
 TARGET = np.radians(25.0)
 QUEUE = 50  # messages of a topic that wait for the executor
@@ -47,7 +45,7 @@ MEAN = 0.02  # time over which the hand's force is averaged [s]
 HIT = 0.1  # time after the first contact that belongs to the hit itself [s]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Message:
     """A message that is underway; its stamp, and when it was published and arrives [s]."""
 
@@ -82,22 +80,28 @@ class Rig:
             ExecutablePlan.of(self.plan, phases), PointB(robot),
             joint_names=config.joint_names)
         self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, WATCH)
-        self.inputs = Inputs(robot.speed_limit, self.watch)
+        self.inputs = Inputs(robot.joint_ranges, self.watch)
         self.encoder = DoorEncoder(self.world.settings.encoder_bits)
         self.commands.append((0.0, self.execution.start(self.world.step().time)))
-        self.inputs.execution = self.execution
+        self.inputs.motion = self.execution
         self.contact = self.execution.planned_contact
         self.watched = self.world.time
+        self.handlers: dict[str, Callable[..., list[Command]]] = {
+            JOINTS: self.inputs.on_joints, IMU: self.on_imu, DOOR: self.inputs.on_door,
+            **{topic: partial(self.inputs.on_wrench, side) for side, topic in WRENCHES.items()}}
+
+    @property
+    def since(self) -> float:
+        """Time since the begin of the fault [s]; negative before it."""
+        return self.world.time - self.contact - self.fault.begin if self.fault else -1.0
 
     # -- faults ---------------------------------------------------------------------------------
 
     def disturbs(self, part: str, kind: str = "") -> bool:
         """Whether the fault disturbs a part now, in the manner of `kind` if it is given."""
         fault = self.fault
-        if fault is None or fault.part != part or kind not in ("", fault.kind):
-            return False
-        since = self.world.time - self.contact - fault.begin
-        return since >= 0.0 and (since < fault.length or fault.kind == "killed")
+        return (fault is not None and fault.part == part and kind in ("", fault.kind)
+                and self.since >= 0.0 and (self.since < fault.length or fault.kind == "killed"))
 
     def changed(self, message: Message) -> Iterator[Message]:
         """The messages that arrive in place of a message."""
@@ -105,12 +109,8 @@ class Rig:
         if fault is not None and message.topic == DOOR and self.disturbs(ENCODER):
             if fault.kind == "stopped":
                 yield replace(message, due=self.contact + fault.begin + fault.length)
-            return
-        if fault is None or fault.part != message.topic:
-            yield message
-            return
-        since = self.world.time - self.contact - fault.begin
-        if not (0.0 <= since < fault.length or (fault.length == 0.0 and self.once(since))):
+        elif fault is None or not (self.disturbs(message.topic) or (
+                fault.part == message.topic and fault.length == 0.0 and self.once())):
             yield message
         elif fault.kind == "delayed":
             yield replace(message, due=message.due + fault.size)
@@ -127,9 +127,9 @@ class Rig:
         elif fault.kind == "clock step":
             yield replace(message, stamp=message.stamp + fault.size)
 
-    def once(self, since: float) -> bool:
-        """Whether this is the first message after the begin of a fault of a single message."""
-        first = since >= 0.0 and not self.happened
+    def once(self) -> bool:
+        """Whether this is the first call after the begin of the fault."""
+        first = self.since >= 0.0 and not self.happened
         self.happened |= first
         return first
 
@@ -149,28 +149,20 @@ class Rig:
 
     def messages(self, sample: TickSample) -> Iterator[Message]:
         """What robot and encoder publish after a tick."""
-        now = sample.time
-
-        def message(topic: str, stamp: float, *values: Any) -> Message:
-            return Message(topic, stamp, now, now, values)
-
-        yield message(
-            IMU, now, 0.0, sample.imu.angular_velocity, sample.imu.specific_force)
-        yield message(JOINTS, now, sample.position, sample.velocity)
-        yield message(WRENCHES["left"], now, -float(sample.left_wrench[1]))
-        yield message(WRENCHES["right"], now, -float(sample.right_wrench[1]))
+        now, imu = sample.time, sample.imu
+        yield Message(IMU, now, now, now, (0.0, imu.angular_velocity, imu.specific_force))
+        yield Message(JOINTS, now, now, now, (sample.position, sample.velocity))
+        yield Message(WRENCHES["left"], now, now, now, (sample.left_wrench,))
+        yield Message(WRENCHES["right"], now, now, now, (sample.right_wrench,))
         for point in self.encoder.take(sample):
-            yield message(DOOR, 1e-9 * point.stamp_ns, point.theta, point.omega)
+            yield Message(DOOR, 1e-9 * point.stamp_ns, now, now, (point.theta, point.omega))
 
     def shorten(self) -> None:
         """Drop the oldest messages of a topic beyond the depth of its queue."""
-        newer: Counter[str] = Counter()
-        kept = []
-        for message in reversed(self.waiting):
-            newer[message.topic] += 1
-            if newer[message.topic] <= QUEUE:
-                kept.append(message)
-        self.waiting = kept[::-1]
+        for topic in TOPICS:
+            own = [message for message in self.waiting if message.topic == topic]
+            for message in own[:-QUEUE]:
+                self.waiting.remove(message)
 
     def handle(self, now: float) -> None:
         """The executor's turn: every message that has arrived, then the watch, then stops."""
@@ -178,23 +170,19 @@ class Rig:
         self.waiting = [message for message in self.waiting if message.due > now]
         for message in arrived:
             arrival = Arrival(message.stamp, now, now - message.sent)
-            self.send(now, self.handler(message.topic)(arrival, *message.values))
+            self.send(now, self.handlers[message.topic](arrival, *message.values))
         if now >= self.watched + WATCH:
             self.watched = now
             silent = self.watch.tick()
             if silent is not None:
                 self.send(now, self.inputs.on_silence(*silent, self.watch.limit))
-        if self.fault is not None and self.fault.kind == "asked to stop" and self.once(
-                now - self.contact - self.fault.begin):
+        if self.fault is not None and self.fault.kind == "asked to stop" and self.once():
             self.execution.stop()
 
-    def handler(self, topic: str) -> Callable[..., list[Command]]:
-        """What handles the messages of a topic."""
-        if topic in WRENCHES.values():
-            side = next(side for side, name in WRENCHES.items() if name == topic)
-            return lambda *given: self.inputs.on_wrench(side, *given)
-        return {JOINTS: self.inputs.on_joints, IMU: self.inputs.on_imu,
-                DOOR: self.inputs.on_door}[topic]
+    def on_imu(self, arrival: Arrival, tilt: float, rate: Array, force: Array) -> list[Command]:
+        """Handle a reading of the IMU."""
+        turn = np.array([0.0, 0.0, 0.0, 1.0])
+        return self.inputs.on_imu(arrival, tilt, ImuSample(turn, rate, force))
 
     def send(self, now: float, commands: list[Command]) -> None:
         """Put commands on their way to the driver."""
@@ -227,21 +215,16 @@ class Rig:
         while self.world.time < self.contact + end and not self.world.fell:
             self.tick()
 
-    def finish(self) -> Verdict:
-        """Run to the end, and judge."""
-        end = LONGEST
-        while self.world.time < self.contact + end and not self.world.fell:
+    def finish(self, fault: Fault) -> Verdict:
+        """Run to the end with a fault, and return what the simulation's truth says."""
+        self.fault = fault
+        while self.execution.outcome is Outcome.RUNNING or self.world.time <= self.moves_until:
+            if self.world.fell or self.world.time >= self.contact + LONGEST:
+                break
             self.tick()
-            over = self.execution.outcome is not Outcome.RUNNING
-            if over and self.world.time > self.moves_until:
-                end = min(end, self.world.time - self.contact + AFTERWARDS)
-        return self.judged()
-
-    def judged(self) -> Verdict:
-        """What the simulation's truth says."""
-        path = self.world.save_log(self.folder / f"{os.getpid()}.npz")
+        self.run_until(min(self.world.time - self.contact + AFTERWARDS, LONGEST))
+        path = self.world.save_log(self.folder / "run.npz")
         log = simulation_log.load(path, 0.0)
-        path.unlink()
         force, time = log.motion.contact_force, log.motion.t
         touches = np.flatnonzero(force > evaluation.CONTACT_FORCE)
         hand = 0.0
@@ -250,30 +233,21 @@ class Rig:
             means = np.convolve(force, np.ones(width) / width, "same")
             hand = float(np.max(means[time > time[touches[0]] + HIT], initial=0.0))
         return Verdict(
-            fault=str(self.fault), fell=log.fell, hand=hand,
-            peak=float(log.motion.door_angle.max()), outcome=self.execution.outcome.name,
-            reason=self.execution.reason, refused=self.refused, touched=bool(len(touches)),
-            warned=not self.plan.stands_if_missed,
-            noticed=self.inputs.intake.noticed())
+            fault=fault, fell=log.fell, hand=hand, peak=float(log.motion.door_angle.max()),
+            outcome=self.execution.outcome.name, reason=self.execution.reason,
+            touched=bool(len(touches)), warned=not self.plan.stands_if_missed,
+            noticed=self.inputs.intake.noticed(), refused=self.refused)
 
     def verdict(self, fault: Fault) -> Verdict:
         """The verdict of a run with a fault, in a copy of this process."""
         self.run_until(fault.begin - 0.01)
-        reader, writer = os.pipe()
-        child = os.fork()
-        if child == 0:
-            status = 1
-            try:
-                self.fault = fault
-                os.write(writer, json.dumps(asdict(self.finish())).encode())
-                status = 0
-            except BaseException:
-                traceback.print_exc()
-            finally:
-                os._exit(status)
-        os.close(writer)
-        with os.fdopen(reader, "rb") as pipe:
-            said = pipe.read()
-        _, status = os.waitpid(child, 0)
-        assert status == 0, f"the run with {fault} failed"
-        return Verdict(**json.loads(said))
+        fork = multiprocessing.get_context("fork")
+        receiver, sender = fork.Pipe(duplex=False)
+        child = fork.Process(target=lambda: sender.send(self.finish(fault)))
+        child.start()
+        sender.close()
+        try:
+            found: Verdict = receiver.recv()
+        finally:
+            child.join()
+        return found

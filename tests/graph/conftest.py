@@ -8,10 +8,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 import pytest
-from geometry_msgs.msg import PointStamped
 from processes import stop_daemon
 from running_graph import Graph, launch
-from std_srvs.srv import Trigger
 
 
 @contextmanager
@@ -30,10 +28,13 @@ def own_domain() -> Iterator[None]:
 
 @pytest.fixture(scope="package")
 def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
-    """Every node, as `make up` starts them but as fast as it goes; one set for this folder."""
+    """Every node, as `make up` starts them; one set for this folder.
+
+    Not as fast as it goes: with the clock, the delays of a busy machine would grow.
+    """
     with ExitStack() as end:
         with own_domain():
-            running = end.enter_context(launch(tmp_path_factory.mktemp("graph"), "paced:=false"))
+            running = end.enter_context(launch(tmp_path_factory.mktemp("graph")))
         yield running
         with own_domain():
             stop_daemon()
@@ -43,7 +44,5 @@ def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
 def graph(nodes: Graph) -> Iterator[Graph]:
     """The nodes after a reset, so that a module finds robot and door as at the start."""
     with own_domain():
-        answer = nodes.call(Trigger, "/sim/reset")
-        assert answer.success, answer.message
-        nodes.last(PointStamped, "/zmp")
+        nodes.reset()
         yield nodes

@@ -5,7 +5,6 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,6 @@ from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from geometry_msgs.msg import PointStamped
 from rclpy.action import ActionClient
-from rosgraph_msgs.msg import Clock
-from running_graph import seconds
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 
@@ -36,13 +33,13 @@ def positions(graph: Any) -> np.ndarray:
 
 @contextmanager
 def executor(graph: Any) -> Iterator[Callable[..., list[Any]]]:
-    """Sends goals at once, and returns those that were accepted."""
+    """Sends goals at once, and returns the futures of the results of those that are accepted."""
     client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
 
     def send(*goals: dict[str, Any]) -> list[Any]:
         sent = [client.send_goal_async(ExecuteDoorImpact.Goal(**goal)) for goal in goals]
         handles = [graph.result(future, "an answer to a goal") for future in sent]
-        return [handle for handle in handles if handle.accepted]
+        return [handle.get_result_async() for handle in handles if handle.accepted]
 
     try:
         graph.spin_until(client.server_is_ready, "the action")
@@ -51,15 +48,11 @@ def executor(graph: Any) -> Iterator[Callable[..., list[Any]]]:
         client.destroy()
 
 
-def end(graph: Any, handle: Any) -> Any:
-    return graph.result(handle.get_result_async(), "the end of the goal")
-
-
 def execute(graph: Any, **goal: Any) -> Any:
-    """The result of a goal."""
+    """The end of a goal."""
     with executor(graph) as send:
-        (handle,) = send(goal)
-        return end(graph, handle)
+        (future,) = send(goal)
+        return graph.result(future, "the end of the goal")
 
 
 def push(graph: Any, impulse: float) -> float:
@@ -105,9 +98,6 @@ def plan(graph: Any, identified: Any, ros2: Callable[..., Any]) -> ImpactPlan:
     return graph.last(ImpactPlan, "/door_impact_plan", latched=True)
 
 
-# -- the door ------------------------------------------------------------------------------------
-
-
 def test_pushes_move_the_door_as_eq_1_has_it(
         peaks: dict[float, float], reference_door: Callable[..., Any]) -> None:
     """Half sines of torque on the paper door, integrated by other code: peaks within 3 %."""
@@ -123,9 +113,6 @@ def test_the_closer_is_identified_from_pushes(identified: Any, paper_door: dict[
     """Within 5 % of the door's file."""
     for name, true in {"i_a": paper_door["i_a"], **paper_door["closer"]}.items():
         assert getattr(identified, name) == pytest.approx(true, rel=0.05)
-
-
-# -- planning ------------------------------------------------------------------------------------
 
 
 def test_without_a_door_there_is_no_plan(before: tuple[Any, Any]) -> None:
@@ -151,7 +138,6 @@ def test_the_plan_reaches_the_angle(plan: ImpactPlan, reference_door: Callable[.
         1.0 / 58.0 + plan.a_r**2 / plan.i_rob, rel=1e-3)
     assert [m.phase for m in plan.zmp_margins] == [p.name for p in plan.phases]
     assert min(m.margin for m in plan.zmp_margins) > 0.0
-    assert all(len(p.trajectory.points) >= 2 for p in plan.phases)
 
 
 @pytest.mark.parametrize(("fields", "code"), [
@@ -167,9 +153,6 @@ def test_what_cannot_be_planned_is_refused_and_the_last_plan_stays(
     assert (after.plan_id, after.header.stamp) == (plan.plan_id, plan.header.stamp)
 
 
-# -- moving --------------------------------------------------------------------------------------
-
-
 def test_a_dry_run_succeeds_and_a_goal_that_makes_no_sense_is_aborted(
         graph: Any, plan: ImpactPlan) -> None:
     """Neither moves anything; an unknown plan is told by name."""
@@ -177,28 +160,18 @@ def test_a_dry_run_succeeds_and_a_goal_that_makes_no_sense_is_aborted(
     ended = execute(graph, dry_run=True)
     assert (ended.status, ended.result.success) == (SUCCEEDED, True), ended.result.message
     ended = execute(graph, plan_id="nonsense")
-    assert (ended.status, ended.result.success) == (ABORTED, False)
+    assert ended.status == ABORTED
     assert "nonsense" in ended.result.message
     heard = graph.listen(JointState, "/joint_states", lambda got: len(got) > 200)
     assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
 
 
-# -- last, because it turns back time ------------------------------------------------------------
-
-
-def test_reset_brings_time_back_to_0(graph: Any, reference_door: Callable[..., Any]) -> None:
-    """The clock starts anew, the robot stands at its first place, and the door can be pushed."""
-    def times(heard: list[Any]) -> list[float]:
-        return [seconds(m.clock) for m in heard]
-
-    heard = times(graph.listen(
-        Clock, "/clock", lambda got: any(b < a for a, b in pairwise(times(got))),
-        meanwhile=lambda: graph.call(Trigger, "/sim/reset")))
-    assert heard[0] > 1.0
-    assert next(b for a, b in pairwise(heard) if b < a) < 0.1
+def test_after_a_reset_the_robot_stands_at_its_first_place_and_the_door_swings_as_before(
+        graph: Any, peaks: dict[float, float]) -> None:
+    graph.reset()
     zmp = graph.listen(PointStamped, "/zmp", lambda got: len(got) > 100)[-1].point
     assert (zmp.x, zmp.y) == pytest.approx((0.0, 0.0), abs=0.01)
-    assert math.degrees(push(graph, 8.0)) == pytest.approx(19.26, rel=0.03)
+    assert push(graph, 8.0) == pytest.approx(peaks[8.0], rel=0.03)
 
 
 @contextmanager
@@ -218,47 +191,45 @@ def frozen(graph: Any) -> Iterator[None]:
 @pytest.mark.parametrize("how", ["/stop", "/sim/reset", "a simulation that hangs"])
 def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> None:
     """Of two goals at once one runs; after its end the executor takes a goal again."""
-    graph.call(Trigger, "/sim/reset")
+    graph.reset()
     with executor(graph) as send:
-        (handle,) = send({"plan_id": plan.plan_id}, {"plan_id": plan.plan_id})
+        (future,) = send({"plan_id": plan.plan_id}, {"plan_id": plan.plan_id})
         rest = positions(graph)
-        graph.listen(JointState, "/joint_states",
-                     lambda got: np.abs(np.array(got[-1].position) - rest).max() > 0.1)
+        graph.listen(JointState, "/joint_states", lambda got: future.done() or np.abs(
+            np.array(got[-1].position) - rest).max() > 0.1)
         if how.startswith("/"):
             assert graph.call(Trigger, how).success
-            ended = end(graph, handle).result
+            ended = graph.result(future).result
         else:  # its silence is measured by the computer's steady clock
             with frozen(graph):
-                ended = end(graph, handle).result
+                ended = graph.result(future).result
             assert "no message has arrived on /" in ended.message
-        assert ended.error_code == ExecuteDoorImpact.Result.STOPPED
-    graph.call(Trigger, "/sim/reset")
+        assert ended.error_code == ExecuteDoorImpact.Result.STOPPED, ended.message
+    graph.reset()
     assert execute(graph, dry_run=True, plan_id=plan.plan_id).result.success
 
 
 def test_a_foreign_publisher_is_named_and_what_it_says_is_dropped(
         graph: Any, plan: ImpactPlan) -> None:
     """An IMU upside down does not end a motion, nor do joints of another robot a node."""
-    graph.call(Trigger, "/sim/reset")
+    graph.reset()
     strangers = [graph.node.create_publisher(kind, topic, 10)
                  for kind, topic in ((JointState, "/joint_states"), (Imu, "/imu"))]
-    graph.spin_until(lambda: all(each.get_subscription_count() >= 2 for each in strangers),
-                     "the nodes that listen")
-    strangers[0].publish(JointState(name=["gripper"], position=[1.0]))
+    odd, told = graph.last(Imu, "/imu"), dict[str, str]()
+    odd.orientation.x, odd.orientation.w = 1.0, 0.0
+    odd.header.stamp.sec += 1000
+
+    def noticed(heard: list[Any]) -> bool:
+        strangers[0].publish(JointState(name=["gripper"], position=[1.0]))
+        strangers[1].publish(odd)
+        told.update((v.key, v.value) for s in heard[-1].status for v in s.values)
+        return told.get("publishers of /imu") == "/hrp2_sim_bridge, /tests_of_the_graph" and any(
+            "dropped on /imu" in key for key in told)
+
     with executor(graph) as send:
-        (handle,) = send({"plan_id": plan.plan_id})
-        odd, told = graph.last(Imu, "/imu"), dict[str, str]()
-        odd.orientation.x, odd.orientation.w = 1.0, 0.0
-        odd.header.stamp.sec += 1
-
-        def noticed(heard: list[Any]) -> bool:
-            told.update((v.key, v.value) for m in heard for s in m.status for v in s.values)
-            return "publishers of /imu" in told and any("dropped on /imu" in key for key in told)
-
-        graph.listen(DiagnosticArray, "/diagnostics", noticed,
-                     meanwhile=lambda: strangers[1].publish(odd))
-        assert told["publishers of /imu"] == "/hrp2_sim_bridge, /tests_of_the_graph"
+        (future,) = send({"plan_id": plan.plan_id})
+        graph.listen(DiagnosticArray, "/diagnostics", noticed)
         assert graph.call(Trigger, "/stop").success
-        assert end(graph, handle).result.error_code == ExecuteDoorImpact.Result.STOPPED
+        assert graph.result(future).result.error_code == ExecuteDoorImpact.Result.STOPPED
     for each in strangers:
         graph.node.destroy_publisher(each)

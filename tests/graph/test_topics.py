@@ -1,6 +1,5 @@
 """What the running graph shows to who looks at it: nodes, rates, the standing robot."""
 
-import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -12,6 +11,7 @@ import yaml
 from door_impact_common.constants import GRAVITY
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from hrp2_description.robot import load_robot_config
+from processes import GUARD
 from running_graph import seconds
 from sensor_msgs.msg import JointState
 
@@ -21,12 +21,11 @@ NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge", "/impact_exe
 
 @pytest.mark.usefixtures("graph")
 def test_node_list_shows_every_node(ros2: Callable[..., Any]) -> None:
-    """ROS 2's daemon needs a moment at its start."""
-    if "ROS_DISTRO" in os.environ:
-        ros2("node", "list")
-        time.sleep(3.0)
-    shown = ros2("node", "list").out.split()
-    assert [name for name in shown if name != "/tests_of_the_graph"] == NODES
+    """Once they are discovered."""
+    end, shown = time.monotonic() + GUARD, list[str]()
+    while [name for name in shown if name != "/tests_of_the_graph"] != NODES:
+        assert time.monotonic() < end, shown
+        shown = ros2("node", "list").out.split()
 
 
 @pytest.mark.usefixtures("graph")
@@ -59,22 +58,19 @@ def test_the_zmp_comes_at_200_hz_of_simulated_time(graph: Any) -> None:
 
 def test_the_soles_carry_the_weight(graph: Any) -> None:
     """m g to 0.5 %, either foot its share, both heard together: the robot sways a little."""
-    heard: dict[str, list[WrenchStamped]] = {"left": [], "right": []}
-    subscriptions = [
-        graph.node.create_subscription(WrenchStamped, f"/{side}_foot/wrench", told.append, 100)
-        for side, told in heard.items()]
-    graph.spin_until(lambda: min(map(len, heard.values())) > 200, "both wrenches")
-    for subscription in subscriptions:
-        graph.node.destroy_subscription(subscription)
-    times = [{seconds(m.header.stamp) for m in told} for told in heard.values()]
-    both = times[0] & times[1]
-    force = {}
-    for side, told in heard.items():
-        assert {m.header.frame_id for m in told} == {f"{side[0]}_sole"}
-        force[side] = float(np.mean(
-            [m.wrench.force.z for m in told if seconds(m.header.stamp) in both]))
-    assert sum(force.values()) == pytest.approx(58.0 * GRAVITY, rel=0.005)
-    assert force["left"] == pytest.approx(force["right"], rel=0.1)
+    left: dict[float, float] = {}
+    heard = graph.node.create_subscription(
+        WrenchStamped, "/left_foot/wrench",
+        lambda m: left.update({seconds(m.header.stamp): m.wrench.force.z}), 100)
+    right = graph.listen(WrenchStamped, "/right_foot/wrench", lambda got: sum(
+        seconds(m.header.stamp) in left for m in got) > 200)
+    graph.node.destroy_subscription(heard)
+    assert {m.header.frame_id for m in right} == {"r_sole"}
+    both = [(left[time], m.wrench.force.z) for m in right
+            if (time := seconds(m.header.stamp)) in left]
+    force = np.mean(both, axis=0)
+    assert force.sum() == pytest.approx(58.0 * GRAVITY, rel=0.005)
+    assert force[0] == pytest.approx(force[1], rel=0.1)
 
 
 def test_the_zmp_of_a_standing_robot_is_below_its_center_of_mass(graph: Any) -> None:

@@ -1,1 +1,1 @@
-"""`ros2 launch`: reads launch files in YAML, starts their nodes and ends all of them."""
+"""`ros2 launch`: read launch files in YAML, start their nodes and end all of them."""

@@ -1,4 +1,4 @@
-"""`ros2 launch`."""
+"""`ros2 launch`: start the nodes of a launch file in YAML, or show its arguments."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import argparse
 from pathlib import Path
 
 from ros2_commands.errors import CommandError
-from ros2_commands.launch.log import LaunchLog
 from ros2_commands.launch.reader import Argument, read_arguments, read_processes
-from ros2_commands.launch.supervisor import Supervisor
+from ros2_commands.launch.supervisor import LaunchLog, Supervisor
 from ros2_commands.packages import share
 
 
 def define(parser: argparse.ArgumentParser) -> None:
-    """Add the options."""
+    """Add the options to the command's parser."""
     parser.add_argument("-s", "--show-args", "--show-arguments", action="store_true",
                         help="show what may be given to the launch file")  # fmt: skip
     parser.add_argument("package_name", help="package, or path of a launch file")

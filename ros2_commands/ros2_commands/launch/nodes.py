@@ -1,4 +1,4 @@
-"""The processes that the entity `node` of a launch file stands for."""
+"""Make the processes that the entity `node` of a launch file stands for."""
 
 from __future__ import annotations
 

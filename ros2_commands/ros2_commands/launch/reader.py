@@ -1,4 +1,4 @@
-"""Launch files in YAML, read into a list of processes."""
+"""Read launch files in YAML into a list of processes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def read_processes(path: Path, arguments: dict[str, str]) -> list[Process]:
 
 
 def read_arguments(path: Path) -> list[Argument]:
-    """List the arguments that a launch file declares, and those of the files that it includes.
+    """Return the arguments that a launch file declares, and those of the files that it includes.
 
     Raises:
         CommandError: A file is missing or makes no sense.

@@ -1,19 +1,35 @@
-"""Substitutions in launch files: `$(var door)`, `$(find-pkg-share door_model)`, ..."""
+"""Parse and replace substitutions in launch files, as `$(find-pkg-share door_model)`.
+
+Their grammar is: `text $(name word 'words with $(name)') text`.
+"""
 
 from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 from ros2_commands.errors import CommandError
-from ros2_commands.launch.template import Call, Parts, parse
 from ros2_commands.packages import share
 
+_NAME = re.compile(r"[A-Za-z][\w-]*")
 _TRUTHS = {"true": True, "1": True, "false": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Call:
+    """One `$(name arguments)`."""
+
+    name: str
+    arguments: tuple[Parts, ...]
+
+
+Parts = tuple[Union[str, "Call"], ...]
+"""Texts and calls in their order."""
 
 
 @dataclass
@@ -24,7 +40,7 @@ class Scope:
     variables: dict[str, str] = field(default_factory=dict)
 
     def inner(self) -> Scope:
-        """Give a scope whose changes stay inside."""
+        """Return a scope whose changes stay inside."""
         return replace(self, variables=dict(self.variables))
 
 
@@ -34,16 +50,16 @@ def substitute(text: Any, scope: Scope) -> str:
     Raises:
         CommandError: An unknown substitution, or one that fails.
     """
-    return _perform(parse(str(text)), scope)
+    return _perform(_Parser(str(text)).parts(""), scope)
 
 
 def describe(text: Any) -> str:
-    """Describe a text with substitutions as `ros2 launch --show-args` does."""
-    return _described(parse(str(text)))
+    """Return a text with substitutions as `ros2 launch --show-args` shows it."""
+    return _described(_Parser(str(text)).parts(""))
 
 
 def is_true(text: str) -> bool:
-    """Tell whether a condition holds.
+    """Return whether a condition holds.
 
     Raises:
         CommandError: The text is none of true, 1, false and 0.
@@ -124,3 +140,57 @@ _SUBSTITUTIONS: dict[str, tuple[str, int, Callable[..., str]]] = {
     "not": ("NotSubstitution({})", 1, lambda _, value: _lower(not is_true(value))),
 }
 """Name: how it is described, number of arguments, what it gives."""
+
+
+class _Parser:
+    """Parses a text; a backslash takes the meaning from the character after it.
+
+    Its methods raise `CommandError` where a quote or a parenthesis is not closed, or a name is
+    missing.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text, self._at = text, 0
+
+    def _next(self) -> str:
+        return self._text[self._at : self._at + 1]
+
+    def _take(self, wanted: str) -> None:
+        if not wanted or self._next() != wanted:
+            raise CommandError(f"'{self._text}' cannot be parsed at character {self._at + 1}")
+        self._at += 1
+
+    def parts(self, ends: str) -> Parts:
+        """Parse up to one of the characters in `ends`, or up to the end."""
+        parts: list[str | Call] = []
+        text = ""
+        while (character := self._next()) and character not in ends:
+            if self._text.startswith("$(", self._at):
+                parts += [text, self._call()]
+                text = ""
+                continue
+            if character == "\\" and self._at + 1 < len(self._text):
+                self._at += 1
+            text += self._next()
+            self._at += 1
+        return tuple(part for part in (*parts, text) if part != "")
+
+    def _call(self) -> Call:
+        self._at += 2
+        name = _NAME.match(self._text, self._at)
+        self._at = name.end() if name else self._at
+        arguments = []
+        while name and self._next() == " ":
+            self._at += 1
+            arguments.append(self._argument())
+        self._take(")" if name else "")
+        return Call(name[0] if name else "", tuple(arguments))
+
+    def _argument(self) -> Parts:
+        quote = self._next()
+        if quote not in ("'", '"'):
+            return self.parts(" )")
+        self._at += 1
+        parts = self.parts(quote)
+        self._take(quote)
+        return parts

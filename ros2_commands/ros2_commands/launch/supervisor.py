@@ -1,16 +1,20 @@
-"""Starts processes, passes on what they write, and ends them all."""
+"""Start processes, pass on and log what they write, and end them all."""
 
 from __future__ import annotations
 
+import datetime
+import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import IO
 
-from ros2_commands.launch.log import LaunchLog
 from ros2_commands.launch.nodes import Process
 
 GRACE = 5.0
@@ -19,6 +23,36 @@ GRACE = 5.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 _POLL = 0.05  # [s]
 _LAST_LINES = 1.0  # longest wait for what an ended process wrote [s]
+
+
+class LaunchLog:
+    """Writes lines to the screen and to `launch.log` below ROS 2's folder of logs."""
+
+    def __init__(self) -> None:
+        """Make the folder.
+
+        Raises:
+            OSError: It cannot be made.
+        """
+        home = Path(os.environ.get("ROS_HOME") or "~/.ros")
+        base = Path(os.environ.get("ROS_LOG_DIR") or home / "log").expanduser()
+        stamp = datetime.datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
+        self.folder = base / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
+        self.folder.mkdir(parents=True)
+        self._lock = threading.Lock()
+
+    def say(self, level: str, name: str, text: str) -> None:
+        """Write a message of the launcher's own; `level` as INFO, `name` of what it is about."""
+        self.write(f"[{level}] [{name}]: {text}")
+
+    def write(self, line: str, on_screen: bool = True) -> None:
+        """Write a line, to the screen only if it is wanted there."""
+        # On a full disk or a closed screen the lines are lost, but the processes go on.
+        with self._lock, suppress(OSError):
+            with (self.folder / "launch.log").open("a", encoding="utf-8") as file:
+                file.write(f"{time.time():.7f} {line}\n")
+            if on_screen:
+                print(line, flush=True)
 
 
 class _Child:

@@ -15,7 +15,8 @@ setup(
         (f"share/{PACKAGE}/doors", sorted(glob(f"{PACKAGE}/doors/*"))),
         (f"share/{PACKAGE}/recordings", sorted(glob(f"{PACKAGE}/recordings/*"))),
     ],
-    install_requires=["door_impact_common", "mcap", "numpy", "pydantic>=2", "rosbags", "scipy"],
+    install_requires=["door_impact_common", "mcap", "numpy", "pydantic>=2", "rosbags", "scipy",
+                      "zstandard"],
     extras_require={"test": ["pytest", "hypothesis"]},
     zip_safe=False,
     maintainer="hrp2_door_impact maintainers",
@@ -24,6 +25,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "check_door = door_model.tools.check_door:main",
             "closer_identifier = door_model.ros.closer_identifier_node:main",
             "identify = door_model.tools.identify_cli:main",
         ],

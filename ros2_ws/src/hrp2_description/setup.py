@@ -22,4 +22,7 @@ setup(
     maintainer_email="maintainers@hrp2-door-impact.org",
     description="A model of HRP-2 made from published figures: URDF, frames, soles, limits.",
     license="Apache-2.0",
+    entry_points={
+        "console_scripts": ["check_robot = hrp2_description.check_robot:main"],
+    },
 )

@@ -10,7 +10,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["humanoid_motion", "matplotlib"],
+    install_requires=["humanoid_motion", "matplotlib", "pydantic>=2"],
     extras_require={"test": ["pytest", "hypothesis"]},
     zip_safe=False,
     maintainer="hrp2_door_impact maintainers",

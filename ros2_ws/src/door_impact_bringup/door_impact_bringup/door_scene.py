@@ -23,7 +23,7 @@ Triple = tuple[float, float, float]
 
 
 def frame_pose(door_distance: float, hinge_x: float) -> Pose:
-    """Returns the pose of door_frame in odom.
+    """Return the pose of door_frame in odom.
 
     Args:
         door_distance: Distance from the origin of odom to the closed leaf's face, along -y [m].
@@ -39,7 +39,7 @@ def frame_pose(door_distance: float, hinge_x: float) -> Pose:
 
 
 def leaf_pose(angle: float) -> Pose:
-    """Returns the pose of door_leaf in door_frame.
+    """Return the pose of door_leaf in door_frame.
 
     Args:
         angle: Opening angle of the door [rad].
@@ -48,7 +48,7 @@ def leaf_pose(angle: float) -> Pose:
 
 
 def door_urdf(door: DoorConfig) -> str:
-    """Makes the URDF of a door.
+    """Make the URDF of a door.
 
     The leaf has a visual and a collision shape; posts and lintel are there to be looked at only.
 
@@ -77,7 +77,7 @@ def door_urdf(door: DoorConfig) -> str:
 
 
 def _frame_boxes(door: DoorConfig) -> list[tuple[Triple, Triple]]:
-    """Lists size and centre of both posts and of the lintel, in door_frame [m]."""
+    """Return size and centre of both posts and of the lintel, in door_frame [m]."""
     leaf = door.leaf
     _, depth_center, middle = leaf.center()
     top = middle + 0.5 * leaf.height + _GAP

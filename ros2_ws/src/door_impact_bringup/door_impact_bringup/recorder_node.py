@@ -1,4 +1,4 @@
-"""Node ``recorder``: writes every topic of the graph into one MCAP file."""
+"""Node ``recorder``: write every topic of the graph into one MCAP file."""
 
 import re
 import struct

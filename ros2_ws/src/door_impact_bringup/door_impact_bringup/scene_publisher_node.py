@@ -1,4 +1,4 @@
-"""Node ``scene_publisher``: publishes the door for viewers, as URDF and transforms."""
+"""Node ``scene_publisher``: publish the door for viewers, as URDF and transforms."""
 
 import math
 import sys

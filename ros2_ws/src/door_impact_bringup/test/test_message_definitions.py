@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from ament_index_python.packages import get_package_share_directory
 from door_impact_bringup.recorder_node import definition
-from door_impact_common.errors import InputError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 
@@ -22,9 +21,3 @@ def test_a_definition_is_complete_and_that_of_the_installed_type(name: str) -> N
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(definition(name), name))
     assert {"type_name": name, "hash_string": store.hash_rihs01(name)} in hashes
-
-
-def test_an_unknown_message_is_an_error() -> None:
-    """If its file does not exist, the error names the message."""
-    with pytest.raises(InputError, match="door_impact_msgs/msg/Thing"):
-        definition("door_impact_msgs/msg/Thing")

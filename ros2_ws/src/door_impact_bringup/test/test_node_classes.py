@@ -38,21 +38,17 @@ def taken():
     rclpy.shutdown()
 
 
-def test_there_are_nodes():
-    assert len(CLASSES) >= 14
-
-
 @pytest.mark.parametrize("node_class", CLASSES)
-def test_a_node_sets_no_attribute_of_rclpy(node_class, taken):
-    """The planner's `_parameters` once replaced rclpy's, and the node ended at its start."""
+def test_a_node_hides_nothing_of_rclpy(node_class, taken):
+    """The planner's `_parameters` once replaced rclpy's, and the node ended at its start.
+
+    Public methods may be overridden if they call those of rclpy.
+    """
     assert taken.isdisjoint(
         each.attr for each in ast.walk(node_class)
         if isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store)
         and is_self(each.value))
 
-
-@pytest.mark.parametrize("node_class", CLASSES)
-def test_a_node_overrides_public_methods_only_and_calls_them(node_class, taken):
     for method in node_class.body:
         if isinstance(method, ast.FunctionDef | ast.AsyncFunctionDef) and method.name in taken:
             assert method.name == "__init__" or not method.name.startswith("_")

@@ -80,14 +80,6 @@ def test_the_leaf_turns_with_the_doors_angle(
     assert 2.0 * math.atan2(turn.z, turn.w) == pytest.approx(math.radians(-30.0))
 
 
-def test_an_unknown_place_ends_the_scene_publisher(capfd: pytest.CaptureFixture[str]) -> None:
-    """The node reports the missing parameter in one line and ends with status 1."""
-    assert scene_publisher_node.main([]) == 1
-    error = capfd.readouterr().err
-    assert "door_distance" in error
-    assert "Traceback" not in error
-
-
 def test_a_recorder_that_cannot_write_ends(
         tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """For an existing file one line names it; the status is 1."""
@@ -101,11 +93,8 @@ def test_a_recorder_that_cannot_write_ends(
 
 
 @pytest.mark.parametrize(("offers", "reliable", "latched"), [
-    ((LATCHED,), True, True),
-    ((QoSProfile(depth=10),), True, False),
-    ((LATCHED, QoSProfile(depth=10)), True, False),
-    ((BEST_EFFORT, QoSProfile(depth=10)), False, False),
-])  # fmt: skip
+    ((LATCHED,), True, True), ((LATCHED, QoSProfile(depth=10)), True, False),
+    ((BEST_EFFORT, QoSProfile(depth=10)), False, False)])
 def test_the_recorder_asks_for_what_every_publisher_offers(
         offers: tuple[QoSProfile, ...], reliable: bool, latched: bool) -> None:
     """The request is the strongest that each offer meets, with room for 5 s at 200 Hz."""
@@ -122,20 +111,18 @@ def launched(kind: str, file: str = "bringup.launch.yaml") -> list[dict[str, Any
             if kind in entity and entity[kind].get("pkg") != "rviz2"]
 
 
-@pytest.mark.parametrize(("name", "allowed"), [
-    ("engine", ENGINES), ("brace", BRACES), ("sole", SOLES)])
-def test_both_launch_files_pass_the_simulations_choices_on(
-        name: str, allowed: tuple[str, ...]) -> None:
+def test_both_launch_files_pass_the_simulations_choices_on() -> None:
     """Their choices and defaults are the bridge's; demo passes to bringup, and it to the bridge."""
-    for file in ("bringup.launch.yaml", "demo.launch.yaml"):
-        (argument,) = (each for each in launched("arg", file) if each["name"] == name)
-        assert {choice["value"] for choice in argument["choice"]} == {*allowed}
-        assert argument["default"] == getattr(WorldSettings, name)
     (bridge,) = (node for node in launched("node") if node["name"] == "hrp2_sim_bridge")
     (included,) = launched("include", "demo.launch.yaml")
-    passed = {"name": name, "value": f"$(var {name})"}
-    assert passed in bridge["param"]
-    assert passed in included["arg"]
+    for name, allowed in (("engine", ENGINES), ("brace", BRACES), ("sole", SOLES)):
+        for file in ("bringup.launch.yaml", "demo.launch.yaml"):
+            (argument,) = (each for each in launched("arg", file) if each["name"] == name)
+            assert {choice["value"] for choice in argument["choice"]} == {*allowed}
+            assert argument["default"] == getattr(WorldSettings, name)
+        passed = {"name": name, "value": f"$(var {name})"}
+        assert passed in bridge["param"]
+        assert passed in included["arg"]
 
 
 def test_every_node_is_required_but_recorder_and_view() -> None:

@@ -68,6 +68,7 @@ def descriptions(kind: Any) -> dict[str, tuple[Any, str]]:
 # Words for what a value must be, by pydantic's types of errors; braces are filled from the error.
 _WORDS = {
     "missing": "given",
+    "invalid_key": "a text as key (a decimal number has a point, not a comma)",
     "finite_number": "a finite number",
     "float_type": "a number",
     "int_type": "a whole number",

@@ -1,17 +1,19 @@
 """How every node of this project starts and ends, and what an exception in it does."""
 
 import gc
+import math
 import signal
 import sys
 import time
 import traceback
 from collections import Counter
 from collections.abc import Callable
-from functools import wraps
+from functools import partial, wraps
 from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
@@ -28,6 +30,7 @@ except ImportError:
 # and about half of the nodes miss the first announcements.
 DISCOVERY_TIME = 3.5
 _POLL = 0.05  # interval between two looks at the graph [s]
+_LOOK = 0.005  # interval between two looks at a condition [s]
 _THROTTLE = 5.0  # shortest time between two reports of callbacks that fail again [s]
 _TURN = 0.5  # longest time for which `spin` lets the executor run at once [s]
 
@@ -241,3 +244,18 @@ def run_node(
         if not ends:  # otherwise another signal may come while Python ends
             signal.signal(signal.SIGINT, previous)
     return 0
+
+
+async def until(node: Node, condition: Callable[[], bool], patience: float = math.inf) -> None:
+    """Wait in a coroutine of a node until a condition holds, by looking again and again.
+
+    Args:
+        patience: Longest time to wait, by the computer's clock [s].
+    """
+    end = time.monotonic() + patience
+    while not condition() and time.monotonic() < end:
+        later = Future()
+        timer = node.create_timer(_LOOK, partial(later.set_result, None),
+                                  clock=Clock(clock_type=ClockType.STEADY_TIME))
+        await later
+        node.destroy_timer(timer)

@@ -34,12 +34,13 @@ class _Loader(yaml.SafeLoader):
     """Reads YAML 1.2, and refuses doubled keys and numbers in other spellings."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [key.value for key, _ in node.value if key.tag != _TAG + "merge"]
-        doubled = next((key for key in keys if keys.count(key) > 1), None)
-        if doubled is not None:
-            raise yaml.constructor.ConstructorError(
-                problem=f"the key {shown(str(doubled))!r} is there twice",
-                problem_mark=node.start_mark)
+        known = []
+        for key, _ in node.value:
+            if key.value in known and key.tag != _TAG + "merge":
+                raise yaml.constructor.ConstructorError(
+                    problem=f"the key {shown(str(key.value))!r} is there twice",
+                    problem_mark=key.start_mark)
+            known.append(key.value)
         return super().construct_mapping(node, deep)
 
 

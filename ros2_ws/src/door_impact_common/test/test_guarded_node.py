@@ -69,46 +69,40 @@ def rig():
     rclpy.shutdown()
 
 
-def call(rig, kind, name):
-    """Answer of a service."""
-    _, other, until = rig
-    client = other.create_client(kind, name)
-    until(client.service_is_ready)
-    future = client.call_async(kind.Request())
-    until(future.done)
-    return future.result()
-
-
 def test_a_service_that_fails_answers_so_and_works_later(rig):
     """The answer names the kind of the exception; nothing of a half-made answer is in it."""
-    answer = call(rig, Trigger, "/act")
-    assert not answer.success
-    assert answer.message == "the service /act failed, a fault of the program: RecursionError"
-    rig[0].fails = False
-    assert call(rig, Trigger, "/act").message == "done"
-    assert dict(rig[0].failures)[answer.message] == 1
+    node, other, until = rig
+    client = other.create_client(Trigger, "/act")
+    until(client.service_is_ready)
+
+    def answer():
+        future = client.call_async(Trigger.Request())
+        until(future.done)
+        return future.result()
+
+    failed = answer()
+    assert not failed.success
+    assert failed.message == "the service /act failed, a fault of the program: RecursionError"
+    node.fails = False
+    assert answer().message == "done"
+    assert node.failures[failed.message] == 1
 
 
-def test_subscriptions_and_timers_go_on(rig):
-    """Each message and each beat is tried; the traceback is logged once for each callback."""
+def test_subscriptions_and_timers_go_on_and_the_traceback_is_logged_once_for_each(rig, capfd):
+    """Each message and each beat is tried; a callback at 200 Hz does not flood the log."""
     node, other, until = rig
     publisher = other.create_publisher(String, "/text", 10)
-    until(publisher.get_subscription_count)
-    for number in range(3):
-        publisher.publish(String(data=str(number)))
-    until(lambda: len(node.received) == 3 and node.ticks >= 3)
-    assert node.received == ["0", "1", "2"]
+
+    def received():
+        publisher.publish(String(data="a"))
+        return len(node.received) >= 3 and node.ticks >= 3
+
+    until(received)
     reason = "failed, a fault of the program: RecursionError"
-    assert node.failures[f"the subscription of /text {reason}"] == 3
+    assert node.failures[f"the subscription of /text {reason}"] == len(node.received)
     assert node.failures[f"a timer {reason}"] == node.ticks
-
-
-def test_the_traceback_is_logged_once_at_error_level(rig, capfd):
-    """Tests and people see where the fault is; a callback at 200 Hz does not flood the log."""
-    node, _, until = rig
-    until(lambda: node.ticks >= 10)
     text = "".join(capfd.readouterr())
-    assert text.count("Traceback") == 1
+    assert text.count("Traceback") == 2
     assert "[ERROR]" in text
     assert 'RecursionError("secret")' in text
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 import rclpy
-from door_impact_common.errors import DoorImpactError, SettingError
+from door_impact_common.errors import SettingError
 from door_impact_common.node import TwinError, refuse_twin, run_node
 from rclpy.node import Node
 from rclpy.signals import uninstall_signal_handlers
@@ -30,20 +30,20 @@ class Lonely(Node):
 
 
 def failing(error):
-    """A function that makes no node, but raises an error."""
+    """A function that raises an error."""
 
-    def make():
+    def make(*_):
         raise error
 
     return make
 
 
 def test_a_node_that_cannot_start_says_why_in_one_line(capfd):
-    """Errors of the project end with code 1 and no traceback."""
     error = SettingError("width", -1.0, "positive")
-    assert run_node(failing(error), args=[]) == 1
-    assert capfd.readouterr().err.splitlines()[-1] == f"make: {error}"
-    assert not rclpy.ok()
+    for make, spin, name in ((failing(error), None, "make"), (Lonely, failing(error), "tested")):
+        assert run_node(make, args=[], **({"spin": spin} if spin else {})) == 1
+        assert capfd.readouterr().err.splitlines()[-1] == f"{name}: {error}"
+        assert not rclpy.ok()
 
 
 def test_other_errors_are_faults_of_the_program_and_pass():
@@ -51,16 +51,6 @@ def test_other_errors_are_faults_of_the_program_and_pass():
     with pytest.raises(ZeroDivisionError):
         run_node(failing(ZeroDivisionError()), args=[])
     assert not rclpy.ok()
-
-
-def test_an_error_while_the_node_runs_carries_its_name(capfd):
-    """The node's own name stands before the message."""
-
-    def spin(node):
-        raise DoorImpactError("the door is gone")
-
-    assert run_node(Lonely, args=[], spin=spin) == 1
-    assert capfd.readouterr().err.splitlines()[-1] == "tested: the door is gone"
 
 
 ENDLESS = """

@@ -28,47 +28,28 @@ def reading():
     rclpy.shutdown()
 
 
-@pytest.mark.parametrize(("given", "number"), [(2, 2.0), (2.5, 2.5)])
-def test_a_number_may_come_as_an_integer(reading, given, number):
-    """Users type 2 for 2.0."""
-    assert reading(given).number("value") == number
+@pytest.mark.parametrize(("given", "read", "found"), [
+    (2, lambda p: p.number("value"), 2.0), (1, lambda p: p.switch("value"), True),
+    ("false", lambda p: p.switch("value"), False),
+    ("one", lambda p: p.choice("value", ("one", "two")), "one")])
+def test_a_value_may_come_as_people_type_it(reading, given, read, found):
+    assert read(reading(given)) == found
 
 
-@pytest.mark.parametrize("given", ["2.0", math.nan])
-def test_what_is_no_finite_number_is_refused_by_name(reading, given):
-    """Booleans, texts, lists, NaN and infinity are errors that name the parameter."""
-    with pytest.raises(SettingError, match="finite") as caught:
-        reading(given).number("value")
+@pytest.mark.parametrize(("given", "read", "limit"), [
+    ("2.0", lambda p: p.number("value"), "finite"),
+    (math.nan, lambda p: p.number("value"), "finite"),
+    (2, lambda p: p.number("value", 3.0, 4.0), "from 3 to 4"),
+    (2.5, lambda p: p.whole("value"), "whole"),
+    ("other", lambda p: p.choice("value", ("one", "two")), "one or two")])
+def test_another_value_is_refused_with_the_parameters_name_and_what_it_must_be(
+        reading, given, read, limit):
+    with pytest.raises(SettingError, match=limit) as caught:
+        read(reading(given))
     assert caught.value.setting == "value"
 
 
-def test_a_number_out_of_its_range_is_refused_with_the_range(reading):
-    """The message gives the value and the range."""
-    with pytest.raises(SettingError, match="from 3 to 4"):
-        reading(2).number("value", 3.0, 4.0)
-
-
-def test_what_is_no_whole_number_is_refused(reading):
-    """Fractions are errors."""
-    with pytest.raises(SettingError):
-        reading(2.5).whole("value")
-
-
-@pytest.mark.parametrize(("given", "on"), [(True, True), (1, True), ("false", False)])
-def test_a_switch_may_come_as_a_word_or_a_number(reading, given, on):
-    """true, 1 and their opposites are accepted in each spelling."""
-    assert reading(given).switch("value") is on
-
-
-def test_an_unknown_word_is_refused_with_those_that_are_known(reading):
-    """The message lists the words that are accepted."""
-    with pytest.raises(SettingError, match="one or two"):
-        reading("other").choice("value", ("one", "two"))
-    assert reading("one").choice("value", ("one", "two")) == "one"
-
-
 def test_a_fixed_parameter_cannot_be_set_and_a_free_one_can(reading):
-    """A read-only parameter keeps its value when the node runs."""
     for read_only in (True, False):
         parameters = reading(1.0, read_only=read_only)
         result = parameters._node.set_parameters([Parameter("value", value=2.0)])[0]

@@ -53,12 +53,6 @@ def test_numbers_that_yaml_1_1_reads_otherwise_are_refused(read, text):
         read(f"other: 1\nkey: {text}")
 
 
-def test_a_doubled_key_is_refused(read):
-    """The later one would win without a word; the message names it."""
-    with pytest.raises(InputError, match="mass"):
-        read("leaf: {mass: 20, width: 0.9, mass: 30}")
-
-
 def test_anchors_aliases_and_merges_are_read(read):
     """Doors of a series may share their closer; a merged key may be given anew."""
     found = read("base: &b {k: 1, c: &c [2]}\nmore: {<<: *b, k: 3}\nlast: *c\n")
@@ -66,8 +60,9 @@ def test_anchors_aliases_and_merges_are_read(read):
 
 
 @pytest.mark.parametrize("content", [
-    "root:x: [secret", b"\xffsecret", "!!python/object/apply:os.system [secret]", "[" * 5000])
-def test_what_is_no_yaml_is_refused(read, content):
+    "root:x: [secret", b"\xffsecret", "!!python/object/apply:os.system [secret]", "[" * 5000,
+    "leaf: {mass: 20, width: 0.9, mass: 30}"])
+def test_what_is_no_yaml_or_has_a_key_twice_is_refused(read, content):
     """Nothing else is raised, and nothing is executed."""
     with pytest.raises(InputError, match=r"file\.yaml: "):
         read(content)

@@ -44,8 +44,7 @@ def demonstrate(out, monkeypatch):
 
 
 @pytest.mark.parametrize(("error", "status", "written"), [
-    (KeyboardInterrupt(), 130, ()),
-    (DemoError("a node ended"), 1, (LOG, "simulation.npz", "zmp.png", "report.html"))])
+    (KeyboardInterrupt(), 130, ()), (DemoError("a node ended"), 1, (LOG, "report.html"))])
 def test_a_run_without_results_leaves_those_of_the_run_before(
         demonstrate, out, capsys, error, status, written):
     """Interrupted or failed: every file is as it was, and a line says where the new log is."""
@@ -56,41 +55,17 @@ def test_a_run_without_results_leaves_those_of_the_run_before(
     assert str(out / UNFINISHED) in capsys.readouterr().err
 
 
-def test_a_finished_run_replaces_all_results(demonstrate, out, capsys):
+@pytest.mark.parametrize("error", [None, DemoError("the motion failed: it fell")])
+def test_a_finished_run_replaces_all_results(demonstrate, out, error):
     """No old result is left, nor the folder of the unfinished run; files of others stay."""
-    assert demonstrate(RESULTS) == 0
+    assert demonstrate(RESULTS, error) == (error is not None)
     assert files(out) == dict.fromkeys(RESULTS, "new") | {"my_notes.txt": "old"}
     assert not (out / UNFINISHED).exists()
-    assert str(out / "report.html") in capsys.readouterr().out
-
-
-def test_a_failed_motion_has_results_too(demonstrate, out):
-    """The status is 1, and the report in the folder is that of the motion that failed."""
-    assert demonstrate(RESULTS, DemoError("the motion failed: it fell")) == 1
-    assert files(out) == dict.fromkeys(RESULTS, "new") | {"my_notes.txt": "old"}
-
-
-def test_a_demonstration_beside_another_one_touches_nothing(out, monkeypatch, capsys):
-    """It is refused before the unfinished files of the other one are removed."""
-    running = ResultFolder(out)
-    running.begin()
-    (running.unfinished / LOG).write_text("running")
-
-    def refuse():
-        raise DemoError("already running: recorder")
-
-    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", refuse)
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-    before = files(out)
-    assert demo.main(["--out", str(out)]) == 1
-    assert files(out) == before
-    assert files(running.unfinished) == {LOG: "running"}
-    assert capsys.readouterr().err == "demo: already running: recorder\n"
 
 
 def test_a_demonstration_beside_another_one_with_the_same_folder_is_refused(
         demonstrate, out, capsys):
-    """Nodes in another domain do not meet, but their results would mix."""
+    """Before the unfinished files of the other one are removed; their results would mix."""
     running = ResultFolder(out)
     running.begin()
     (running.unfinished / LOG).write_text("running")

@@ -97,18 +97,14 @@ def test_rows_of_other_versions_or_cases_do_not_count(address, tmp_path, capsys)
     """They stay in the file, and the command says how many there are."""
     row, = swept(walks(tmp_path), 1, tmp_path, address, seed=2)
     with closing(store.Runs(tmp_path)) as runs:
+        with pytest.raises(EvaluationError, match="another sweep"):
+            store.Runs(tmp_path)  # it would lose the rows of the first
         runs.put("old", [row | {"id": "old", "numpy_version": "1.0"}])
     assert len(swept(walks(tmp_path), 2, tmp_path, address)) == 2
     assert "count: 1 of other versions, 1 of other cases" in capsys.readouterr().out
     assert len(stored(tmp_path)) == 4
     with pytest.raises(EvaluationError, match="numpy_version"):
         running.run_case(row | {"numpy_version": "1.0"}, WALK.run)
-
-
-def test_a_folder_has_one_sweep_at_a_time(tmp_path):
-    """A second one would lose the rows of the first."""
-    with closing(store.Runs(tmp_path)), pytest.raises(EvaluationError, match="another sweep"):
-        store.Runs(tmp_path)
 
 
 def test_the_same_walk_is_the_same_row_on_every_worker(address, tmp_path):

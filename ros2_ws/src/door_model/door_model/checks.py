@@ -30,6 +30,24 @@ def require_not_negative(name: str, value: float) -> None:
         raise DoorParameterError(name, value, "a finite number of 0 or above")
 
 
+def require_within(
+    name: str, value: float, low: float, high: float, unit: str, *, least: bool = False
+) -> None:
+    """Raise DoorParameterError unless a value is in a range.
+
+    Args:
+        name: Name of the value for the error.
+        value: Value.
+        low: Lower end of the range, which belongs to it with `least`.
+        high: Upper end, which belongs to the range.
+        unit: Unit for the error, and in brackets one that the value may have instead.
+        least: Whether the value may be `low`.
+    """
+    if not (low <= value if least else low < value) or not value <= high:
+        raise DoorParameterError(
+            name, value, f"{'from' if least else 'above'} {low:g} up to {high:g} {unit}")
+
+
 def place(shape: tuple[int, ...], number: int) -> str:
     """Return words that name an element of an array by its flat index; empty for a scalar."""
     if not shape:

@@ -1,45 +1,40 @@
-"""Reads the robot's configuration (config/robot.yaml) together with the limits of its URDF."""
+"""Reads the robot's configuration (config/robot.yaml) together with its URDF."""
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Generic, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.documents import (
-    Count,
-    Name,
-    Number,
-    Part,
-    Positive,
-    Range,
-    Vector,
-    checked,
-)
+from door_impact_common.documents import Count, Name, Number, Part, Positive, Range, checked
 from door_impact_common.errors import InputError, SettingError
-from door_impact_common.files import read_file
 from door_impact_common.yaml_files import read_yaml
-from pydantic import field_validator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from hrp2_description.data import data_path, share_folders
+from hrp2_description.data import data_path
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot_types import (
     Arm,
     Brace,
     Drives,
     FootNames,
-    Pad,
+    Length,
+    Rect,
     RobotConfig,
     SoleRubber,
     Step,
     StepLimits,
     WristSensor,
+    in_metres,
     needed,
 )
+from hrp2_description.urdf import Urdf, doubts, find_urdf
 
 __all__ = [
     "Brace", "Drives", "RobotConfig", "SoleRubber", "StepLimits", "load_robot_config", "needed",
@@ -48,10 +43,9 @@ __all__ = [
 T = TypeVar("T")
 SIDES = ("left", "right")  # the order of the sides in every array
 LEG_JOINTS = 6  # number of joints of a leg
-# Types of joints without a limited range.
-_FIXED_TYPES = ("fixed", "floating", "planar")
-_IN_PACKAGE = "package://"
-_UNIT = 1e-6  # largest deviation of a unit vector's length
+_KNEE = 3  # index of the knee among them
+_BENT = math.radians(5.0)  # least bend of the knees in half-sitting
+_LARGEST_INERTIA = 50.0  # rotor behind its gear [kg m^2]
 _Names = tuple[Name, ...]
 
 
@@ -63,32 +57,8 @@ class _Sides(Part, Generic[T]):
         return MappingProxyType({"left": self.left, "right": self.right})
 
 
-class _Arm(Part):
-    joints: _Names
-    elbow: Name
-    straightest_elbow_deg: Number
-    wrist_link: Name
-    heights: Range
-
-
-class _Footsteps(Part):
-    ahead: Positive
-    back: Positive
-    width: Positive
-    narrowest: Positive
-    widest: Positive
-    turn_deg: Positive
-    clearance: Positive
-
-    @model_validator(mode="after")
-    def _wide_enough(self) -> _Footsteps:
-        if not self.narrowest <= self.width <= self.widest:
-            raise ValueError(f"a width from narrowest to widest, not {self.width:g}")
-        return self
-
-
 class _Row(Part):
-    gear: tuple[Positive, ...]
+    gear: tuple[Annotated[Number, Field(ge=1.0)], ...]
     rotor_inertia: tuple[Positive, ...]
     size: tuple[int, ...]
     position_gain: tuple[Positive, ...]
@@ -107,29 +77,19 @@ class _GearSize(Part):
         return self
 
 
-class _Pad(Part):
-    link: Name
-    xyz: Vector
-    radius: Positive
+def _degrees(table: dict[Name, Any]) -> dict[Name, Any]:
+    angles = np.abs(np.hstack([*table.values(), 0.0]))
+    if angles.max() > 360.0:
+        raise ValueError("angles up to 360 deg")
+    if 0.0 < angles.max() <= math.pi:
+        raise ValueError("degrees, and one of them above 3.2 (radians?)")
+    return table
 
 
-class _Disc(_Pad):
-    normal: Vector
-
-    @field_validator("normal")
-    @classmethod
-    def _unit(cls, normal: Vector) -> Vector:
-        if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
-            raise ValueError("a vector of length 1")
-        return normal
-
-
-class _Brace(Part):
-    arm: _Pad
-    trunk: _Disc
-    stiffness: Positive
-    damping: Positive
-    friction: Positive
+def _rectangle(sole: Rect) -> Rect:
+    if not (sole[0] < sole[1] and sole[2] < sole[3]):
+        raise ValueError("x_min, x_max, y_min, y_max, the lower one first")
+    return in_metres(sole)
 
 
 class _File(Part):
@@ -139,31 +99,35 @@ class _File(Part):
     urdf: Name
     joint_names: _Names
     other_joints: Literal["fixed"] | None = None
-    legs: _Sides[_Names]
-    arm: _Arm
+    legs: Annotated[_Sides[_Names], AfterValidator(_Sides.mapping)]
+    arm: Arm
     step: Step
-    footsteps: _Footsteps | None = None
+    footsteps: StepLimits | None = None
     chest_yaw: Name | None = None
-    run_up_start: Range
-    half_sitting_deg: dict[Name, tuple[Number, ...]]
+    run_up_start: Annotated[Range, AfterValidator(in_metres)]
+    half_sitting_deg: Annotated[dict[Name, tuple[Number, ...]], AfterValidator(_degrees)]
     drives: dict[Name, _Row] | None = None
     gear_sizes: dict[int, _GearSize] | None = None
     gear_damping_time: Positive | None = None
     motor_encoder_counts: Count | None = None
-    sole: tuple[Number, Number, Number, Number]
+    sole: Annotated[tuple[Number, Number, Number, Number], AfterValidator(_rectangle)]
     sole_rubber: SoleRubber | None = None
-    feet: _Sides[FootNames]
-    wrist_sensors: _Sides[WristSensor] | None = None
+    feet: Annotated[_Sides[FootNames], AfterValidator(_Sides.mapping)]
+    wrist_sensors: Annotated[_Sides[WristSensor], AfterValidator(_Sides.mapping)] | None = None
     imu_frame: Name | None = None
     contact_link: Name
-    contact_radius: Positive
+    contact_radius: Length
     hand_link: Name
-    hand_radius: Positive | None = None
-    clearance: Positive = RobotConfig.clearance
+    hand_radius: Length | None = None
+    clearance: Length = RobotConfig.clearance
     disabled_collisions: tuple[tuple[Name, Name], ...] = ()
-    braced_posture_deg: dict[Name, Number]
-    brace: _Brace | None = None
+    braced_posture_deg: Annotated[dict[Name, Number], AfterValidator(_degrees)]
+    brace: Brace | None = None
     braced_joints: _Names
+
+
+# Fields that a file and a configuration have in the same form.
+_SAME = {field.name for field in fields(RobotConfig)} & {*_File.model_fields} - {"drives"}
 
 
 def load_robot_config(path: str | Path | None = None) -> RobotConfig:
@@ -185,8 +149,7 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     file = data_path("config/robot.yaml") if path is None else Path(path)
     try:
         found = checked(_File, read_yaml(file))
-        urdf_path = _find_urdf(found.urdf, file)
-        return _build(found, urdf_path, ET.fromstring(read_file(urdf_path)))
+        return _build(found, Urdf(find_urdf(found.urdf, file)))
     except SettingError as error:
         raise RobotConfigError(
             f"{file}: {error.setting}", value=error.value, limit=error.limit) from error
@@ -198,15 +161,13 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
         ) from error
 
 
-def _build(file: _File, urdf_path: Path, urdf: ET.Element) -> RobotConfig:
+def _build(file: _File, urdf: Urdf) -> RobotConfig:
     names = file.joint_names
-    limits = _read_limits(urdf, names, file.other_joints)
+    limits = urdf.limits(names, file.other_joints)
+    same = {name: getattr(file, name) for name in _SAME}
     x_min, x_max, y_min, y_max = file.sole
-    arm = file.arm
     config = RobotConfig(
-        name=file.name,
-        mass=sum(float(element.attrib["value"]) for element in urdf.iter("mass")),
-        joint_names=names,
+        mass=urdf.mass(names),
         half_sitting=_frozen(
             np.deg2rad(_per_joint(file.half_sitting_deg, names, "half_sitting_deg"))
         ),
@@ -214,52 +175,20 @@ def _build(file: _File, urdf_path: Path, urdf: ET.Element) -> RobotConfig:
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
         effort_limit=_frozen(limits[:, 3]),
-        legs=file.legs.mapping(),
-        arm=Arm(arm.joints, arm.elbow, float(np.deg2rad(arm.straightest_elbow_deg)),
-                arm.wrist_link, arm.heights),
-        step=file.step,
-        run_up_start=file.run_up_start,
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        feet=file.feet.mapping(),
-        contact_link=file.contact_link,
-        contact_radius=file.contact_radius,
-        hand_link=file.hand_link,
         braced_posture=MappingProxyType(
-            {name: float(np.deg2rad(deg)) for name, deg in file.braced_posture_deg.items()}),
-        braced_joints=file.braced_joints,
-        urdf_path=urdf_path,
-        hand_radius=file.hand_radius,
-        clearance=file.clearance,
-        disabled_collisions=file.disabled_collisions,
+            {name: math.radians(deg) for name, deg in file.braced_posture_deg.items()}),
+        urdf_path=urdf.path,
         drives=_drives(file, names),
-        motor_encoder_counts=file.motor_encoder_counts,
-        brace=_brace(file.brace),
-        sole_rubber=file.sole_rubber,
-        imu_frame=file.imu_frame,
-        wrist_sensors=file.wrist_sensors.mapping() if file.wrist_sensors else None,
-        footsteps=_footsteps(file.footsteps),
-        chest_yaw=file.chest_yaw,
+        doubts=doubts(urdf, names, limits, same["legs"]),
+        **same,
     )
     _check_names(config, urdf)
     _check_chains(config)
     _check_postures(config)
     return config
-
-
-def _footsteps(given: _Footsteps | None) -> StepLimits | None:
-    if given is None:
-        return None
-    values = given.model_dump()
-    return StepLimits(turn=float(np.deg2rad(values.pop("turn_deg"))), **values)
-
-
-def _brace(given: _Brace | None) -> Brace | None:
-    if given is None:
-        return None
-    arm, trunk = (Pad(pad.link, pad.xyz, pad.radius) for pad in (given.arm, given.trunk))
-    return Brace(arm, trunk, given.trunk.normal, given.stiffness, given.damping, given.friction)
 
 
 def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:
@@ -275,6 +204,11 @@ def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:
                 f"size of the gear of {name}", value=int(size), limit=f"one of {sorted(sizes)}")
     gears = {key: np.array([getattr(sizes[int(size)], key) for size in columns["size"]])
              for key in _GearSize.model_fields}
+    inertia = columns["gear"] ** 2 * columns["rotor_inertia"]
+    if inertia.max() > _LARGEST_INERTIA:
+        raise RobotConfigError(
+            f"rotor_inertia times gear^2 of {names[int(inertia.argmax())]} [kg m^2]",
+            value=float(inertia.max()), limit=f"{_LARGEST_INERTIA:g} at most (kg cm^2?)")
     return Drives(
         gear_ratio=_frozen(columns["gear"]),
         rotor_inertia=_frozen(columns["rotor_inertia"]),
@@ -285,9 +219,7 @@ def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:
     )
 
 
-def _check_names(config: RobotConfig, robot: ET.Element) -> None:
-    links = {element.attrib["name"] for element in robot.findall("link")}
-    joints = {element.attrib["name"] for element in robot.findall("joint")}
+def _check_names(config: RobotConfig, urdf: Urdf) -> None:
     named_links = [config.contact_link, config.hand_link, config.arm.wrist_link, config.imu_frame]
     named_links += [link for pair in config.disabled_collisions for link in pair]
     if config.brace is not None:
@@ -300,8 +232,9 @@ def _check_names(config: RobotConfig, robot: ET.Element) -> None:
     for sensor in (config.wrist_sensors or {}).values():
         named_links.append(sensor.link)
         named_joints.append(sensor.joint)
-    for what, named, known in (("links", named_links, links), ("joints", named_joints, joints)):
-        unknown = sorted({name for name in named if name is not None} - known)
+    for what, named, known in (
+            ("links", named_links, urdf.links), ("joints", named_joints, urdf.joints)):
+        unknown = sorted({name for name in named if name is not None} - {*known})
         if unknown:
             raise RobotConfigError(
                 f"{what} that the URDF does not have", value=unknown, limit=f"{what} of the URDF"
@@ -330,6 +263,12 @@ def _check_postures(config: RobotConfig) -> None:
         "half_sitting": config.half_sitting,
         "braced": config.posture(config.braced_posture),
     }
+    for leg in config.legs.values():
+        knee = float(config.half_sitting[config.index(leg[_KNEE])])
+        if abs(knee) < _BENT:
+            raise RobotConfigError(
+                f"half_sitting_deg of the knee {leg[_KNEE]}", value=round(math.degrees(knee), 3),
+                limit=f"bent by {math.degrees(_BENT):.0f} deg or more (radians?)")
     for name, posture in postures.items():
         outside = (posture < config.lower) | (posture > config.upper)
         if outside.any():
@@ -341,43 +280,10 @@ def _check_postures(config: RobotConfig) -> None:
             )
 
 
-def _read_limits(robot: ET.Element, names: tuple[str, ...], others: str | None) -> Array:
-    """Return lower limit, upper limit, largest speed and largest torque of the joints, (J, 4)."""
-    joints = {
-        joint.attrib["name"]: joint
-        for joint in robot.findall("joint")
-        if joint.attrib["type"] not in _FIXED_TYPES
-    }
-    different = set(names) - set(joints) if others else set(names) ^ set(joints)
-    if different or len(set(names)) != len(names):
-        raise RobotConfigError(
-            "joint_names and the URDF's joints differ",
-            value=sorted(different),
-            limit="joints of the URDF, each of them once" if others else "the same set",
-        )
-    rows = []
-    for name in names:
-        kind = joints[name].attrib["type"]
-        if kind != "revolute" or joints[name].find("mimic") is not None:
-            raise RobotConfigError(
-                f"joint {name} has a type that cannot be used", value=kind,
-                limit="revolute, without mimic",
-            )
-        limit = joints[name].find("limit")
-        found = {} if limit is None else limit.attrib
-        try:
-            rows.append([float(found[key]) for key in ("lower", "upper", "velocity", "effort")])
-        except KeyError as missing:
-            raise RobotConfigError(
-                f"the URDF lacks a limit of {name}", value=dict(found), limit=missing.args[0]
-            ) from None
-    return np.array(rows)
-
-
-def _by_joint(
-    table: Mapping[str, Sequence[T]], names: tuple[str, ...], what: str
-) -> dict[str, T]:
-    """Return the values of a table by joint.
+def _per_joint(
+    table: Mapping[str, Sequence[float]], names: tuple[str, ...], what: str
+) -> Array:
+    """Return the values of a table, (J,).
 
     Args:
         table: Values for the joints whose names have a common beginning, for example
@@ -386,9 +292,10 @@ def _by_joint(
         what: Name of the table for error messages.
 
     Raises:
-        RobotConfigError: A beginning matches no joint, or the number of values differs.
+        RobotConfigError: A beginning matches no joint, the number of values differs, or a joint
+            has no value.
     """
-    values: dict[str, T] = {}
+    values: dict[str, float] = {}
     for beginning, row in table.items():
         joints = [name for name in names if name.startswith(beginning)]
         if not joints or len(row) != len(joints):
@@ -398,33 +305,12 @@ def _by_joint(
                 limit=f"{len(joints)} values",
             )
         values |= zip(joints, row, strict=True)
-    return values
-
-
-def _per_joint(
-    table: Mapping[str, Sequence[float]], names: tuple[str, ...], what: str
-) -> Array:
-    values = _by_joint(table, names, what)
     missing = [name for name in names if name not in values]
     if missing:
         raise RobotConfigError(
             f"{what} is missing for some joints", value=missing, limit="a value for each joint"
         )
     return np.array([float(values[name]) for name in names])
-
-
-def _find_urdf(name: str, config_file: Path) -> Path:
-    if name.startswith(_IN_PACKAGE):
-        package, _, place = name.removeprefix(_IN_PACKAGE).partition("/")
-        tried = [folder / place for folder in share_folders(package)]
-    else:
-        tried = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
-    for path in tried:
-        if path.is_file():
-            return path
-    raise RobotConfigError(
-        "there is no URDF", value=name,
-        limit=f"a file in the folder of {config_file}, or package:// and an installed package")
 
 
 def _frozen(values: Array) -> Array:

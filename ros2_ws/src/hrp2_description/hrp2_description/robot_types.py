@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.documents import STRICT, Name, Positive
-from pydantic import model_validator
+from door_impact_common.documents import STRICT, Name, Number, Positive, Range, Vector
+from pydantic import AfterValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic.dataclasses import dataclass as described
 
 from hrp2_description.errors import RobotConfigError
 
 Rect = tuple[float, float, float, float]
 T = TypeVar("T")
+NAMED = ConfigDict(**STRICT, populate_by_name=True)
+LARGEST = 3.0  # largest length in a description of a humanoid [m]
+_UNIT = 1e-6  # largest deviation of a unit vector's length
+
+
+def in_metres(value: T) -> T:
+    """Return a length or several; the error of a larger one than a humanoid has asks for mm."""
+    if np.max(np.abs(np.asarray(value))) > LARGEST:
+        raise ValueError(f"at most {LARGEST:g} m (mm?)")
+    return value
+
+
+def in_degrees(value: float) -> float:
+    """Return an angle; the error of one that is too small for degrees asks for radians."""
+    if abs(value) <= math.pi / 2.0:
+        raise ValueError("above 1.6 deg (radians?)")
+    return value
+
+
+Length = Annotated[Positive, AfterValidator(in_metres)]
 
 
 @described(frozen=True, config=STRICT)
@@ -48,24 +69,29 @@ class WristSensor:
     joint: Name
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class Arm:
     """The right arm, whose hand meets the leaf.
 
     Attributes:
         joints: Joints that place the hand, beginning at the shoulder.
         elbow: Joint that bends the elbow, which is among `joints`.
-        straightest_elbow: Angle of the elbow beyond which the arm counts as stretched [rad]; it has
-            the sign of a bent elbow.
+        straightest_elbow_deg: Angle of the elbow beyond which the arm counts as stretched [deg];
+            it has the sign of a bent elbow.
         wrist_link: Link that keeps the same distance from the leaf as the elbow.
         heights: Lowest and highest position of the hand on the leaf above the floor [m].
     """
 
-    joints: tuple[str, ...]
-    elbow: str
-    straightest_elbow: float
-    wrist_link: str
-    heights: tuple[float, float]
+    joints: tuple[Name, ...]
+    elbow: Name
+    straightest_elbow_deg: Annotated[Number, AfterValidator(in_degrees)]
+    wrist_link: Name
+    heights: Annotated[Range, AfterValidator(in_metres)]
+
+    @property
+    def straightest_elbow(self) -> float:
+        """The angle of `straightest_elbow_deg` [rad]."""
+        return math.radians(self.straightest_elbow_deg)
 
 
 @described(frozen=True, config=STRICT)
@@ -79,10 +105,10 @@ class Step:
         lift: Height of the foot in the middle of the step [m].
     """
 
-    shortest: Positive
-    nominal: Positive
-    longest: Positive
-    lift: Positive
+    shortest: Length
+    nominal: Length
+    longest: Length
+    lift: Length
 
     @model_validator(mode="after")
     def _in_order(self) -> Step:
@@ -151,45 +177,64 @@ class Drives:
             speed_gain=servo * self.speed_gain)
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=NAMED)
 class Pad:
     """Place of a pad on a link.
 
     Attributes:
         link: Name of the link.
-        place: Middle of the pad in the link's frame, (3,) [m].
-        size: Radius of the pad [m].
+        place: Middle of the pad in the link's frame, (3,) [m]; ``xyz`` in the file.
+        size: Radius of the pad [m]; ``radius`` in the file.
     """
 
-    link: str
-    place: tuple[float, float, float]
-    size: float
+    link: Name
+    place: Annotated[Vector, AfterValidator(in_metres), Field(validation_alias="xyz")]
+    size: Annotated[Length, Field(validation_alias="radius")]
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=NAMED)
+class Disc(Pad):
+    """A pad that is a disc; its place is the middle of the outer face.
+
+    Attributes:
+        normal: Outward unit normal of the face in the link's frame, (3,).
+    """
+
+    normal: Vector
+
+    @field_validator("normal")
+    @classmethod
+    def _unit(cls, normal: Vector) -> Vector:
+        if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
+            raise ValueError("a vector of length 1")
+        return normal
+
+
+@described(frozen=True, config=STRICT)
 class Brace:
     """The contact through which the hitting arm leans on the trunk in the hit.
 
-    The pad on the arm is a ball. The pad on the trunk is a disc whose outward normal is `normal`.
-
     Attributes:
-        arm: Pad on the arm.
-        trunk: Pad on the trunk; its place is the middle of the disc's outer face.
-        normal: Unit normal of the disc in the frame of the trunk's link, (3,).
+        arm: Pad on the arm, a ball.
+        trunk: Pad on the trunk.
         stiffness: Stiffness of the two pads together [N/m].
         damping: Damping of the two pads together [N s/m].
         friction: Coefficient of friction between the pads.
     """
 
     arm: Pad
-    trunk: Pad
-    normal: tuple[float, float, float]
-    stiffness: float
-    damping: float
-    friction: float
+    trunk: Disc
+    stiffness: Positive
+    damping: Positive
+    friction: Positive
+
+    @property
+    def normal(self) -> Vector:
+        """Outward unit normal of the trunk's pad in the frame of the trunk's link, (3,)."""
+        return self.trunk.normal
 
 
-@dataclass(frozen=True)
+@described(frozen=True, config=STRICT)
 class StepLimits:
     """How far one foot may be placed from the other, in the axes of the foot that stands.
 
@@ -201,17 +246,28 @@ class StepLimits:
         width: Distance of the feet beside each other when the robot stands [m].
         narrowest: Smallest distance of the feet along the standing foot's y axis [m].
         widest: Largest distance of the feet along the standing foot's y axis [m].
-        turn: Largest angle between the feet [rad].
+        turn_deg: Largest angle between the feet [deg].
         clearance: Smallest distance between the rectangles of the soles [m].
     """
 
-    ahead: float
-    back: float
-    width: float
-    narrowest: float
-    widest: float
-    turn: float
-    clearance: float
+    ahead: Length
+    back: Length
+    width: Length
+    narrowest: Length
+    widest: Length
+    turn_deg: Annotated[Positive, AfterValidator(in_degrees)]
+    clearance: Length
+
+    @model_validator(mode="after")
+    def _wide_enough(self) -> StepLimits:
+        if not self.narrowest <= self.width <= self.widest:
+            raise ValueError(f"a width from narrowest to widest, not {self.width:g}")
+        return self
+
+    @property
+    def turn(self) -> float:
+        """The angle of `turn_deg` [rad]."""
+        return math.radians(self.turn_deg)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +310,7 @@ class RobotConfig:
         wrist_sensors: Force sensors of the ``left`` and the ``right`` wrist.
         footsteps: Limits of the footsteps of a walk.
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
+        doubts: Sentences about what is possible and improbable in the URDF.
     """
 
     name: str
@@ -287,6 +344,7 @@ class RobotConfig:
     wrist_sensors: Mapping[str, WristSensor] | None = None
     footsteps: StepLimits | None = None
     chest_yaw: str | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def armature(self) -> Array:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.documents import checked
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from hrp2_description.robot import RobotConfig, needed
@@ -112,7 +113,7 @@ class World(Driver):
         self.robot_config = robot
         self.door_config = door
         name = engine if isinstance(engine, str) else engine.name
-        self.settings = WorldSettings(engine=name, **settings)
+        self.settings = checked(WorldSettings, {"engine": name, **settings})
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
         require_place(door_distance, hinge_x)
         self.contact = design_leaf(door, hinge_x, self.settings)

@@ -9,7 +9,7 @@ from humanoid_motion.driver_interface import TrajectoryArrays
 
 def test_after_a_reset_the_same_orders_give_the_same_run_bit_for_bit(
         make_world, sway, moving) -> None:
-    """With a sway, a refused order, pushes and a stop."""
+    """A run with a sway, a refused order, pushes and a stop repeats exactly after a reset."""
     world = make_world(door_distance=0.5, sole="rigid")
     logs = []
     for _ in range(2):
@@ -35,7 +35,7 @@ def test_after_a_reset_the_same_orders_give_the_same_run_bit_for_bit(
 
 
 def test_a_log_keeps_the_last_seconds_that_it_was_asked_for(make_world) -> None:
-    """Of 20 ticks the last four, one row for each millisecond of them."""
+    """A log of 20 ms keeps the last four of 20 ticks, with one row for each millisecond."""
     world = make_world(sole="rigid", log_seconds=0.02)
     for _ in range(20):
         world.step()
@@ -45,7 +45,7 @@ def test_a_log_keeps_the_last_seconds_that_it_was_asked_for(make_world) -> None:
 
 
 def test_a_log_that_was_not_asked_for_cannot_be_read(make_world, tmp_path) -> None:
-    """It would be empty; the error says what to do, and no file is written."""
+    """A world without a log refuses to save one, and writes no file."""
     world = make_world(log=False, sole="rigid")
     world.step()
     with pytest.raises(SettingError, match="log"):

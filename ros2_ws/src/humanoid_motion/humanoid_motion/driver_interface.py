@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from door_impact_common.arrays import Array
+from door_impact_common.driver.samples import ImuSample
 
 from humanoid_motion.knots import Knots
 
@@ -33,22 +34,6 @@ class TrajectoryArrays:
     def is_stop(self) -> bool:
         """True for a trajectory without points, which means stop."""
         return len(self.times) == 0
-
-
-@dataclass(frozen=True)
-class ImuSample:
-    """Reading of an IMU.
-
-    Attributes:
-        orientation: Quaternion x, y, z, w of the IMU's frame in the world, (4,).
-        angular_velocity: Angular velocity in the IMU's frame, (3,) [rad/s].
-        specific_force: Acceleration minus gravity in the IMU's frame, (3,) [m/s^2]; at rest it
-            points upward with the length g.
-    """
-
-    orientation: Array
-    angular_velocity: Array
-    specific_force: Array
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from door_impact_common.errors import DoorImpactError
 
 
@@ -24,15 +26,6 @@ class JointLimit(HumanoidMotionError):
 
     reason = "joint_limit"
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        joint: str = "",
-        phase: str = "",
-        quantity: str = "",
-        value: object = None,
-        limit: object = None,
-    ) -> None:
-        super().__init__(message, quantity=quantity, value=value, limit=limit, phase=phase)
+    def __init__(self, message: str, *, joint: str = "", **attributes: Any) -> None:
+        super().__init__(message, **attributes)
         self.joint = joint

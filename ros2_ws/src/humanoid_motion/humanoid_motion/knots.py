@@ -125,8 +125,7 @@ def from_samples(
     return Knots(time[index], position[index], velocity[index], acceleration[index]), index
 
 
-def from_motion(motion: Motion, tolerance: float = TOLERANCE) -> tuple[Knots, NDArray[np.int_]]:
+def from_motion(motion: Motion) -> Knots:
     """Reduce a motion of the joints to knots, as `from_samples` does."""
     return from_samples(
-        motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration, tolerance
-    )
+        motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)[0]

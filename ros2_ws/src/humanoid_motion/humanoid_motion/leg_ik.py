@@ -77,7 +77,7 @@ def leg_geometry(model: Any, side: str, joints: Sequence[str]) -> LegGeometry:
 
 
 def _leg_offset(model: Any, place: int, name: str, before: str) -> Array:
-    """Position of a leg's joint in the joint before it, (3,) [m], checked against `_LEG_KIND`."""
+    """Read a leg joint's place in the joint before it, (3,) [m], and check it by `_LEG_KIND`."""
     what, axis, free = _LEG_KIND[place]
 
     def require(fits: bool, quantity: str, value: object, limit: str) -> None:

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from door_impact_common.driver.intake import Plausible
+from door_impact_common.driver.ranges import joint_ranges
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
@@ -175,6 +177,11 @@ class RobotModel:
         pose = pin.updateFramePlacement(self.model, self.data, self._frame_id(name))
         return np.array(pose.translation), np.array(pose.rotation)
 
+    @cached_property
+    def joint_ranges(self) -> Plausible:
+        """What a driver can measure of the joints: positions, then speeds."""
+        return joint_ranges(self.joint_names, self.lower, self.upper, self.speed_limit)
+
     def poses_in_base(self, joints: ArrayLike, names: Sequence[str]) -> list[Array]:
         """Compute the poses (4, 4) of frames in base_link for joints (J,) [rad]."""
         pin.forwardKinematics(
@@ -211,17 +218,12 @@ class RobotModel:
         """Compute the Jacobian of `contact_position`, axes of odom, (3, nv)."""
         return self.frame_jacobian(q, self.config.contact_link)[:3]
 
-    def contact_turn_jacobian(self, q: Array) -> Array:
-        """Compute the angular Jacobian of the body that hits, axes of odom, (3, nv)."""
-        return self.frame_jacobian(q, self.config.contact_link)[3:]
-
     def effective_mass(
         self,
         q: Array,
         *,
         locked: Sequence[str],
         feet: Sequence[str] = SIDES,
-        direction: ArrayLike = TOWARDS_DOOR,
         rotors: float = 0.0,
     ) -> float:
         """Compute the effective mass of point B in a hit during which joints yield [kg].
@@ -234,14 +236,12 @@ class RobotModel:
             q: Configuration at the hit.
             locked: Names of the joints that do not yield.
             feet: Sides whose foot stays on the floor, ``left`` or ``right``; may be empty.
-            direction: Direction of the hit in odom, (3,).
             rotors: Multiple of the rotors' inertia, gear^2 J, that is added to each joint.
         """
         m = self.mass_matrix(q)
         m[self.v_index, self.v_index] += rotors * self.config.armature
         free = np.setdiff1d(np.arange(self.model.nv), self.v_index[self.indices(locked)])
-        n = np.asarray(direction, dtype=float)
-        jb = ((n / np.linalg.norm(n)) @ self.contact_jacobian(q))[free]
+        jb = (np.array(TOWARDS_DOOR) @ self.contact_jacobian(q))[free]
         minv = np.linalg.inv(m[np.ix_(free, free)])
         change = minv @ jb
         if feet:
@@ -267,20 +267,15 @@ class RobotModel:
             found.append((np.array(place), np.array(jacobian)))
         return found
 
+    @cached_property
     def hand_radius(self) -> float:
-        """Return the radius of the hand [m].
-
-        It is the configured one, or else that of the hand's collision sphere in the URDF.
+        """Radius of the hand [m]: the configured one, or that of its collision sphere in the URDF.
 
         Raises:
             RobotConfigError: Neither the configuration nor the URDF gives a radius.
         """
         if self.config.hand_radius is not None:
             return self.config.hand_radius
-        return self._hand_sphere_radius
-
-    @cached_property
-    def _hand_sphere_radius(self) -> float:
         link = self.config.hand_link
         for item in collision_shapes(self.model, self.config)[0].geometryObjects:
             is_hands = self.model.frames[item.parentFrame].name == link

@@ -24,6 +24,7 @@ from humanoid_motion.robot_model import RobotModel
 # move less than the waist.
 _WAIST_PER_COM = 1.17
 _SLOPES = (0.5, 3.0)  # range of this ratio in later steps
+_RELIABLE = 1e-7  # shortest displacement of the CoM that gives the ratio [m]
 _TOLERANCE = 1e-8  # largest error of the CoM [m]; larger ones would show in accelerations
 _MAX_ITERATIONS = 25
 _ROUNDING = 1e-9  # by how much a planned motion may exceed a limit [rad, share of the limit]
@@ -88,20 +89,24 @@ def solve(
         if np.nanmax(np.abs(error), initial=0.0) < tolerance:
             return joints, base
         if before is not None and waist_per_com is None:
-            # Secant, where the step was long enough for a reliable slope.
-            gained = before - error
-            clear = np.abs(gained) > 1e-7
-            slope[clear] = (step[clear] / gained[clear]).clip(*_SLOPES)
+            _correct(slope, before - error, step)
         before, step = error, slope * error
         base[:, :2] += step
-    worst = float(np.nanmax(np.abs(error)))
-    raise PostureUnreachable(
+    raise _unplaced(float(np.nanmax(np.abs(error))), tolerance)
+
+
+def _correct(slope: Array, gained: Array, step: Array) -> None:
+    """Set the slopes by the secant method where a step was long enough for a reliable one."""
+    clear = np.abs(gained) > _RELIABLE
+    slope[clear] = (step[clear] / gained[clear]).clip(*_SLOPES)
+
+
+def _unplaced(worst: float, tolerance: float) -> PostureUnreachable:
+    """Make the error of a search that ends with a CoM that is `worst` [m] off its place."""
+    return PostureUnreachable(
         f"no position of the waist puts the CoM where it should be: an error of {worst:.2e} m "
         f"remains, {tolerance:.0e} m are allowed",
-        quantity="CoM error [m]",
-        value=worst,
-        limit=tolerance,
-    )
+        quantity="CoM error [m]", value=worst, limit=tolerance)
 
 
 class _LegTurns:
@@ -122,6 +127,7 @@ def _place_legs(
     robot: RobotModel, joints: Array, base: Array, feet: dict[str, Array], strict: bool,
     turns: _LegTurns | None,
 ) -> None:
+    """Set the legs' joints such that the soles are at their places under the base."""
     for side in SIDES:
         place, rotation = np.asarray(feet[side], dtype=float), None
         if turns is None:
@@ -134,6 +140,7 @@ def _place_legs(
 
 
 def _com_xy(robot: RobotModel, q: Array) -> Array:
+    """Compute x and y of the CoM in odom for configurations (N, nq), (N, 2) [m]."""
     com = np.empty((len(q), 2))
     for i, row in enumerate(q):
         com[i] = pin.centerOfMass(robot.model, robot.data, row, False)[:2]
@@ -178,23 +185,20 @@ def require_joint_limits(
 
 
 def require_torque_limits(
-    robot: RobotModel, torque: Array, phase: str, held: ArrayLike = (), share: float = 1.0
+    robot: RobotModel, torque: Array, phase: str, share: float = 1.0
 ) -> None:
     """Check joint torques against the joints' limits in the URDF.
 
     Args:
         torque: Torques, (N, J) [N m].
         phase: Name of the motion's phase, for the message.
-        held: Columns of joints that are not checked.
         share: Share of the torque limits that may be used.
 
     Raises:
         JointLimit: A torque is too large; the error names joint, value and limit.
     """
-    checked = np.array(torque)
-    checked[:, np.asarray(held, dtype=int)] = 0.0
     _require_share(
-        robot, checked, robot.effort_limit, share, phase, "torque [N m]", "need {:.0f} N m")
+        robot, torque, robot.effort_limit, share, phase, "torque [N m]", "need {:.0f} N m")
 
 
 def _require_share(

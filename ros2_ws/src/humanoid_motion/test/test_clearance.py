@@ -152,27 +152,6 @@ def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, da
     assert found.bodies[0] not in touch
 
 
-@given(seed=st.integers(0, 2**32 - 1), angle=st.floats(-0.3, 1.5))
-def test_no_distance_changes_faster_than_its_bound(robot, geometry, seed, angle):
-    """Bodies move by at most their levers times the joints' travel, so samples can be skipped."""
-    random = np.random.default_rng(seed)
-    # Columns: joints, base's x, y and z, the leaf's angle, the base's heading.
-    step = random.uniform(-0.05, 0.05, 35) * (random.random(35) < random.random())
-    start = np.concatenate([random.uniform(robot.lower, robot.upper), np.zeros(3), [angle, 0.0]])
-    course = np.array([start, start + step])
-    motion = moving(course[:, :30], course[:, 30:33])
-    leaf = wall(motion, random.uniform(-0.8, 0.8, 2), course[:, 33])
-    against_leaf, box = geometry._leaf_pairs(leaf, ())
-    q = robot.configurations(motion.base, motion.joints, course[:, 34])
-    for pairs, travel in ((geometry._pairs, np.abs(step[:30])), (against_leaf, np.abs(step))):
-        at = geometry._distances(pairs, q)
-        distance = []
-        for sample in (0, 1):
-            box.placement = leaf.pose(sample)
-            distance.append(at(sample, np.arange(len(pairs.names))))
-        assert np.all(np.abs(distance[1] - distance[0]) <= pairs.slopes @ travel + 1e-5)
-
-
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), calm=st.floats(0.0, 1.0))
 def test_the_search_misses_nothing_that_the_bound_allows(seed, count, calm):
     """Distances that change exactly as fast as their bound, with single samples that jump."""

@@ -59,12 +59,6 @@ def test_a_jump_between_samples_makes_a_knot_there():
     assert np.max(np.abs(knots.at(time)[0] - late)) <= TOLERANCE
 
 
-def test_times_outside_are_held_at_the_ends():
-    """Before the first and after the last knot the position stays."""
-    knots, _ = from_samples(*sines([0.5]))
-    np.testing.assert_array_equal(knots.at([-1.0, 99.0])[0], knots.at([0.0, 1.5])[0])
-
-
 def test_cut_and_without_first_keep_the_motion():
     """Cut, shortened, slowed and joined knots describe the same motion where they overlap."""
     knots = Knots(np.array([0.0, 1.0, 2.0]), np.array([[0.0], [0.5], [1.0]]),

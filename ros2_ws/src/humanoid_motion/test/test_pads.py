@@ -41,16 +41,6 @@ def test_the_jacobian_is_the_velocity_of_the_touching_material(robot, braced):
         np.testing.assert_allclose(slope, found.jacobian[:, column], atol=1e-5)
 
 
-def test_the_base_does_not_move_the_pads_to_each_other(robot, braced):
-    """Wherever the robot stands, offset and Jacobian are the same."""
-    brace = robot.config.brace
-    here = pad_contact(robot, braced, brace)
-    there = pad_contact(
-        robot, robot.configuration(np.array([3.0, 1.0, 0.7]), braced_upper_body(robot)), brace)
-    np.testing.assert_allclose(here.offset, there.offset, atol=1e-12)
-    np.testing.assert_allclose(here.jacobian[:, :6], 0.0, atol=1e-12)
-
-
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(
     lambda each: np.linalg.norm(each) > 0.1))
 def test_normal_and_tangents_are_a_rotation(direction):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.errors import HumanoidMotionError
 
@@ -52,16 +54,8 @@ PLANNING_ERRORS = (PlannerError, HumanoidMotionError)
 class GoalRefused(DoorImpactError):
     """A goal cannot be executed; `reason` is the action's error code in small letters."""
 
-    def __init__(
-        self,
-        reason: str,
-        message: str,
-        *,
-        quantity: str = "",
-        value: object = None,
-        limit: object = None,
-    ) -> None:
-        super().__init__(message, quantity=quantity, value=value, limit=limit, reason=reason)
+    def __init__(self, reason: str, message: str, **attributes: Any) -> None:
+        super().__init__(message, reason=reason, **attributes)
 
 
 class ImplausibleHit(DoorImpactError):

@@ -11,124 +11,75 @@ from door_model.motion.dynamics import initial_velocity
 
 from impact_planner.hit.joint_load import JointLoad
 from impact_planner.hit.learning import ObservedHit, require_on_time
-from impact_planner.motion.hit_design import HitDesign
 from impact_planner.motion.missed import STANDS
 from impact_planner.motion.phase_plan import Branches, PhasePlan
+from impact_planner.motion.run_up import HitDesign
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import ResolvedRequest
 from impact_planner.task.settings import PlannerSettings
 
 
-def _figure(path: str, meaning: str) -> Any:
-    return property(attrgetter(path), doc=meaning)
+def _figure(path: str) -> Any:
+    return property(attrgetter(path))
 
 
 class _Figures:
-    """Figures of a plan, read from the part that decides them; letters are the paper's."""
+    """Figures of a plan, read from the part that decides them; letters are the paper's.
+
+    What each of them means is said where its path leads, and in ImpactPlan.msg.
+    """
 
     # The request and the door.
-    door: str = _figure("known.name", "Name of the door.")
-    run_up: str = _figure("request.run_up", "Time law of the run-up, ``mcv50`` or ``zmp_limited``.")
-    ending: str = _figure("request.ending", "Last phase of the motion, ``hold`` or ``retreat``.")
-    desired_opening_angle: float = _figure(
-        "request.angle", "Opening angle that the door is to reach [rad].")
-    initial_angle: float = _figure(
-        "request.initial_angle", "Opening angle of the door at the hit [rad].")
-    restitution: float = _figure(
-        "request.restitution",
-        "Coefficient of restitution of the leaf's surface that the plan uses.")
-    apparent_restitution: float = _figure(
-        "hit.transfer.restitution",
-        "Coefficient of restitution e of eqs. (2) to (4), with the give of the robot.")
+    door: str = _figure("known.name")
+    run_up: str = _figure("request.run_up")
+    ending: str = _figure("request.ending")
+    desired_opening_angle: float = _figure("request.angle")  # [rad]
+    initial_angle: float = _figure("request.initial_angle")  # [rad]
+    restitution: float = _figure("request.restitution")
+    apparent_restitution: float = _figure("hit.transfer.restitution")
     # Sections II.C.2 and II.C.3.
-    omega_door: float = _figure(
-        "hit.prediction.omega", "Angular velocity w' of the door after the hit [rad/s].")
-    v_rb: float = _figure(
-        "hit.transfer.speeds.v_rb",
-        "Speed v_rB of point B before the hit, eq. (4) corrected [m/s].")
-    v_rb_post: float = _figure(
-        "hit.transfer.speeds.v_rb_post",
-        "Speed v'_rB of point B after the hit, positive towards the door [m/s].")
-    v_com: float = _figure("hit.run_up.law.speed", "Speed of the CoM before the hit [m/s].")
-    effective_mass: float = _figure(
-        "hit.transfer.mass", "Effective mass m_re at B that the plan uses [kg].")
-    effective_mass_planar: float = _figure(
-        "hit.transfer.planar_mass", "Effective mass at B by eq. (3) [kg].")
-    effective_mass_model: float = _figure(
-        "hit.transfer.model_mass", "Effective mass at B by the model alone [kg].")
-    required_impulse: float = _figure(
-        "hit.transfer.speeds.impulse", "Impulse that the robot gives to the door, eq. (2) [N s].")
-    braking: float = _figure(
-        "hit.transfer.braking",
-        "Angular impulse that closer and hinge friction take from the hit [N m s].")
-    foot_impulse: float = _figure(
-        "hit.transfer.floor.impulse",
-        "Horizontal impulse of the floor on the robot in the hit [N s].")
-    foot_impulse_planar: float = _figure(
-        "hit.transfer.floor.impulse_planar",
-        "Impulse of the floor at C by planar mechanics, 0 where eq. (5) holds [N s].")
-    foot_yaw_impulse: float = _figure(
-        "hit.transfer.floor.yaw_impulse",
-        "Impulse of the floor's moment about the vertical through the CoM [N m s].")
-    peak_force: float = _figure(
-        "hit.transfer.response.peak_force",
-        "Largest force of the elbow on the leaf, as a mean over a millisecond [N].")
-    contact_duration: float = _figure(
-        "hit.transfer.response.duration", "Duration of the contact with the leaf [s].")
-    pad_preload: float = _figure(
-        "hit.transfer.response.pad_preload",
-        "Force that presses the brace's pads before the hit [N]; 0 without pads.")
-    pad_force: float = _figure(
-        "hit.transfer.response.pad_force",
-        "Largest normal force of the brace's pads in the hit [N]; 0 without pads.")
-    pad_friction: float = _figure(
-        "hit.transfer.response.pad_friction",
-        "Share of the pads' friction that the hit uses, 0 to 1.")
-    joint_loads: tuple[JointLoad, ...] = _figure(
-        "hit.transfer.loads",
-        "Load of each joint, the largest share of the gear's peak torque first.")
+    omega_door: float = _figure("hit.prediction.omega")  # [rad/s]
+    v_rb: float = _figure("hit.transfer.speeds.v_rb")  # [m/s]
+    v_rb_post: float = _figure("hit.transfer.speeds.v_rb_post")  # [m/s]
+    v_com: float = _figure("hit.run_up.law.speed")  # [m/s]
+    effective_mass: float = _figure("hit.transfer.mass")  # [kg]
+    effective_mass_planar: float = _figure("hit.transfer.planar_mass")  # [kg]
+    effective_mass_model: float = _figure("hit.transfer.response.mass")  # [kg]
+    required_impulse: float = _figure("hit.transfer.speeds.impulse")  # [N s]
+    braking: float = _figure("hit.transfer.braking")  # [N m s]
+    foot_impulse: float = _figure("hit.transfer.floor.impulse")  # [N s]
+    foot_impulse_planar: float = _figure("hit.transfer.floor.impulse_planar")  # [N s]
+    foot_yaw_impulse: float = _figure("hit.transfer.floor.yaw_impulse")  # [N m s]
+    peak_force: float = _figure("hit.transfer.response.peak_force")  # [N]
+    contact_duration: float = _figure("hit.transfer.response.duration")  # [s]
+    pad_preload: float = _figure("hit.transfer.response.pad_preload")  # [N]
+    pad_force: float = _figure("hit.transfer.response.pad_force")  # [N]
+    pad_friction: float = _figure("hit.transfer.response.pad_friction")
+    joint_loads: tuple[JointLoad, ...] = _figure("hit.transfer.loads")
     # Posture at the hit, sections II.C.1 and II.C.4.
-    a_r: float = _figure("hit.stance.posture.a_r", "Height of B above the CoM [m].")
-    b_r: float = _figure("hit.stance.posture.b_r", "Height of the CoM above the floor [m].")
-    b_r_percussion: float = _figure(
-        "hit.stance.posture.b_r_percussion", "Height of the CoM that eq. (5) demands [m].")
-    l_b: float = _figure("hit.contact.l_b", "Distance of B from the hinge along the leaf [m].")
-    i_rob: float = _figure(
-        "hit.stance.posture.i_rob",
-        "Moment of inertia I_rob about the x axis through the CoM [kg m^2].")
-    waist_height: float = _figure(
-        "hit.stance.posture.waist_height", "Height of base_link above the floor [m].")
-    contact_point: Array = _figure("hit.contact.point", "Place of B at the hit in odom, (3,) [m].")
+    a_r: float = _figure("hit.stance.posture.a_r")  # [m]
+    b_r: float = _figure("hit.stance.posture.b_r")  # [m]
+    b_r_percussion: float = _figure("hit.stance.posture.b_r_percussion")  # [m]
+    l_b: float = _figure("hit.contact.l_b")  # [m]
+    i_rob: float = _figure("hit.stance.posture.i_rob")  # [kg m^2]
+    waist_height: float = _figure("hit.stance.posture.waist_height")  # [m]
+    contact_point: Array = _figure("hit.contact.point")  # [m]
     # Predictions.
-    contact_time: float = _figure(
-        "hit.run_up.contact_time",
-        "Time from the start of the phase cam to the nominal contact [s].")
-    slow_down: float = _figure(
-        "settings.slow_down", "Time after the switch in which the legs take up v'_rB [s].")
-    rest_duration: float = _figure(
-        "branches.rest_duration", "Time from the end of `slow_down` to rest [s].")
-    peak_time: float = _figure(
-        "hit.prediction.peak_time", "Time from the hit to the largest opening angle [s].")
-    peak_time_std: float = _figure(
-        "hit.prediction.peak_time_std", "Standard deviation of `peak_time` [s].")
-    peak_angle: float = _figure(
-        "hit.prediction.peak_angle", "Predicted largest opening angle [rad].")
-    peak_angle_std: float = _figure(
-        "hit.prediction.peak_angle_std", "Standard deviation of `peak_angle` [rad].")
-    point_of_no_return: float = _figure(
-        "branches.point_of_no_return",
-        "Latest start of a safe stop, as time before the contact [s].")
-    stop_duration: float = _figure(
-        "branches.stop_duration", "Time that such a stop takes to rest [s].")
-    early_margin: float = _figure(
-        "branches.early_margin",
-        "Smallest ZMP margin after hitting a door that stands nearer than planned [m].")
-    late_margin: float = _figure(
-        "branches.late_margin",
-        "Smallest ZMP margin after hitting a door that stands farther than planned [m].")
-    missed_margin: float = _figure(
-        "branches.missed_margin",
-        "Capture point's distance inside the soles when a missed contact is noticed [m].")
+    contact_time: float = _figure("hit.run_up.contact_time")  # [s]
+    slow_down: float = _figure("settings.slow_down")  # [s]
+    rest_duration: float = _figure("branches.rest_duration")  # [s]
+    peak_time: float = _figure("hit.prediction.peak_time")  # [s]
+    peak_time_std: float = _figure("hit.prediction.peak_time_std")  # [s]
+    peak_angle: float = _figure("hit.prediction.peak_angle")  # [rad]
+    peak_angle_std: float = _figure("hit.prediction.peak_angle_std")  # [rad]
+    point_of_no_return: float = _figure("branches.point_of_no_return")  # [s]
+    stop_duration: float = _figure("branches.stop_duration")  # [s]
+    early_margin: float = _figure("branches.early_margin")  # [m]
+    late_margin: float = _figure("branches.late_margin")  # [m]
+    missed_margin: float = _figure("branches.missed_margin")  # [m]
+
+
+FIGURES = tuple(name for name in vars(_Figures) if not name.startswith("_"))
 
 
 @dataclass(frozen=True)
@@ -176,7 +127,7 @@ class ImpactPlan(_Figures):
         return {phase.name: phase.margin for phase in self.phases}
 
     def phase(self, name: str) -> PhasePlan:
-        """The phase with a given name, which must be one of the plan's."""
+        """Return the phase with a given name, which must be one of the plan's."""
         return next(phase for phase in self.phases if phase.name == name)
 
     @property
@@ -267,5 +218,5 @@ def observed_hit(plan: ImpactPlan, known: KnownDoor, measured: MeasuredHit) -> O
     omega = float(initial_velocity(known.door, measured.peak_angle, plan.initial_angle))
     return ObservedHit(
         plan.effective_mass_model, known.door.i_a, plan.l_b, plan.v_rb, measured.v_rb_post, omega,
-        plan.braking, plan.restitution, plan.hit.transfer.model_restitution,
+        plan.braking, plan.restitution, plan.hit.transfer.response.restitution,
         plan.hit.transfer.restitution_slope)

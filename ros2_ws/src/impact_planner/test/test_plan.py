@@ -5,8 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from door_model.identification.parameters import PARAMETERS
-from door_model.motion.dynamics import peak
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.robot_model import RobotModel
@@ -15,7 +13,6 @@ from impact_planner.errors import (
     InvalidRequest,
     SpeedUnreachable,
 )
-from impact_planner.hit.door_prediction import predict
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import PlannerSettings
@@ -119,23 +116,3 @@ def test_a_door_that_falls_shut_on_the_robot_is_refused(robot, known):
     with pytest.raises(PostureUnreachable, match="RARM_LINK3") as caught:
         plan_impact(PlanRequest(math.radians(3.0)), known, robot)
     assert caught.value.value < caught.value.limit
-
-
-def test_uncertain_parameters_spread_the_peak(known):
-    """Standard deviations agree with a Monte Carlo, and are 0 for an exact door."""
-    exact = predict(known, TARGET, 0.0)
-    assert exact.peak_angle_std == exact.peak_time_std == 0.0
-    door = known.door
-    std = np.array([0.02 * door.i_a, 0.1 * door.c_c, 0.05 * door.k_c, 0.03 * door.tau_c0_prime])
-    covariance = np.diag(std**2)
-    covariance[2, 3] = covariance[3, 2] = -0.8 * std[2] * std[3]
-    unsure = dataclasses.replace(known, parameters=PARAMETERS, covariance=covariance)
-    found = predict(unsure, TARGET, 0.0)
-    rng = np.random.default_rng(1)
-    mean = [door.i_a, door.c_c, door.k_c, door.tau_c0_prime]
-    summits = [
-        peak(dataclasses.replace(door, i_a=a, c_c=c, k_c=k, tau_c0_prime=t), 0.0, found.omega)
-        for a, c, k, t in rng.multivariate_normal(mean, covariance, 120)
-    ]
-    assert found.peak_angle_std == pytest.approx(np.std([s.angle for s in summits]), rel=0.2)
-    assert found.peak_time_std == pytest.approx(np.std([s.time for s in summits]), rel=0.2)

@@ -52,9 +52,9 @@ def test_mass_and_restitution_of_one_request_are_those_of_the_whole_hit(known, r
     assert (found.apparent_restitution, found.effective_mass) == (0.4, 52.0)
     assert found.omega_door * found.l_b - found.v_rb_post == pytest.approx(0.4 * found.v_rb)
     transfer = found.hit.transfer
-    assert transfer.model_restitution < plan.apparent_restitution - 0.03
+    assert transfer.response.restitution < plan.apparent_restitution - 0.03
     alone = plan_impact(PlanRequest(TARGET, restitution=0.4), known, robot)
-    assert alone.apparent_restitution == pytest.approx(transfer.model_restitution, abs=0.01)
+    assert alone.apparent_restitution == pytest.approx(transfer.response.restitution, abs=0.01)
 
 
 def test_the_closer_and_the_friction_of_the_hinge_brake_the_hit(known, robot):

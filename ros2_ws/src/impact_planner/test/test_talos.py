@@ -6,11 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hrp2_description.data import share_folders
-from hrp2_description.robot import SIDES, load_robot_config
-from humanoid_motion.leg_ik import leg_ik
+from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
-from hypothesis import given
-from hypothesis import strategies as st
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
@@ -40,29 +37,6 @@ def test_fingers_and_head_are_fixed_and_weigh(talos):
     assert talos.mass == pytest.approx(talos.config.mass) == pytest.approx(93.34, abs=0.01)
 
 
-@pytest.mark.parametrize("side", SIDES)
-@given(
-    angles=st.tuples(
-        st.floats(-0.3, 0.3), st.floats(-0.5, 0.5), st.floats(-1.8, 0.6), st.floats(0.02, 2.4),
-        st.floats(-1.2, 0.6), st.floats(-0.5, 0.5),
-    )
-)  # fmt: skip
-def test_its_legs_have_the_closed_form(talos, side, angles):
-    """The forward kinematics of the closed-form solution is the requested pose."""
-
-    def pose(leg):
-        joints = np.zeros(len(talos.joint_names))
-        joints[talos.leg_columns[side]] = leg
-        q = talos.configuration(np.zeros(3), joints)
-        sole, rotation = talos.frame_pose(q, talos.feet[side].frame)
-        return sole - rotation @ talos.feet[side].sole, rotation
-
-    ankle, rotation = pose(angles)
-    again, turned = pose(leg_ik(talos.legs[side], ankle, rotation)[0])
-    np.testing.assert_allclose(again, ankle, atol=1e-9)
-    np.testing.assert_allclose(turned, rotation, atol=1e-9)
-
-
 def test_the_papers_door_is_planned_for(talos, talos_plan):
     """Eqs. (2) and (5) and restitution hold, and m_re is between eq. (3) and the whole mass."""
     plan = talos_plan
@@ -86,7 +60,7 @@ def test_the_hand_holds_the_leaf_at_the_target(talos, talos_plan):
     leaf = LeafFrame(talos_plan.hit.placement.hinge, TARGET)
     config = talos.config
     hand = talos.frame_position(q, config.hand_link) + shift
-    assert leaf.gap(hand) == pytest.approx(talos.hand_radius(), abs=1e-3)
+    assert leaf.gap(hand) == pytest.approx(talos.hand_radius, abs=1e-3)
     lowest, highest = config.arm.heights
     assert lowest - 1e-6 <= hand[2] <= highest + 1e-6
     for link in (config.contact_link, config.arm.wrist_link):

@@ -16,7 +16,6 @@ WEIGHT = ROBOT.mass * GRAVITY
 POSES = {"left": planar_pose(0.0, 0.095, 0.0), "right": planar_pose(0.0, -0.095, 0.0)}
 NOTHING = np.zeros(6)
 small = st.floats(-1.0, 1.0)
-triples = st.lists(small, min_size=3, max_size=3).map(np.array)
 
 
 def _push_at(point, force):
@@ -28,48 +27,19 @@ def _estimator(**settings):
     return ZmpEstimator(WEIGHT, ROBOT.soles, **settings)
 
 
-def _pose(triple, turn):
-    pose = np.eye(4)
-    pose[:3, :3] = pin.exp3(np.asarray(turn, dtype=float))
-    pose[:3, 3] = triple
-    return pose
-
-
-@given(small, small, triples.map(lambda f: f * [300, 300, 0] + [0, 0, 500.0]), small)
-def test_zmp_of_one_force_is_where_it_meets_the_floor(x, y, force, height):
-    """A single force through a point of the floor has its ZMP there, whatever its direction."""
-    wrench = _push_at(np.array([x, y, height]), force)
+@given(small, small, small, small, small)
+def test_zmp_of_one_force_is_where_it_meets_the_floor_whatever_its_direction(x, y, a, b, height):
+    wrench = _push_at(np.array([x, y, height]), np.array([300.0 * a, 300.0 * b, 500.0]))
     np.testing.assert_allclose(zmp_of(wrench[:3], wrench[3:], height), [x, y], atol=1e-9)
 
 
-@given(triples, triples, triples, triples, triples, triples)
-def test_reference_frame_does_not_matter(force, torque, to_a, turn_a, to_b, turn_b):
-    """A wrench is the same in the world, whichever frame it was measured in."""
-    a, b = _pose(to_a, turn_a), _pose(to_b, turn_b)
-    in_a = np.concatenate([force, torque])
-    in_world = wrench_in_world(in_a, a)
-    in_b = wrench_in_world(in_world, inverse_pose(b))
-    np.testing.assert_allclose(wrench_in_world(in_b, b), in_world, atol=1e-9)
-
-
-def test_weight_on_one_foot():
-    """All weight at a point of the left sole: ZMP there, the left sole alone is the polygon."""
+def test_with_all_weight_on_one_sole_that_sole_alone_is_the_polygon():
     wrench = _push_at(np.array([0.05, 0.02, 0.0]), np.array([0, 0, WEIGHT]))
     reading = _estimator().read(POSES, {"left": wrench, "right": NOTHING})
     np.testing.assert_allclose(reading.point, [0.05, 0.115], atol=1e-12)
     assert reading.loaded == ("left",)
     assert reading.margin == pytest.approx(0.055)
     assert reading.normal_force == pytest.approx(WEIGHT)
-
-
-def test_weight_shared_between_feet():
-    """Loads of 30 and 70 % put the ZMP at 70 % of the distance between the feet."""
-    shares = {"left": 0.3, "right": 0.7}
-    wrenches = {side: [0, 0, share * WEIGHT, 0, 0, 0] for side, share in shares.items()}
-    reading = _estimator().read(POSES, wrenches)
-    np.testing.assert_allclose(reading.point, [0.0, 0.095 * (0.3 - 0.7)], atol=1e-12)
-    assert reading.loaded == ("left", "right")
-    assert reading.margin == pytest.approx(0.1)
 
 
 def test_a_foot_that_bears_almost_nothing_is_no_support():
@@ -80,6 +50,7 @@ def test_a_foot_that_bears_almost_nothing_is_no_support():
         wrenches = {side: [0, 0, load, 0, 0, 0] for side, load in loads.items()}
         readings.append(_estimator().read(POSES, wrenches))
     assert [reading.loaded for reading in readings] == [("left",), ("left", "right")]
+    np.testing.assert_allclose(readings[1].point, [0.0, 0.095 * 0.88], atol=1e-12)
     assert np.ptp(readings[0].polygon[:, 1]) == pytest.approx(0.13)
     assert np.ptp(readings[1].polygon[:, 1]) == pytest.approx(0.34)
 

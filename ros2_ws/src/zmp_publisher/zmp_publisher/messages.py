@@ -9,42 +9,15 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
 from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, TransformStamped
-from humanoid_motion.driver_interface import ImuSample
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from zmp_publisher.zmp_estimator import ZmpReading
 
-_UNIT = 0.1  # largest difference between the length of a unit quaternion and 1
 _DIAMETER = 0.04  # diameter of the markers [m]
 # Red, green and blue of the markers, from 0 to 1.
 _COLORS = {"zmp": (0.9, 0.1, 0.1), "com": (0.1, 0.4, 0.9)}
-
-
-def wrench_row(wrench: Any) -> Array:
-    """Convert a Wrench to a row of force and torque, (6,) [N, N m]."""
-    force, torque = wrench.force, wrench.torque
-    return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
-
-
-def imu_sample(message: Any) -> ImuSample | None:
-    """Convert an Imu to a reading with a unit quaternion.
-
-    Returns:
-        The reading; None if orientation or angular velocity is missing (by REP-145 the first
-        element of its covariance is -1), not finite, or no rotation.
-    """
-    turn, rate, force = (
-        message.orientation, message.angular_velocity, message.linear_acceleration)
-    orientation = np.array([turn.x, turn.y, turn.z, turn.w])
-    velocity = np.array([rate.x, rate.y, rate.z])
-    length = float(np.linalg.norm(orientation))
-    known = (message.orientation_covariance[0] != -1.0
-             and message.angular_velocity_covariance[0] != -1.0)
-    if not (known and abs(length - 1.0) <= _UNIT and np.isfinite(velocity).all()):
-        return None
-    return ImuSample(orientation / length, velocity, np.array([force.x, force.y, force.z]))
 
 
 def point(stamp: Any, frame: str, place: Iterable[float]) -> PointStamped:

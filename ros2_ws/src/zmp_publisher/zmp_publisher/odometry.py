@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.driver.samples import ImuSample
 from door_impact_common.errors import SettingError
-from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
 from humanoid_motion.robot_model import RobotModel
 from numpy.typing import ArrayLike
@@ -70,9 +70,15 @@ class FootOdometry:
         """Whether the last poses followed from the IMU, too."""
         return bool(self._used_imu)
 
+    @property
+    def doubt(self) -> str:
+        """Why the gyro is left out; empty while it is used."""
+        return self._with_imu.doubt
+
     def reset(self) -> None:
         """Forget all footholds, so that the next loaded sample defines ``odom`` again."""
         self._pose, self._used_imu = None, None
+        self._with_imu.doubt = ""
 
     def update(
         self,

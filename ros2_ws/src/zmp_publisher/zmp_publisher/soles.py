@@ -21,13 +21,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from humanoid_motion.driver_interface import ImuSample
+from door_impact_common.driver.samples import ImuSample
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
 
 HEADING_TIME = 0.5  # time constant with which the anchors correct the gyro's heading [s]
 ANCHOR_TIME = 0.02  # time constant with which the anchor of a sole of weight 1/2 follows [s]
 LEAST_SHARE = 0.05  # share of the load up to which a sole has no weight
 FULL_SHARE = 0.3  # share of the load from which on a sole keeps its anchor
+MOST_OFF = math.radians(3.0)  # largest give of the yaw gears between gyro and soles [rad]
 LONGEST_GAP = 0.1  # time between readings beyond which the gyro is not integrated [s]
 OTHER = {"left": "right", "right": "left"}
 
@@ -110,6 +111,9 @@ class WeightedSoles:
         loaded_force: Normal force below which both soles together are taken to be in the air [N].
         take_over: Share of the load above which the other sole becomes the support.
         stiffness: Vertical stiffness of a sole's rubber [N/m]; infinite for a rigid sole.
+
+    Attributes:
+        doubt: Why the gyro is left out; empty while it is used.
     """
 
     def __init__(self, loaded_force: float, take_over: float, stiffness: float) -> None:
@@ -119,6 +123,7 @@ class WeightedSoles:
         self._support = "left"
         self._anchors: dict[str, Array] = {}  # x [m], y [m] and heading [rad] of each sole
         self._weights: dict[str, float] = {}
+        self.doubt = ""
         self._turn: Array | None = None  # rotation of the IMU in odom at the last reading, (3, 3)
         self._time = 0.0
 
@@ -165,6 +170,12 @@ class WeightedSoles:
             for side, part in parts.items()
         )
         known = self._turn is not None and elapsed <= LONGEST_GAP
+        if known and abs(off) > MOST_OFF:
+            self.doubt = (
+                f"the gyro's heading has left that of the soles by {math.degrees(abs(off)):.1f} "
+                f"deg, at most {math.degrees(MOST_OFF):g} deg are possible: it is left out until "
+                "the odometry begins anew (is the gyro in rad/s, and are its axes right?)")
+        known = known and not self.doubt
         correction = -math.expm1(-elapsed / HEADING_TIME) if known else 1.0
         turn = _turn(off * correction) @ turn
         base = np.eye(4)

@@ -13,8 +13,7 @@ Reading = TypeVar("Reading")
 class StampPairer(Generic[Sample]):
     """Buffer of samples until every stream has a sample of the same stamp.
 
-    When the stamps of a stream jump backwards (the simulation was reset), the stream's buffered
-    samples are dropped. So no sample from before the jump is paired with a sample after it.
+    Stamps of a stream increase.
 
     Args:
         streams: Names of the streams.
@@ -26,7 +25,6 @@ class StampPairer(Generic[Sample]):
 
     def __init__(self, streams: tuple[Hashable, ...], capacity: int = 50) -> None:
         self._buffers: dict[Hashable, dict[int, Sample]] = {name: {} for name in streams}
-        self._last: dict[Hashable, int] = {}
         self._capacity = capacity
         self.dropped = 0
 
@@ -41,10 +39,6 @@ class StampPairer(Generic[Sample]):
             The samples of all streams with this stamp if this one completes them, else None.
         """
         buffer = self._buffers[stream]
-        if stamp < self._last.get(stream, stamp):
-            self.dropped += len(buffer)
-            buffer.clear()
-        self._last[stream] = stamp
         buffer[stamp] = sample
         if len(buffer) > self._capacity:
             del buffer[next(iter(buffer))]
@@ -64,8 +58,7 @@ class ImuMatcher(Generic[Sample, Reading]):
 
     A sample waits until a reading of its stamp or a later one has arrived. It does not wait for an
     IMU that is silent: if the newest reading is older than the sample by more than `patience`, the
-    sample has no reading. When stamps of samples or readings go back (the simulation was reset),
-    everything from before is dropped.
+    sample has no reading. Stamps of samples and of readings increase.
 
     Args:
         patience: Largest difference between the stamps of a sample and its reading [ns].
@@ -75,14 +68,9 @@ class ImuMatcher(Generic[Sample, Reading]):
         self._patience = patience
         self._waiting: deque[tuple[int, Sample]] = deque()
         self._readings: deque[tuple[int, Reading]] = deque()
-        self._last_sample: int | None = None
 
     def add_sample(self, stamp: int, sample: Sample) -> list[tuple[int, Sample, Reading | None]]:
         """Add a sample with its stamp [ns]; return the stamp, sample and reading of each match."""
-        if self._last_sample is not None and stamp < self._last_sample:
-            self._waiting.clear()
-            self._readings.clear()
-        self._last_sample = stamp
         self._waiting.append((stamp, sample))
         return self._matches()
 
@@ -90,9 +78,6 @@ class ImuMatcher(Generic[Sample, Reading]):
         self, stamp: int, reading: Reading
     ) -> list[tuple[int, Sample, Reading | None]]:
         """Add a reading with its stamp [ns]; return the stamp, sample and reading of each match."""
-        if self._readings and stamp < self._readings[-1][0]:
-            self._waiting.clear()
-            self._readings.clear()
         self._readings.append((stamp, reading))
         # Readings may come without samples; only those that a later sample can need are kept.
         while stamp - self._readings[0][0] > 2 * self._patience:

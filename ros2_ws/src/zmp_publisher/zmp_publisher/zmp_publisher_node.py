@@ -8,21 +8,32 @@ IMU where there is one; the computing is done by `zmp_publisher.odometry` and
 from __future__ import annotations
 
 import sys
+from collections import deque
 from functools import partial
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from door_impact_common.errors import DoorImpactError, SettingError
+from door_impact_common.driver.inputs import RECENT
+from door_impact_common.driver.intake import Arrival, Intake
+from door_impact_common.driver.messages import imu_sample, tilt_of, wrench_row
+from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
+from door_impact_common.driver.ranges import FORCE, INERTIAL
+from door_impact_common.driver.samples import ImuSample, Measured
+from door_impact_common.driver.topics import crowded, silence_of
+from door_impact_common.errors import SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
-from door_impact_common.stamps import nanoseconds
+from door_impact_common.stamps import nanoseconds, seconds
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
-from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import pose_row
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.sensor_doubts import doubts
+from rclpy.clock import JumpThreshold
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
@@ -30,7 +41,7 @@ from visualization_msgs.msg import MarkerArray
 
 from zmp_publisher import messages as zmp_messages
 from zmp_publisher.odometry import FootOdometry
-from zmp_publisher.soles import RobotPose
+from zmp_publisher.soles import OTHER, RobotPose
 from zmp_publisher.stamp_matching import ImuMatcher, StampPairer
 from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
@@ -54,9 +65,11 @@ _RELIABILITY = {
     "reliable": ReliabilityPolicy.RELIABLE,
     "best_effort": ReliabilityPolicy.BEST_EFFORT,
 }
-_JOINTS = "joints"  # name of the stream of joint states; the wrenches' streams are named by side
+_NO_IMU = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(3))
 _QUEUE = 50  # messages of each subscription that may wait for the others
 _IMU_PATIENCE = 50_000_000  # a reading counts for samples at most this far from it [ns]
+_IN_AIR = 0.015  # height above the other sole at which a sole bears no robot [m]
+_GRAPH_PERIOD = 1.0  # time between two looks at who publishes [s]
 _EARLY = 500_000  # a sample counts as due when it comes at most this much too early [ns]
 
 
@@ -89,13 +102,10 @@ class ZmpPublisher(GuardedNode):
             hysteresis=parameters.number("hysteresis"),
             start=parameters.numbers("robot_start", 3),
         )
-        self._pairer: StampPairer[Any] = StampPairer((_JOINTS, *SIDES), capacity=_QUEUE)
-        self._matcher: ImuMatcher[Any, ImuSample] = ImuMatcher(_IMU_PATIENCE)
-        self._stamp = -1  # stamp of the last sample [ns]
-        self._tf_stamp = -1  # stamp of the last transforms [ns], negative before the first
-        self._fresh = 0  # samples since the last diagnostics
-        self._reading: ZmpReading | None = None
-        self._pose: RobotPose | None = None
+        self._intake = Intake({
+            JOINTS: self._model.joint_ranges, IMU: INERTIAL,
+            **dict.fromkeys(WRENCHES.values(), FORCE)})
+        self._begin()
         self._tf: TFMessage | None = None  # filled anew for each time
         self._names: tuple[str, ...] = ()  # joints of the last message, in its order
         self._columns: list[int] = []  # where the robot's joints are in that order
@@ -107,57 +117,92 @@ class ZmpPublisher(GuardedNode):
         self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         qos = QoSProfile(depth=_QUEUE, reliability=reliability)
-        self.create_subscription(JointState, "joint_states", partial(self._take, _JOINTS), qos)
+        self.create_subscription(JointState, "joint_states", self._take_joints, qos)
         for side in SIDES:
-            take = partial(self._take, side)
+            take = partial(self._take_wrench, side)
             self.create_subscription(WrenchStamped, f"{side}_foot/wrench", take, qos)
         self.create_subscription(Imu, "imu", self._take_imu, qos)
         self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
+        self._crowded: dict[str, list[str]] = {}
+        self.create_timer(_GRAPH_PERIOD, self._look_at_graph)
+        self._jumps = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
+                          on_clock_change=False),
+            post_callback=self._clock_went_back)
 
-    def _take(self, stream: str, message: Any) -> None:
+    def _begin(self) -> None:
+        """Begin anew: the next sample defines the origin of odom."""
+        self._pairer: StampPairer[Any] = StampPairer((JOINTS, *SIDES), capacity=_QUEUE)
+        self._matcher: ImuMatcher[Any, ImuSample] = ImuMatcher(_IMU_PATIENCE)
+        self._recent: deque[Measured] = deque(maxlen=RECENT)
+        self._tf_stamp = -1  # stamp of the last transforms [ns], negative before the first
+        self._fresh = 0  # samples since the last diagnostics
+        self._reading: ZmpReading | None = None
+        self._pose: RobotPose | None = None
+        self._odometry.reset()
+
+    def _clock_went_back(self, _: Any) -> None:
+        self._intake.forget()
+        self._begin()
+
+    def _accepted(self, topic: str, message: Any, values: Any) -> bool:
+        """Check a message; stamps that go back by more than a second belong to a new clock."""
+        clocks, stamp = self._intake.clocks, seconds(message.header.stamp)
+        now = max(stamp, self.get_clock().now().nanoseconds * 1e-9)
+        accepted = self._intake.accept(topic, Arrival(stamp, now, 0.0), values)
+        if self._intake.clocks > clocks:
+            self.get_logger().warning(f"the stamps of {topic} went back to {stamp:.3f} s: a new "
+                                      "clock; odom's origin is set again")
+            self._begin()
+        return accepted
+
+    def _take_joints(self, message: JointState) -> None:
+        try:
+            positions, velocities = self._joints(message)
+        except SettingError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        if self._accepted(JOINTS, message, np.concatenate([positions, velocities])):
+            self._take(JOINTS, message, (positions, velocities, message.header.stamp))
+
+    def _take_wrench(self, side: str, message: WrenchStamped) -> None:
+        row = wrench_row(message.wrench)
+        if self._accepted(WRENCHES[side], message, row):
+            self._take(side, message, row)
+
+    def _take(self, stream: str, message: Any, content: Any) -> None:
         stamp = nanoseconds(message.header.stamp)
-        together = self._pairer.add(stream, stamp, message)
+        together = self._pairer.add(stream, stamp, content)
         if together is not None:
             self._process_all(self._matcher.add_sample(stamp, together))
 
-    def _take_imu(self, message: Any) -> None:
-        reading = zmp_messages.imu_sample(message)
+    def _take_imu(self, message: Imu) -> None:
+        reading = imu_sample(message)
         if reading is None:
             self.get_logger().warning(
                 "a message on imu was ignored: it must have orientation and angular velocity",
                 throttle_duration_sec=5.0,
             )
             return
-        stamp = nanoseconds(message.header.stamp)
-        self._process_all(self._matcher.add_reading(stamp, reading))
+        values = (tilt_of(reading), *reading.angular_velocity, *reading.specific_force)
+        if self._accepted(IMU, message, values):
+            stamp = nanoseconds(message.header.stamp)
+            self._process_all(self._matcher.add_reading(stamp, reading))
 
     def _process_all(self, matches: list[tuple[int, Any, ImuSample | None]]) -> None:
         for time, together, imu in matches:
-            wrenches = {side: together[side].wrench for side in SIDES}
-            self._process(time, together[_JOINTS], wrenches, imu)
+            wrenches = {side: together[side] for side in SIDES}
+            self._process(time, together[JOINTS], wrenches, imu)
 
     def _process(
-        self, time: int, joints: Any, wrenches: dict[str, Any], imu: ImuSample | None
+        self, time: int, joints: Any, wrenches: dict[str, Array], imu: ImuSample | None
     ) -> None:
-        stamp = joints.header.stamp
-        if time < self._stamp:
-            self.get_logger().info(
-                "the stamps jumped backwards: odom's origin is set again", throttle_duration_sec=1.0
-            )
-            self._odometry.reset()
-            self._tf_stamp = -1
-        self._stamp = time
-        rows = {side: zmp_messages.wrench_row(wrench) for side, wrench in wrenches.items()}
-        forces = {side: float(row[2]) for side, row in rows.items()}
-        self._reading, self._pose = None, None
-        try:
-            positions = self._positions(joints)
-            self._pose = self._odometry.update(positions, forces, imu, 1e-9 * time)
-            if self._pose is not None:
-                self._reading = self._zmp.read(self._pose.soles, rows)
-        except DoorImpactError as error:
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
+        positions, velocities, stamp = joints
+        forces = {side: float(row[2]) for side, row in wrenches.items()}
+        self._recent.append(Measured(positions, velocities, imu or _NO_IMU, wrenches["left"],
+                                     wrenches["right"], 1e-9 * time))
+        self._pose = self._odometry.update(positions, forces, imu, 1e-9 * time)
+        self._reading = self._zmp.read(self._pose.soles, wrenches) if self._pose else None
         self._fresh += 1
         if self._reading is not None:
             place = self._reading.point
@@ -166,7 +211,12 @@ class ZmpPublisher(GuardedNode):
             self._tf_stamp = time
             self._publish_scene(stamp, positions, self._pose)
 
-    def _positions(self, joints: Any) -> list[float]:
+    def _joints(self, joints: JointState) -> tuple[Array, Array]:
+        """Read positions [rad] and speeds [rad/s], (J,) each; speeds may be missing, then zeros.
+
+        Raises:
+            SettingError: A joint or a position is missing, or not finite.
+        """
         names = tuple(joints.name)
         if names != self._names:
             missing = [name for name in self._robot.joint_names if name not in names]
@@ -176,13 +226,22 @@ class ZmpPublisher(GuardedNode):
             self._names = names
         if len(joints.position) != len(names):
             raise SettingError("joint_states", len(joints.position), f"{len(names)} positions")
-        return [joints.position[column] for column in self._columns]
+        positions = np.array(joints.position)[self._columns]
+        if not np.isfinite(positions).all():
+            bad = int(np.argmin(np.isfinite(positions)))
+            raise SettingError(self._robot.joint_names[bad], float(positions[bad]), "finite")
+        known = len(joints.velocity) == len(names)
+        return positions, (np.array(joints.velocity)[self._columns] if known
+                           else np.zeros(len(positions)))
+
+    def _look_at_graph(self) -> None:
+        self._crowded = crowded(self, (JOINTS, IMU, *WRENCHES.values()))
 
     def _tf_due(self, time: int) -> bool:
         due = self._tf_stamp < 0 or time - self._tf_stamp >= self._tf_period - _EARLY
         return due and self._tf_period > 0
 
-    def _publish_scene(self, stamp: Any, positions: list[float], pose: RobotPose) -> None:
+    def _publish_scene(self, stamp: Any, positions: Array, pose: RobotPose) -> None:
         # 37 transforms are most of this node's work, so messages are made only for subscribers.
         reading = self._reading
         if self._tf_publisher.get_subscription_count():
@@ -203,23 +262,52 @@ class ZmpPublisher(GuardedNode):
             self._marker_publisher.publish(zmp_messages.markers(stamp, self._world, places))
 
     def _publish_diagnostics(self) -> None:
+        doubted = [f"{each.topic}: {each.text}"
+                   for each in doubts(self._model, self._recent)] if self._fresh else []
+        if self._odometry.doubt:
+            doubted.append(f"{IMU}: {self._odometry.doubt}")
+        if exchanged := self._exchanged():
+            doubted.append(exchanged)
+        doubted += [f"more than one node publishes on {topic}: {', '.join(names)}"
+                    for topic, names in self._crowded.items()]
         values = {
             "samples": str(self._fresh),
             "unpaired": str(self._pairer.dropped),
             "held_foot": self._pose.support if self._pose else "",
             "odometry": "soles and imu" if self._odometry.uses_imu else "soles",
+            **self._intake.noticed(),
+            **{f"doubt {number}": text for number, text in enumerate(doubted, 1)},
         }
         if self._reading is not None:
             values |= zmp_messages.reading_values(self._reading)
-        state = self._state()
+        level, text = self._state()
+        if doubted:
+            level, text = max(level, DiagnosticStatus.WARN), "; ".join([text, *doubted])
         self._fresh = 0
         stamp = self.get_clock().now().to_msg()
-        message = zmp_messages.diagnostics(stamp, self._robot.name, state, values)
+        message = zmp_messages.diagnostics(stamp, self._robot.name, (level, text), values)
         self._diagnostics.publish(message)
+
+    def _exchanged(self) -> str:
+        """Doubt about a sole that bears the robot although it is in the air; empty without one."""
+        if self._pose is None or self._reading is None or len(self._reading.loaded) != 1:
+            return ""
+        (side,) = self._reading.loaded
+        height = {each: float(pose[2, 3]) for each, pose in self._pose.soles.items()}
+        above = height[side] - height[OTHER[side]]
+        if above <= _IN_AIR:
+            return ""
+        return (f"{WRENCHES[side]}: this sole bears the robot, but by the joints it is "
+                f"{1e3 * above:.0f} mm above the other one, at most {1e3 * _IN_AIR:g} mm are "
+                "expected: are the feet's wrenches exchanged?")
 
     def _state(self) -> tuple[bytes, str]:
         if not self._fresh:
-            return DiagnosticStatus.STALE, "no joint states and wrenches of the same stamp"
+            causes = (silence_of(self, topic) for topic in (JOINTS, *WRENCHES.values()))
+            why = next((cause for cause in causes if cause), "") or "".join(
+                f"; {topic}: {why}" for topic, why in self._intake.last_dropped.items())
+            return (DiagnosticStatus.STALE,
+                    f"no joint states and wrenches of the same stamp{why}")
         if self._reading is None:
             return DiagnosticStatus.WARN, "the feet bear too little load for a ZMP"
         margin = self._reading.margin

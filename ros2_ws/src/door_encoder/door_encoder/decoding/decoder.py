@@ -117,8 +117,7 @@ class EncoderDecoder:
             (len(batch.counts) > 0, "number of samples", 0, 1),
             (_PERIODS[0] <= batch.period <= _PERIODS[1], "period [s]", batch.period, _PERIODS),
             (batch.first_index <= _LAST_NUMBER, "running number", batch.first_index, _LAST_NUMBER),
-            (batch.counts_per_turn == configured, "resolution", batch.counts_per_turn, configured),
-        ):
+            (batch.counts_per_turn == configured, "resolution", batch.counts_per_turn, configured)):
             if not fits:
                 self.health["refused"] += 1
                 raise BadBatchError(quantity=f"the batch's {quantity}", value=value, limit=limit)

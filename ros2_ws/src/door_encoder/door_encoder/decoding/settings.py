@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from door_impact_common.errors import SettingError
-from door_model.recording.counts import LARGEST_COUNT, check_modulus
+from door_model.recording.counts import LARGEST_COUNT
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        check_modulus(self.modulus)
+        if self.modulus < 0 or self.modulus == 1 or self.modulus > 2 * LARGEST_COUNT:
+            raise SettingError("counter_modulus", self.modulus, "0 (it never wraps) or 2 to 2^62")
         if self.direction not in (1, -1):
             raise SettingError("direction", self.direction, "1 or -1")
         if self.zero is not None and abs(self.zero) > LARGEST_COUNT:

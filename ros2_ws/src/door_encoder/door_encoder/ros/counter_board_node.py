@@ -17,7 +17,7 @@ from door_encoder.board import PollBatcher, make_board
 
 _PERIOD_NS = 1_000_000  # time between two polls [ns]
 _BATCH = 20  # number of samples in a batch, which gives 50 batches per second
-_QUEUE = 200  # number of batches that the publisher keeps
+_QUEUE = 1000  # 20 s: number of batches that the publisher keeps
 _THROTTLE = 5.0  # shortest time between two warnings [s]
 _PARAMETERS = {"board": ("", "Class of the counter board as package.module:Class")}
 

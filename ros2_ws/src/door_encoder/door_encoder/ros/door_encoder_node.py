@@ -20,7 +20,7 @@ from door_encoder.decoding.decoder import EncoderDecoder, assess
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import BadBatchError
 
-_QUEUE = 200  # number of batches that publishers and subscriptions keep
+_QUEUE = 1000  # 20 s: number of batches that publishers and subscriptions keep
 _THROTTLE = 5.0  # shortest time between two warnings [s]
 _PARAMETERS = {
     "counts_per_turn": (14400, "Counts in a turn of the hinge, quadrature included"),
@@ -32,8 +32,7 @@ _PARAMETERS = {
     "zero_samples": (20, "Samples of a door that stands still that give the zero"),
     "max_speed": (20.0, "Greatest plausible speed of the door [rad/s]"),
     "angle_rate": (100.0, "Rate of /door_angle [Hz]"),
-    "velocity_window": (0.05, "Shortest window of the velocity [s]"),
-}
+    "velocity_window": (0.05, "Shortest window of the velocity [s]")}
 
 
 class DoorEncoderNode(GuardedNode):

@@ -24,7 +24,7 @@ from door_encoder.errors import DoorEncoderError, PlaybackError
 
 BATCH = 0.02  # duration of a batch [s]
 _RESOLUTION = 2.0 * np.pi / COUNTS_PER_TURN  # angle of a count where a recording has angles [rad]
-_QUEUE = 200  # number of batches that the publisher keeps
+_QUEUE = 1000  # 20 s: number of batches that the publisher keeps
 _PATIENCE = 5.0  # longest wait for a subscriber, and for it to receive the last batch [s]
 
 _DESCRIPTION = """\
@@ -118,8 +118,8 @@ def main(args: list[str] | None = None) -> int:
         help="speed relative to the recording; stamps then deviate from the clock "
         "(default %(default)s)")
     parser.add_argument(
-        "--counts-per-turn", type=int, default=COUNTS_PER_TURN, metavar="N",
-        help="counts in a turn of the hinge, for a CSV with counts (default %(default)s)")
+        "--counts-per-turn", type=int, metavar="N",
+        help=f"counts in a turn, for a CSV with counts (otherwise {COUNTS_PER_TURN} are assumed)")
     options = parser.parse_args(remove_ros_args(args)[1:])
     if not options.rate > 0.0:
         parser.error(f"--rate must be a positive number, not {options.rate}")

@@ -25,13 +25,11 @@ class Rig:
         self.angles: list[Any] = []
         self.diagnostics: list[Any] = []
         self.counts = self.board.create_publisher(
-            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=200)
-        )
+            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=200))
         for kind, topic, heard in (
             (EncoderSamples, "/door_encoder/samples", self.samples),
             (JointState, "/door_angle", self.angles),
-            (DiagnosticArray, "/diagnostics", self.diagnostics),
-        ):
+            (DiagnosticArray, "/diagnostics", self.diagnostics)):
             self.board.create_subscription(kind, topic, heard.append, QoSProfile(depth=200))
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)

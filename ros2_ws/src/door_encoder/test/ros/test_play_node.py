@@ -5,17 +5,15 @@ import pytest
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.settings import Settings
 from door_encoder.errors import PlaybackError
-from door_encoder.ros.play_node import batches, main
+from door_encoder.ros.play_node import batches
 from door_model.recording.recording import Recording, from_counts
 from hypothesis import given
 from hypothesis import strategies as st
 
 
 @given(
-    gaps=st.lists(st.integers(1, 300), min_size=1, max_size=400),
-    jitter=st.floats(0.0, 0.2),
-    period=st.sampled_from([0.0005, 0.001, 0.004]),
-)
+    gaps=st.lists(st.integers(1, 300), min_size=1, max_size=400), jitter=st.floats(0.0, 0.2),
+    period=st.sampled_from([0.0005, 0.001, 0.004]))
 def test_every_sample_comes_out_of_the_decoder(
     gaps: list[int], jitter: float, period: float
 ) -> None:
@@ -45,15 +43,8 @@ def test_angles_become_counts() -> None:
 
 @pytest.mark.parametrize(
     ("times", "match"),
-    [([1.0], "samples is 1"), ([0.0, 0.001, 0.002, 0.0021, 0.003, 0.004], "not evenly spaced")],
-)
+    [([1.0], "samples is 1"), ([0.0, 0.001, 0.002, 0.0021, 0.003, 0.004], "not evenly spaced")])
 def test_what_has_no_period_is_refused(times: list[float], match: str) -> None:
     """A recording of one sample, or with two samples in half a period, is refused."""
     with pytest.raises(PlaybackError, match=match):
         batches(from_counts(np.array(times), np.zeros(len(times), int)))
-
-
-def test_a_bad_recording_is_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
-    """A bad recording gives exit code 1 and a sentence before a node is created."""
-    assert main(["--csv", "nowhere.csv"]) == 1
-    assert "nowhere.csv" in capsys.readouterr().err

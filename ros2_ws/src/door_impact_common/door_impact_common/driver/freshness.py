@@ -52,25 +52,26 @@ class Freshness:
         """Whether a message has arrived on every topic."""
         return len(self._stamps) == len(self._topics)
 
-    def refusal(self, now: float) -> tuple[str, float] | None:
+    def refusal(self, now: float) -> tuple[str, str, float] | None:
         """Find a topic whose last message is missing or too old for a motion to begin.
 
         Args:
             now: Time of the clock that the stamps refer to [s].
 
         Returns:
-            A sentence that names the topic, the age and the limit, and the age [s], which is
+            The topic, a sentence that names it, the age and the limit, and the age [s], which is
             infinite if no message has arrived; None if all messages are recent.
         """
         for topic in self._topics:
             if topic not in self._stamps:
-                return f"no usable message has arrived on {topic} yet", float("inf")
+                return topic, f"no usable message has arrived on {topic} yet", float("inf")
             age = now - self._stamps[topic]
             if age > self.limit:
-                return (f"the last message on {topic} is {age:.2f} s old, at most {self.limit:g} s "
-                        "are allowed; has its publisher stopped, or do the clocks differ?", age)
+                return (topic, f"the last message on {topic} is {age:.2f} s old, at most "
+                        f"{self.limit:g} s are allowed; has its publisher stopped, or do the "
+                        "clocks differ?", age)
             if age < -self.limit:
-                return (f"the stamp of the last message on {topic} lies {-age:.2f} s in the "
+                return (topic, f"the stamp of the last message on {topic} lies {-age:.2f} s in the "
                         f"future, at most {self.limit:g} s are allowed; do the clocks differ?", age)
         return None
 

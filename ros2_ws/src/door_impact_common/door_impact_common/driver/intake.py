@@ -1,12 +1,13 @@
-"""Checks of each message about robot and door during a run, before an execution acts on it.
+"""Checks of each message about robot and door, before anything is concluded from it.
 
-A single message that makes no sense is dropped and counted. Several in a row leave the topic
-silent, which `Freshness` notices, because a dropped message does not count as received.
+A single message that makes no sense, or comes late, is dropped and counted. Several in a row leave
+the topic silent, which `Freshness` notices, because a dropped message does not count as received.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,6 +17,8 @@ from numpy.typing import ArrayLike
 from door_impact_common.arrays import Array
 
 AHEAD = 0.1  # largest time by which a stamp may lie ahead of the clock [s]
+NEW_CLOCK = 1.0  # time by which a stamp goes back where the clock was set anew [s]
+FORGOTTEN = 1.0  # time without an accepted message after which the next one may be anywhere [s]
 CURRENT = 0.05  # delay up to which a message counts as one of the present [s]
 
 
@@ -57,12 +60,23 @@ class Plausible:
         rate: Largest magnitude of the rate of change of each value [1/s].
         slack: Change of each value that is allowed at once, besides that of the rate.
         longest: Longest time without an accepted message for which the rate allows a change [s].
+        names: Name and unit of each value, for messages.
     """
 
     largest: ArrayLike
     rate: ArrayLike = np.inf
     slack: ArrayLike = 0.0
     longest: float = np.inf
+    names: Sequence[str] = ()
+
+    def told(self, values: Array, largest: Array) -> str:
+        """Say which of some values is farthest beyond its limit."""
+        values = np.atleast_1d(values)
+        largest = np.broadcast_to(largest, values.shape)
+        with np.errstate(invalid="ignore"):
+            worst = int(np.argmax(np.where(np.isfinite(values), np.abs(values) - largest, np.inf)))
+        name = self.names[worst] if self.names else f"value {worst + 1}"
+        return f"{name}: {values[worst]:.4g}, at most {largest[worst]:.4g}"
 
 
 class Intake:
@@ -73,50 +87,62 @@ class Intake:
 
     Attributes:
         dropped: Number of messages that were dropped in the run, by topic and reason.
-        late: Largest lag of an accepted message by topic [s].
-        gaps: Longest time between the stamps of two accepted messages by topic [s], if it is longer
-            than `CURRENT`.
+        last_dropped: Why the last message was dropped, with the value and the limit, by topic.
+        late: Largest lag of an accepted message of a motion by topic [s].
+        gaps: Longest time between the stamps of two accepted messages of a motion by topic [s], if
+            it is longer than `CURRENT`.
+        clocks: How often the stamps began anew.
     """
 
-    def __init__(self, plausible: dict[str, Plausible]) -> None:
+    def __init__(self, plausible: Mapping[str, Plausible]) -> None:
         self._plausible = plausible
-        self._last: dict[str, tuple[float, Array]] = {}
+        self.clocks = 0
+        self.forget()
         self.begin()
+
+    def forget(self) -> None:
+        """Forget the last messages, so that the next ones may be anywhere."""
+        self._last: dict[str, tuple[float, Array]] = {}
 
     def begin(self) -> None:
         """Begin a run: forget what was noticed in the last one."""
         self.dropped: Counter[tuple[str, str]] = Counter()
+        self.last_dropped: dict[str, str] = {}
         self.late: dict[str, float] = {}
         self.gaps: dict[str, float] = {}
 
-    def keep(self, topic: str, arrival: Arrival, values: ArrayLike) -> None:
-        """Keep a message without a check, for the next one to be compared with.
-
-        Arguments are as for `accept`.
-        """
-        self._last[topic] = (arrival.stamp, np.asarray(values, dtype=float))
-
-    def accept(self, topic: str, arrival: Arrival, values: ArrayLike) -> bool:
+    def accept(
+        self, topic: str, arrival: Arrival, values: ArrayLike, *, in_motion: bool = False
+    ) -> bool:
         """Accept a message, or drop it.
 
         Args:
             topic: Topic of the message.
             arrival: Times of the message.
             values: The message's values, in the units of the topic's `Plausible`.
+            in_motion: Whether a motion is under way. Then no stamp begins a new clock, and lags and
+                gaps are noted.
 
         Returns:
             Whether the message was accepted. Only an accepted one is compared with the next one.
         """
-        reason = self._doubt(topic, arrival.stamp, arrival.clock, np.asarray(values, dtype=float))
+        stamp, found = arrival.stamp, np.asarray(values, dtype=float)
+        before = self._last[topic][0] if topic in self._last else stamp
+        reason, told = self._senseless(topic, arrival, found)
+        if not reason:
+            if before - stamp > NEW_CLOCK and not in_motion:
+                self.clocks += 1
+                self.forget()
+            reason, told = self._out_of_line(topic, stamp, found)
         if reason:
             self.dropped[topic, reason] += 1
+            self.last_dropped[topic] = f"{reason} ({told})"
             return False
-        if arrival.lag > 0.0:
+        if in_motion and arrival.lag > 0.0:
             self.late[topic] = max(arrival.lag, self.late.get(topic, 0.0))
-        gap = arrival.stamp - self._last[topic][0] if topic in self._last else 0.0
-        if gap > CURRENT:
-            self.gaps[topic] = max(gap, self.gaps.get(topic, 0.0))
-        self.keep(topic, arrival, values)
+        if in_motion and stamp - before > CURRENT:
+            self.gaps[topic] = max(stamp - before, self.gaps.get(topic, 0.0))
+        self._last[topic] = (stamp, found)
         return True
 
     def noticed(self) -> dict[str, str]:
@@ -128,21 +154,28 @@ class Intake:
                             for topic, seconds in sorted(times.items())})
         return counted
 
-    def _doubt(self, topic: str, stamp: float, clock: float, values: Array) -> str:
-        """Reason why a message makes no sense; empty if it does."""
+    def _senseless(self, topic: str, arrival: Arrival, values: Array) -> tuple[str, str]:
+        """Reason why a message makes no sense by itself, and its value; empty if it does."""
         limits = self._plausible[topic]
         if not np.isfinite(values).all():
-            return "a value is no finite number"
+            return "a value is no finite number", limits.told(values, np.asarray(limits.largest))
         if (np.abs(values) > limits.largest).any():
-            return "a value is out of its range"
-        if not stamp <= clock + AHEAD:
-            return "the stamp lies ahead of the clock"
-        if topic in self._last:
-            before, last = self._last[topic]
-            if stamp <= before:
-                return "the stamp is not newer than the last one"
-            elapsed = min(stamp - before, limits.longest)
-            allowed = np.asarray(limits.slack) + np.asarray(limits.rate) * elapsed
-            if (np.abs(values - last) > allowed).any():
-                return "a value jumps"
-        return ""
+            return "a value is out of its range", limits.told(values, np.asarray(limits.largest))
+        if not arrival.stamp <= arrival.clock + AHEAD:
+            return ("the stamp lies ahead of the clock",
+                    f"{arrival.stamp:.3f} s, the clock is at {arrival.clock:.3f} s")
+        return "", ""
+
+    def _out_of_line(self, topic: str, stamp: float, values: Array) -> tuple[str, str]:
+        """Reason why a message does not follow the last one, and its value; empty if it does."""
+        if topic not in self._last:
+            return "", ""
+        limits, (before, last) = self._plausible[topic], self._last[topic]
+        if stamp <= before:
+            return "the stamp is not newer than the last one", f"{stamp:.3f} s, {before:.3f} s"
+        elapsed = min(stamp - before, limits.longest)
+        allowed = np.asarray(limits.slack) + np.asarray(limits.rate) * elapsed
+        change = np.abs(values - last)
+        if (change > allowed).any() and stamp - before <= FORGOTTEN:
+            return "a value jumps", limits.told(change, allowed)
+        return "", ""

@@ -12,6 +12,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from door_impact_common.arrays import Array
 from door_impact_common.driver.intake import Intake
+from door_impact_common.driver.samples import ImuSample
 from door_impact_common.stamps import NANOSECONDS, duration_of, stamp_of
 
 _UNIT = 0.1  # largest difference between the length of a unit quaternion and 1
@@ -107,32 +108,57 @@ def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | No
     return position, velocity
 
 
-def trunk_tilt(message: Any) -> float | None:
-    """Calculate the angle between the trunk's z axis and the vertical [rad].
+def lacking(message: Any, names: Sequence[str]) -> str:
+    """Say what a JointState lacks that `joint_arrays` cannot read."""
+    given, count = list(message.name), len(message.name)
+    if missing := [name for name in names if name not in given]:
+        return f"it has no {missing[0]}" + (
+            f" and {len(missing) - 1} more" if len(missing) > 1 else "")
+    for what, values in (("positions", message.position), ("speeds", message.velocity)):
+        if len(values) != count:
+            return f"it has {len(values)} {what} for {count} names"
+        for name in names:
+            value = values[given.index(name)]
+            if not math.isfinite(value):
+                return f"of the {what} that of {name} is {value}"
+    return "it is complete"
 
-    Args:
-        message: Imu with the orientation of the trunk.
+
+def imu_sample(message: Any) -> ImuSample | None:
+    """Convert an Imu to a reading with a unit quaternion.
 
     Returns:
-        The angle; None if the message has no orientation, that is, if its covariance begins with -1
-        or it is no unit quaternion.
+        The reading, with zeros for the specific force where there is no accelerometer; None if
+        orientation or angular velocity is missing (by REP 145 the first element of its covariance
+        is -1), not finite, or no rotation. A message as constructed, an exact identity without
+        gravity, has no orientation.
     """
-    q = message.orientation
-    length = math.sqrt(q.x**2 + q.y**2 + q.z**2 + q.w**2)
-    if message.orientation_covariance[0] == -1.0 or not abs(length - 1.0) < _UNIT:
+    turn, rate = message.orientation, message.angular_velocity
+    orientation = np.array([turn.x, turn.y, turn.z, turn.w])
+    velocity = np.array([rate.x, rate.y, rate.z])
+    force = np.zeros(3)
+    if message.linear_acceleration_covariance[0] != -1.0:
+        each = message.linear_acceleration
+        force = np.array([each.x, each.y, each.z])
+    length = float(np.linalg.norm(orientation))
+    known = (message.orientation_covariance[0] != -1.0
+             and message.angular_velocity_covariance[0] != -1.0
+             and bool(orientation[:3].any() or force.any()))
+    if not (known and abs(length - 1.0) <= _UNIT and np.isfinite([*velocity, *force]).all()):
         return None
-    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x**2 + q.y**2) / length**2)))
+    return ImuSample(orientation / length, velocity, force)
 
 
-def specific_force(message: Any) -> Array | None:
-    """Read the specific force from an Imu, (3,) [m/s^2].
+def tilt_of(reading: ImuSample) -> float:
+    """Return the angle between the z axis of an IMU in the trunk and the vertical [rad]."""
+    x, y = reading.orientation[:2]
+    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * float(x * x + y * y))))
 
-    None is returned if there is no accelerometer, that is, if the covariance begins with -1.
-    """
-    if message.linear_acceleration_covariance[0] == -1.0:
-        return None
-    force = message.linear_acceleration
-    return np.array([force.x, force.y, force.z])
+
+def wrench_row(wrench: Any) -> Array:
+    """Convert a Wrench to a row of force and torque, (6,) [N, N m]."""
+    force, torque = wrench.force, wrench.torque
+    return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
 
 
 def diagnostics(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 JOINTS = "/joint_states"
 IMU = "/imu"
+DOOR = "/door_angle"
 WRENCHES = {side: f"/{side}_foot/wrench" for side in ("left", "right")}
 TRAJECTORY = "/joint_trajectory"
 

@@ -1,29 +1,43 @@
-"""Subscriptions to the driver's topics, and the watch over them."""
+"""Subscriptions to the topics about robot and door, and the watch over them."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
+from rclpy.qos import ReliabilityPolicy
+from sensor_msgs.msg import Imu, JointState
 
 from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
-from door_impact_common.driver.intake import Arrival, Intake, present
-from door_impact_common.driver.messages import diagnostics
-from door_impact_common.driver.names import COMMANDERS, TRAJECTORY
+from door_impact_common.driver.inputs import Inputs
+from door_impact_common.driver.intake import Arrival, Plausible, present
+from door_impact_common.driver.messages import (
+    diagnostics,
+    imu_sample,
+    joint_arrays,
+    lacking,
+    tilt_of,
+    wrench_row,
+)
+from door_impact_common.driver.names import COMMANDERS, DOOR, IMU, JOINTS, TRAJECTORY, WRENCHES
+from door_impact_common.driver.samples import Doubt, Measured
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import seconds
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
+ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
 WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
 SILENCE = {
     "stale_after": (0.5, "largest age of messages about robot and door [s]"),
@@ -32,84 +46,125 @@ SILENCE = {
 }
 
 
-class MotionInputs(Protocol):
-    """What passes the driver's messages to a motion; each handler returns commands.
+class RobotTopics:
+    """Passes the messages about robot and door to `Inputs`, between `start` and `stop`.
 
-    Attributes:
-        intake: The checks of the messages.
-    """
-
-    intake: Intake
-
-    @property
-    def joints(self) -> tuple[float, Array, Array] | None:
-        """Stamp [s], positions [rad] and speeds [rad/s] of the last joint state, if any."""
-
-    def forget(self) -> None:
-        """Forget all messages and give up the motion: the robot's clock went back."""
-
-    def on_failure(self, error: Exception) -> Sequence[Any]:
-        """Handle an error of the program."""
-
-    def on_silence(self, topic: str, waited: float, limit: float) -> Sequence[Any]:
-        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
-
-
-class Watches:
-    """The watches for silent topics: by the robot's clock, and by the computer's steady clock.
-
-    Args:
-        topics: Topics that must not fall silent.
-        parameters: Parameters of the node with the names in `SILENCE`.
-
-    Attributes:
-        freshness: Age of the last messages by the robot's clock.
-        silence: Time without messages by the computer's clock, because a simulation that dies
-            takes the robot's clock with it.
-    """
-
-    def __init__(self, topics: Sequence[str], parameters: Parameters) -> None:
-        self.freshness = Freshness(topics, parameters.number("stale_after"), WATCH_PERIOD)
-        self.silence = Freshness(topics, parameters.number("silent_after"), WATCH_PERIOD)
-
-
-class WatchedTopics:
-    """Subscribes to the driver's topics, and ends the motion where they fall silent or fail.
+    A motion ends where its topics fall silent, by the robot's clock or by the computer's steady
+    clock, because a simulation that dies takes the robot's clock with it. It ends, too, where the
+    program fails or the robot's clock goes back.
 
     Args:
         node: Node that subscribes.
-        inputs: Passes the messages to the motion.
-        watches: Watches for silent topics, in each of which `inputs` notes what it accepts.
+        joint_names: Joints in the robot's order.
+        joints: What their positions and speeds can be.
+        parameters: Parameters of the node with the names in `SILENCE`.
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
+        judge: Function that finds the doubts about complete samples of a robot at rest.
+        door: Whether the door's angle is read, too.
+        further: Type, name and handler of topics that are only passed on.
+
+    Attributes:
+        inputs: The measurements.
+        freshness: Age of the last messages by the robot's clock.
+        zmp: Stamp [s] and place in odom, (2,) [m], of the last ZMP; None before the first one.
     """
 
     def __init__(
-        self, node: GuardedNode, inputs: MotionInputs, watches: Watches,
-        after: Callable[[float, Sequence[Any]], None],
+        self, node: GuardedNode, joint_names: Sequence[str], joints: Plausible,
+        parameters: Parameters, after: Callable[[float, Sequence[Any]], None],
+        judge: Callable[[Sequence[Measured]], Sequence[Doubt]], *,
+        door: bool = False, further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
     ) -> None:
-        self._node, self._inputs, self._after = node, inputs, after
-        self._topics: list[str] = []
+        self._node, self._after, self._judge = node, after, judge
+        self._names = list(joint_names)
+        self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
+        watched = (JOINTS, IMU, DOOR) if door else (JOINTS, IMU)
+        self.freshness = Freshness(watched, parameters.number("stale_after"), WATCH_PERIOD)
+        silence = Freshness(watched, parameters.number("silent_after"), WATCH_PERIOD)
+        self.inputs = Inputs(joints, self.freshness, silence)
+        self.zmp: tuple[float, Array] | None = None
+        self._handlers: dict[str, tuple[Any, Callable[[Any, Arrival], Sequence[Any]]]] = {
+            JOINTS: (JointState, self._on_joints), IMU: (Imu, self._on_imu),
+            **{topic: (WrenchStamped, partial(self._on_wrench, side))
+               for side, topic in WRENCHES.items()}}
+        if door:
+            self._handlers[DOOR] = (JointState, self._on_door)
+        self._further = [(PointStamped, "/zmp", self._on_zmp), *further]
+        self._subscriptions: list[Any] = []
         self._newest = -math.inf  # present time when the last message came [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(WATCH_PERIOD, partial(self._watch, watches.freshness))
-        node.create_timer(WATCH_PERIOD, partial(self._watch, watches.silence), clock=steady)
+        node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
+        node.create_timer(WATCH_PERIOD, partial(self._watch, silence), clock=steady)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
         self._jumps = node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
                           on_clock_change=False),
             post_callback=self._clock_went_back)
 
-    def subscribe(
-        self, kind: Any, topic: str, handle: Callable[[Any, Arrival], Sequence[Any]]
-    ) -> Any:
-        """Subscribe to a topic about robot or door; return the subscription.
+    def start(self) -> None:
+        """Subscribe, and forget what was received before."""
+        self._newest = -math.inf
+        self.inputs.forget()
+        self.inputs.intake.begin()
+        self._ignored.clear()
+        self._subscriptions = [
+            self._subscribe(topic, *handler) for topic, handler in self._handlers.items()]
+        self._subscriptions += [
+            self._node.create_subscription(*topic, 50) for topic in self._further]
 
-        Args:
-            kind: Type of its messages, which have a header.
-            topic: Its name.
-            handle: Function that gets the message and its times, and returns commands.
+    def stop(self) -> None:
+        """Unsubscribe: a thousand messages a second would be read for nothing."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions = []
+
+    def now(self) -> float:
+        """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
+        return present(self._clock(), self._newest)
+
+    @property
+    def complete(self) -> bool:
+        """Whether messages have arrived on every watched topic, for `ENOUGH` on joint states."""
+        joints = self.inputs.joints
+        return (self.freshness.complete and joints is not None
+                and joints[0] - self.inputs.since >= ENOUGH)
+
+    def refusal(self) -> tuple[str, float] | None:
+        """Find why no motion can begin: missing or old messages, or sensors that contradict.
+
+        What is only doubtful is logged.
+
+        Returns:
+            A sentence with topic, value and limit, and the value; None if a motion can begin.
         """
+        log = self._node.get_logger()
+        for topic, names in self.crowded().items():
+            log.warning(f"more than one node publishes on {topic}: {', '.join(names)}; one of them "
+                        "may be foreign")
+        stale = self.freshness.refusal(self.now())
+        if stale is not None:
+            topic, text, value = stale
+            return text + self._cause(topic), value
+        found = self._judge(self.inputs.recent)
+        for doubt in found:
+            log.warning(f"{doubt.topic}: {doubt.text}")
+        return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
+                     if doubt.grave), None)
+
+    def _cause(self, topic: str) -> str:
+        """Say why messages of a topic may be missing."""
+        if topic in self._ignored:
+            return f": the last one was ignored, {self._ignored[topic]}"
+        if topic in self.inputs.intake.last_dropped:
+            return f": the last one was dropped, {self.inputs.intake.last_dropped[topic]}"
+        return silence_of(self._node, topic)
+
+    # -- messages -------------------------------------------------------------------------------
+
+    def _subscribe(
+        self, topic: str, kind: Any, handle: Callable[[Any, Arrival], Sequence[Any]]
+    ) -> Any:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
             underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
@@ -117,9 +172,39 @@ class WatchedTopics:
             with self._ends_the_motion():
                 self._after(stamp, handle(message, Arrival(stamp, self.now(), underway)))
 
-        if topic not in self._topics:
-            self._topics.append(topic)
         return self._node.create_subscription(kind, topic, callback, 50)
+
+    def _on_joints(self, message: JointState, arrival: Arrival) -> Sequence[Any]:
+        state = joint_arrays(message, self._names)
+        if state is None:
+            return self._ignore(JOINTS, "it must have the position and the speed of every joint, "
+                                f"as finite numbers; {lacking(message, self._names)}")
+        return self.inputs.on_joints(arrival, *state)
+
+    def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Any]:
+        reading = imu_sample(message)
+        if reading is None:
+            return self._ignore(IMU, "it must have an orientation and an angular velocity")
+        return self.inputs.on_imu(arrival, tilt_of(reading), reading)
+
+    def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Any]:
+        return self.inputs.on_wrench(side, arrival, wrench_row(message.wrench))
+
+    def _on_door(self, message: JointState, arrival: Arrival) -> Sequence[Any]:
+        if not (message.position and message.velocity):
+            return self._ignore(DOOR, "it must have the door's angle and angular velocity")
+        return self.inputs.on_door(arrival, message.position[0], message.velocity[0])
+
+    def _on_zmp(self, message: PointStamped) -> None:
+        self.zmp = (seconds(message.header.stamp), np.array([message.point.x, message.point.y]))
+
+    def _ignore(self, topic: str, why: str) -> Sequence[Any]:
+        self._ignored[topic] = why
+        self._node.get_logger().warning(f"a message on {topic} was ignored: {why}",
+                                        throttle_duration_sec=WARNING_PERIOD)
+        return ()
+
+    # -- watches --------------------------------------------------------------------------------
 
     @contextmanager
     def _ends_the_motion(self) -> Iterator[None]:
@@ -127,54 +212,61 @@ class WatchedTopics:
         try:
             yield
         except Exception as error:  # a motion must not go on without its node
-            self._after(-math.inf, self._inputs.on_failure(error))
+            self._after(-math.inf, self.inputs.on_failure(error))
             raise
-
-    def now(self) -> float:
-        """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
-        return present(self._clock(), self._newest)
 
     def _clock(self) -> float:
         return float(self._node.get_clock().now().nanoseconds * 1e-9)
 
-    def ignored(self, topic: str, why: str) -> list[Any]:
-        """Warn that a message was ignored; return the commands that follow, which are none."""
-        self._node.get_logger().warning(f"a message on {topic} was ignored: {why}",
-                                        throttle_duration_sec=WARNING_PERIOD)
-        return []
-
     def _clock_went_back(self, _: Any) -> None:
         """Give up the motion: after a reset of the simulation its times mean nothing any more."""
         self._newest = -math.inf
-        self._inputs.forget()
+        self.inputs.forget()
         self._after(-math.inf, [])
 
     def _watch(self, watch: Freshness) -> None:
         """End a motion if messages about robot or door do not arrive any more."""
-        missing, joints = watch.tick(), self._inputs.joints
+        missing, joints = watch.tick(), self.inputs.joints
         if missing is None or joints is None:
             return
         with self._ends_the_motion():
-            self._after(joints[0], self._inputs.on_silence(*missing, watch.limit))
+            self._after(joints[0], self.inputs.on_silence(*missing, watch.limit))
 
     def _report(self) -> None:
         """Publish what was dropped or late, and who publishes beside the driver."""
         self._diagnostics.publish(diagnostics(
-            self._node.get_name(), self._inputs.intake, self.crowded(),
+            self._node.get_name(), self.inputs.intake, self.crowded(),
             self._node.get_clock().now().to_msg()))
 
     def crowded(self) -> dict[str, list[str]]:
-        """Names of a topic's publishers, for each topic that has one too many.
+        """Names of a topic's publishers, for each topic that has one too many."""
+        return crowded(self._node, (*self._handlers, TRAJECTORY))
 
-        A topic of the driver has one publisher, and only the `COMMANDERS` send trajectories.
-        """
-        found = {}
-        for topic in (*self._topics, TRAJECTORY):
-            names = sorted(f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                           for one in self._node.get_publishers_info_by_topic(topic))
-            allowed = COMMANDERS if topic == TRAJECTORY else ()
-            foreign = [name for name in names if name.rpartition("/")[2] not in allowed]
-            twice = len(names) - len(foreign) > len(set(names) - set(foreign))
-            if twice or len(foreign) > (topic != TRAJECTORY):
-                found[topic] = names
-        return found
+
+def silence_of(node: GuardedNode, topic: str) -> str:
+    """Say why a reliable subscription to a topic may get nothing."""
+    publishers = node.get_publishers_info_by_topic(topic)
+    if not publishers:
+        return ": nobody publishes there; does the driver run?"
+    for one in publishers:
+        if one.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT:
+            return (f": {one.node_name} publishes with the QoS best effort, which a subscription "
+                    "with the QoS reliable does not get; let it publish reliably")
+    return ""
+
+
+def crowded(node: GuardedNode, topics: Iterable[str]) -> dict[str, list[str]]:
+    """Return the names of a topic's publishers, for each topic that has one too many.
+
+    A topic of the driver has one publisher, and only the `COMMANDERS` send trajectories.
+    """
+    found = {}
+    for topic in topics:
+        names = sorted(f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+                       for one in node.get_publishers_info_by_topic(topic))
+        allowed = COMMANDERS if topic == TRAJECTORY else ()
+        foreign = [name for name in names if name.rpartition("/")[2] not in allowed]
+        twice = len(names) - len(foreign) > len(set(names) - set(foreign))
+        if twice or len(foreign) > (topic != TRAJECTORY):
+            found[topic] = names
+    return found

@@ -1,4 +1,4 @@
-"""`make bench`: measures speeds and, in the same run, those of a peer."""
+"""Command ``bench``: measure speeds and, in the same run, those of a peer."""
 
 import argparse
 import json
@@ -71,30 +71,8 @@ BENCHMARKS = {
 }
 
 
-def run(names: list[str], out: Path) -> None:
-    """Measure, print a table and write ``summary.json``.
-
-    Args:
-        names: Names of the benchmarks to run.
-        out: Folder of the results.
-
-    Raises:
-        EvaluationError: A benchmark could not be measured.
-    """
-    out.mkdir(parents=True, exist_ok=True)
-    summary = {}
-    for name in names:
-        print(f"{name} ...", flush=True)
-        summary[name] = BENCHMARKS[name].run(out)
-    print(f"{'':22}{'value':>10}{'peer':>10}{'ratio':>8}")
-    for name, row in summary.items():
-        print(f"{name:22}{row['value']:10.4g}{row['peer_value']:10.4g}{row['ratio']:8.3f}  "
-              f"{row['unit']}\n{'':22}  peer: {row['peer']}\n{'':22}  {row['reference']}".rstrip())
-    (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
-
-
 def main(args: list[str] | None = None) -> int:
-    """Run the benchmarks.
+    """Run benchmarks, print a table and write ``summary.json``.
 
     Args:
         args: Command line without the program's name; None means the process's own.
@@ -109,14 +87,24 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("out/bench"),
                         help="folder of the results (default: out/bench)")
     options = parser.parse_args(args)
-    unknown = [name for name in options.names if name not in BENCHMARKS]
-    if unknown:
-        parser.error(f"there is no benchmark {unknown[0]}; there are {', '.join(BENCHMARKS)}")
+    for name in options.names:
+        if name not in BENCHMARKS:
+            parser.error(f"there is no benchmark {name}; there are {', '.join(BENCHMARKS)}")
     try:
-        run(options.names or list(BENCHMARKS), options.out)
+        options.out.mkdir(parents=True, exist_ok=True)
+        summary = {}
+        for name in options.names or BENCHMARKS:
+            print(f"{name} ...", flush=True)
+            summary[name] = BENCHMARKS[name].run(options.out)
+        content = json.dumps(summary, indent=1) + "\n"
+        (options.out / "summary.json").write_text(content, encoding="utf-8")
     except (EvaluationError, OSError) as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
+    print(f"{'':22}{'value':>10}{'peer':>10}{'ratio':>8}")
+    for name, row in summary.items():
+        print(f"{name:22}{row['value']:10.4g}{row['peer_value']:10.4g}{row['ratio']:8.3f}  "
+              f"{row['unit']}\n{'':22}  peer: {row['peer']}\n{'':22}  {row['reference']}".rstrip())
     return 0
 
 

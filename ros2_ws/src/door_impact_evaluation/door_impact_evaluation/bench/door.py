@@ -1,4 +1,4 @@
-"""Measures how fast doors are identified and simulated; the peer is scipy, one door at a time.
+"""Measure how fast doors are identified and simulated; the peer is scipy, one door at a time.
 
 Each benchmark returns its processor time and its peer's [ms], and raises `BenchError` if the two
 find different results.

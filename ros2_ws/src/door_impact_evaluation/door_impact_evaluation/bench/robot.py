@@ -1,4 +1,4 @@
-"""Measures plans, physics engines, bridge and graph, each beside its peer.
+"""Measure plans, physics engines, bridge and graph, each beside its peer.
 
 The peer of a planner is the loop that one would write first: at each sample of the same motion
 inverse kinematics by iteration, then finite differences and the Newton-Euler algorithm. It makes
@@ -14,7 +14,6 @@ import math
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
@@ -32,11 +31,11 @@ from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.stance import stance_for_step
 from impact_planner.motion.posture_table import PostureTable
-from impact_planner.motion.run_up import RunUpWish, time_run_up
+from impact_planner.motion.run_up import time_run_up
 from impact_planner.plan import plan_impact
 from impact_planner.ros.messages import plan_message
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import PlanRequest
+from impact_planner.task.request import PlanRequest, Task, resolve
 from impact_planner.task.settings import PlannerSettings
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
@@ -90,13 +89,13 @@ def plan_service() -> tuple[float, float]:
 def plan_retime() -> tuple[float, float]:
     """Measure timing a run-up anew for another v_rB, beside the whole plan anew [ms]."""
     robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
-    plan = plan_impact(_TARGET, known, robot)
-    stance = stance_for_step(robot, plan.hit.stance.step, PlannerSettings().com_inside_edge)
-    table = PostureTable(robot, stance, 0.05)
-    wish = RunUpWish("mcv50", 0.4, 0.02, 0.025, 0.02, 0.9, 0.005)
+    plan, settings = plan_impact(_TARGET, known, robot), PlannerSettings()
+    task = Task(robot, known, resolve(_TARGET, settings, known), settings)
+    stance = stance_for_step(robot, plan.hit.stance.step, settings.com_inside_edge)
+    table = PostureTable(robot, stance, 0.1)
     speeds = np.random.default_rng(0).uniform(*_RETIME_SPEEDS, _RETIMED).tolist()
-    ours = median(timed(lambda: time_run_up(
-        robot, stance, table, replace(wish, v_rb=speeds.pop())))[0] for _ in range(_RETIMED))
+    ours = median(timed(lambda: time_run_up(task, stance, table, speeds.pop()))[0]
+                  for _ in range(_RETIMED))
     whole = median(timed(lambda: plan_impact(_TARGET, known, robot))[0] for _ in range(_RETIMED))
     return 1e3 * ours, 1e3 * whole
 

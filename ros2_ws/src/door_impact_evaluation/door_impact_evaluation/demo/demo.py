@@ -1,4 +1,4 @@
-"""`make demo`: starts every node, runs the demonstration, stops every node."""
+"""Command ``demo``: start every node, run the demonstration, stop every node."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from door_model.door.config import load_door
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from impact_planner.task.settings import ENDINGS, RUN_UPS
 
-from door_impact_evaluation.demo.settings import LATER_ENDINGS, DemoSettings
+from door_impact_evaluation.demo.settings import DemoSettings
 from door_impact_evaluation.errors import DemoError, EvaluationError
 from door_impact_evaluation.report import report
 
@@ -44,7 +44,7 @@ class ResultFolder:
         self._lock: int | None = None  # descriptor of the folder, whose lock ends with the process
 
     def begin(self) -> None:
-        """Makes an empty folder for a new run; the results of the run before stay untouched.
+        """Make an empty folder for a new run; the results of the run before stay untouched.
 
         Raises:
             OutputError: The folder cannot be made, or another run writes to it.
@@ -60,17 +60,17 @@ class ResultFolder:
         make_folder(self.unfinished)
 
     def release(self) -> None:
-        """Lets other runs write to the folder."""
+        """Let other runs write to the folder."""
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
 
     def is_complete(self) -> bool:
-        """Reports whether the new run has written its results; summary.json is written last."""
+        """Return whether the new run has written its results; summary.json is written last."""
         return (self.unfinished / "summary.json").exists()
 
     def replace(self) -> None:
-        """Puts the results of the new run in the place of those of the run before.
+        """Put the results of the new run in the place of those of the run before.
 
         A file that the new run did not write is removed: no old file may pass for a new result.
         """
@@ -83,6 +83,7 @@ class ResultFolder:
         shutil.rmtree(self.unfinished)
 
 
+_GRACE = 15.0  # time that the launcher has to stop its nodes before all are killed [s]
 _SHOWN = 2000  # characters of the nodes' log that an error shows at most
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -98,20 +99,6 @@ def _angle(text: str) -> float:
     return value
 
 
-def _ending(text: str) -> str:
-    if text in LATER_ENDINGS:
-        raise argparse.ArgumentTypeError(
-            f"{text} is not available yet, it comes with a later version: choose "
-            f"{' or '.join(ENDINGS)}")
-    return text
-
-
-def _switch(text: str) -> bool:
-    if text not in ("0", "1"):
-        raise argparse.ArgumentTypeError(f"it is {text}, it must be 0 or 1")
-    return text == "1"
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="demo",
@@ -120,7 +107,7 @@ def _parser() -> argparse.ArgumentParser:
                         help="paper, size2, size3, size4 or a YAML file (default: paper)")
     parser.add_argument("--target-deg", type=_angle, default=25.0,
                         help="desired opening angle [deg] (default: 25)")
-    parser.add_argument("--ending", type=_ending, choices=ENDINGS, default="hold",
+    parser.add_argument("--ending", choices=ENDINGS, default="hold",
                         help="what the robot does with the open door (default: hold)")
     parser.add_argument("--run-up", choices=RUN_UPS, default="mcv50",
                         help="mcv50, the paper's, or zmp_limited, for doors that need a faster "
@@ -130,22 +117,15 @@ def _parser() -> argparse.ArgumentParser:
                         "results are those of the last one (default: 1)")
     parser.add_argument("--engine", choices=ENGINES, default=WorldSettings.engine,
                         help=f"physics engine (default: {WorldSettings.engine})")
-    parser.add_argument("--gui", type=_switch, default=False,
+    parser.add_argument("--gui", choices=("0", "1"), default="0",
                         help="1 opens the physics engine's window")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
                         help="folder in which the results are written (default: out/demo)")
     return parser
 
 
-def _stop(launcher: subprocess.Popen[bytes]) -> None:
-    """Stops the launcher and all its nodes, whatever signals arrive meanwhile."""
-    for number in _SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
-    stop_nodes(launcher)
-
-
 def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
-    """Runs a demonstration from the start of the nodes until the results are in their place.
+    """Run a demonstration from the start of the nodes until the results are in their place.
 
     Args:
         settings: What to do.
@@ -189,49 +169,18 @@ def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> No
     except DemoError as error:
         if launcher.poll() is None:
             raise
-        _stop(launcher)
+        stop_nodes(launcher)  # so that its log is complete
         raise DemoError(f"{error}\n{_complaints(settings.out / LOG)}") from error
-    finally:
-        _stop(launcher)
+    finally:  # whatever signals arrive meanwhile
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+        stop_nodes(launcher)
 
 
 def _complaints(log: Path) -> str:
-    """The last lines of the nodes' log that are warnings or errors, indented."""
+    """Return the last lines of the nodes' log that are warnings or errors, indented."""
     lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
     return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[-_SHOWN:]
-
-
-def main(args: list[str] | None = None) -> int:
-    """Runs the demonstration.
-
-    Args:
-        args: Command line without the program's name; None means the process's own.
-
-    Returns:
-        0 if the door was opened, 1 if something failed, 130 after Ctrl-C.
-    """
-    options = _parser().parse_args(args)
-    # A closed terminal or a supervisor's SIGTERM must end the nodes as Ctrl-C does.
-    for number in _SIGNALS[1:]:
-        signal.signal(number, signal.default_int_handler)
-    settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
-                            options.hits, options.out)
-    try:
-        _demonstrate(settings, {"engine": options.engine, "gui": str(int(options.gui))})
-    except DoorImpactError as error:
-        print(f"demo: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("demo: interrupted, every node was stopped", file=sys.stderr)
-        return 130
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
-
-
-_GRACE = 15.0  # time that the launcher has to stop its nodes before all are killed [s]
 
 
 def start_nodes(log: Path, *arguments: str) -> subprocess.Popen[bytes]:
@@ -266,3 +215,33 @@ def stop_nodes(launcher: subprocess.Popen[bytes]) -> None:
     with suppress(ProcessLookupError):
         os.killpg(launcher.pid, signal.SIGKILL)
     launcher.wait()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the demonstration.
+
+    Args:
+        args: Command line without the program's name; None means the process's own.
+
+    Returns:
+        0 if the door was opened, 1 if something failed, 130 after Ctrl-C.
+    """
+    options = _parser().parse_args(args)
+    # A closed terminal or a supervisor's SIGTERM must end the nodes as Ctrl-C does.
+    for number in _SIGNALS[1:]:
+        signal.signal(number, signal.default_int_handler)
+    settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
+                            options.hits, options.out)
+    try:
+        _demonstrate(settings, {"engine": options.engine, "gui": options.gui})
+    except DoorImpactError as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("demo: interrupted, every node was stopped", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

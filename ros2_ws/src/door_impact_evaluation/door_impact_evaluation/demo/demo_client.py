@@ -1,4 +1,4 @@
-"""The client of the nodes: it pushes the door and requests identification, plan and hit."""
+"""Use the nodes as a person would: push the door, request identification, plan and hit."""
 
 import time
 from collections.abc import Callable
@@ -20,13 +20,23 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from door_impact_evaluation.demo.progress import report_progress
 from door_impact_evaluation.errors import DemoError
 
 _PUSHED_PEAKS_DEG = (12.0, 16.0, 20.0, 25.0, 30.0)  # angles that the pushes by hand aim at [deg]
 _FIRST_PUSH = 5.0      # angular impulse of the first push; the next ones use the peaks seen [N m s]
 _PUSH_DURATION = 0.15  # duration of each push [s]
 _CLOSED = np.radians(0.2)  # opening angle below which the door counts as closed [rad]
+_started = time.monotonic()  # time at which this process began, on the monotonic clock [s]
+
+
+def wall_time() -> float:
+    """Return the wall time since this process began [s]."""
+    return time.monotonic() - _started
+
+
+def report_progress(text: str) -> None:
+    """Print a line of progress with the wall time since this process began."""
+    print(f"[{wall_time():6.1f} s] {text}", flush=True)
 
 
 class DemoClient(Node):
@@ -83,12 +93,12 @@ class DemoClient(Node):
             report_progress(f"    {phase}")
 
     def now(self) -> float:
-        """Returns the graph's time [s]; stamps tell it between two messages on /clock."""
+        """Return the graph's time [s]; stamps tell it between two messages on /clock."""
         clock = self.get_clock().now().nanoseconds * 1e-9
         return present(clock, *(stamp for stamp, *_ in self.zmp[-1:]))
 
     def until(self, condition: Callable[[], bool], what: str, timeout: float) -> None:
-        """Spins until a condition holds.
+        """Spin until a condition holds.
 
         Args:
             condition: Function that is called after every message.
@@ -106,24 +116,28 @@ class DemoClient(Node):
                 raise DemoError(f"waited {timeout:.0f} s for {what}: see nodes.log")
             self._callbacks.spin_once(timeout_sec=0.1)
 
-    def call(self, client: Any, request: Any, timeout: float = 60.0) -> Any:
-        """Calls a service and returns its response.
+    def _demand(self, client: Any, request: Any, failure: str, timeout: float = 60.0) -> Any:
+        """Call a service and return its response.
 
         Args:
             client: Client of the service.
             request: Request to send.
+            failure: What it means if the service refuses, for the error.
             timeout: Longest wall time to wait for the response [s].
 
         Raises:
-            DemoError: The service is not there, or does not respond in time.
+            DemoError: The service is not there, does not respond in time, or refuses.
         """
         self.until(client.service_is_ready, f"the service {client.srv_name}", 30.0)
         future = client.call_async(request)
         self.until(future.done, f"the response of {client.srv_name}", timeout)
-        return future.result()
+        response = future.result()
+        if not response.success:
+            raise DemoError(f"{failure}: {response.message}")
+        return response
 
     def wait_for_graph(self) -> None:
-        """Waits until robot, door and executor are there and simulated time runs.
+        """Wait until robot, door and executor are there and simulated time runs.
 
         Raises:
             DemoError: One of them does not appear in time.
@@ -134,7 +148,7 @@ class DemoClient(Node):
         self.until(partial(self._is_past, start + 0.5), "half a second of simulated time", 30.0)
 
     def push_by_hand(self) -> list[float]:
-        """Pushes the door several times and lets it fall shut after each push.
+        """Push the door several times and let it fall shut after each push.
 
         Returns:
             Largest opening angle after each push [rad].
@@ -148,9 +162,7 @@ class DemoClient(Node):
             if peaks:  # against a constant torque the peak grows with the impulse's square
                 impulse *= float(np.clip(np.sqrt(wanted / max(peaks[-1], 0.01)), 0.6, 1.6))
             push = PushDoor.Request(impulse=impulse, duration=_PUSH_DURATION)
-            response = self.call(self._push, push)
-            if not response.success:
-                raise DemoError(f"the push was refused: {response.message}")
+            self._demand(self._push, push, "the push was refused")
             first, start = len(self.door), self.now()
             self.until(partial(self._is_past, start + 1.0), "the swing", 60.0)
             self.until(self._door_at_rest, "the door to fall shut", 60.0)
@@ -167,18 +179,16 @@ class DemoClient(Node):
         return len(recent) > 15 and max(recent) < _CLOSED
 
     def identify(self) -> CloserParameters:
-        """Requests the identification of the door from the pushes, and returns its parameters.
+        """Request the identification of the door from the pushes, and return its parameters.
 
         Raises:
             DemoError: The door could not be identified.
         """
-        response = self.call(self._identify, IdentifyCloser.Request(), timeout=120.0)
-        if not response.success:
-            raise DemoError(f"the door could not be identified: {response.message}")
-        return response.parameters
+        return self._demand(self._identify, IdentifyCloser.Request(),
+                            "the door could not be identified", timeout=120.0).parameters
 
     def make_plan(self, target: float, ending: str, run_up: str) -> tuple[ImpactPlan, float]:
-        """Requests a plan.
+        """Request a plan.
 
         Args:
             target: Desired opening angle [rad].
@@ -194,17 +204,15 @@ class DemoClient(Node):
         request = PlanDoorImpact.Request(
             desired_opening_angle=target, ending=ending, run_up=run_up)
         started = time.perf_counter()
-        response = self.call(self._plan, request)
+        response = self._demand(self._plan, request, "no plan")
         elapsed = 1e3 * (time.perf_counter() - started)
-        if not response.success:
-            raise DemoError(f"no plan: {response.message}")
         self.until(lambda: self.plan is not None and self.plan.plan_id == response.plan.plan_id,
                    "the plan on /door_impact_plan", 30.0)
         assert self.plan is not None
         return self.plan, elapsed
 
     def execute(self, plan_id: str) -> Any:
-        """Executes a plan and returns the result of the action.
+        """Execute a plan and return the result of the action.
 
         Args:
             plan_id: Identifier of the plan.
@@ -223,25 +231,21 @@ class DemoClient(Node):
         return result.result().result
 
     def start_again(self) -> None:
-        """Puts robot and door back to the start; the planner keeps what it has learned.
+        """Put robot and door back to the start; the planner keeps what it has learned.
 
         Raises:
             DemoError: The simulation was not reset.
         """
         before = self.now()
-        response = self.call(self._reset, Trigger.Request())
-        if not response.success:
-            raise DemoError(f"the simulation was not reset: {response.message}")
+        self._demand(self._reset, Trigger.Request(), "the simulation was not reset")
         self.until(lambda: self.now() < before, "the clock to go back", 30.0)
         self.door, self.zmp, self.phases = [], [], []
         self.wait_for_graph()
 
     def save_log(self) -> None:
-        """Makes the simulation write its log.
+        """Make the simulation write its log.
 
         Raises:
             DemoError: The log was not written.
         """
-        response = self.call(self._save_log, Trigger.Request())
-        if not response.success:
-            raise DemoError(f"the simulation's log was not written: {response.message}")
+        self._demand(self._save_log, Trigger.Request(), "the simulation's log was not written")

@@ -1,4 +1,4 @@
-"""Node ``demo_runner``: runs the demonstration with nodes that run already."""
+"""Node ``demo_runner``: run the demonstration with nodes that run already."""
 
 import sys
 import time
@@ -18,8 +18,7 @@ from impact_planner.task.settings import ENDINGS, RUN_UPS
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from door_impact_evaluation.demo.demo_client import DemoClient
-from door_impact_evaluation.demo.progress import report_progress, wall_time
+from door_impact_evaluation.demo.demo_client import DemoClient, report_progress, wall_time
 from door_impact_evaluation.demo.settings import DemoSettings
 from door_impact_evaluation.errors import DemoError
 
@@ -39,7 +38,7 @@ PARAMETERS = {
 
 
 def refuse_running_graph() -> None:
-    """Checks that none of the demonstration's nodes is running in this domain.
+    """Check that none of the demonstration's nodes is running in this domain.
 
     Raises:
         DemoError: Some are; the error names them.
@@ -62,7 +61,7 @@ def run(
     nodes_alive: Callable[[], bool] = lambda: True,
     stop_nodes: Callable[[], None] = lambda: None,
 ) -> None:
-    """Runs the demonstration with nodes that were started by others, and writes the results.
+    """Run the demonstration with nodes that were started by others, and writes the results.
 
     Args:
         settings: What to do.
@@ -75,7 +74,6 @@ def run(
     """
     # Imported here: matplotlib, Pinocchio and PyBullet load while the nodes start.
     from door_impact_evaluation.demo import results
-    from door_impact_evaluation.demo.received import Received
 
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -103,7 +101,7 @@ def run(
         stop_nodes()
         report_progress("drawing the figures, the animation and the replay")
         try:
-            results.write(Received(
+            results.write(results.Received(
                 door=settings.door, target_deg=settings.target_deg, parameters=parameters,
                 plan=plan, outcome=outcome, planning_ms=planning_ms,
                 real_time_factor=real_time_factor, wall_s=wall_time(),
@@ -122,7 +120,7 @@ def run(
 
 
 def _hit(node: DemoClient, settings: DemoSettings) -> tuple[ImpactPlan, float, Any]:
-    """Plans and executes one hit.
+    """Plan and execute one hit.
 
     Returns:
         The plan, the wall time of planning [ms], and the result of the action.
@@ -144,7 +142,7 @@ def _hit(node: DemoClient, settings: DemoSettings) -> tuple[ImpactPlan, float, A
 
 
 def settings_of(node: Node) -> DemoSettings:
-    """Declares and reads the parameters of the node demo_runner.
+    """Declare and read the parameters of the node demo_runner.
 
     Args:
         node: The node.
@@ -178,7 +176,7 @@ def _settings_from_parameters(args: list[str] | None) -> DemoSettings:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Runs the node of demo.launch.yaml; its parameters are those of `PARAMETERS`.
+    """Run the node of demo.launch.yaml; its parameters are those of `PARAMETERS`.
 
     Args:
         args: Command line with ROS arguments; None means the process's own.

@@ -1,10 +1,11 @@
-"""Turns what a demonstration received and logged into its results: summary, pictures, report."""
+"""Write the results of a demonstration, summary, pictures and report, from messages and the log."""
 
 import json
 import math
 import os
 import platform
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -20,18 +21,18 @@ from door_model.recording.recording import Recording
 from door_model.recording.sample_store import SampleStore
 from door_model.recording.swings import FreeSwing, find_swings
 from door_model.ros.messages import to_batch
-from hrp2_description.robot import RobotConfig, load_robot_config
+from hrp2_description.robot import load_robot_config
 from impact_planner.ros.messages import door_from_message
 from rclpy.utilities import get_rmw_implementation_identifier
 from scipy.optimize import least_squares
 
-from door_impact_evaluation.demo.received import Received
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import animation, figures, report, table
-from door_impact_evaluation.report.run_replay import replay_of_run
+from door_impact_evaluation.report.replay import replay_of
+from door_impact_evaluation.report.run_replay import run_of_log
 from door_impact_evaluation.run import evaluation, simulation_log
-from door_impact_evaluation.run.record import DemoRecord, Support, SwingFit
-from door_impact_evaluation.run.simulation_log import HitLoads, SimulationLog
+from door_impact_evaluation.run.record import DemoRecord, Support
+from door_impact_evaluation.run.simulation_log import SimulationLog
 
 _HELD_OVER = 0.3  # time at the end over which the held angle is averaged [s]
 _IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
@@ -40,9 +41,44 @@ _PLANNED = ("omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass
 _PACKAGES = ("numpy", "scipy")  # packages whose versions are recorded
 
 
+@dataclass(frozen=True)
+class Received:
+    """Messages, answers and times that the demonstration received, as any user of the nodes can.
+
+    Attributes:
+        door: Name or YAML file of the simulated door.
+        target_deg: Desired opening angle [deg].
+        parameters: Message CloserParameters with the identified door.
+        plan: Message ImpactPlan with the plan that was executed.
+        outcome: Result of the action ExecuteDoorImpact.
+        planning_ms: Wall time from the request to the answer of the planning service [ms].
+        real_time_factor: Simulated time over wall time.
+        wall_s: Wall time of the demonstration [s].
+        door_angle: Stamp and angle of every message on /door_angle (n, 2) [s, rad].
+        zmp: Stamp, x and y of every message on /zmp, in odom (m, 3) [s, m, m].
+        samples: Messages EncoderSamples of the pushes by hand.
+        phases: Start [s] and name of each phase, by the action's feedback.
+        end: Time at which the motion had ended [s].
+    """
+
+    door: str
+    target_deg: float
+    parameters: Any
+    plan: Any
+    outcome: Any
+    planning_ms: float
+    real_time_factor: float
+    wall_s: float
+    door_angle: Array
+    zmp: Array
+    samples: Sequence[Any]
+    phases: list[tuple[float, str]]
+    end: float
+
+
 def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, record: DemoRecord,
               raw: Support) -> dict[str, Any]:
-    """Computes every figure of summary.json.
+    """Compute every figure of summary.json.
 
     Args:
         received: What the demonstration received from the nodes.
@@ -51,21 +87,49 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
         record: What was measured of the motion.
         raw: ZMP and margins of the 1 kHz wrenches without averaging.
     """
-    plan, loads = received.plan, log.hit_loads(hit)
+    plan, motion, loads = received.plan, log.motion, log.hit_loads(hit)
+    peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
+    end = record.phases[plan.ending][1]
+    last = (motion.t > end - _HELD_OVER) & (motion.t <= end)
+    held = float(np.degrees(motion.door_angle[last].mean())) if plan.ending == "hold" else None
     return {
-        "door": _door(received, log, hit, record),
+        "door": {
+            "target_deg": received.target_deg,
+            "peak_deg": peak_deg,
+            "error_deg": peak_deg - received.target_deg,
+            "peak_time_s": record.peak_time - record.contact_time,
+            "held_deg": held,
+        },
         "identified": _identified(received),
         "plan": {
             **{key: float(getattr(plan, key)) for key in _PLANNED},
             "planning_ms": received.planning_ms,
         },
-        "impact": _impact(received, loads, hit, record),
+        "impact": {
+            "v_rb_measured": hit.v_rb,
+            "v_rb_post_measured": hit.v_rb_post,
+            "omega_door_measured": hit.omega_door,
+            "contacts_before_peak": hit.contacts_before_peak,
+            "peak_force_n": hit.peak_force,
+            "duration_ms": 1e3 * hit.duration,
+            "restitution": hit.restitution,
+            "switch_latency_ms": _switch_latency(received.outcome, record.contact_time),
+            "brace_impulse_nms": loads.brace_impulse,
+            "pad_force_n": loads.pad_force,
+        },
         "zmp": {
             "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},
             "measured_min_margin_mm": _margins_mm(record.support, record),
             "raw_min_margin_mm": _margins_mm(raw, record),
         },
-        "robot": _robot(log, loads, record),
+        "robot": {
+            "fell": bool(log.fell),
+            "max_tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
+            "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
+            "max_torque_ratio": log.max_torque_ratio,
+            "gear_load": loads.shares,
+            "foot_slip_mm": 1e3 * evaluation.slip(motion, *record.phases["post"]),
+        },
         "run": {
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
@@ -74,22 +138,6 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             "rmw": get_rmw_implementation_identifier(),
             "versions": _versions(log.engine),
         },
-    }
-
-
-def _door(received: Received, log: SimulationLog, hit: evaluation.Impact,
-          record: DemoRecord) -> dict[str, Any]:
-    motion, ending = log.motion, received.plan.ending
-    peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
-    end = record.phases[ending][1]
-    last = (motion.t > end - _HELD_OVER) & (motion.t <= end)
-    held = float(np.degrees(motion.door_angle[last].mean())) if ending == "hold" else None
-    return {
-        "target_deg": received.target_deg,
-        "peak_deg": peak_deg,
-        "error_deg": peak_deg - received.target_deg,
-        "peak_time_s": record.peak_time - record.contact_time,
-        "held_deg": held,
     }
 
 
@@ -105,52 +153,20 @@ def _identified(received: Received) -> dict[str, Any]:
     return found
 
 
-def _impact(received: Received, loads: HitLoads, hit: evaluation.Impact,
-            record: DemoRecord) -> dict[str, Any]:
-    return {
-        "v_rb_measured": hit.v_rb,
-        "v_rb_post_measured": hit.v_rb_post,
-        "omega_door_measured": hit.omega_door,
-        "contacts_before_peak": hit.contacts_before_peak,
-        "peak_force_n": hit.peak_force,
-        "duration_ms": 1e3 * hit.duration,
-        "restitution": hit.restitution,
-        "switch_latency_ms": _switch_latency(received.outcome, record.contact_time),
-        "brace_impulse_nms": loads.brace_impulse,
-        "pad_force_n": loads.pad_force,
-    }
-
-
 def _switch_latency(outcome: Any, contact_time: float) -> float | None:
-    """Time from the contact to the switch to the motion after the hit [ms].
-
-    Returns:
-        None where the executor did not switch.
-    """
+    """Return the time from the contact to the switch of the motion [ms]; None without a switch."""
     latency = 1e3 * (outcome.contact_time + outcome.switch_latency - contact_time)
     return latency if math.isfinite(latency) else None
 
 
 def _margins_mm(support: Support, record: DemoRecord) -> dict[str, float]:
-    """Smallest ZMP margin of each phase [mm]."""
+    """Return the smallest ZMP margin of each phase [mm]."""
     found = evaluation.smallest_margins(record.motion.t, support.margin, record.phases)
     return {name: 1e3 * value for name, value in found.items()}
 
 
-def _robot(log: SimulationLog, loads: HitLoads, record: DemoRecord) -> dict[str, Any]:
-    tilt = evaluation.tilt(log.motion.base_orientation)
-    return {
-        "fell": bool(log.fell),
-        "max_tilt_deg": float(np.degrees(tilt.max())),
-        "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
-        "max_torque_ratio": log.max_torque_ratio,
-        "gear_load": loads.shares,
-        "foot_slip_mm": 1e3 * evaluation.slip(log.motion, *record.phases["post"]),
-    }
-
-
 def _rclpy() -> str:
-    """Names where rclpy is from: "pypi" for the wheels of PyPI, "ros2" for an installed ROS 2."""
+    """Return "pypi" for an rclpy of PyPI's wheels, "ros2" for that of an installed ROS 2."""
     try:
         metadata.version("ros-jazzy-rclpy")
     except metadata.PackageNotFoundError:
@@ -172,7 +188,7 @@ def _versions(engine: str) -> dict[str, str]:
 
 
 def write(received: Received, out: Path) -> None:
-    """Writes the pictures, the report and at last summary.json, and prints the table.
+    """Write the pictures, the report and at last summary.json, and print the table.
 
     Args:
         received: What the demonstration received from the nodes.
@@ -187,10 +203,16 @@ def write(received: Received, out: Path) -> None:
     hit = evaluation.impact(log.motion, received.plan.l_b)
     robot, door = load_robot_config(), load_door(received.door)
     measured = evaluation.support(log.motion, robot, window=evaluation.WINDOW)
-    record = _record(received, log, hit, measured)
+    t = log.motion.t
+    record = DemoRecord(
+        motion=log.motion, phases=_phases(received, log, hit), support=measured,
+        contact_time=float(t[hit.contact.start]), peak_time=float(t[hit.peak]),
+        zmp_topic=received.zmp, door_topic=received.door_angle)
     draw_door(received.parameters, received.samples, door, out)
-    draw_motion(record, received.target_deg, out)
-    draw_animation(log, robot, door, record.contact_time, out / "impact.gif")
+    figures.cam(out / "cam_curve.png")
+    figures.zmp(record, out / "zmp.png")
+    figures.door_angle(record, received.target_deg, out / "door_angle.png")
+    animation.hit(log, robot, door, record.contact_time, out / "impact.gif")
     raw = evaluation.support(log.motion, robot, window=0.0)
     summary = summarize(received, log, hit, record, raw)
     caught_deg = float(np.degrees(log.motion.door_angle[hit.peak:].min()))
@@ -198,7 +220,7 @@ def write(received: Received, out: Path) -> None:
     heading = _heading(summary, received.outcome)
     notes = [*received.plan.warnings, *received.parameters.warnings]
     notes += [log.fell] if log.fell else []
-    replay = replay_of_run(record, log, received.plan, robot, door)
+    replay = replay_of(run_of_log(record, log, received.plan, robot, door))
     report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
     print(table.text(rows), flush=True)
@@ -206,7 +228,7 @@ def write(received: Received, out: Path) -> None:
 
 
 def _heading(summary: dict[str, Any], outcome: Any) -> str:
-    """One sentence that says how far the door opened and what became of the robot."""
+    """Return a sentence about how far the door opened and what became of the robot."""
     door, robot = summary["door"], summary["robot"]
     opened = (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
               f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
@@ -219,25 +241,9 @@ def _heading(summary: dict[str, Any], outcome: Any) -> str:
     return opened + f"stands, holding it at {door['held_deg']:.1f} deg."
 
 
-def _record(received: Received, log: simulation_log.SimulationLog, hit: evaluation.Impact,
-            support: Support) -> DemoRecord:
-    t = log.motion.t
-    return DemoRecord(
-        motion=log.motion,
-        phases=_phases(received, log, hit),
-        contact_time=float(t[hit.contact.start]),
-        peak_time=float(t[hit.peak]),
-        support=support,
-        zmp_topic_t=received.zmp[:, 0],
-        zmp_topic=received.zmp[:, 1:],
-        door_topic_t=received.door_angle[:, 0],
-        door_topic=received.door_angle[:, 1],
-    )
-
-
-def _phases(received: Received, log: simulation_log.SimulationLog, hit: evaluation.Impact,
+def _phases(received: Received, log: SimulationLog, hit: evaluation.Impact,
             ) -> dict[str, tuple[float, float]]:
-    """Start and end of each phase [s].
+    """Return start and end of each phase [s].
 
     The action's feedback gives the starts. Only the contact and the peak of the door are taken
     from the simulation's log, which has them to the millisecond.
@@ -252,7 +258,7 @@ def _phases(received: Received, log: simulation_log.SimulationLog, hit: evaluati
 
 
 def draw_door(parameters: Any, samples: Sequence[Any], simulated: DoorConfig, out: Path) -> None:
-    """Draws the identified door: its closer's angle, its restoring torque and its swings.
+    """Draw the identified door: its closer's angle, its restoring torque and its swings.
 
     Args:
         parameters: Message CloserParameters with the identified door.
@@ -265,45 +271,11 @@ def draw_door(parameters: Any, samples: Sequence[Any], simulated: DoorConfig, ou
     """
     identified = door_from_message(parameters).door
     swings = [_swing_fit(identified, swing.opening()) for swing in find_swings(_recording(samples))]
-    swung_to = max(float(swing.measured.max()) for swing in swings)
+    swung_to = max(float(measured.max()) for _, measured, _ in swings)
     figures.closer_angle(identified.closer, out / "closer_angle.png")
     figures.restoring_torque(identified, simulated.door(), swung_to, out / "restoring_torque.png")
     figures.identification_fit(swings, float(np.degrees(parameters.fit_rmse)),
                                out / "identification.png")
-
-
-def draw_motion(record: DemoRecord, target_deg: float, out: Path) -> None:
-    """Draws the cam curve, the ZMP and the angle of the door.
-
-    Args:
-        record: What was measured of the motion.
-        target_deg: Desired opening angle [deg].
-        out: Folder of the pictures.
-    """
-    figures.cam(out / "cam_curve.png")
-    figures.zmp(record, out / "zmp.png")
-    figures.door_angle(record, target_deg, out / "door_angle.png")
-
-
-def draw_animation(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: float,
-                   path: Path) -> None:
-    """Renders the hit from the simulation's log.
-
-    Args:
-        log: The simulation's log.
-        robot: The robot, for its URDF and the names of its joints.
-        door: The door, for the size of its leaf.
-        contact_time: Time of the first contact of robot and door [s].
-        path: GIF file to write.
-    """
-    motion = log.motion
-    scene = animation.Scene(
-        urdf=str(robot.urdf_path), joint_names=robot.joint_names,
-        leaf=(door.leaf.width, door.leaf.height, door.leaf.thickness),
-        hinge_x=log.hinge_x, door_distance=log.door_distance)
-    poses = animation.Poses(t=motion.t, joints=motion.joints, base_position=motion.base_position,
-                            base_orientation=motion.base_orientation, door_angle=motion.door_angle)
-    animation.hit(scene, poses, contact_time, path)
 
 
 def _recording(samples: Sequence[Any]) -> Recording:
@@ -314,8 +286,8 @@ def _recording(samples: Sequence[Any]) -> Recording:
     return store.recording()
 
 
-def _swing_fit(door: Door, swing: FreeSwing) -> SwingFit:
-    """An opening swing as the encoder measured it, and eq. (1) with the parameters of `door`.
+def _swing_fit(door: Door, swing: FreeSwing) -> tuple[Array, Array, Array]:
+    """Return an opening swing as it was measured, and by eq. (1) with the parameters of `door`.
 
     Initial angle and angular velocity are no parameters of the door: they are fitted anew to each
     swing.
@@ -328,4 +300,4 @@ def _swing_fit(door: Door, swing: FreeSwing) -> SwingFit:
 
     best = least_squares(lambda start: theta(start) - swing.theta,
                          [swing.theta[0], swing.start_speed], x_scale=[0.1, 1.0]).x
-    return SwingFit(t=swing.t, measured=swing.theta, fitted=theta(best))
+    return swing.t, swing.theta, theta(best)

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-LATER_ENDINGS = ("pass",)  # endings that are planned but do not exist yet
-
 
 @dataclass(frozen=True)
 class DemoSettings:

@@ -1,17 +1,20 @@
-"""Reads runs from a recording: an MCAP file, or a folder of `ros2 bag record`.
+"""Read runs from a recording: an MCAP file, or a folder of `ros2 bag record`.
 
 Stamps are those of the messages; a message without one gets the time at which it was recorded. A
-new run begins where the time goes back, because a simulation was reset.
+new run begins where the time goes back by more than 1 s, because a simulation was reset.
 """
 
 import math
+import os
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.arrays import Array
 from door_impact_common.files import shown
 from door_impact_view.replay.recording import Curve, Plot
 from door_impact_view.scene import colors
@@ -139,6 +142,9 @@ _TYPES = {
 _WRENCH = "geometry_msgs/msg/WrenchStamped"  # on whatever topic
 _LATCHED = (_ROBOT_URDF, _DOOR_URDF, _STATIC, _PLAN)  # what was said before a reset still holds
 _RESET = 1.0  # a step back in time that is longer than this is a reset [s]
+_NAMED = 6  # joints that a sentence names at most
+_MOST_RUNS = 200  # a recording with more resets has messages of several clocks
+_MAGIC = b"\x89MCAP0\r\n"  # begin and end of every complete MCAP file
 _COLORS = (colors.COM, colors.FORCE, colors.CAPTURE_POINT, colors.DOOR)  # of the forces
 
 _Rows = list[tuple[float, Any]]  # messages with their stamps [s]
@@ -148,7 +154,8 @@ def read_runs(path: Path) -> list[RecordedRun]:
     """Read a recording.
 
     Args:
-        path: An MCAP file, or a folder that `ros2 bag record` has made.
+        path: An MCAP file, or a folder that `ros2 bag record` has made; `metadata.yaml` is not
+            needed.
 
     Returns:
         What was recorded between two resets of the simulation, in order; those parts that have
@@ -156,18 +163,39 @@ def read_runs(path: Path) -> list[RecordedRun]:
 
     Raises:
         BadRecordingError: The file cannot be read.
-        RecordingError: It contains neither joint angles nor the angle of a door.
+        RecordingError: It contains neither joint angles nor the angle of a door, or more than
+            `_MOST_RUNS` resets.
         UrdfError: The description of the robot or of the door cannot be read.
     """
     with open_bag(path) as bag:
         parts = _split(_messages(bag))
         topics = sorted({connection.topic for connection in bag.connections})
+    cut = _cut_off(path)
+    if len(parts) > _MOST_RUNS:
+        raise RecordingError(
+            f"{shown(path)}: the stamps on {_JOINTS} or {_DOOR} go back by more than {_RESET:g} s "
+            f"{len(parts) - 1} times, as those of two publishers with different clocks",
+            value=len(parts), limit=_MOST_RUNS)
     runs = [run for run in map(_run, parts) if run is not None]
     if not runs:
         raise RecordingError(
-            f"{shown(path)}: has no messages on {_JOINTS} or {_DOOR}; topics with messages: "
-            f"{', '.join(topics) or 'none'}", value=topics, limit=(_JOINTS, _DOOR))
+            f"{shown(path)}: has no messages with finite positions on {_JOINTS} or {_DOOR}; topics "
+            f"with messages: {', '.join(topics) or 'none'}{f'; {cut}' if cut else ''}",
+            value=topics, limit=(_JOINTS, _DOOR))
+    if cut:
+        runs[-1] = replace(runs[-1], notes=(*runs[-1].notes, f"{cut}."))
     return runs
+
+
+def _cut_off(path: Path) -> str:
+    """Say which file of a recording lacks its end; empty if none does."""
+    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path]:
+        with suppress(OSError), file.open("rb") as stream:
+            begin = stream.read(len(_MAGIC))
+            stream.seek(-len(_MAGIC), os.SEEK_END)
+            if begin == _MAGIC != stream.read():
+                return f"{file.name} was cut off, what followed is missing"
+    return ""
 
 
 def _messages(bag: Bag) -> Iterator[tuple[str, float, Any]]:
@@ -205,10 +233,13 @@ def _split(messages: Iterable[tuple[str, float, Any]]) -> list[dict[str, _Rows]]
 
 def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
     """Make a run of its messages; None if nothing moves in it."""
-    joints, doors = _joints(rows[_JOINTS], "position"), _joints(rows[_DOOR], "position")
-    if not joints and not doors:
+    joints, joint_notes = _joints(rows[_JOINTS], _JOINTS)
+    doors, door_notes = _joints(rows[_DOOR], _DOOR)
+    moving = joints or doors
+    if not moving:
         return None
-    hits = find_hits(rows[_PLAN], rows[_TRAJECTORY], doors[0][1] if doors else None)
+    hinge = dict(list(doors.items())[:1])
+    hits = find_hits(rows[_PLAN], rows[_TRAJECTORY], next(iter(hinge.values()), None))
     points = {name: _series(rows[topic], lambda message: _xyz(message.point))
               for name, topic in (("ZMP", _ZMP), ("CoM", _COM))}
     polygons = [(t, np.array([[corner.x, corner.y] for corner in message.polygon.points]))
@@ -220,9 +251,10 @@ def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
     for _, part in rows[_STATIC]:
         poses[part.child_frame_id] = [(0.0, part.transform)]
     robot, robot_notes = _body(rows[_ROBOT_URDF], joints, poses)
-    door, _ = _body(rows[_DOOR_URDF] if doors else [], doors[:1], poses)
+    door, _ = _body(rows[_DOOR_URDF] if doors else [], hinge, poses)
     return RecordedRun(
-        t=(joints or doors)[0][1].t, source="recorded", robot=robot, door=door,
+        t=np.unique(np.concatenate([series.t for series in moving.values()])), source="recorded",
+        robot=robot, door=door,
         points={name: series for name, series in points.items() if series.t.size},
         support=Series(np.array([t for t, _ in polygons]), padded([each for _, each in polygons]))
         if polygons else None,
@@ -232,11 +264,11 @@ def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
         desired=tuple(hit.plan.desired_opening_angle for hit in hits),
         planned={each.phase: each.margin for hit in hits for each in hit.plan.zmp_margins},
         plots=_plots(rows),
-        notes=(*robot_notes, *([] if door is not None else [
+        notes=(*robot_notes, *joint_notes, *door_notes, *([] if door is not None else [
             "The recording has no door: it needs /door_description and /door_angle."])))
 
 
-def _body(urdfs: _Rows, joints: list[tuple[tuple[str, ...], Series]], poses: dict[str, _Rows],
+def _body(urdfs: _Rows, joints: dict[str, Series], poses: dict[str, _Rows],
           ) -> tuple[Body | None, list[str]]:
     """Return a body, and sentences that say what the robot lacks."""
     if not urdfs:
@@ -244,7 +276,7 @@ def _body(urdfs: _Rows, joints: list[tuple[tuple[str, ...], Series]], poses: dic
     urdf = urdfs[-1][1].data
     found = _series(poses[read_urdf(urdf).root], _pose)
     if not joints:
-        notes = [f"The recording has no {_JOINTS}: the robot's joints do not move."]
+        notes = [f"The recording has no joint angles on {_JOINTS}: the robot's joints do not move."]
     elif not found.t.size:
         notes = ["The recording has no /tf of the robot's base: the base stands at the origin."]
     else:
@@ -259,7 +291,7 @@ def _plots(rows: dict[str, _Rows]) -> tuple[Plot, ...]:
         label = topic.strip("/").removesuffix("/wrench").replace("_", " ")
         forces.append(Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
     speeds = [Curve("encoder", colors.DOOR, speed.t, np.degrees(speed.values[:, 0]))
-              for _, speed in _joints(rows[_DOOR], "velocity")[:1]]
+              for speed in list(_joints(rows[_DOOR], _DOOR, "velocity")[0].values())[:1]]
     return (Plot("Force on feet and hands", "N", tuple(forces)),
             Plot("Angular velocity of the door", "deg/s", tuple(speeds)))
 
@@ -300,12 +332,46 @@ def _series(rows: _Rows, values: Callable[[Any], Any]) -> Series:
     return Series(t[finite], found[finite])
 
 
-def _joints(rows: _Rows, field: str) -> list[tuple[tuple[str, ...], Series]]:
-    """Return joint states by their publishers, which name different joints; the busiest first."""
+def _joints(rows: _Rows, topic: str, field: str = "position",
+            ) -> tuple[dict[str, Series], list[str]]:
+    """Return the samples of each joint, whichever messages name it, and sentences about bad ones.
+
+    Messages may name other joints, or the same ones in another order. A joint without any finite
+    sample is left out.
+    """
+    parts: dict[str, list[tuple[Array, Array]]] = defaultdict(list)
     groups: dict[tuple[str, ...], _Rows] = defaultdict(list)
     for stamp, message in rows:
-        if message.name and len(getattr(message, field)) == len(message.name):
+        if len(getattr(message, field)) == len(message.name):
             groups[tuple(message.name)].append((stamp, message))
-    found = [(names, _series(group, lambda message: getattr(message, field)))
-             for names, group in sorted(groups.items(), key=lambda item: -len(item[1]))]
-    return [(names, series) for names, series in found if series.t.size]
+    for names, group in groups.items():
+        t = np.array([stamp for stamp, _ in group])
+        table = np.array([getattr(message, field) for _, message in group], dtype=np.float64)
+        for name, column in zip(names, table.T, strict=True):
+            parts[name].append((t, column))
+    found: dict[str, Series] = {}
+    bad, torn = [], []
+    for name, columns in parts.items():
+        t, values = (np.concatenate(each) for each in zip(*columns, strict=True))
+        finite = np.isfinite(values)
+        if not finite.all():
+            bad.append(f"{name} ({np.sum(~finite)} of {len(t)})")
+        t, values = t[finite], values[finite]
+        if t.size:
+            times, first, again = np.unique(t, return_index=True, return_inverse=True)
+            if (values != values[first][again.reshape(-1)]).any():
+                torn.append(name)
+            found[name] = Series(times, values[first][:, None])
+    notes = []
+    if bad:
+        notes.append(f"Samples on {topic} that are not finite are left out, between the others the "
+                     f"motion is drawn as even, a joint without any is drawn at 0: {_list(bad)}.")
+    if torn:
+        notes.append(f"Messages on {topic} with the same stamp have different positions, as of two "
+                     f"publishers; the first counts: {_list(torn)}.")
+    return found, notes
+
+
+def _list(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more

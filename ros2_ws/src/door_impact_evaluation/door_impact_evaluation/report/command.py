@@ -1,4 +1,4 @@
-"""Command ``report``: makes the page of a recording, of the simulation or of hardware."""
+"""Command ``report``: make a page of a recording, of the simulation or of hardware."""
 
 import argparse
 import html

@@ -1,5 +1,6 @@
-"""Draws the paper's figures from what the demonstration measured."""
+"""Draw the paper's figures from what a demonstration measured."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -17,7 +18,7 @@ from impact_planner.motion.cam_curve import mcv50
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from door_impact_evaluation.run.record import DemoRecord, SwingFit
+from door_impact_evaluation.run.record import DemoRecord
 
 _DOOR = r"angle of the door $\theta$ [deg]"
 
@@ -35,7 +36,7 @@ def _save(figure: Figure, path: Path) -> None:
 
 
 def _shown_angles(closer: FourBarCloser) -> Array:
-    """Opening angles from 0 to 90 deg, or to one degree before the linkage's end [rad]."""
+    """Return opening angles from 0 to 90 deg, or to 1 deg before the linkage's end [rad]."""
     return np.linspace(0.0, min(0.5 * np.pi, closer.opening_limit() - np.radians(1.0)), 200)
 
 
@@ -77,21 +78,23 @@ def restoring_torque(identified: Door, true: Door, swung_to: float, path: Path) 
     _save(figure, path)
 
 
-def identification_fit(swings: list[SwingFit], rmse_deg: float, path: Path) -> None:
+def identification_fit(swings: Sequence[tuple[Array, Array, Array]], rmse_deg: float, path: Path,
+                       ) -> None:
     """Draw measured swings and eq. (1) with the identified parameters; the paper's Fig. 11.
 
     Args:
-        swings: The opening parts of the swings.
+        swings: Of the opening part of each swing, sample times (n,) [s], and opening angles as they
+            were measured and by eq. (1), (n,) each [rad].
         rmse_deg: Root mean square of the identification's residuals [deg].
         path: Picture to write.
     """
     figure, axes = _axes(
         f"Identification from {len(swings)} pushes by hand (the paper's Fig. 11), "
         f"rms error {rmse_deg:.3f} deg", "time from the start of the free swing [s]", _DOOR)
-    for index, swing in enumerate(swings):
-        axes.plot(swing.t - swing.t[0], np.degrees(swing.measured), color="k", lw=2.5, alpha=0.35,
+    for index, (t, measured, fitted) in enumerate(swings):
+        axes.plot(t - t[0], np.degrees(measured), color="k", lw=2.5, alpha=0.35,
                   label="encoder" if index == 0 else None)
-        axes.plot(swing.t - swing.t[0], np.degrees(swing.fitted), color=VERMILION, ls="--", lw=1.2,
+        axes.plot(t - t[0], np.degrees(fitted), color=VERMILION, ls="--", lw=1.2,
                   label="eq. (1) with the identified parameters" if index == 0 else None)
     axes.legend()
     _save(figure, path)
@@ -130,7 +133,7 @@ def zmp(record: DemoRecord, path: Path) -> None:
     axes.plot(t, -motion.left_sole[:, 1], color=BLUE, ls="--", lw=1, label="left ankle")
     axes.plot(t, -motion.right_sole[:, 1], color=GREEN, ls="-.", lw=1, label="right ankle")
     # The topic lies under the mean of the simulation's own wrenches: wide, so that it is seen.
-    axes.plot(record.zmp_topic_t - t0, -record.zmp_topic[:, 1], color=ORANGE, lw=3.0,
+    axes.plot(record.zmp_topic[:, 0] - t0, -record.zmp_topic[:, 2], color=ORANGE, lw=3.0,
               label="/zmp, every message")
     axes.plot(t, -support.zmp[:, 1], color="k", lw=0.9,
               label="ZMP from the simulation's log, 20 ms mean")
@@ -159,9 +162,8 @@ def door_angle(record: DemoRecord, target_deg: float, path: Path) -> None:
     """
     figure, axes = _axes("Door after the impact (the paper's Fig. 9)",
                          "time from the impact [s]", _DOOR)
-    after = record.door_topic_t >= record.contact_time - 0.2
-    axes.plot(record.door_topic_t[after] - record.contact_time,
-              np.degrees(record.door_topic[after]), color=BLUE, label="/door_angle")
+    t, angle = record.door_topic[record.door_topic[:, 0] >= record.contact_time - 0.2].T
+    axes.plot(t - record.contact_time, np.degrees(angle), color=BLUE, label="/door_angle")
     axes.axhline(target_deg, color=VERMILION, ls=":", label=f"desired angle, {target_deg:g} deg")
     axes.axvline(0.0, color=PURPLE, ls="--", label="impact")
     axes.legend(loc="lower right")

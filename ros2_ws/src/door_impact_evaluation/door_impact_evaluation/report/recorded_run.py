@@ -1,12 +1,12 @@
-"""A run as it was recorded: the one description of which the page is made, whatever its source."""
+"""Describe a run, of the simulation or of hardware, as the page of it needs it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_view.replay.recording import CONTACT, Event, Phase, Plot
-from door_impact_view.scene.floor import on_floor
+from door_impact_view.scene.poses import on_floor
 
 PEAK = "peak"
 """Name of the moment of the door's largest angle after a hit."""
@@ -26,13 +26,12 @@ class Body:
 
     Attributes:
         urdf: Its description.
-        joints: Names of joints, J of them, and their positions (n, J) [rad] or [m]; one entry for
-            each publisher, of which the first counts for a joint that several have.
+        joints: Positions (n, 1) of joints by their names [rad] or [m].
         base: Poses of the root link (n, 7): place, quaternion w, x, y, z; None where unknown.
     """
 
     urdf: str
-    joints: Sequence[tuple[tuple[str, ...], Series]]
+    joints: Mapping[str, Series]
     base: Series | None
 
 

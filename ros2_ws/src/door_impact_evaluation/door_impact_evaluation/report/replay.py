@@ -1,4 +1,4 @@
-"""Makes the replay of a recorded run, which `door_impact_view` shows as a page."""
+"""Make the replay of a recorded run, which `door_impact_view` shows as a page."""
 
 import math
 
@@ -25,8 +25,7 @@ from door_impact_view.replay.resampling import (
     poses_at_stamps,
 )
 from door_impact_view.scene import colors
-from door_impact_view.scene.floor import on_floor
-from door_impact_view.scene.poses import link_poses, rotate
+from door_impact_view.scene.poses import link_poses, on_floor, rotate
 from door_impact_view.scene.urdf import TURNING, UrdfScene, read_urdf
 from door_impact_view.scene.wall import with_wall
 
@@ -92,14 +91,11 @@ def summary(replay: Replay) -> str:
 
 
 def _tree(body: Body, scene: UrdfScene, stamps: Array) -> Tree:
-    columns: dict[str, Array] = {}
-    for names, angles in reversed(body.joints):
-        found = at_stamps(angles.t, angles.values, stamps)
-        columns |= dict(zip(names, found.T, strict=True))
-    known = tuple(joint.name for joint in scene.joints if joint.name in columns)
-    positions = np.column_stack([np.empty((len(stamps), 0)), *(columns[name] for name in known)])
+    known = tuple(joint.name for joint in scene.joints if joint.name in body.joints)
+    positions = np.hstack([np.empty((len(stamps), 0)), *(
+        at_stamps(body.joints[name].t, body.joints[name].values, stamps) for name in known)])
     if body.base is None:  # it stands on its lowest link
-        first = {name: float(columns[name][0]) for name in known}
+        first = dict(zip(known, positions[0].tolist(), strict=True))
         lowest = min(place[2] for place, _ in link_poses(scene, first).values())
         base = np.array([[0.0, 0.0, -lowest, 1.0, 0.0, 0.0, 0.0]])
     elif len(body.base.t) == 1:
@@ -129,7 +125,7 @@ def _plots(run: RecordedRun, phases: tuple[Phase, ...]) -> list[Plot]:
     """Return the plots that every source has: the door's angle and the ZMP margin."""
     plots = []
     if run.door is not None:
-        _, angle = run.door.joints[0]
+        (angle,) = run.door.joints.values()
         limits = tuple(Limit("desired", round(math.degrees(each), 3))
                        for each in dict.fromkeys(run.desired) if math.isfinite(each))
         plots.append(Plot("Angle of the door", "deg", (Curve(

@@ -1,4 +1,4 @@
-"""Writes report.html: replay, table and every picture of a demonstration in one file."""
+"""Write report.html: replay, table and every picture of a demonstration in one file."""
 
 import html
 from collections.abc import Sequence

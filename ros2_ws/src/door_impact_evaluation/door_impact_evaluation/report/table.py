@@ -1,4 +1,4 @@
-"""Makes the table of a demonstration: the paper's figures and the measured ones."""
+"""Make the table of a demonstration: the paper's figures and the measured ones."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -36,12 +36,15 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         summary: Contents of summary.json.
         caught_deg: Smallest angle to which the door fell back before the hand stopped it [deg].
     """
-    return [*_model_rows(summary), *_hit_rows(summary), *_result_rows(summary, caught_deg)]
-
-
-def _model_rows(summary: Mapping[str, Any]) -> list[Row]:
-    """Make the rows of the identified door and of the robot."""
-    plan, found = summary["plan"], summary["identified"]
+    plan, found, hit = summary["plan"], summary["identified"], summary["impact"]
+    door, robot = summary["door"], summary["robot"]
+    loads, latency = robot["gear_load"], hit["switch_latency_ms"]
+    joint = max(loads, key=loads.__getitem__)
+    margins = summary["zmp"]["measured_min_margin_mm"]
+    phase = min(margins, key=margins.__getitem__)
+    margin = margins[phase]
+    place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
+    nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
 
     def value(key: str, digits: int) -> str:
         return f"{found[key]['value']:.{digits}f} ± {found[key]['std']:.{digits}f}"
@@ -58,16 +61,6 @@ def _model_rows(summary: Mapping[str, Any]) -> list[Row]:
         Row("effective mass m_re by eq. (3)", "47.92",
             f"{plan['effective_mass_planar']:.1f}", "kg"),
         Row("effective mass that the plan uses", "-", f"{plan['effective_mass']:.1f}", "kg"),
-    ]
-
-
-def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
-    """Make the rows of the hit, planned and measured."""
-    plan, hit = summary["plan"], summary["impact"]
-    loads = summary["robot"]["gear_load"]
-    joint = max(loads, key=loads.__getitem__)
-    latency = hit["switch_latency_ms"]
-    return [
         Row("door speed after the hit w', planned", "-", f"{plan['omega_door']:.3f}", "rad/s"),
         Row("door speed after the hit w', measured", "-",
             f"{hit['omega_door_measured']:.3f}", "rad/s"),
@@ -80,18 +73,6 @@ def _hit_rows(summary: Mapping[str, Any]) -> list[Row]:
         Row("contact to slowing down of the legs", "-",
             "-" if latency is None else f"{latency:.1f}", "ms"),
         Row("contacts before the door's peak", "1", f"{hit['contacts_before_peak']}", ""),
-    ]
-
-
-def _result_rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
-    """Make the rows of the door's angle, the ZMP and the robot."""
-    door, robot = summary["door"], summary["robot"]
-    margins = summary["zmp"]["measured_min_margin_mm"]
-    phase = min(margins, key=margins.__getitem__)
-    margin = margins[phase]
-    place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
-    nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
-    return [
         Row("desired opening angle", "25" if nominal else "-", f"{door['target_deg']:g}", "deg"),
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",
             f"{door['peak_deg']:.2f}", "deg"),

@@ -1,4 +1,4 @@
-"""Evaluates a run from the simulation's 1 kHz log; here are the definitions of `summary.json`."""
+"""Evaluate a run from the simulation's 1 kHz log; here are the definitions of `summary.json`."""
 
 from dataclasses import dataclass
 
@@ -62,7 +62,7 @@ class Impact:
 
 
 def find_contacts(t: Array, force: Array) -> list[Contact]:
-    """Finds the contacts: the force is above 5 N, and 20 ms without it separate two contacts.
+    """Find the contacts: the force is above 5 N, and 20 ms without it separate two contacts.
 
     Args:
         t: Sample times (n,) [s].
@@ -78,7 +78,7 @@ def find_contacts(t: Array, force: Array) -> list[Contact]:
 
 
 def impact(motion: Motion, l_b: float) -> Impact:
-    """Evaluates the first contact of robot and door.
+    """Evaluate the first contact of robot and door.
 
     Args:
         motion: The simulation's log.
@@ -113,7 +113,7 @@ def impact(motion: Motion, l_b: float) -> Impact:
 
 
 def centred_mean(values: Array, samples: int) -> Array:
-    """Averages over a centred window along the first axis; at both ends the window is shorter.
+    """Average over a centred window along the first axis; at both ends the window is shorter.
 
     Args:
         values: Samples (n, k).
@@ -132,7 +132,7 @@ def centred_mean(values: Array, samples: int) -> Array:
 
 
 def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
-    """Computes the ZMP from the wrenches on the feet, the support polygon and the ZMP's margin.
+    """Compute the ZMP from the wrenches on the feet, the support polygon and the ZMP's margin.
 
     Args:
         motion: The simulation's log.
@@ -183,7 +183,7 @@ def support(motion: Motion, robot: RobotConfig, *, window: float) -> Support:
 
 def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, float]],
                      ) -> dict[str, float]:
-    """Finds the smallest ZMP margin of each phase [m].
+    """Find the smallest ZMP margin of each phase [m].
 
     Args:
         t: Sample times (n,) [s].
@@ -195,7 +195,7 @@ def smallest_margins(t: Array, margin: Array, phases: dict[str, tuple[float, flo
 
 
 def heading(orientation: Array) -> Array:
-    """Computes the turn about the vertical (n,) [rad], without jumps of whole turns.
+    """Compute the turn about the vertical (n,) [rad], without jumps of whole turns.
 
     Args:
         orientation: Orientations in odom, quaternions x, y, z, w (n, 4).
@@ -205,7 +205,7 @@ def heading(orientation: Array) -> Array:
 
 
 def tilt(orientation: Array) -> Array:
-    """Computes the angle between base_link's z axis and the vertical (n,) [rad].
+    """Compute the angle between base_link's z axis and the vertical (n,) [rad].
 
     Args:
         orientation: Orientation of base_link in odom, quaternions x, y, z, w (n, 4).
@@ -215,7 +215,7 @@ def tilt(orientation: Array) -> Array:
 
 
 def slip(motion: Motion, start: float, end: float) -> float:
-    """Computes the largest distance that a sole moved over the floor [m].
+    """Compute the largest distance that a sole moved over the floor [m].
 
     Args:
         motion: The simulation's log.

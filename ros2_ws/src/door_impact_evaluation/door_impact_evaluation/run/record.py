@@ -1,25 +1,10 @@
-"""Measurements of a run as arrays: the figures and the summary are made of these."""
+"""Hold the measurements of a run as arrays, of which figures and summary are made."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
 from numpy.typing import NDArray
-
-
-@dataclass(frozen=True)
-class SwingFit:
-    """A free swing of the door and the motion by eq. (1) with the identified parameters.
-
-    Attributes:
-        t: Sample times (n,) [s].
-        measured: Opening angles measured by the encoder (n,) [rad].
-        fitted: Opening angles by eq. (1) (n,) [rad].
-    """
-
-    t: Array
-    measured: Array
-    fitted: Array
 
 
 @dataclass(frozen=True)
@@ -94,10 +79,8 @@ class DemoRecord:
         contact_time: Time of the first contact of robot and door [s]; NaN without one.
         peak_time: Time of the door's largest angle after this contact [s]; NaN without one.
         support: ZMP of the 20 ms mean of the wrenches, and support polygon, at the motion's times.
-        zmp_topic_t: Stamps of the messages on /zmp (k,) [s].
-        zmp_topic: ZMP of these messages, x and y in odom (k, 2) [m].
-        door_topic_t: Stamps of the messages on /door_angle (j,) [s].
-        door_topic: Opening angles of these messages (j,) [rad].
+        zmp_topic: Stamp, x and y of each message on /zmp, in odom (k, 3) [s, m, m].
+        door_topic: Stamp and opening angle of each message on /door_angle (j, 2) [s, rad].
     """
 
     motion: Motion
@@ -105,7 +88,5 @@ class DemoRecord:
     contact_time: float
     peak_time: float
     support: Support
-    zmp_topic_t: Array
     zmp_topic: Array
-    door_topic_t: Array
     door_topic: Array

@@ -1,4 +1,4 @@
-"""Runs a whole motion in the simulation without nodes: planner, execution, driver, physics."""
+"""Run a whole motion in the simulation without nodes: planner, execution, driver, physics."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Rehearsal:
     known: KnownDoor
 
     def phases(self) -> dict[str, tuple[float, float]]:
-        """Returns start and end of each phase in order of time [s].
+        """Return start and end of each phase in order of time [s].
 
         The run-up ends at the first contact, or where the motion turns back without one.
         """
@@ -72,7 +72,7 @@ class Rehearsal:
         return {name: (start, end) for (start, name), end in zip(starts, ends, strict=True)}
 
     def learned(self) -> Experience:
-        """Returns what the executor's measurements teach about the next hit on this door."""
+        """Return what the executor's measurements teach about the next hit on this door."""
         before = self.known.experience or Experience.none(self.plan.restitution)
         try:
             hit = observed_hit(self.plan, self.known, self.execution.measured)
@@ -87,7 +87,7 @@ def rehearse(
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
     **settings: Any,
 ) -> Rehearsal:
-    """Plans a hit and executes it; the execution gets the sensor data that a robot would send.
+    """Plan a hit and execute it; the execution gets the sensor data that a robot would send.
 
     Args:
         target_deg: Desired opening angle [deg].
@@ -117,7 +117,7 @@ def rehearse(
     world = World(
         config, simulated, placement.door_distance + door_offset, placement.hinge_x, **settings)
     try:
-        execution = execute(world, plan, PointB(robot), watch or _nobody, stop_before)
+        execution = execute(world, plan, PointB(robot), watch or (lambda *_: None), stop_before)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -127,7 +127,7 @@ def rehearse(
 
 
 def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
-    """Returns the trajectory of a command as the driver receives it.
+    """Return the trajectory of a command as the driver receives it.
 
     Args:
         command: The command.
@@ -141,14 +141,10 @@ def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
         knots.acceleration.tolist())
 
 
-def _nobody(world: World, sample: TickSample) -> None:
-    """Does nothing after a tick."""
-
-
 def execute(
     world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
 ) -> Execution:
-    """Executes a plan in a world whose robot stands in half-sitting, until it ends or falls.
+    """Execute a plan in a world whose robot stands in half-sitting, until it ends or falls.
 
     Args:
         world: The world.
@@ -176,11 +172,10 @@ def execute(
         if stop_before is not None and sample.time > execution.planned_contact - stop_before:
             execution.stop()
             stop_before = None
-        towards_door = -float(sample.left_wrench[1] + sample.right_wrench[1])
-        for command in (*execution.on_imu(sample.time, 0.0, sample.imu.angular_velocity,
-                                          sample.imu.specific_force),
-                        *execution.on_joint_state(sample.time, sample.position, sample.velocity),
-                        *execution.on_foot_forces(sample.time, towards_door)):
+        for command in (
+                *execution.on_imu(sample.time, 0.0, sample.imu),
+                *execution.on_joints(sample.time, sample.position, sample.velocity),
+                *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)):
             send(command)
         for point in encoder.take(sample):
             for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
@@ -199,7 +194,7 @@ class DoorEncoder:
             period_ns=round(1e9 * SAMPLE), size=BATCH, counts_per_turn=COUNTS_PER_TURN)
 
     def take(self, sample: TickSample) -> list[AnglePoint]:
-        """Angles that a tick completes."""
+        """Return the angles that a tick completes."""
         batch = self._batcher.add(sample.counts, round(1e9 * sample.time))
         if batch is None:
             return []

@@ -1,4 +1,4 @@
-"""Reads the simulation's own log, which only the evaluation knows."""
+"""Read the simulation's own log, which only the evaluation knows."""
 
 import json
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ class SimulationLog:
     engine: str
 
     def hit_loads(self, impact: Impact) -> HitLoads:
-        """Returns the loads from the first contact until `_RINGING` after its end."""
+        """Return the loads from the first contact until `_RINGING` after its end."""
         t, contact = self.motion.t, impact.contact
         first, last = np.searchsorted(
             self.tick_time, (t[contact.start], t[contact.end - 1] + _RINGING))
@@ -92,7 +92,7 @@ class SimulationLog:
 
 
 def load(path: Path, start: float) -> SimulationLog:
-    """Reads a log.
+    """Read a log.
 
     Args:
         path: File that the simulation wrote (.npz).

@@ -1,4 +1,4 @@
-"""Runs a walk in the simulation without nodes: plan, execution, driver, physics, pushes."""
+"""Run a walk in the simulation without nodes: plan, execution, driver, physics, pushes."""
 
 import math
 import tempfile
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_description.robot import needed
 from hrp2_sim_bridge.world import World
@@ -19,7 +20,6 @@ from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import standing
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.estimate import Measured
 
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.record import Support
@@ -87,23 +87,9 @@ class Walked:
         known = self.support.margin[np.isfinite(self.support.margin)]
         return float(known.min()) if known.size else math.nan
 
-    def phases(self) -> dict[str, tuple[float, float]]:
-        """Returns begin and end of "start", "walk", "end" and "stand", the time after it [s].
-
-        What a fall has cut off is left out.
-        """
-        plan, last = self.plan, float(self.log.motion.t[-1])
-        steps = len(plan.footsteps)
-        since = {"start": plan.begin_of(0), "walk": plan.begin_of(steps), "end": plan.duration}
-        ends = {name: self.begin + time for name, time in since.items()} | {"stand": last}
-        begins = [0.0, *ends.values()]
-        return {name: (begin, min(end, last))
-                for begin, (name, end) in zip(begins, ends.items(), strict=False)
-                if begin < min(end, last)}
-
 
 def plan_between(robot: RobotModel, start: Pose, goal: Pose, **options: Any) -> WalkPlan:
-    """Plans a walk from half-sitting at one place to a place.
+    """Plan a walk from half-sitting at one place to a place.
 
     Args:
         robot: The robot.
@@ -124,7 +110,7 @@ def walk(
     robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *, step_change: bool = True,
     **settings: Any,
 ) -> Walked:
-    """Executes a walk in a new simulated world, with the closed door far away.
+    """Execute a walk in a new simulated world, with the closed door far away.
 
     Args:
         robot: The robot.
@@ -154,7 +140,7 @@ def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
     step_change: bool = True,
 ) -> tuple[Walk, float]:
-    """Lets a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
+    """Let a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
 
     The execution gets the sensor data that a robot would send.
 
@@ -185,7 +171,9 @@ def execute(
             end = min(end, world.time + AFTERWARDS)
             continue
         tilt = float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
-        commands = [*execution.on_joints(sample.time, sample.position), *execution.on_tilt(tilt)]
+        commands = [
+            *execution.on_joints(sample.time, sample.position, sample.velocity),
+            *execution.on_imu(sample.time, tilt, sample.imu)]
         if step_change:
             commands += execution.on_measured(sample.time, Measured(
                 sample.position, sample.velocity, sample.imu, sample.left_wrench,
@@ -199,7 +187,7 @@ def _judged(
     robot: RobotModel, execution: Walk, begin: float, plan: WalkPlan,
     log: simulation_log.SimulationLog, pushes: Sequence[Push],
 ) -> Walked:
-    """Measures a walk in the simulation's log."""
+    """Measure a walk in the simulation's log."""
     motion = log.motion
     end = Stance(*(
         Pose(float(place[-1, 0]), float(place[-1, 1]), float(turn[-1]))

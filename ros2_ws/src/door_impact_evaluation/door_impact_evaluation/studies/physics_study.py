@@ -28,7 +28,7 @@ mpl.use("Agg")  # no display is assumed
 
 import matplotlib.pyplot as plt
 from door_impact_common.palette import BLUE, GREEN, VERMILION
-from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 MARKS = ("o-", "x--")  # line styles of the engines
 _SIZE = (7.2, 3.6)  # width and height of a picture [inch]
@@ -60,35 +60,32 @@ def draw(summary: Mapping[str, Any], out: Path) -> None:
         _unknowns(summary, out / "unknowns.png")
 
 
-def _pair(path: Path, fill: Any) -> None:
-    figure, axes = plt.subplots(1, 2, figsize=_SIZE, layout="constrained")
-    for part in axes:
-        part.grid(alpha=0.3)
-    fill(*axes)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-
-
 def _column(rows: Sequence[Mapping[str, Any]], key: str) -> list[float]:
     return [row.get(key, float("nan")) for row in rows]
 
 
 def _time_steps(summary: Mapping[str, Any], path: Path) -> None:
-    def fill(left: Axes, right: Axes) -> None:
-        for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
-                                   ("both_steps", "everywhere", VERMILION)):
-            for (engine, rows), mark in zip(summary["sweeps"][name].items(), MARKS, strict=False):
-                step = [1e3 * value for value in _column(rows, "time_step_fine")]
-                left.semilogx(step, _column(rows, "peak_deg"), mark, color=color,
-                              label=f"{label}, {engine}")
-                error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
-                right.semilogx(step, error, mark, color=color)
-        left.set(title="largest opening angle", xlabel="step [ms]", ylabel="angle [deg]")
-        right.set(title="speed of B before the hit", xlabel="step [ms]",
-                  ylabel="largest error of the speed [%]")
-        left.legend(fontsize=7)
+    figure, (left, right) = plt.subplots(1, 2, figsize=_SIZE, layout="constrained")
+    for name, label, color in (("fine_step", "near the leaf, 0.5 ms elsewhere", BLUE),
+                               ("both_steps", "everywhere", VERMILION)):
+        for (engine, rows), mark in zip(summary["sweeps"][name].items(), MARKS, strict=False):
+            step = [1e3 * value for value in _column(rows, "time_step_fine")]
+            left.semilogx(step, _column(rows, "peak_deg"), mark, color=color,
+                          label=f"{label}, {engine}")
+            error = [1e2 * value for value in _column(rows, "speed_error_before_hit")]
+            right.semilogx(step, error, mark, color=color)
+    left.set(title="largest opening angle", xlabel="step [ms]", ylabel="angle [deg]")
+    right.set(title="speed of B before the hit", xlabel="step [ms]",
+              ylabel="largest error of the speed [%]")
+    left.legend(fontsize=7)
+    _save(figure, path)
 
-    _pair(path, fill)
+
+def _save(figure: Figure, path: Path) -> None:
+    for axes in figure.axes:
+        axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
 
 
 def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
@@ -101,12 +98,10 @@ def _unknowns(summary: Mapping[str, Any], path: Path) -> None:
             axes.plot([scale * value for value in _column(rows, name)],
                       _column(rows, "peak_deg"), mark, color=color, label=engine)
         axes.set(xlabel=label)
-        axes.grid(alpha=0.3)
     for axes in grid[:, 0]:
         axes.set(ylabel="largest opening angle [deg]")
     grid[0, 0].legend()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    _save(figure, path)
 
 
 TARGET_DEG = 25.0  # desired opening angle of every hit [deg]

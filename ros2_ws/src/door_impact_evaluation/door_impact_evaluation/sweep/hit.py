@@ -15,8 +15,16 @@ from impact_planner.task.known_door import KnownDoor
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count
-from door_impact_evaluation.sweep.numbers import known, largest, smallest, statistics
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    count,
+    known,
+    largest,
+    smallest,
+    statistics,
+)
 
 DOOR_OFF = 0.02            # largest error of the surveyed distance of the door [m]
 CLOSER = (0.9, 1.1)        # range of the factors of c_c, k_c and tau'_c0

@@ -10,8 +10,7 @@ from hrp2_description.robot import load_robot_config
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import rehearse
 from door_impact_evaluation.sweep.hit import stood
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count
-from door_impact_evaluation.sweep.numbers import known, largest, smallest
+from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
 
 AWAY = 6.0              # distance by which the door stands farther away than it was surveyed [m]
 TARGETS = (10.0, 30.0)  # range of the desired opening angles [deg]

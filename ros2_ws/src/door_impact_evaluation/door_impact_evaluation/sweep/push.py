@@ -8,8 +8,7 @@ from walking.footsteps.footstep import Pose
 from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.run.walk_run import PUSH_DURATION, Push, plan_between, walk
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row
-from door_impact_evaluation.sweep.numbers import largest, smallest
+from door_impact_evaluation.sweep.kind import Kind, Panel, Row, largest, smallest
 from door_impact_evaluation.sweep.walk import measured, walker
 
 GOALS = {"ahead": (1.2, 0.0), "sideways": (0.0, 0.6)}

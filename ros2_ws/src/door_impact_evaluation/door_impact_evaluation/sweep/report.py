@@ -1,4 +1,4 @@
-"""Summary, table and figure of a sweep, whatever its kind."""
+"""Make summary, table and figure of a sweep, whatever its kind."""
 
 from pathlib import Path
 from typing import Any
@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.palette import GREY, LINES, VERMILION
 
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count
-from door_impact_evaluation.sweep.numbers import known, smallest
+from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, smallest
 
 WORST = 5  # worst runs that the table lists
 COLUMNS = 3  # panels in a row of the figure

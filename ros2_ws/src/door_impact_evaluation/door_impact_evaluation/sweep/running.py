@@ -1,4 +1,4 @@
-"""Runs the cases of a sweep on a cluster of Dask, and resumes where an earlier sweep ended."""
+"""Run the cases of a sweep on a cluster of Dask, and resume where an earlier sweep ended."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The runs of a sweep in one Parquet file, and the versions that they are of."""
+"""Store the runs of a sweep in one Parquet file, with the versions of the software."""
 
 import fcntl
 import hashlib

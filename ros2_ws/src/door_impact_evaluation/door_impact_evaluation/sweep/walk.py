@@ -10,8 +10,7 @@ from humanoid_motion.robot_model import RobotModel
 from walking.footsteps.footstep import Pose
 
 from door_impact_evaluation.run.walk_run import Walked, plan_between, walk
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count
-from door_impact_evaluation.sweep.numbers import largest, smallest
+from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, largest, smallest
 
 GOALS = {"ahead": (5.0, 0.0, 0.0), "sideways": (0.0, 2.0, 0.0), "turn": (0.0, 0.0, 360.0)}
 """Goal of each group: ahead [m], left [m] and turn [deg]; every second one is to the right."""

@@ -1,4 +1,4 @@
-"""Robot, door, forces and the points of balance as nodes of a viser scene."""
+"""Draw robot, door, forces, ZMP, CoM and capture point as nodes of a viser scene."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from viser.extras import ViserUrdf
 
 from door_impact_view.live.state import Body, State
 from door_impact_view.scene import colors
-from door_impact_view.scene.floor import FLAT, RAISED, on_floor
-from door_impact_view.scene.poses import rotate
+from door_impact_view.scene.poses import FLAT, RAISED, on_floor, rotate
 from door_impact_view.scene.urdf import UrdfScene
 
 WINDOW = 0.1  # time over which the CoM's velocity is taken; its delay is half of that [s]

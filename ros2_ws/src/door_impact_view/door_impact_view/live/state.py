@@ -1,4 +1,4 @@
-"""What is known of robot and door at this moment."""
+"""Hold the latest that is known of robot and door."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Make the page: one HTML text that needs no network, no server and no other file."""
+"""Make the page of a replay: one HTML text that needs no network, no server and no other file."""
 
 from __future__ import annotations
 
@@ -15,16 +15,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.files import read_file
 
-from door_impact_view.replay.recording import (
-    Curve,
-    Mark,
-    Phase,
-    Plot,
-    Replay,
-    Slow,
-    Tree,
-    cameras_around,
-)
+from door_impact_view.replay.recording import Curve, Mark, Plot, Replay, Tree, cameras_around
 from door_impact_view.scene.colors import css
 from door_impact_view.scene.urdf import SLIDING, TURNING, Shape
 
@@ -109,16 +100,14 @@ def _data(replay: Replay, meshes: dict[bytes, dict[str, Any]]) -> dict[str, Any]
         "stamps": _floats(replay.stamps - zero),
         "trees": [_tree(tree, meshes) for tree in replay.trees],
         "marks": [_mark(mark) for mark in replay.marks],
-        "phases": [_shifted(phase, zero) for phase in replay.phases],
-        "slow": [_shifted(slow, zero) for slow in replay.slow],
+        "phases": [{"name": phase.name, "start": phase.start - zero, "end": phase.end - zero}
+                   for phase in replay.phases],
+        "slow": [{"start": start - zero, "end": end - zero, "speed": speed}
+                 for start, end, speed in replay.slow],
         "events": [{"name": event.name, "time": event.time - zero} for event in replay.events],
         "plots": [_plot(plot, zero) for plot in replay.plots],
         "views": [asdict(camera) for camera in replay.cameras or cameras_around(replay)],
     }
-
-
-def _shifted(part: Phase | Slow, zero: float) -> dict[str, Any]:
-    return asdict(part) | {"start": part.start - zero, "end": part.end - zero}
 
 
 def _tree(tree: Tree, meshes: dict[bytes, dict[str, Any]]) -> dict[str, Any]:

@@ -117,15 +117,6 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Slow:
-    """A part of the motion, from `start` to `end` [s], that is played at most at this speed."""
-
-    start: float
-    end: float
-    speed: float
-
-
-@dataclass(frozen=True)
 class Replay:
     """A recorded motion.
 
@@ -159,9 +150,9 @@ class Replay:
         return self._contacts[-1] if self._contacts else float(self.stamps[0])
 
     @property
-    def slow(self) -> list[Slow]:
-        """Parts around the contacts that are played slowly; the slowest speed holds."""
-        return [Slow(time - before, time + after, speed)
+    def slow(self) -> list[tuple[float, float, float]]:
+        """Begin and end [s] of parts that are played at most at a speed, and this speed."""
+        return [(time - before, time + after, speed)
                 for time in self._contacts for before, after, speed in _SLOW]
 
     @property

@@ -1,4 +1,4 @@
-"""Which samples of a recording the replay keeps, and recorded values at these times."""
+"""Choose the samples of a recording that a replay keeps, and interpolate values at them."""
 
 from __future__ import annotations
 

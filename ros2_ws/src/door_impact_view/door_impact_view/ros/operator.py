@@ -1,4 +1,4 @@
-"""Orders of the page to services and to the action, and their answers back."""
+"""Pass orders of the page on to services and to the action, and their answers back."""
 
 from __future__ import annotations
 

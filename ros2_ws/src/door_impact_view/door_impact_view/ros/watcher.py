@@ -1,4 +1,4 @@
-"""The topics that the view shows. Messages are kept as bytes until they are drawn."""
+"""Subscribe to what the view shows, and keep the messages as bytes until they are drawn."""
 
 from __future__ import annotations
 

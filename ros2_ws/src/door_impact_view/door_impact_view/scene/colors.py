@@ -15,7 +15,6 @@ SUPPORT: Rgb = (86, 180, 233)  # sky blue: the support polygon
 FORCE: Rgb = (230, 159, 0)  # orange: forces on feet and hands
 DOOR: Rgb = (204, 121, 167)  # reddish purple: the door's angle in plots
 WALL: Rgb = (225, 225, 220)
-FLOOR: Rgb = (200, 200, 200)
 
 
 def css(color: Rgb) -> str:

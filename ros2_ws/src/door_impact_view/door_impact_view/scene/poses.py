@@ -1,4 +1,4 @@
-"""Orientations as unit quaternions (w, x, y, z), and the poses of a URDF's links."""
+"""Compute poses: turns by unit quaternions (w, x, y, z), links of a URDF, places on the floor."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 from door_impact_common.arrays import Array
 
 from door_impact_view.scene.urdf import UrdfScene
+
+FLAT = 0.004  # height of points and polygons on the floor, above its grid [m]
+RAISED = 0.04  # height of the capture point, on which the ZMP lies while the robot stands [m]
 
 
 def rotate(quaternion: Array, vector: Array) -> Array:
@@ -33,3 +36,8 @@ def link_poses(
     urdf.update_cfg({name: float(positions.get(name, 0.0)) for name in urdf.actuated_joint_names})
     poses = {link: urdf.get_transform(link) for link in scene.links}
     return {link: (pose[:3, 3], pose[:3, :3]) for link, pose in poses.items()}
+
+
+def on_floor(places: Array, height: float = FLAT) -> Array:
+    """Return places (N, 2) on the floor as places (N, 3) at a height above it [m]."""
+    return np.column_stack([places, np.full(len(places), height)])

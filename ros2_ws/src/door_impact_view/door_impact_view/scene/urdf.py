@@ -1,4 +1,4 @@
-"""What a URDF shows: shapes of its links as meshes, and its joints, as yourdfpy reads them."""
+"""Read a URDF by yourdfpy: shapes of its links as meshes, and its joints."""
 
 from __future__ import annotations
 

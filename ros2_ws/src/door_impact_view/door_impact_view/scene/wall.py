@@ -1,4 +1,4 @@
-"""The wall in which a door stands, for the eye alone: no URDF describes it."""
+"""Add the wall in which a door stands, for the eye alone: no URDF describes it."""
 
 from __future__ import annotations
 

@@ -18,10 +18,11 @@ from door_impact_common.documents import Number, Positive
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from door_model.checks import place, require_finite, require_positive
+from door_model.checks import place, require_within
 from door_model.errors import DoorParameterError, LinkageError
 
 LIMIT_MARGIN = 1e-6  # distance kept from the linkage's ends, where eta is infinite [rad]
+_LONGEST = 3.0  # link of a closer [m]
 _STEPS = 400  # number of steps of the search for dead centres
 
 
@@ -99,8 +100,8 @@ class FourBarCloser:
         assembly: Mode in which links 2 and 3 are assembled: 1 as in eq. (8), -1 mirrored.
 
     Raises:
-        DoorParameterError: A length is not positive, the angle is not between 0 and pi, or the
-            mode is neither 1 nor -1.
+        DoorParameterError: A length or the angle is out of its range, or the mode is neither 1 nor
+            -1.
     """
 
     l: Positive  # noqa: E741, the paper's letter
@@ -113,10 +114,8 @@ class FourBarCloser:
     def __post_init__(self) -> None:
         """Check lengths, angle and mode."""
         for name in ("l", "l1", "l2", "l3"):
-            require_positive(name, getattr(self, name))
-        require_finite("theta_i0", self.theta_i0)
-        if not 0.0 < self.theta_i0 < math.pi:
-            raise DoorParameterError("theta_i0", self.theta_i0, "between 0 and pi")
+            require_within(name, getattr(self, name), 0.0, _LONGEST, "m (mm?)")
+        require_within("theta_i0", self.theta_i0, 0.0, math.pi, "rad (degrees?)")
         if self.assembly not in (1.0, -1.0):
             raise DoorParameterError("assembly", self.assembly, "1 or -1")
 
@@ -148,16 +147,12 @@ class FourBarCloser:
         """
         return self.f_and_eta(theta)[1]
 
-    def slope_of_eta(self, theta: ArrayLike) -> Any:
-        """Return d eta / d theta [1/rad], the second derivative of eq. (8), as `eta` does."""
-        return self.f_eta_slope(theta)[2]
-
     def f_and_eta(self, theta: ArrayLike) -> tuple[Any, Any]:
         """Return both `f` and `eta`, which share most of their work."""
         return self.f_eta_slope(theta)[:2]
 
     def f_eta_slope(self, theta: ArrayLike) -> tuple[Any, Any, Any]:
-        """Return `f`, `eta` and `slope_of_eta`, which share most of their work."""
+        """Return `f`, `eta` and d eta / d theta [1/rad], which share most of their work."""
         theta = np.asarray(theta, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore"):
             answer = four_bar(theta, *self.numbers())

@@ -10,6 +10,7 @@ from door_impact_common.errors import InputError, SettingError
 from door_impact_common.files import shown
 from door_impact_common.yaml_files import read_yaml, yaml_text
 
+from door_model.checks import require_within
 from door_model.data import data_path
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
@@ -19,6 +20,10 @@ from door_model.errors import ConfigError, DeadCentreError, DoorModelError
 WORKING_RANGE = math.pi / 2.0
 """Range of angles above the closed door [rad]: a closer by EN 1154 shuts its door from 90 deg."""
 
+_STRONGEST = 500.0  # closer; the strongest size of EN 1154 has 140 N m [N m]
+_ODD_INERTIA = 1.5  # factor on the moment of inertia of a uniform leaf that is improbable
+_POSSIBLE = (5.0, 23000.0)  # densities, from foam to the densest metal [kg/m^3]
+_DENSITIES = (30.0, 8000.0)  # of leaves, from honeycomb to steel [kg/m^3]
 T = TypeVar("T", bound="_Geometry | _File")
 _CLOSER = ("c_c", "k_c", "tau_c0_prime", "c_c_closing", "backcheck", "latch")
 
@@ -61,9 +66,25 @@ class DoorConfig:
             self.i_a, self.c_c, self.k_c, self.tau_c0_prime, self.linkage, self.c_c_closing,
             self.backcheck, self.latch, self.friction)
 
-    def geometry(self) -> DoorGeometry:
-        """Return the leaf and the linkage only."""
-        return DoorGeometry(self.name, self.leaf, self.linkage)
+    def density(self) -> float:
+        """Return the leaf's density [kg/m^3]."""
+        return self.leaf.mass / (self.leaf.width * self.leaf.height * self.leaf.thickness)
+
+    def doubts(self) -> tuple[str, ...]:
+        """Return sentences about what is possible and improbable in the configuration."""
+        found = []
+        leaf, plate, limit = self.leaf, self.leaf.moment_of_inertia(), self.linkage.opening_limit()
+        if not plate / _ODD_INERTIA < self.i_a < plate * _ODD_INERTIA:
+            found.append(f"i_a is {self.i_a:.3g} kg m^2, that of a uniform leaf {plate:.3g}")
+        if not _DENSITIES[0] < self.density() < _DENSITIES[1]:
+            found.append(f"the leaf's density is {self.density():.3g} kg/m^3")
+        if leaf.width > leaf.height:
+            found.append(f"the leaf is {leaf.width:g} m wide and {leaf.height:g} m high")
+        if self.backcheck is not None and self.backcheck.angle >= limit:
+            found.append(f"the backcheck never acts: it begins at "
+                         f"{math.degrees(self.backcheck.angle):.0f} deg, the linkage opens to "
+                         f"{math.degrees(limit):.0f} deg")
+        return tuple(found)
 
     def to_yaml(self) -> str:
         """Return YAML text that `load_door` reads back to the same numbers."""
@@ -104,12 +125,9 @@ class _Geometry(Part):
     friction: Any = None
 
 
-class _File(Part):
+class _File(_Geometry):
     """The fields of a door's file."""
 
-    name: Name
-    leaf: Leaf
-    linkage: FourBarCloser
     closer: _Closer
     restitution: Share
     i_a: Positive | None = None
@@ -121,7 +139,7 @@ def door_names() -> list[str]:
     return sorted(path.stem for path in data_path("doors").glob("*.yaml"))
 
 
-def names_file(name_or_path: str | Path) -> bool:
+def _names_file(name_or_path: str | Path) -> bool:
     """Return whether `load_door` takes its argument as a file, not as the name of a door."""
     text = str(name_or_path)
     return isinstance(name_or_path, Path) or "/" in text or text.endswith((".yaml", ".yml"))
@@ -163,15 +181,20 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
     try:
         pull = float(config.door().restoring_torque(0.0))
         dead_centre = config.door().dead_centre()
+        most = config.leaf.mass * config.leaf.width**2
+        require_within("i_a", config.i_a, 0.0, most, "kg m^2, with all mass at the leaf's edge")
+        require_within("density of the leaf", config.density(), *_POSSIBLE, "kg/m^3")
     except DoorModelError as error:
         raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error
-    if not pull > 0.0:
+    if not config.friction < pull <= _STRONGEST:
         raise ConfigError(
             source,
-            f"the closer does not pull the door shut: restoring torque {pull:.3g} N m at the "
-            f"closed door, with closer.tau_c0_prime {config.tau_c0_prime:g}",
+            f"the closer's torque is {pull:.3g} N m at the closed door, with closer.tau_c0_prime "
+            f"{config.tau_c0_prime:g}" + (
+                "; N mm?" if pull > _STRONGEST else
+                f": it does not pull the door shut against a friction of {config.friction:g} N m"),
             value=pull,
-            limit="a positive torque",
+            limit=(config.friction, _STRONGEST),
         )
     if dead_centre is not None and dead_centre < WORKING_RANGE:
         cause = DeadCentreError(
@@ -206,7 +229,7 @@ def _read(name_or_path: str | Path) -> tuple[str, Any]:
     source = shown(text)
     if not text:
         raise ConfigError("door", "no name and no file given", value=text, limit=door_names())
-    if names_file(name_or_path):
+    if _names_file(name_or_path):
         path = Path(name_or_path)
     else:
         known = door_names()

@@ -9,14 +9,20 @@ valve in one direction. There may be a backcheck, a latch zone (terms of EN 1154
 closers), and Coulomb friction at the hinge.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from door_impact_common.documents import NotNegative, Number
+from door_impact_common.documents import NotNegative
 from numpy.typing import ArrayLike
 
-from door_model.checks import require_finite, require_not_negative, require_positive
+from door_model.checks import (
+    require_finite,
+    require_not_negative,
+    require_positive,
+    require_within,
+)
 from door_model.door.closer import FourBarCloser
 from door_model.door.ratios import Ratios
 
@@ -30,15 +36,15 @@ class Zone:
         c_c: Viscosity at the closer's joint in the zone [N m s/rad].
 
     Raises:
-        DoorParameterError: The angle is not a finite number, or the viscosity is negative.
+        DoorParameterError: The angle is negative or above pi, or the viscosity is negative.
     """
 
-    angle: Number
+    angle: NotNegative
     c_c: NotNegative
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        require_finite("angle of a zone", self.angle)
+        require_within("angle of a zone", self.angle, 0.0, math.pi, "rad (degrees?)", least=True)
         require_not_negative("c_c of a zone", self.c_c)
 
 
@@ -124,10 +130,6 @@ class Door:
         omega = np.asarray(omega, dtype=float)
         return self.viscosity(theta, omega) * self.closer.eta(theta) ** 2 * omega
 
-    def friction_torque(self, omega: ArrayLike) -> Any:
-        """Return the friction torque [N m] at the hinge, at velocities [rad/s]."""
-        return self.friction * np.sign(omega)
-
     def acceleration(self, theta: ArrayLike, omega: ArrayLike, tau_ext: ArrayLike = 0.0) -> Any:
         """Return the angular acceleration by eq. (1) [rad/s^2].
 
@@ -140,26 +142,8 @@ class Door:
             LinkageError: The linkage does not close at one of the angles.
         """
         torque = self.restoring_torque(theta) + self.damping_torque(theta, omega)
-        torque = torque + self.friction_torque(omega)
+        torque = torque + self.friction * np.sign(omega)
         return (np.asarray(tau_ext, dtype=float) - torque) / self.i_a
-
-    def potential_energy(self, theta: ArrayLike) -> Any:
-        """Return the spring's energy [J] relative to the closed door, at angle(s) theta [rad].
-
-        It is the integral of eq. (12), because eta is the derivative of f.
-        """
-        f, shut = self.closer.f(theta), self.closer.f(0.0)
-        return (f - shut) * (0.5 * self.k_c * (f + shut) + self.tau_c0_prime)
-
-    def energy(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return kinetic plus spring energy [J] at angle(s) [rad] and velocities [rad/s]."""
-        kinetic = 0.5 * self.i_a * np.asarray(omega, dtype=float) ** 2
-        return kinetic + self.potential_energy(theta)
-
-    def power_lost(self, theta: ArrayLike, omega: ArrayLike) -> Any:
-        """Return the power [W] of damper and friction at angle(s) [rad] and velocities [rad/s]."""
-        against = self.damping_torque(theta, omega) + self.friction_torque(omega)
-        return against * np.asarray(omega, dtype=float)
 
     def ratios(self) -> Ratios:
         """Return the parameters divided by I_A, on which free motion depends."""

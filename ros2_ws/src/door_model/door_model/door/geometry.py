@@ -4,9 +4,12 @@ from dataclasses import dataclass
 
 from door_impact_common.documents import Positive
 
-from door_model.checks import require_positive
+from door_model.checks import require_positive, require_within
 from door_model.door.closer import FourBarCloser
 
+# Largest values of a leaf.
+_LARGEST = {"mass": (2000.0, "kg (grams?)"), "width": (5.0, "m (mm?)"), "height": (6.0, "m (mm?)"),
+            "thickness": (0.3, "m (mm?)")}
 FLOOR_CLEARANCE = 0.01  # distance between floor and leaf, our assumption [m]
 
 
@@ -21,7 +24,7 @@ class Leaf:
         thickness: Thickness of the leaf [m].
 
     Raises:
-        DoorParameterError: A value is not a positive number.
+        DoorParameterError: A value is not a positive number, or too large for a door.
     """
 
     mass: Positive
@@ -31,8 +34,13 @@ class Leaf:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        for name in ("mass", "width", "height", "thickness"):
-            require_positive(f"leaf {name}", getattr(self, name))
+        for name, (most, unit) in _LARGEST.items():
+            require_within(f"leaf {name}", getattr(self, name), 0.0, most, unit)
+
+    @property
+    def top(self) -> float:
+        """Height of the leaf's upper edge above the floor [m]."""
+        return FLOOR_CLEARANCE + self.height
 
     def center(self) -> tuple[float, float, float]:
         """Return the center of the leaf [m], in the frame of the closed door.

@@ -16,9 +16,7 @@ _START_AWAY = 0.1  # largest distance of a swing's start from its first sample [
 _START_FASTER = 3.0  # largest speed at the start / speed that the samples around it show
 
 
-def first_guesses(
-    free: tuple[str, ...], known: Mapping[str, float], highest: float
-) -> list[Array]:
+def first_guesses(free: tuple[str, ...], known: Mapping[str, float], highest: float) -> list[Array]:
     """Return first guesses of the shared unknowns, one for each angle at which a zone may begin.
 
     Args:
@@ -32,17 +30,14 @@ def first_guesses(
         guess.setdefault(zone, guess[other])
     guesses = [guess]
     for name, places in (
-        ("latch_angle", _LATCH_STARTS), ("backcheck_angle", _BACKCHECK_STARTS * highest)
-    ):
+        ("latch_angle", _LATCH_STARTS), ("backcheck_angle", _BACKCHECK_STARTS * highest)):
         if name in free and name not in known:
             guesses = [{**one, name: place} for one in guesses for place in places]
     return [np.array([one[name] for name in free]) for one in guesses]
 
 
 def fit_bounds(
-    free: tuple[str, ...],
-    swings: Sequence[FreeSwing],
-    given: Mapping[str, tuple[float, float]],
+    free: tuple[str, ...], swings: Sequence[FreeSwing], given: Mapping[str, tuple[float, float]]
 ) -> tuple[Array, Array]:
     """Return lower and upper bounds of all unknowns: the shared ones, then the starts.
 

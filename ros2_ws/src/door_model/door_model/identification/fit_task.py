@@ -30,6 +30,9 @@ _ZONE_UNKNOWNS = frozenset(name for zone in _ZONES for name in EXTRAS[zone])
 _CLOSING_DIFFERS = (
     "closing does not follow eq. (1) with one viscosity: only opening was fitted, as in the paper, "
     "so c_c is less certain")
+_NOT_MODELLED = (
+    "no friction, latch or backcheck explains the closing: a delayed action, a second latch zone "
+    "and trapped air are not modelled")
 _WRONG_LINKAGE = (
     "check the lengths of the linkage, and the encoder's counts per turn")
 
@@ -137,16 +140,17 @@ class FitTask:
         except NoFitError:
             if self.window is Window.SWING:
                 raise
-        if both is not None:
-            hint = self._missing(both)
-            if self.window is Window.SWING or both.fit.rmse <= _GOOD * self.grain:
-                return both, [*warnings, *hint]
+        if both is not None and (
+            self.window is Window.SWING or both.fit.rmse <= _GOOD * self.grain):
+            return both, [*warnings, *self._missing(both, math.inf)]
         opening, warnings_of_opening = self._opening(swings)
+        hint = [_NOT_MODELLED]
         if both is not None:
-            if both.fit.rmse <= _WORSE * max(opening.fit.rmse, self.zero_std):
-                return both, [*warnings, *hint]
-            warnings_of_opening += hint
-        return opening, [_CLOSING_DIFFERS, *warnings_of_opening]
+            accepted = max(_WORSE * max(opening.fit.rmse, self.zero_std), _GOOD * self.grain)
+            if both.fit.rmse <= accepted:
+                return both, [*warnings, *self._missing(both, math.inf)]
+            hint = self._missing(both, accepted) or hint
+        return opening, [_CLOSING_DIFFERS, *warnings_of_opening, *hint]
 
     def within(
         self, common: CommonFit, bounds: Mapping[str, tuple[float, float]], i_a: float
@@ -228,11 +232,8 @@ class FitTask:
         return _GOOD * self.grain
 
     def _grow(
-        self,
-        swings: Sequence[FreeSwing],
-        free: tuple[str, ...],
-        extras: Sequence[str],
-        first: Mapping[str, float] | None = None,
+        self, swings: Sequence[FreeSwing], free: tuple[str, ...], extras: Sequence[str],
+        first: Mapping[str, float] | None = None
     ) -> Iterator[_AddedExtra]:
         """Add extras one after the other, each time the one that lowers the residuals most."""
         left, known = list(extras), dict(first or {})
@@ -252,23 +253,26 @@ class FitTask:
             left.remove(best)
             yield _AddedExtra(best, free, known, fit.rmse)
 
-    def _missing(self, common: CommonFit) -> list[str]:
-        """Return a recommendation if extras that were not wanted would lower the residuals much."""
+    def _missing(self, common: CommonFit, most: float) -> list[str]:
+        """Return a recommendation if extras that were not wanted would lower the residuals much.
+
+        Args:
+            common: The fit without them.
+            most: Largest residuals with which a fit with them is accepted [rad].
+        """
         rmse = common.fit.rmse
         if rmse <= _SUSPICIOUS * self.grain:
             return []
         asked, least = [], rmse
         others = [name for name in EXTRAS if name not in self.extras]
-        for step in self._grow(
-            common.swings, common.fit.asked, others, _known_zones(common.fit)
-        ):
+        for step in self._grow(common.swings, common.fit.asked, others, _known_zones(common.fit)):
             if step.rmse > _BETTER * least:
                 break
             asked.append(step.extra)
             least = step.rmse
             if least <= _SUSPICIOUS * self.grain:
                 break
-        if not asked:
+        if not asked or least > most:
             return []
         names = " and ".join(sorted(asked, key=list(EXTRAS).index))
         return [
@@ -329,7 +333,8 @@ def usable_swings(
             f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
             f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
             f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it "
-            "has fallen shut", *warnings]),
+            "has fallen shut; check the counts per turn, and that angles are in degrees",
+            *warnings]),
         quantity="largest angle [rad]",
         value=highest,
         limit=MIN_PEAK,

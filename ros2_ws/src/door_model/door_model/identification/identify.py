@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from door_model.checks import require_positive
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door
-from door_model.errors import NoScaleError
+from door_model.door.geometry import Leaf, plate_moment_of_inertia
+from door_model.errors import NoFitError, NoScaleError
 from door_model.identification.fit_task import FitTask, Window, usable_swings
 from door_model.identification.odd_swings import CommonFit
 from door_model.identification.parameters import (
@@ -34,15 +35,25 @@ from door_model.identification.parameters import (
 )
 from door_model.identification.scale import Fitted, Reference, Scale
 from door_model.identification.trajectory_fit import RatioFit
-from door_model.recording.checks import grain, require_times, rest, with_lattice, without_garbage
+from door_model.recording.checks import (
+    gap_doubts,
+    grain,
+    require_continuity,
+    require_times,
+    rest,
+    with_lattice,
+    without_garbage,
+)
 from door_model.recording.recording import Recording
 from door_model.recording.swings import FoundSwings, FreeSwing, search
 
-PAPER_START_ANGLE = math.radians(10.0)  # section IV.A
 _EARLY = math.radians(0.5)  # a swing begins early if it begins this far below the start angle [rad]
 _FEW = 4  # fewer swings than this cause a warning
 _SCALE_DOUBT = 0.1  # standard deviation of I_A that causes a warning, relative to I_A
 _ZERO_COUNTS_STD = 0.5  # standard deviation of the encoder's zero [counts]
+_CLOSERS = (4.5, 280.0)  # torque at the shut door [N m]: half of EN 1154's size 1, twice size 7
+_PUSHED = math.radians(10.0)  # least peak of the largest of the pushes that are asked for [rad]
+_PLATE = (0.5, 1.5)  # plausible moment of inertia of a leaf / that of a plate
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,7 @@ class Identification:
         window: Part of the swings that was fitted, OPENING or SWING.
         scale_reference: Description of the measurement that fixed the scale.
         warnings: What was left out, and what makes the result doubtful.
+        assumptions: What was assumed to read the recording, such as its counts per turn.
     """
 
     door: Door
@@ -98,6 +110,7 @@ class Identification:
     window: Window
     scale_reference: str
     warnings: list[str]
+    assumptions: tuple[str, ...] = ()
 
     def value_of(self, name: str) -> float:
         """Return the value of the parameter of this name."""
@@ -117,15 +130,10 @@ class Identification:
 
 
 def identify(
-    recording: Recording,
-    linkage: FourBarCloser,
-    scale: Reference | None,
-    *,
-    window: Window | str = Window.AUTO,
-    start_angle: float | None = None,
-    extras: Sequence[str] = (),
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    zero_std: float | None = None,
+    recording: Recording, linkage: FourBarCloser, scale: Reference | None, *,
+    window: Window | str = Window.AUTO, start_angle: float | None = None,
+    extras: Sequence[str] = (), bounds: Mapping[str, tuple[float, float]] | None = None,
+    zero_std: float | None = None, leaf: Leaf | None = None, force: bool = False
 ) -> Identification:
     """Identify a door from a recording of pushes by hand.
 
@@ -135,19 +143,23 @@ def identify(
         scale: The measurement that fixes the scale, made by `scale_from_leaf`,
             `scale_from_inertia`, `ForceGauge` or `KnownImpulse` of the module `scale`.
         window: Part of the swings that is fitted.
-        start_angle: Opening angle from which the swings are fitted [rad] (paper:
-            `PAPER_START_ANGLE`); None means from where the data show that the hand has left.
+        start_angle: Opening angle from which the swings are fitted [rad] (paper: 10 deg); None
+            means from where the data show that the hand has left.
         extras: What is identified beyond the paper: names of `trajectory_fit.EXTRAS`.
         bounds: Lower and upper bounds by the parameter's name, in SI units; I_A has none, since
             the scale fixes it.
         zero_std: Standard deviation of the encoder's zero [rad]; None means half a count, or the
             distance from 0 at which the door is seen to rest, whichever is larger.
+        leaf: The leaf, with whose mass and width I_A is compared; None: it is not known.
+        force: Whether a closer is accepted whose torque no closer of EN 1154 has.
 
     Raises:
         NoScaleError: There is no scale, or it contradicts the recording.
         NoSwingError: The recording contains no free swing.
-        NoFitError: The fit leads to no door, or its residuals are far too large.
-        BadRecordingError: The times of the recording cannot be those of samples in seconds.
+        NoFitError: The fit leads to no door or to no closer that is built, or its residuals are
+            far too large.
+        BadRecordingError: The times of the recording cannot be those of samples in seconds, or the
+            angle leaps.
         DoorParameterError: A bound belongs to no parameter or is no interval, the start angle is
             not positive, or an extra is unknown.
     """
@@ -164,6 +176,7 @@ def identify(
     if start_angle is not None:
         require_positive("the start angle", start_angle)
     clean, garbage_warnings = without_garbage(with_lattice(recording))
+    require_continuity(clean)
     if zero_std is None:
         zero_std = max(_ZERO_COUNTS_STD * clean.resolution, abs(rest(clean)))
     task = FitTask(linkage, window, extras, zero_std, grain(clean))
@@ -171,8 +184,45 @@ def identify(
     swings, swing_warnings = _swings_to_fit(clean, linkage, found, start_angle)
     common, fit_warnings = task.run(swings)
     fit, resolved, bound_warnings = _scaled(task, common, scale, clean, found, bounds or {})
-    warnings = [*garbage_warnings, *swing_warnings, *fit_warnings, *bound_warnings]
-    return _result(fit, common.swings, linkage, resolved, warnings)
+    warnings = [*garbage_warnings, *gap_doubts(clean), *swing_warnings, *fit_warnings,
+                *bound_warnings]
+    result = replace(
+        _result(fit, common.swings, linkage, resolved, warnings), assumptions=clean.assumptions)
+    result.warnings.extend(_contradictions(result, leaf, refuse=not force))
+    return result
+
+
+def _contradictions(result: Identification, leaf: Leaf | None, *, refuse: bool) -> list[str]:
+    """Return warnings if a closer, a leaf or pushes cannot be, as with wrong counts per turn.
+
+    Raises:
+        NoFitError: No closer has this torque at the shut door, and that is to be refused.
+    """
+    hint = " ".join([
+        "check the counts per turn, mass and width of the leaf, and the linkage",
+        *([f"(assumed: {', '.join(result.assumptions)})"] if result.assumptions else [])])
+    torque, found = float(result.door.restoring_torque(0.0)), list[str]()
+    low, high = _CLOSERS
+    if not low <= torque <= high:
+        problem = (
+            f"the closer would pull with {torque:.3g} N m at the shut door, must be {low:g} to "
+            f"{high:g} N m (EN 1154: 9 to 140 N m): {hint}")
+        if refuse:
+            raise NoFitError(
+                f"{problem}; force (--force) accepts it",
+                quantity="torque of the closer at 0 deg [N m]", value=torque, limit=_CLOSERS)
+        found.append(problem)
+    largest = max(swing.peak for swing in result.swings)
+    if largest < _PUSHED:
+        found.append(
+            f"the largest swing is {math.degrees(largest):.1f} deg, must be "
+            f"{math.degrees(_PUSHED):.0f} deg or more: {hint}")
+    plate = plate_moment_of_inertia(leaf.mass, leaf.width) if leaf else result.door.i_a
+    if not _PLATE[0] <= result.door.i_a / plate <= _PLATE[1]:
+        found.append(
+            f"I_A is {result.door.i_a:.3g} kg m^2, a leaf of this mass and width has "
+            f"{plate:.3g} kg m^2, must be {_PLATE[0]:g} to {_PLATE[1]:g} times as much: {hint}")
+    return found
 
 
 def _swings_to_fit(
@@ -196,12 +246,8 @@ def _swings_to_fit(
 
 
 def _scaled(
-    task: FitTask,
-    common: CommonFit,
-    scale: Reference,
-    clean: Recording,
-    found: FoundSwings,
-    bounds: Mapping[str, tuple[float, float]],
+    task: FitTask, common: CommonFit, scale: Reference, clean: Recording, found: FoundSwings,
+    bounds: Mapping[str, tuple[float, float]]
 ) -> tuple[RatioFit, Scale, list[str]]:
     """Resolve the scale; where there are bounds, fit again within them and resolve it again.
 
@@ -224,11 +270,8 @@ def _paper_ratios(fit: RatioFit) -> Array:
 
 
 def _result(
-    fit: RatioFit,
-    swings: Sequence[FreeSwing],
-    linkage: FourBarCloser,
-    scale: Scale,
-    warnings: list[str],
+    fit: RatioFit, swings: Sequence[FreeSwing], linkage: FourBarCloser, scale: Scale,
+    warnings: list[str]
 ) -> Identification:
     """Combine the fitted ratios and the scale to the result, and add the remaining warnings."""
     names, values, covariance = to_parameters(fit.free, fit.values, fit.covariance, scale)
@@ -241,18 +284,12 @@ def _result(
     ]
     results = []
     for swing, fitted, peak, start, rmse in zip(
-        swings, fit.fitted, fit.peaks, fit.starts, fit.swing_rmse, strict=True
-    ):
+        swings, fit.fitted, fit.peaks, fit.starts, fit.swing_rmse, strict=True):
         n = len(fitted)
         results.append(
             SwingResult(
-                t=swing.t[:n],
-                theta_measured=swing.theta[:n],
-                theta_fitted=fitted,
-                omega0=float(start[1]),
-                peak=float(peak),
-                rmse=float(rmse),
-            )
+                t=swing.t[:n], theta_measured=swing.theta[:n], theta_fitted=fitted,
+                omega0=float(start[1]), peak=float(peak), rmse=float(rmse))
         )
     if len(results) < _FEW:
         warnings.append(
@@ -263,18 +300,10 @@ def _result(
         warnings.append(
             f"the scale is uncertain by {scale.std / scale.i_a:.0%}, and so is every parameter")
     return Identification(
-        door=as_door(names, values, linkage),
-        names=names,
-        values=values,
-        covariance=covariance,
-        play=fit.value("play"),
-        zero=fit.value("zero"),
-        fit_rmse=fit.rmse,
-        swings=results,
+        door=as_door(names, values, linkage), names=names, values=values, covariance=covariance,
+        play=fit.value("play"), zero=fit.value("zero"), fit_rmse=fit.rmse, swings=results,
         window=Window.SWING if "closing" in fit.free else Window.OPENING,
-        scale_reference=scale.reference,
-        warnings=warnings,
-    )
+        scale_reference=scale.reference, warnings=warnings)
 
 
 _DOUBTFUL = 0.1  # standard deviation that causes a warning, relative to the value
@@ -298,8 +327,7 @@ def doubts(
     shares, directions = np.linalg.eigh(covariance / np.outer(size, size))
     warnings: dict[tuple[str, ...], str] = {}
     for variance, direction in sorted(
-        zip(shares, directions.T, strict=True), key=lambda pair: -pair[0]
-    ):
+        zip(shares, directions.T, strict=True), key=lambda pair: -pair[0]):
         share = math.sqrt(max(float(variance), 0.0))
         parts = tuple(
             name for name, part in zip(names, direction, strict=True) if abs(part) > _PART)

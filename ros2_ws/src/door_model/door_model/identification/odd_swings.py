@@ -33,13 +33,8 @@ class CommonFit:
 
 
 def fit_common(
-    linkage: FourBarCloser,
-    swings: Sequence[FreeSwing],
-    free: tuple[str, ...],
-    *,
-    zero_std: float,
-    good_rmse: float,
-    first: Mapping[str, float] | None = None,
+    linkage: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...], *, zero_std: float,
+    good_rmse: float, first: Mapping[str, float] | None = None
 ) -> CommonFit:
     """Fit the ratios to the swings that agree with each other.
 
@@ -61,8 +56,7 @@ def fit_common(
     known = dict(first or {})
     fit = _tried(linkage, kept, free, zero_std, known)
     while _rmse(fit) > good_rmse and len(kept) > _LEAST_LEFT and (
-        len(out) + 1 <= _MOST_OUT * len(swings)
-    ):
+        len(out) + 1 <= _MOST_OUT * len(swings)):
         worst = range(len(kept)) if isinstance(fit, NoFitError) else np.argsort(-fit.swing_rmse)
         trials = {
             int(odd): _tried(linkage, kept[:odd] + kept[odd + 1 :], free, zero_std, known)
@@ -79,11 +73,8 @@ def fit_common(
 
 
 def _tried(
-    linkage: FourBarCloser,
-    swings: Sequence[FreeSwing],
-    free: tuple[str, ...],
-    zero_std: float,
-    first: Mapping[str, float],
+    linkage: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...], zero_std: float,
+    first: Mapping[str, float]
 ) -> RatioFit | NoFitError:
     """Return a fit, or the error that prevents it, since a bad swing can make a fit impossible."""
     try:

@@ -14,23 +14,15 @@ PARAMETERS = ("i_a", "c_c", "k_c", "tau_c0_prime")
 """Names of the paper's parameters, in eqs. (1), (12) and (13)."""
 
 RATIO_OF = {
-    "c_c": "opening",
-    "k_c": "spring",
-    "tau_c0_prime": "preload",
-    "c_c_closing": "closing",
-    "friction": "friction",
-    "backcheck_c_c": "backcheck",
-    "backcheck_angle": "backcheck_angle",
-    "latch_c_c": "latch",
-    "latch_angle": "latch_angle",
-}
+    "c_c": "opening", "k_c": "spring", "tau_c0_prime": "preload", "c_c_closing": "closing",
+    "friction": "friction", "backcheck_c_c": "backcheck", "backcheck_angle": "backcheck_angle",
+    "latch_c_c": "latch", "latch_angle": "latch_angle"}
 """Name in `Ratios` of each parameter; all but the angles are divided by I_A there."""
 
 UNITS = {
     "i_a": "kg m^2", "k_c": "N m/rad", "tau_c0_prime": "N m", "friction": "N m",
     "c_c": "N m s/rad", "c_c_closing": "N m s/rad", "backcheck_c_c": "N m s/rad",
-    "latch_c_c": "N m s/rad", "backcheck_angle": "rad", "latch_angle": "rad",
-}  # fmt: skip
+    "latch_c_c": "N m s/rad", "backcheck_angle": "rad", "latch_angle": "rad"}  # fmt: skip
 
 
 def is_angle(name: str) -> bool:
@@ -77,11 +69,8 @@ def as_door(names: tuple[str, ...], values: Array, linkage: FourBarCloser) -> Do
 
     return Door(
         known["i_a"], known["c_c"], known["k_c"], known["tau_c0_prime"], linkage,
-        c_c_closing=known.get("c_c_closing"),
-        backcheck=zone("backcheck"),
-        latch=zone("latch"),
-        friction=known.get("friction", 0.0),
-    )
+        c_c_closing=known.get("c_c_closing"), backcheck=zone("backcheck"), latch=zone("latch"),
+        friction=known.get("friction", 0.0))
 
 
 def ratio_bounds(

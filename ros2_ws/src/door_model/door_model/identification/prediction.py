@@ -37,11 +37,8 @@ class PredictedPeak:
 
 
 def predict_peak(
-    door: Door,
-    names: Sequence[str],
-    covariance: NDArray[np.float64],
-    omega0: float,
-    theta0: float = 0.0,
+    door: Door, names: Sequence[str], covariance: NDArray[np.float64], omega0: float,
+    theta0: float = 0.0
 ) -> PredictedPeak:
     """Predict the peak of a free motion and its uncertainty from the parameters' covariance.
 

@@ -230,10 +230,7 @@ class KnownImpulse:
         if not 1 <= self.swing <= len(fitted.swings):
             raise NoScaleError(
                 f"the impulse belongs to swing {self.swing}, there are {len(fitted.swings)}",
-                quantity="number of the swing",
-                value=self.swing,
-                limit=len(fitted.swings),
-            )
+                quantity="number of the swing", value=self.swing, limit=len(fitted.swings))
         swing, recording = fitted.swings[int(self.swing) - 1], fitted.recording
         period = float(np.median(np.diff(recording.t)))
         end = int(np.searchsorted(recording.t, swing.t[0]))
@@ -277,19 +274,14 @@ def scale_from_inertia(i_a: float, std: float) -> Scale:
     if not (0.0 < i_a <= _LARGEST_INERTIA and 0.0 <= std <= _LARGEST_INERTIA):
         raise NoScaleError(
             f"a moment of inertia of {i_a} +- {std} kg m^2 fixes no scale",
-            quantity="i_a, std [kg m^2]",
-            value=(i_a, std),
-            limit=f"positive numbers up to {_LARGEST_INERTIA:g}",
-        )
+            quantity="i_a, std [kg m^2]", value=(i_a, std),
+            limit=f"positive numbers up to {_LARGEST_INERTIA:g}")
     return Scale(i_a, std, f"I_A of {i_a:g} kg m^2 as given")
 
 
 def scale_from_leaf(
-    mass: float | None,
-    width: float | None,
-    *,
-    mass_std: float | None = None,
-    width_std: float = WIDTH_STD,
+    mass: float | None, width: float | None, *, mass_std: float | None = None,
+    width_std: float = WIDTH_STD
 ) -> Scale:
     """Return the scale from the leaf's mass and width, I_A = mass width^2 / 3.
 
@@ -317,10 +309,7 @@ def scale_from_leaf(
         if not low <= value <= high:
             raise NoScaleError(
                 f"the leaf's {name} is {value:g}, must be {low:g} to {high:g}",
-                quantity=f"leaf {name}",
-                value=value,
-                limit=(low, high),
-            )
+                quantity=f"leaf {name}", value=value, limit=(low, high))
     assert mass is not None
     assert width is not None
     mass_share = MASS_STD_SHARE if mass_std is None else mass_std / mass

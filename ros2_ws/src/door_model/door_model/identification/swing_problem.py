@@ -47,12 +47,8 @@ class SwingProblem:
     """Residuals of eq. (6) and their Jacobian, all swings integrated at once."""
 
     def __init__(
-        self,
-        closer: FourBarCloser,
-        swings: Sequence[FreeSwing],
-        free: tuple[str, ...],
-        zero_std: float,
-        bounds: Mapping[str, tuple[float, float]],
+        self, closer: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...],
+        zero_std: float, bounds: Mapping[str, tuple[float, float]]
     ) -> None:
         """Set the swings, the unknowns and their bounds, as in `trajectory_fit.fit_ratios`."""
         self.closer = closer

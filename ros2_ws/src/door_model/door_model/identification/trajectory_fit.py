@@ -27,10 +27,8 @@ SWING = ("opening", "closing", "spring", "preload", "play")
 """Unknowns that opening and closing determine."""
 
 EXTRAS = {
-    "friction": ("friction",),
-    "backcheck": ("backcheck", "backcheck_angle"),
-    "latch": ("latch", "latch_angle"),
-}
+    "friction": ("friction",), "backcheck": ("backcheck", "backcheck_angle"),
+    "latch": ("latch", "latch_angle")}
 """Unknowns of what real closers add to the paper's door (module `door_model.door.door`)."""
 
 _EXACT = Tolerances(1e-7, 1e-9, 30)
@@ -81,13 +79,9 @@ class RatioFit:
 
 
 def fit_ratios(
-    closer: FourBarCloser,
-    swings: Sequence[FreeSwing],
-    free: tuple[str, ...] = SWING,
-    *,
-    zero_std: float = 0.0,
-    first: Mapping[str, float] | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
+    closer: FourBarCloser, swings: Sequence[FreeSwing], free: tuple[str, ...] = SWING, *,
+    zero_std: float = 0.0, first: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None
 ) -> RatioFit:
     """Fit the ratios to free swings, eq. (6).
 
@@ -122,17 +116,11 @@ def fit_ratios(
     fitted, peaks = problem.fitted(x)
     pinv = np.linalg.pinv(problem.jacobian(x))[: len(free)]
     return RatioFit(
-        free=free,
-        values=x[: len(free)],
-        covariance=np.asarray(pinv @ pinv.T * noise**2),
-        ratios=problem.ratios(x),
-        starts=problem.starts(x),
-        fitted=fitted,
-        peaks=peaks,
+        free=free, values=x[: len(free)], covariance=np.asarray(pinv @ pinv.T * noise**2),
+        ratios=problem.ratios(x), starts=problem.starts(x), fitted=fitted, peaks=peaks,
         rmse=float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
         swing_rmse=np.array([np.sqrt(np.mean(block**2)) for block in residuals]),
-        rivals=_rivals(problem, x, trials, noise),
-    )
+        rivals=_rivals(problem, x, trials, noise))
 
 
 def _solved(

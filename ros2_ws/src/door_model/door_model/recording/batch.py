@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,21 @@ class SampleBatch:
     def end_ns(self) -> int:
         """Time at which the next sample is due [ns]."""
         return self.stamp_ns + round(len(self.counts) * (self.period * 1e9))
+
+
+def to_batch(message: Any) -> SampleBatch:
+    """Return the batch of a message EncoderSamples, received or read from a recording."""
+    stamp = message.header.stamp
+    return SampleBatch(
+        stamp_ns=stamp.sec * 1_000_000_000 + stamp.nanosec,
+        period=message.period,
+        first_index=message.first_index,
+        counts_per_turn=message.counts_per_turn,
+        counts=message.counts,
+        gap_before=message.gap_before,
+        # Older recordings were made before the message had this field.
+        index_counts=getattr(message, "index_counts", _none()),
+    )
 
 
 class SampleBatcher:
@@ -100,14 +116,10 @@ class SampleBatcher:
         if not size:
             return None
         batch = SampleBatch(
-            stamp_ns=self._last_ns - (size - 1) * self._period_ns,
-            period=self._period_ns * 1e-9,
-            first_index=self._next_index - size,
-            counts_per_turn=self._counts_per_turn,
-            counts=np.array(self._counts, dtype=np.int64),
-            gap_before=self._gap,
-            index_counts=np.array(self._index_counts, dtype=np.int64),
-        )
+            stamp_ns=self._last_ns - (size - 1) * self._period_ns, period=self._period_ns * 1e-9,
+            first_index=self._next_index - size, counts_per_turn=self._counts_per_turn,
+            counts=np.array(self._counts, dtype=np.int64), gap_before=self._gap,
+            index_counts=np.array(self._index_counts, dtype=np.int64))
         self._counts, self._index_counts, self._gap = [], [], False
         return batch
 

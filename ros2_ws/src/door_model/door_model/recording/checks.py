@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, median_filter
+from scipy.ndimage import maximum_filter, maximum_filter1d, median_filter, minimum_filter1d
 
 from door_model.errors import BadRecordingError
 from door_model.recording.recording import Recording
+from door_model.recording.sensor import FASTEST
 
 _WINDOW = 0.06  # window of the running median [s]; a batch of 20 ms is a third of it
 _DEVIATIONS = 3.0  # distance from the median from which a sample is garbage / scatter
@@ -28,7 +29,11 @@ _RESTS_LONG = 0.02  # share of the samples at one angle that shows that the door
 _LOW = np.radians(2.0)  # the door rests within this distance above the lowest angle [rad]
 _FINEST = np.radians(0.005)  # finest step in which resting angles are distinguished [rad]
 _DOWN = np.radians(2.0)  # least negative angle that shows a reversed direction [rad]
-_FASTEST = 10.0  # greatest speed of a door [rad/s]
+_LONGEST_GAP = 0.1  # longest gap that is not named [s]: five batches of 20 ms
+_LEAP = np.radians(1.0)  # least leap that no door makes [rad]
+_DRIFT = np.radians(0.5)  # largest drift of the shut door [rad]
+_STANDS = 0.2  # shortest time for which a door stands still [s]
+_UNKNOWN = np.radians(1e-3)  # residuals [rad] below which nothing is known about a sensor
 
 
 def garbage(recording: Recording) -> NDArray[np.bool_]:
@@ -44,7 +49,7 @@ def garbage(recording: Recording) -> NDArray[np.bool_]:
     if len(t) < size:
         return np.zeros(len(t), dtype=bool)
     least = max(_COUNTS * recording.resolution, _LEAST)
-    leaps = np.abs(np.diff(theta, prepend=theta[0])) > _FASTEST * np.diff(t, prepend=t[0]) + least
+    leaps = np.abs(np.diff(theta, prepend=theta[0])) > FASTEST * np.diff(t, prepend=t[0]) + least
     near = maximum_filter(leaps, size, mode="nearest")
     away = np.abs(theta - _running_median(theta, half))
     scatter = _NORMAL * _running_median(away, half)
@@ -98,22 +103,26 @@ def require_times(recording: Recording) -> None:
 def with_lattice(recording: Recording) -> Recording:
     """Return a recording with the encoder's step as resolution if its angles show such a step.
 
-    They show it if a logger has written degrees: nearly all angles are then multiples of one step,
-    and the door moves by few steps between two samples.
+    They show it if a logger has written degrees, and the door moves by few steps between two
+    samples.
     """
-    if recording.resolution > 0.0 or len(recording.t) < _FEWEST:
-        return recording
-    steps = np.diff(np.unique(recording.theta))
-    steps = steps[steps > _ROUNDING]
-    if not steps.size:
-        return recording
-    step = float(np.mean(steps[steps < 1.5 * np.median(steps)]))
-    multiples = recording.theta / step
-    off = np.abs(multiples - np.rint(multiples))
-    jumps = np.abs(np.diff(multiples))
-    if np.mean(off < _ON_LATTICE) < _NEARLY_ALL or np.percentile(jumps, 90) > _FEW_STEPS:
+    step = _step(recording)
+    if recording.resolution > 0.0 or not step or (
+        np.percentile(np.abs(np.diff(recording.theta)), 90) > _FEW_STEPS * step):
         return recording
     return replace(recording, resolution=step)
+
+
+def _step(recording: Recording) -> float:
+    """Return the step of which nearly all angles are multiples [rad]; 0 if there is none."""
+    steps = np.diff(np.unique(recording.theta))
+    steps = steps[steps > _ROUNDING]
+    if not steps.size or len(recording.t) < _FEWEST:
+        return 0.0
+    step = float(np.mean(steps[steps < 1.5 * np.median(steps)]))
+    multiples = recording.theta / step
+    on = np.abs(multiples - np.rint(multiples)) < _ON_LATTICE
+    return step if np.mean(on) >= _NEARLY_ALL else 0.0
 
 
 def grain(recording: Recording) -> float:
@@ -121,12 +130,15 @@ def grain(recording: Recording) -> float:
 
     If counts are known, it is a fifth of a count, because the changes of the count are fitted (the
     share was measured with simulated recordings). Otherwise it is the noise, estimated from the
-    median of second differences.
+    median of second differences, and the rounding to the steps of the angles.
     """
-    if recording.resolution > 0.0 or len(recording.t) < 3:
+    if recording.resolution > 0.0:
         return _EDGE_RMSE * recording.resolution
+    if len(recording.t) < 3:
+        return 0.0
     bends = np.abs(np.diff(recording.theta, n=2))
-    return float(_NORMAL * np.median(bends) / math.sqrt(6.0))
+    noise = _NORMAL * float(np.median(bends)) / math.sqrt(6.0)
+    return max(math.hypot(noise, _step(recording) / math.sqrt(12.0)), _UNKNOWN)
 
 
 def rest(recording: Recording) -> float:
@@ -142,16 +154,67 @@ def rest(recording: Recording) -> float:
 
 
 def zero_doubts(recording: Recording) -> list[str]:
-    """Return warnings if the door does not rest at zero, or its angle falls as it opens."""
+    """Return warnings if the door does not rest at zero, or opens to both sides of it."""
     if not recording.t.size:
         return []
-    low, high = float(recording.theta.min()), float(recording.theta.max())
-    if -low > max(high, _DOWN):
-        return [
-            f"the angle falls to {np.degrees(low):.1f} deg: check that it grows as the door opens"]
+    doubts, low = [], float(recording.theta.min())
+    if low < -_DOWN:
+        doubts.append(
+            f"the angle falls to {np.degrees(low):.1f} deg, the shut door is at 0: check that it "
+            "grows as the door opens, and that the door opens to one side only")
     at = rest(recording)
-    if abs(at) <= max(_RESTS_OFF * recording.resolution, _LEAST):
+    if abs(at) > max(_RESTS_OFF * recording.resolution, _LEAST):
+        doubts.append(
+            f"the door rests at {np.degrees(at):.2f} deg: check that the encoder's zero is that of "
+            "the shut door")
+    return doubts
+
+
+def require_continuity(recording: Recording) -> None:
+    """Check that the door moves as a door can, and rests at one place.
+
+    Raises:
+        BadRecordingError: The angle leaps and stays there, or that of the shut door drifts.
+    """
+    t, theta = recording.t, recording.theta
+    least = max(_COUNTS * recording.resolution, _LEAP)
+    fast = np.flatnonzero(np.abs(np.diff(theta)) > FASTEST * np.diff(t) + least)
+    if fast.size:
+        at = int(fast[0])
+        leap = float(theta[at + 1] - theta[at])
+        raise BadRecordingError(
+            "the recording", None,
+            f"leaps {fast.size} time(s), first by {np.degrees(leap):.2f} deg at {t[at]:.3f} s, as "
+            "no door can and no counter's range explains: was the counter reset, did it lose "
+            "counts, or does it wrap at another number?", value=leap, limit=least)
+    places = _rests(recording)
+    if places.size and np.ptp(places) > _DRIFT:
+        raise BadRecordingError(
+            "the recording", None,
+            f"has the shut door at {np.degrees(places.min()):.2f} to "
+            f"{np.degrees(places.max()):.2f} deg, must stay within {np.degrees(_DRIFT):g} deg: "
+            "does the encoder lose counts, or slip?", value=float(np.ptp(places)), limit=_DRIFT)
+
+
+def _rests(recording: Recording) -> NDArray[np.float64]:
+    """Return the angles (M,) of a door that stands still, and lower than soon before and after."""
+    if len(recording.t) < 2 or np.ptp(recording.theta) < 2.0 * _DOWN:
+        return np.empty(0)
+    size = max(2, round(_STANDS / float(np.median(np.diff(recording.t)))))
+    least = max(_RESTS_OFF * recording.resolution, _LEAST)
+    low, high = (form(recording.theta, size) for form in (minimum_filter1d, maximum_filter1d))
+    around = minimum_filter1d(recording.theta, 5 * size)
+    return np.asarray(recording.theta[(high - low <= least) & (around >= low - least)])
+
+
+def gap_doubts(recording: Recording) -> list[str]:
+    """Return a warning if samples are missing while the door was open."""
+    t, theta = recording.t, recording.theta
+    gaps = np.diff(t)
+    open_ = np.maximum(theta[1:], theta[:-1]) > _DOWN
+    longest = max(_LONGEST_GAP, 2.5 * float(np.median(gaps))) if len(gaps) else 0.0
+    at = np.flatnonzero((gaps > longest) & open_)
+    if not at.size:
         return []
-    return [
-        f"the door rests at {np.degrees(at):.2f} deg: check that the encoder's zero is that of the "
-        "shut door"]
+    return [f"samples are missing {at.size} time(s) while the door was open, first for "
+            f"{gaps[at[0]]:.2f} s at {t[at[0]]:.2f} s: a swing with a gap is cut there"]

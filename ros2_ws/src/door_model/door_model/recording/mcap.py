@@ -1,70 +1,71 @@
 """Reads recordings of the door's encoder from MCAP files, also those of `ros2 bag record`."""
 
-from collections import Counter
+import math
+import struct
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
+import zstandard
 from door_impact_common.errors import InputError
 from door_impact_common.files import LARGEST_FILE, read_file, shown
-from mcap.reader import NonSeekingReader
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from door_model.errors import BadRecordingError
-from door_model.recording.batch import SampleBatch
-from door_model.recording.counts import unwrap
-from door_model.recording.recording import Recording
+from door_model.errors import BadRecordingError, DoorParameterError
+from door_model.recording.batch import SampleBatch, to_batch
+from door_model.recording.recording import Recording, read_csv
 from door_model.recording.sample_store import SampleStore
 
 SAMPLES = "/door_encoder/samples"
 COUNTS = "/door_encoder/counts"
 _TYPE = "door_impact_msgs/msg/EncoderSamples"
-_FOREVER = 1e9  # time for which samples are kept, longer than any recording [s]
-_MODULUS = 2**16  # counters of 16 bits or more agree modulo this number of counts
-_SHUT = 20  # number of samples at the start that give the zero of raw counts
+_ZSTD = b"\x28\xb5\x2f\xfd"  # what zstd has compressed begins so; CDR begins with 0
 
 
 class Connection(NamedTuple):
-    """A topic of a recording, the type of its messages and their number."""
+    """A topic of a recording, and the type of its messages."""
 
     topic: str
     msgtype: str
-    msgcount: int
 
 
 class Bag:
     """A recording, which is read in the order in which it was written.
 
-    A file that was cut off, as that of a recorder that was killed, is read up to its end.
+    A file that was cut off, as that of a recorder that was killed, is read up to its end. What
+    `ros2 bag record --compression-mode message` or `file` made is read as well.
 
     Attributes:
         connections: Topics with messages.
     """
 
     def __init__(self, files: Sequence[bytes]) -> None:
-        """Count the messages in the contents of MCAP files, in order of time."""
+        """Find the topics in the contents of MCAP files, in order of time."""
         self._files = files
         self._store = get_typestore(Stores.EMPTY)
         self._texts: dict[str, str] = {}  # definitions of types
-        counts = Counter[tuple[str, str]]()
+        found = dict[Connection, None]()
         for schema, channel, _ in self._scan():
             self._texts[schema.name] = schema.data.decode()
-            counts[channel.topic, schema.name] += 1
-        self.connections = [Connection(*key, number) for key, number in counts.items()]
+            found[Connection(channel.topic, schema.name)] = None
+        self.connections = list(found)
 
     def messages(
         self, connections: Iterable[Connection]
     ) -> Iterator[tuple[Connection, int, bytes]]:
         """Yield topic, time of recording [ns] and content of each message on some topics."""
-        wanted = {(each.topic, each.msgtype): each for each in connections}
+        wanted = set(connections)
         for schema, channel, message in self._scan():
-            found = wanted.get((channel.topic, schema.name))
-            if found is not None:
-                yield found, message.log_time, message.data
+            found = Connection(channel.topic, schema.name)
+            if found in wanted:
+                yield found, message.log_time, _unpacked(message.data)
 
     def deserialize(self, data: bytes, kind: str) -> Any:
         """Return the message of a type that a content is."""
@@ -72,18 +73,53 @@ class Bag:
             self._store.register(get_types_from_msg(self._texts[kind], kind))
         return self._store.deserialize_cdr(data, kind)
 
-    def _scan(self) -> Iterator[tuple[Any, Any, Any]]:
+    def _scan(self) -> Iterator[tuple[Schema, Channel, Message]]:
         """Yield schema, channel and message of each message."""
         for content in self._files:
-            stream = BytesIO(content)
-            reader = NonSeekingReader(stream, validate_crcs=True)
-            try:
-                for schema, channel, message in reader.iter_messages(log_time_order=False):
-                    if schema is not None:
-                        yield schema, channel, message
-            except Exception:
-                if stream.read(1):  # otherwise the file was cut off here
-                    raise
+            schemas, channels = dict[int, Schema](), dict[int, Channel]()
+            for record in _records(content):
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message) and channels[record.channel_id].schema_id:
+                    channel = channels[record.channel_id]
+                    yield schemas[channel.schema_id], channel, record
+
+
+def _records(content: bytes) -> Iterator[McapRecord]:
+    """Yield the records of a file, also those of a chunk that was cut off."""
+    stream, end = BytesIO(content), 0
+    try:
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+            end = stream.tell()
+            if isinstance(record, Chunk):
+                yield from breakup_chunk(record, validate_crc=True)
+            else:
+                yield record
+    except Exception:
+        if stream.read(1):  # otherwise the file was cut off here
+            raise
+    else:
+        return
+    if content[end : end + 1] != bytes([Opcode.CHUNK]):
+        return
+    try:
+        chunk = Chunk.read(ReadDataStream(BytesIO(content[end + 9 :])))
+        if chunk.compression != "lz4":  # its beginning alone cannot be read
+            yield from StreamReader(BytesIO(_unpacked(chunk.data)), skip_magic=True).records
+    except (EndOfFile, struct.error):
+        return
+
+
+def _unpacked(data: bytes) -> bytes:
+    """Return what zstd compressed, as far as it is there; other data as they are."""
+    if not data.startswith(_ZSTD):
+        return data
+    found = zstandard.ZstdDecompressor().stream_reader(BytesIO(data)).read(LARGEST_FILE + 1)
+    if len(found) > LARGEST_FILE:
+        raise InputError("the file", f"has more than {1e-6 * LARGEST_FILE:g} MB uncompressed")
+    return found
 
 
 @contextmanager
@@ -106,7 +142,8 @@ def open_bag(path: str | Path) -> Iterator[Bag]:
             source, None, error.problem, value=source, limit="a readable file") from error
     except Exception as error:  # the libraries raise many kinds where a file is damaged
         raise BadRecordingError(
-            source, None, f"is no MCAP file of ROS 2, or damaged ({type(error).__name__})",
+            source, None, f"is no MCAP file of ROS 2, or damaged ({type(error).__name__}): "
+            "`mcap recover` keeps what can be read of a damaged one",
             value=source, limit="an MCAP file") from error
 
 
@@ -117,13 +154,17 @@ def _contents(path: Path) -> list[bytes]:
         InputError: A file cannot be read, there is none, or all together are too large.
     """
     if not path.is_dir():
-        return [read_file(path)]
+        return [_unpacked(read_file(path))]
     contents, left = list[bytes](), LARGEST_FILE
-    for file in sorted(path.glob("*.mcap"), key=lambda each: (len(each.name), each.name)):
-        contents.append(read_file(file, largest=left))
+    files = [*path.glob("*.mcap"), *path.glob("*.mcap.zstd")]
+    for file in sorted(files, key=lambda each: (len(each.name), each.name)):
+        contents.append(_unpacked(read_file(file, largest=left)))
         left -= len(contents[-1])
     if not contents:
-        raise InputError(shown(path), "is a folder without an MCAP file")
+        raise InputError(
+            shown(path),
+            "is a folder without an MCAP file: record with `-s mcap`, or convert it by "
+            "`ros2 bag convert` with storage_id mcap")
     return contents
 
 
@@ -151,9 +192,9 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
                 raise BadRecordingError(
                     source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
                     value=kinds, limit=_TYPE)
-            return topic, [_batch(bag.deserialize(data, _TYPE))
+            return topic, [to_batch(bag.deserialize(data, _TYPE))
                            for _, _, data in bag.messages(connections)]
-    listed = ", ".join(sorted(there)) or "none"
+    listed = ", ".join(sorted(there)) or "none (nothing was recorded, or it was cut off before)"
     raise BadRecordingError(
         source, None,
         f"has no messages on {' or '.join(topics)}; topics with messages: {listed}",
@@ -163,11 +204,9 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
 def read_mcap(path: str | Path) -> Recording:
     """Read a recording from `/door_encoder/samples`, or else from `/door_encoder/counts`.
 
-    Samples are already checked, unwrapped and zeroed. Raw counts are unwrapped only, without a
-    check. Their zero and direction follow from the door, which must be shut at the start of the
-    recording and open from there; the counter must wrap at 2^16 counts or a multiple of them, or
-    never. Late and duplicated batches are dropped. Gaps show in the sample times. If the time goes
-    back, because a simulation was reset, the recording begins anew.
+    Samples are already checked, unwrapped and zeroed; raw counts become angles as `sensor.opening`
+    describes. Late and duplicated batches are dropped. Gaps show in the sample times. If the time
+    goes back, because a simulation was reset, the recording begins anew.
 
     Args:
         path: As for `open_bag`.
@@ -180,41 +219,26 @@ def read_mcap(path: str | Path) -> Recording:
         DoorParameterError: A batch has no positive period or counts_per_turn.
     """
     topic, batches = read_batches(path, (SAMPLES, COUNTS))
-    store = SampleStore(_FOREVER)
-    for batch in batches if topic == SAMPLES else _unwrapped(batches):
-        store.add(batch)
-    recording = store.recording()
-    if topic == SAMPLES or not recording.t.size:
-        return recording
-    # Live decoding waits until the door stands still (`stationary_zero`); a recording must give a
-    # zero whatever it begins with, and `checks.zero_doubts` reports a zero that looks wrong.
-    theta = recording.theta - np.median(recording.theta[:_SHUT])
-    if -theta.min() > theta.max():
-        theta = -theta
-    return Recording(recording.t, theta, recording.resolution)
-
-
-def _unwrapped(batches: Iterable[SampleBatch]) -> Iterator[SampleBatch]:
-    """Unwrap the counts of batches, from one batch to the next."""
-    last: tuple[int, int] | None = None
+    store = SampleStore(math.inf)
     for batch in batches:
-        values = batch.counts % _MODULUS
-        counts = unwrap(values, _MODULUS, last)
-        if len(counts):
-            last = int(values[-1]), int(counts[-1])
-        yield replace(batch, counts=counts)
+        store.add(batch)
+    return store.recording(raw=topic == COUNTS)
 
 
-def _batch(message: Any) -> SampleBatch:
-    """Return the batch of a message as rosbags deserializes it."""
-    stamp = message.header.stamp
-    return SampleBatch(
-        stamp_ns=stamp.sec * 1_000_000_000 + stamp.nanosec,
-        period=message.period,
-        first_index=message.first_index,
-        counts_per_turn=message.counts_per_turn,
-        counts=message.counts,
-        gap_before=message.gap_before,
-        # Older recordings were made before the message had this field.
-        index_counts=getattr(message, "index_counts", np.empty(0, dtype=np.int64)),
-    )
+def read_recording(path: str | Path, counts_per_turn: int | None = None) -> Recording:
+    """Read a recording from an MCAP file or a folder of them, or else from a CSV file.
+
+    Args:
+        path: As for `open_bag`, or a CSV file.
+        counts_per_turn: As for `read_csv`.
+
+    Raises:
+        BadRecordingError: The file cannot be read or used.
+    """
+    try:
+        if Path(path).suffix in (".mcap", ".zstd") or Path(path).is_dir():
+            return read_mcap(path)
+        return read_csv(path, counts_per_turn)
+    except DoorParameterError as error:
+        raise BadRecordingError(
+            shown(path), None, str(error), value=error.value, limit=error.limit) from error

@@ -1,12 +1,12 @@
 """Recordings of the door's angle, read from CSV files and written to them.
 
-The header of a file is ``time_s,count`` or ``time_s,angle_deg``; swings need not be separated.
+A file has the columns ``time_s`` and ``count`` or ``angle_deg``; swings need not be separated.
 """
 
+import codecs
 import csv
 import math
 from array import array
-from collections.abc import Iterable
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -17,10 +17,10 @@ from door_impact_common.files import read_file, shown, write_whole
 from numpy.typing import NDArray
 
 from door_model.errors import BadRecordingError, DoorParameterError
+from door_model.recording.sensor import opening
 
 COUNTS_PER_TURN = 14400  # counts in a turn of the paper's encoder: 3600 lines, quadrature
-_COUNT_HEADER = ["time_s", "count"]
-_ANGLE_HEADER = ["time_s", "angle_deg"]
+_VALUES = ("count", "angle_deg")
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class Recording:
         t: Sample times, strictly increasing, (N,) [s].
         theta: Opening angles (N,) [rad].
         resolution: Angle of one count of the encoder [rad]; 0 if it is not known.
+        assumptions: What was assumed to get these angles from what the sensor shows.
 
     Raises:
         DoorParameterError: The shapes differ, a value is not finite, or times do not increase.
@@ -39,13 +40,13 @@ class Recording:
     t: NDArray[np.float64]
     theta: NDArray[np.float64]
     resolution: float = 0.0
+    assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check shapes and times."""
         if self.t.ndim != 1 or self.t.shape != self.theta.shape:
             raise DoorParameterError(
-                "theta's shape", self.theta.shape, f"(N,) as t's {self.t.shape}"
-            )
+                "theta's shape", self.theta.shape, f"(N,) as t's {self.t.shape}")
         if not (np.isfinite(self.t).all() and np.isfinite(self.theta).all()):
             raise DoorParameterError("values of a recording", "NaN or infinity", "finite numbers")
         if (np.diff(self.t) <= 0.0).any():
@@ -54,35 +55,46 @@ class Recording:
 
 
 def from_counts(
-    t: NDArray[np.float64], counts: NDArray[np.int64], counts_per_turn: int = COUNTS_PER_TURN
+    t: NDArray[np.float64], counts: NDArray[np.int64],
+    counts_per_turn: int | None = COUNTS_PER_TURN, *, raw: bool = False, own_zero: bool = True,
 ) -> Recording:
     """Make a recording from encoder counts.
 
     Args:
         t: Sample times, strictly increasing, (N,) [s].
-        counts: Counts, zero at the closed door, (N,).
-        counts_per_turn: Number of counts in a turn of the hinge.
+        counts: Counts, zero at the closed door, or raw ones, (N,).
+        counts_per_turn: Number of counts in a turn of the hinge; None: `COUNTS_PER_TURN` is
+            assumed.
+        raw: Whether the counts are to be unwrapped, zeroed and turned by `sensor.opening`.
+        own_zero: Whether the zero of raw counts is believed if the door rests near it.
 
     Raises:
         DoorParameterError: counts_per_turn is not positive, or the samples are not those of a
             `Recording`.
+        BadRecordingError: The count wraps as that of another sensor than the assumed one.
     """
-    if counts_per_turn <= 0:
-        raise DoorParameterError("counts_per_turn", counts_per_turn, "a positive number")
-    resolution = 2.0 * math.pi / counts_per_turn
-    return Recording(np.asarray(t, float), np.asarray(counts, float) * resolution, resolution)
+    turn = COUNTS_PER_TURN if counts_per_turn is None else counts_per_turn
+    if turn <= 0:
+        raise DoorParameterError("counts_per_turn", turn, "a positive number")
+    t, resolution = np.asarray(t, float), 2.0 * math.pi / turn
+    if raw:
+        given = counts_per_turn is not None
+        theta, assumptions = opening(t, counts, turn, given=given, own_zero=own_zero)
+        return Recording(t, theta, resolution, assumptions)
+    return Recording(
+        t, np.asarray(counts, float) * resolution, resolution, (f"{turn} counts per turn",))
 
 
-def read_csv(
-    path: str | Path,
-    counts_per_turn: int = COUNTS_PER_TURN,
-) -> Recording:
-    """Read a recording from a CSV file.
+def read_csv(path: str | Path, counts_per_turn: int | None = None) -> Recording:
+    """Read a recording from a CSV file, as a logger or a spreadsheet writes it.
+
+    The columns are separated by commas, semicolons or tabs; other columns are ignored, and so are
+    lines that begin with #. Decimal commas are read where commas separate no columns.
 
     Args:
         path: The file.
-        counts_per_turn: Number of counts in a turn of the hinge; it is only used with the header
-            time_s,count.
+        counts_per_turn: Number of counts in a turn of the hinge; None: `COUNTS_PER_TURN`. It is
+            only used with a column count.
 
     Raises:
         BadRecordingError: The file cannot be read; the error names the line. Only of a file with
@@ -91,7 +103,9 @@ def read_csv(
     """
     source = shown(path)
     try:
-        text = read_file(path).decode("utf-8-sig")
+        content = read_file(path)
+        wide = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        text = content.decode("utf-16" if wide else "utf-8-sig")
     except InputError as error:
         raise BadRecordingError(
             source, None, error.problem, value=source, limit="a readable file") from error
@@ -99,61 +113,82 @@ def read_csv(
         raise BadRecordingError(
             source, None, "is not a text in UTF-8", value=source, limit="a text in UTF-8"
         ) from error
-    rows = csv.reader(StringIO(text, newline=""))
+    lines = StringIO(text, newline=None).readlines()
+    begin, names, separator = _header(source, lines)
+    rows = csv.reader(("" if line.lstrip().startswith("#") else line for line in lines[begin:]),
+                      delimiter=separator)
+    kind = next(name for name in _VALUES if name in names)
+    t, values, marks = array("d"), array("d"), set[str]()
     try:
-        header = [cell.strip() for cell in next(rows, [])]
-        if header not in (_COUNT_HEADER, _ANGLE_HEADER):
-            wanted = "time_s,count or time_s,angle_deg"
-            raise BadRecordingError(
-                source, 1, f"the header must be {wanted}", value=header, limit=wanted)
-        t, values = _columns(source, rows, counts=header == _COUNT_HEADER)
+        for row in rows:
+            if not any(cell.strip() for cell in row):
+                continue
+            try:
+                time, value = _numbers(row, names, kind, marks, commas=separator != ",")
+                if t and time <= t[-1]:
+                    raise ValueError(f"time {time} s does not follow {t[-1]} s")
+            except ValueError as error:
+                raise BadRecordingError(
+                    source, begin + rows.line_num, str(error), value=row,
+                    limit=f"{len(names)} numbers, finite, in order of time") from None
+            t.append(time)
+            values.append(value)
     except csv.Error as error:
         raise BadRecordingError(
-            source, rows.line_num, f"is no CSV: {error}", value=source, limit="lines of CSV"
-        ) from error
-    if header == _COUNT_HEADER:
-        return from_counts(t, values.astype(np.int64), counts_per_turn)
-    return Recording(t, np.radians(values))
-
-
-def _columns(
-    source: str, rows: Iterable[list[str]], *, counts: bool
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return both columns of a file, checked line by line."""
-    t, values = array("d"), array("d")
-    for line, row in enumerate(rows, start=2):
-        if not row:
-            continue
-        if len(row) != 2:
-            raise BadRecordingError(
-                source, line, f"has {len(row)} fields, not 2", value=row, limit=2
-            )
-        try:
-            time, value = float(row[0]), float(row[1])
-        except ValueError:
-            raise BadRecordingError(
-                source, line, f"{shown(','.join(row))!r} is not a number", value=row,
-                limit="two numbers",
-            ) from None
-        if not (math.isfinite(time) and math.isfinite(value)):
-            raise BadRecordingError(
-                source, line, f"{shown(','.join(row))!r} is not finite", value=row,
-                limit="two numbers",
-            )
-        if counts and value != int(value):
-            raise BadRecordingError(
-                source, line, f"count {value:g} is not a whole number", value=value,
-                limit="a whole number",
-            )
-        if t and time <= t[-1]:
-            raise BadRecordingError(
-                source, line, f"time {time} s does not follow {t[-1]} s", value=time, limit=t[-1]
-            )
-        t.append(time)
-        values.append(value)
+            source, begin + rows.line_num, f"is no CSV: {error}", value=source,
+            limit="lines of CSV") from error
     if not t:
         raise BadRecordingError(source, None, "has no samples", value=0, limit=1)
-    return np.array(t), np.array(values)
+    if kind == "count":
+        counts = np.array(values).astype(np.int64)
+        return from_counts(np.array(t), counts, counts_per_turn, raw=True)
+    theta, assumptions = opening(np.array(t), np.array(values), None)
+    return Recording(np.array(t), theta, assumptions=assumptions)
+
+
+def _header(source: str, lines: list[str]) -> tuple[int, list[str], str]:
+    """Return the number of lines up to the header, the names of its columns, and what separates."""
+    for number, line in enumerate(lines, start=1):
+        separator = next((mark for mark in "\t;" if mark in line), ",")
+        names = [name.strip(' \t\n"').lower() for name in line.lstrip(" #").split(separator)]
+        if names.count("time_s") == 1 and sum(names.count(name) for name in _VALUES) == 1:
+            return number, names, separator
+        if line.strip() and not line.lstrip().startswith("#"):
+            break
+    wanted = "time_s,count or time_s,angle_deg"
+    raise BadRecordingError(
+        source, number if lines else 1, f"the header must be {wanted}",
+        value=names if lines else [], limit=wanted)
+
+
+def _numbers(
+    row: list[str], names: list[str], kind: str, marks: set[str], *, commas: bool
+) -> tuple[float, float]:
+    """Return time and value of a row; ValueError says what is wrong.
+
+    Args:
+        row: The cells.
+        names: Names of the columns.
+        kind: Name of the column of the value.
+        marks: Decimal signs of the rows before, to which those of this row are added.
+        commas: Whether a comma may be a decimal sign.
+    """
+    if len(row) != len(names):
+        raise ValueError(f"has {len(row)} fields, not {len(names)}")
+    cells = [row[names.index("time_s")], row[names.index(kind)]]
+    marks.update(*(set(",.") & set(cell) for cell in cells))
+    if commas and len(marks) > 1:
+        raise ValueError("has decimal points and decimal commas")
+    text = shown(",".join(cells))
+    try:
+        time, value = (float(cell.replace(",", ".") if commas else cell) for cell in cells)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number") from None
+    if not (math.isfinite(time) and math.isfinite(value)):
+        raise ValueError(f"{text!r} is not finite")
+    if kind == "count" and value != int(value):
+        raise ValueError(f"count {value:g} is not a whole number")
+    return time, value
 
 
 def write_counts_csv(path: str | Path, t: NDArray[np.float64], counts: NDArray[np.int64]) -> None:

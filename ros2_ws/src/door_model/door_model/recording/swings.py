@@ -146,9 +146,7 @@ def search(recording: Recording, start_angle: float | None = None) -> FoundSwing
     return FoundSwings(swings, other_tops)
 
 
-def _search_piece(
-    t: Array, theta: Array, period: float, start_angle: float | None
-) -> FoundSwings:
+def _search_piece(t: Array, theta: Array, period: float, start_angle: float | None) -> FoundSwings:
     """Search a part of a recording that has no long gaps."""
     even = t[0] + np.arange(round((t[-1] - t[0]) / period) + 1) * period
     filled = np.interp(even, t, theta)

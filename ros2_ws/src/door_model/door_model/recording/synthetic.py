@@ -95,12 +95,8 @@ def _peak_of_push(door: Door, push: Push) -> float:
 
 
 def simulate_pushes(
-    door: Door,
-    pushes: Sequence[Push],
-    duration: float,
-    *,
-    period: float = 1e-3,
-    bounce: float = 0.2,
+    door: Door, pushes: Sequence[Push], duration: float, *, period: float = 1e-3,
+    bounce: float = 0.2
 ) -> SampledMotion:
     """Simulate a door that is pushed and falls shut against its frame.
 
@@ -115,8 +111,7 @@ def simulate_pushes(
     theta, omega = np.zeros(t.shape), np.zeros(t.shape)
     # Pieces end at the edges of pushes, so that no solver step crosses a kink of the torque.
     edges = sorted(
-        {0.0, duration, *(p.start for p in pushes), *(p.start + p.duration for p in pushes)}
-    )
+        {0.0, duration, *(p.start for p in pushes), *(p.start + p.duration for p in pushes)})
     now, state = 0.0, (0.0, 0.0)
     for end in (edge for edge in edges if 0.0 < edge <= duration):
         while now < end - 1e-9:
@@ -127,13 +122,8 @@ def simulate_pushes(
 
 
 def _advance(
-    door: Door,
-    pushes: Sequence[Push],
-    now: float,
-    end: float,
-    state: tuple[float, float],
-    bounce: float,
-    out: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    door: Door, pushes: Sequence[Push], now: float, end: float, state: tuple[float, float],
+    bounce: float, out: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 ) -> tuple[float, tuple[float, float]]:
     """Simulate until `end` [s] or the next hit on the frame, and write the samples on the way.
 
@@ -158,8 +148,7 @@ def _advance(
     first = int(np.searchsorted(t, now - _SAME_TIME))
     pieces = max(1, math.ceil(length / _FINE))
     swing = simulate(
-        door, state[0], state[1], length, period=length / pieces, torque=torque, stop=True
-    )
+        door, state[0], state[1], length, period=length / pieces, torque=torque, stop=True)
     reached = float(swing.t[-1])
     hit = len(swing.t) <= pieces or bool(swing.theta[-1] <= 1e-12)
     inside = slice(first, int(np.searchsorted(t, now + reached - _SAME_TIME)))
@@ -242,13 +231,8 @@ def through_play(theta: NDArray[np.float64], play: float) -> NDArray[np.float64]
 
 
 def synthetic_recording(
-    door: Door,
-    peaks: Sequence[float],
-    *,
-    phase: float = 0.5,
-    play: float = 0.0,
-    counts_per_turn: int = COUNTS_PER_TURN,
-    push_duration: float = 0.15,
+    door: Door, peaks: Sequence[float], *, phase: float = 0.5, play: float = 0.0,
+    counts_per_turn: int = COUNTS_PER_TURN, push_duration: float = 0.15
 ) -> Recording:
     """Simulate a recording of pushes, as an encoder measures it at 1 kHz.
 
@@ -288,31 +272,17 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m door_model.recording.synthetic",
         description="Write a recording of simulated pushes by hand, for identify --csv.",
-        epilog=_EXAMPLE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+        epilog=_EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", required=True, metavar="FILE", help="CSV file to write")
     parser.add_argument(
-        "--door",
-        default="paper",
-        metavar="NAME_OR_YAML",
-        help="door of this package, or a YAML file (default: %(default)s)",
-    )
+        "--door", default="paper", metavar="NAME_OR_YAML",
+        help="door of this package, or a YAML file (default: %(default)s)")
     parser.add_argument(
-        "--peaks-deg",
-        type=float,
-        nargs="+",
-        default=[11.0, 16.0, 20.0, 25.0, 29.0],
-        metavar="DEG",
-        help="largest opening angle of each push (default: 11 16 20 25 29)",
-    )
+        "--peaks-deg", type=float, nargs="+", default=[11.0, 16.0, 20.0, 25.0, 29.0], metavar="DEG",
+        help="largest opening angle of each push (default: 11 16 20 25 29)")
     parser.add_argument(
-        "--play-deg",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="free travel between leaf and encoder (default: %(default)g)",
-    )
+        "--play-deg", type=float, default=0.0, metavar="DEG",
+        help="free travel between leaf and encoder (default: %(default)g)")
     return parser
 
 

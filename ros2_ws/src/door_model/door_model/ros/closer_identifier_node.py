@@ -2,10 +2,9 @@
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from door_impact_common.errors import DoorImpactError, InputError, SettingError
+from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, EncoderSamples
@@ -31,22 +30,20 @@ from door_model.identification.scale import (
     scale_from_inertia,
     scale_from_leaf,
 )
-from door_model.recording.mcap import read_mcap
-from door_model.recording.recording import Recording, read_csv
+from door_model.recording.mcap import read_recording
+from door_model.recording.recording import Recording
 from door_model.recording.sample_store import SampleStore
 from door_model.ros.messages import to_batch
 
-_QUEUE = 200  # number of batches that the subscription keeps
+_QUEUE = 1000  # 20 s: number of batches that the subscription keeps
 _THROTTLE = 5.0  # shortest time between two warnings [s]
 _READ_ONCE = {
     "door": ("paper", "Door whose leaf and linkage are used: its name or its YAML file"),
     "window": (Window.AUTO.value, "Part of the swings to fit: auto, opening or swing"),
-    "memory": (300.0, "Time for which samples are kept [s]"),
-}
+    "memory": (300.0, "Time for which samples are kept [s]")}
 _MEASURED = {
     "leaf_mass": (-1.0, "Mass of the leaf [kg]; negative: from the door's configuration"),
-    "leaf_width": (-1.0, "Width of the leaf [m]; negative: from the door's configuration"),
-}
+    "leaf_width": (-1.0, "Width of the leaf [m]; negative: from the door's configuration")}
 
 
 class CloserIdentifierNode(GuardedNode):
@@ -68,14 +65,11 @@ class CloserIdentifierNode(GuardedNode):
         self._store = SampleStore(parameters.positive("memory"))
         self._measurements = Parameters(self, _MEASURED, read_only=False)
         latched = QoSProfile(
-            depth=1,
-            reliability=ReliabilityPolicy.RELIABLE,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL,
-        )
+            depth=1, reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._closer_topic = self.create_publisher(CloserParameters, "/closer_parameters", latched)
         self._samples = self.create_subscription(
-            EncoderSamples, "/door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE)
-        )
+            EncoderSamples, "/door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE))
         self._service = self.create_service(IdentifyCloser, "/identify_closer", self._on_identify)
 
     def _on_samples(self, message: EncoderSamples) -> None:
@@ -95,8 +89,8 @@ class CloserIdentifierNode(GuardedNode):
             scale = _reference(request) or scale_from_leaf(mass, width)
             leaf = replace(self._geometry.leaf, mass=mass, width=width)
             result = identify(
-                self._recording(request.csv_path), self._geometry.linkage, scale,
-                window=self._window, extras=request.extras)
+                self._recording(request), self._geometry.linkage, scale, window=self._window,
+                extras=request.extras, leaf=leaf, force=request.force)
         except DoorImpactError as error:
             response.success = False
             response.error_code = _error_code(error)
@@ -109,6 +103,7 @@ class CloserIdentifierNode(GuardedNode):
             f"{len(result.swings)} swings: " + ", ".join(
                 f"{name} {value:.4f} +- {result.std_of(name):.2g}"
                 for name, value in zip(result.names, result.values, strict=True))
+            + f"; assumed: {', '.join(result.assumptions)}"
         )
         for warning in result.warnings:
             self.get_logger().warning(warning)
@@ -118,19 +113,12 @@ class CloserIdentifierNode(GuardedNode):
         self.get_logger().info(response.message)
         return response
 
-    def _recording(self, path: str) -> Recording:
+    def _recording(self, request: IdentifyCloser.Request) -> Recording:
         """Return the recording of a file, or the samples received until now if there is no file."""
+        path = request.csv_path
         if not path:
             return self._store.recording()
-        try:
-            if path.endswith(".mcap") or Path(path).is_dir():
-                return read_mcap(path)
-            return read_csv(path)
-        except InputError as error:
-            raise BadRecordingError(error.source, None, error.problem, value=path) from error
-        except DoorParameterError as error:
-            raise BadRecordingError(
-                path, None, str(error), value=error.value, limit=error.limit) from error
+        return read_recording(path, request.counts_per_turn or None)
 
     def _measured(self, requested: float, parameter: str, configured: float) -> float:
         """Return a measurement: from the request, else from the parameter, else as configured."""
@@ -159,6 +147,7 @@ class CloserIdentifierNode(GuardedNode):
         message.assembly = linkage.assembly
         message.leaf_mass = geometry.leaf.mass
         message.leaf_width = geometry.leaf.width
+        message.leaf_height = geometry.leaf.height
         message.fit_rmse = result.fit_rmse
         message.swings = len(result.swings)
         message.scale_reference = result.scale_reference

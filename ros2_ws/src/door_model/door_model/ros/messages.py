@@ -1,9 +1,10 @@
 """Conversion between batches of encoder samples and messages EncoderSamples."""
 
-from door_impact_common.stamps import nanoseconds, stamp_of
+from door_impact_common.stamps import stamp_of
 from door_impact_msgs.msg import EncoderSamples
 
 from door_model.recording.batch import SampleBatch
+from door_model.recording.batch import to_batch as to_batch  # the way back
 
 DOOR_JOINT = "door_hinge"
 """Name of the door's joint in the messages."""
@@ -22,15 +23,3 @@ def to_message(batch: SampleBatch) -> EncoderSamples:
     message.index_counts = batch.index_counts.tolist()
     return message
 
-
-def to_batch(message: EncoderSamples) -> SampleBatch:
-    """Return the batch of a message."""
-    return SampleBatch(
-        stamp_ns=nanoseconds(message.header.stamp),
-        period=message.period,
-        first_index=message.first_index,
-        counts_per_turn=message.counts_per_turn,
-        counts=message.counts,
-        gap_before=message.gap_before,
-        index_counts=message.index_counts,
-    )

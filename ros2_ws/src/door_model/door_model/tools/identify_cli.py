@@ -37,10 +37,10 @@ and width of the leaf (--mass and --width, or those of --door), its moment of in
 force gauge, or a push whose impulse is known."""
 
 _EXAMPLE = """\
-recording: a CSV with the header time_s,count or time_s,angle_deg, zero at the closed door, the
-angle growing as the door opens; or an MCAP file with /door_encoder/samples, or else raw counts on
-/door_encoder/counts, made by `record:=FILE` or `ros2 bag record -s mcap`. Push
-the shut door five times by hand, to 10 .. 30 deg, let go at once and let it fall shut each time.
+recording: a CSV with the header time_s,count or time_s,angle_deg, or an MCAP file with
+/door_encoder/samples, or else raw counts on /door_encoder/counts, made by `record:=FILE` or
+`ros2 bag record -s mcap`. Push the shut door five times by hand, to 10 .. 30 deg, let go at once
+and let it fall shut each time.
 
 example, with the recording that comes with this package (it was simulated by `python -m
 door_model.recording.synthetic`, not measured on a door):
@@ -53,11 +53,8 @@ door_model.recording.synthetic`, not measured on a door):
 def _parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
-        prog="identify",
-        description=_DESCRIPTION,
-        epilog=_EXAMPLE,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+        prog="identify", description=_DESCRIPTION, epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
     source.add_argument("--mcap", metavar="FILE", help="recording of the topics")
@@ -72,10 +69,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--counts-per-turn",
         type=int,
-        default=COUNTS_PER_TURN,
         metavar="N",
-        help="counts in a turn of the hinge, for a CSV with counts (default %(default)s); an "
-        "MCAP file contains this number",
+        help="counts in a turn of the hinge, for a CSV with counts (otherwise "
+        f"{COUNTS_PER_TURN} are assumed); an MCAP file contains this number",
     )
     _add_fit(parser)
     parser.add_argument(
@@ -86,6 +82,9 @@ def _parser() -> argparse.ArgumentParser:
         help="coefficient of restitution to write to --yaml (default %(default)s); it cannot be "
         "identified from swings by hand",
     )
+    parser.add_argument(
+        "--force", action="store_true",
+        help="accept a closer whose torque at the shut door no closer of EN 1154 has")
     parser.add_argument("--yaml", metavar="OUT", help="write the door for the planner")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
@@ -97,21 +96,17 @@ def _add_scale(parser: argparse.ArgumentParser) -> None:
         "--mass",
         type=float,
         metavar="KG",
-        help="mass of the leaf [kg]; with --width it fixes the scale, unless --inertia, --force or "
+        help="mass of the leaf [kg]; with --width it fixes the scale, unless --inertia, --gauge or "
         "--impulse does",
     )
     parser.add_argument(
         "--width", type=float, metavar="M", help="distance from the hinge to the free edge [m]")
     scale = parser.add_mutually_exclusive_group()
     scale.add_argument(
-        "--inertia",
-        type=float,
-        nargs=2,
-        metavar=("KG_M2", "STD"),
-        help="moment of inertia about the hinge and its standard deviation [kg m^2]",
-    )
+        "--inertia", type=float, nargs=2, metavar=("KG_M2", "STD"),
+        help="moment of inertia about the hinge and its standard deviation [kg m^2]")
     scale.add_argument(
-        "--force",
+        "--gauge",
         type=float,
         nargs=3,
         action="append",
@@ -158,11 +153,8 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         f"{', '.join(RATIO_OF)}; may be repeated",
     )
     parser.add_argument(
-        "--zero-std-deg",
-        type=float,
-        metavar="DEG",
-        help="standard deviation of the encoder's zero at the closed door (default: half a count)",
-    )
+        "--zero-std-deg", type=float, metavar="DEG",
+        help="standard deviation of the encoder's zero at the closed door (default: half a count)")
     parser.add_argument(
         "--from-deg",
         type=float,
@@ -172,16 +164,14 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _reference(
-    arguments: argparse.Namespace, mass: float | None, width: float | None
-) -> Reference:
+def _reference(arguments: argparse.Namespace, mass: float | None, width: float | None) -> Reference:
     """Return the measurement that fixes the scale."""
     if arguments.inertia:
         return scale_from_inertia(*arguments.inertia)
-    if arguments.force:
+    if arguments.gauge:
         readings = [
             ForceReading(math.radians(angle), force, lever)
-            for angle, force, lever in arguments.force
+            for angle, force, lever in arguments.gauge
         ]
         return ForceGauge(readings)
     if arguments.impulse:
@@ -209,15 +199,10 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     else:
         recording = read_csv(arguments.csv, arguments.counts_per_turn)
     result = identify(
-        recording,
-        geometry.linkage,
-        scale,
-        window=arguments.window,
-        start_angle=_radians(arguments.from_deg),
-        extras=arguments.also,
-        bounds=_bounds(arguments.bound),
-        zero_std=_radians(arguments.zero_std_deg),
-    )
+        recording, geometry.linkage, scale, window=arguments.window,
+        start_angle=_radians(arguments.from_deg), extras=arguments.also,
+        bounds=_bounds(arguments.bound), zero_std=_radians(arguments.zero_std_deg),
+        leaf=leaf if mass and width else None, force=arguments.force)
     if mass is None:  # a mass that agrees with I_A
         mass = 3.0 * result.door.i_a / leaf.width**2
         geometry = replace(geometry, leaf=replace(leaf, mass=mass))

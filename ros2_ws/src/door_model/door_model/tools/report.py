@@ -25,11 +25,8 @@ def identified(result: Identification, truth: dict[str, float] | None = None) ->
     for name in result.names:
         value, true = result.value_of(name), (truth or {}).get(name)
         answer[name] = {
-            "value": value,
-            "std": result.std_of(name),
-            "true": true,
-            "relative_error": None if not true else value / true - 1.0,
-        }
+            "value": value, "std": result.std_of(name), "true": true,
+            "relative_error": None if not true else value / true - 1.0}
     omega0, top = _largest_swing(result)
     low, high = top.interval()
     return answer | {
@@ -46,12 +43,10 @@ def identified(result: Identification, truth: dict[str, float] | None = None) ->
             for swing in result.swings
         ],
         "predicted_peak": {
-            "omega0": omega0,
-            "angle_deg": math.degrees(top.angle),
-            "std_deg": math.degrees(top.angle_std),
-            "low_deg": math.degrees(low),
-            "high_deg": math.degrees(high),
-        },
+            "omega0": omega0, "angle_deg": math.degrees(top.angle),
+            "std_deg": math.degrees(top.angle_std), "low_deg": math.degrees(low),
+            "high_deg": math.degrees(high)},
+        "assumptions": list(result.assumptions),
         "warnings": result.warnings,
     }
 
@@ -95,6 +90,7 @@ def as_table(result: Identification, linkage: str = "") -> str:
     lines.append(
         f"linkage         l {link.l:g}, l1 {link.l1:g}, l2 {link.l2:g}, l3 {link.l3:g} m, theta_i0 "
         f"{link.theta_i0:g} rad{linkage}")
+    lines += [f"assumed         {assumption}" for assumption in result.assumptions]
     lines += [f"warning         {warning}" for warning in result.warnings]
     return "\n".join(lines)
 
@@ -105,6 +101,7 @@ def as_comment(result: Identification, source: str) -> str:
     lines = [f"Identified from {source}: {len(result.swings)} swings, scale by "
              f"{result.scale_reference}."]
     lines += [f"{name} +- {result.std_of(name):.2g} {UNITS[name]}" for name in result.names]
+    lines += [f"assumed: {assumption}" for assumption in result.assumptions]
     lines += [f"warning: {warning}" for warning in result.warnings]
     lines.append("restitution is not identified: it does not affect swings by hand.")
     return "".join(f"# {line}\n" for line in lines)
@@ -120,16 +117,7 @@ def as_config(result: Identification, geometry: DoorGeometry, *, restitution: fl
     """
     door = result.door
     return DoorConfig(
-        name=geometry.name,
-        leaf=geometry.leaf,
-        linkage=geometry.linkage,
-        c_c=door.c_c,
-        k_c=door.k_c,
-        tau_c0_prime=door.tau_c0_prime,
-        i_a=door.i_a,
-        restitution=restitution,
-        c_c_closing=door.c_c_closing,
-        backcheck=door.backcheck,
-        latch=door.latch,
-        friction=door.friction,
-    )
+        name=geometry.name, leaf=geometry.leaf, linkage=geometry.linkage, c_c=door.c_c,
+        k_c=door.k_c, tau_c0_prime=door.tau_c0_prime, i_a=door.i_a, restitution=restitution,
+        c_c_closing=door.c_c_closing, backcheck=door.backcheck, latch=door.latch,
+        friction=door.friction)

@@ -20,8 +20,7 @@ PEAKS_DEG = (9.0, 13.0, 17.0, 21.0, 25.0)
 TRUTH = {
     "friction": replace(PAPER, friction=0.4, c_c_closing=0.25),
     "latch": replace(PAPER, c_c_closing=0.2, latch=Zone(math.radians(10.0), 0.5)),
-    "backcheck": replace(PAPER, backcheck=Zone(math.radians(60.0), 3.0)),
-}
+    "backcheck": replace(PAPER, backcheck=Zone(math.radians(60.0), 3.0))}
 FAR = (20.0, 40.0, 65.0, 75.0, 85.0)
 
 

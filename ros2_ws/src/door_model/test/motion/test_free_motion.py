@@ -11,10 +11,8 @@ from door_model.door.ratios import Ratios
 from door_model.errors import DoorModelError
 from door_model.motion.dynamics import follow_free, simulate
 from door_model.motion.free_motion import UNKNOWNS, End, follow
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp, trapezoid
+from scipy.integrate import solve_ivp
 
 CLOSER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
 PAPER = Door(12.75, 0.06, 1.13, 3.2, CLOSER)
@@ -71,13 +69,22 @@ def test_peaks_of_20_random_closers() -> None:
 
 
 @pytest.mark.parametrize("door", [PAPER, REAL])
-def test_agrees_with_the_tight_integration(door: Door) -> None:
-    """Every sample, and the time of closing, agree with the driven integrator."""
-    swing = simulate(door, 0.01, 0.9, 20.0, stop=True)
+def test_a_swing_through_zones_and_back_agrees_with_scipy(door: Door) -> None:
+    """Angles, speeds and the time of closing are those of `solve_ivp` over eqs. (1) to (13)."""
+
+    def slope(_t: float, x: NDArray[np.float64]) -> tuple[float, float]:
+        torque = door.restoring_torque(x[0]) + door.damping_torque(x[0], x[1])
+        return x[1], -float(torque + door.friction * np.sign(x[1])) / door.i_a
+
+    def shut(_t: float, x: NDArray[np.float64]) -> float:
+        return float(x[0])
+
+    shut.terminal = True  # type: ignore[attr-defined]
+    swing = solve_ivp(slope, (0.0, 20.0), (0.01, 0.9), rtol=1e-9, atol=1e-9, events=shut)
     motion = follow_free(door, 0.01, 0.9)
     theta, speed = motion.at(swing.t[:-1])
-    assert np.abs(theta[:, 0] - swing.theta[:-1]).max() < 1e-6
-    assert np.abs(speed[:, 0] - swing.omega[:-1]).max() < 1e-5
+    assert np.abs(theta[:, 0] - swing.y[0, :-1]).max() < 1e-6
+    assert np.abs(speed[:, 0] - swing.y[1, :-1]).max() < 1e-5
     assert motion.end[0] == End.SHUT
     assert motion.end_time[0] == pytest.approx(swing.t[-1], abs=1e-6)
 
@@ -102,24 +109,6 @@ def test_derivatives_are_those_of_the_motion(unknown: str) -> None:
     differences = (motion(step)[0] - motion(-step)[0]) / (2.0 * step)
     assert np.abs(differences).max() > 1e-3
     np.testing.assert_allclose(slopes, differences, atol=1e-5 * np.abs(differences).max())
-
-
-@given(omega=st.floats(0.2, 1.0), closing=st.floats(0.0, 3.0), friction=st.floats(0.0, 1.5),
-       backcheck=st.floats(0.0, 2.0), latch=st.floats(0.0, 2.0))
-def test_energy_lost_is_the_work_of_damper_and_friction(
-    omega: float, closing: float, friction: float, backcheck: float, latch: float
-) -> None:
-    """The energy lost in a swing is the work of damper and friction."""
-    door = replace(
-        PAPER, c_c_closing=closing, friction=friction, backcheck=Zone(0.15, backcheck),
-        latch=Zone(0.1, latch))
-    motion = follow_free(door, 0.0, omega)
-    end = float(motion.end_time[0]) if motion.end[0] == End.SHUT else float(motion.peak_time[0])
-    t = np.linspace(0.0, end * (1.0 - 1e-12), 20001)
-    theta, speed = (values[:, 0] for values in motion.at(t))
-    energy = door.energy(theta, speed)
-    lost = trapezoid(door.power_lost(theta, speed), t)
-    assert energy[0] - energy[-1] == pytest.approx(lost, rel=2e-3, abs=2e-3)
 
 
 def test_friction_holds_a_door_that_is_pulled_less_until_it_is_pushed() -> None:

@@ -27,8 +27,7 @@ class Rig:
         self.node = CloserIdentifierNode()
         self.other = rclpy.create_node("other")
         self.samples = self.other.create_publisher(
-            EncoderSamples, "/door_encoder/samples", QoSProfile(depth=200)
-        )
+            EncoderSamples, "/door_encoder/samples", QoSProfile(depth=200))
         self.client = self.other.create_client(IdentifyCloser, "/identify_closer")
         self.heard: list[Any] = []
         self.executor = SingleThreadedExecutor()
@@ -114,14 +113,24 @@ def test_failures_are_answers(rig: Rig) -> None:
     assert heavy.parameters.leaf_mass == 95.24
 
 
+def test_counts_per_turn_and_force_are_asked_for(rig: Rig) -> None:
+    """Counts per turn come with the request; an implausible closer fails unless asked for."""
+    codes = IdentifyCloser.Response
+    weak = rig.ask(csv_path=str(SAMPLE), leaf_mass=20.0)
+    assert (weak.success, weak.error_code) == (False, codes.NO_FIT), weak.message
+    assert "3.83 N m at the shut door, must be 4.5 to 280" in weak.message
+    assert rig.ask(csv_path=str(SAMPLE), leaf_mass=20.0, force=True).success
+    finer = rig.ask(csv_path=str(SAMPLE), counts_per_turn=14000)
+    assert "assumed: 14000 counts per turn" in finer.message
+
+
 def test_scale_by_another_measurement_and_more_than_the_paper(rig: Rig) -> None:
     """Inertia or a gauge's reading fixes the scale, and extras are in the message."""
     truth = load_door("paper").door()
     pull = float(truth.restoring_torque(0.2))
     for fields in (
         {"inertia": truth.i_a, "inertia_std": 0.1},
-        {"force_angles": [0.2], "forces": [pull / 0.8], "force_levers": [0.8]},
-    ):
+        {"force_angles": [0.2], "forces": [pull / 0.8], "force_levers": [0.8]}):
         answer = rig.ask(csv_path=str(SAMPLE), extras=["friction"], **fields)
         assert answer.success, answer.message
         found = answer.parameters

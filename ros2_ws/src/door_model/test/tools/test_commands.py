@@ -40,8 +40,7 @@ def test_sample_recording_gives_the_paper_door(
     [
         (["--csv", "nowhere.csv", *LEAF], "nowhere.csv"),
         (["--csv", SAMPLE, "--mass", "-3", "--width", "0.9"], "mass is -3"),
-        (["--csv", SAMPLE, *LEAF, "--bound", "k_c", "1", "x"], "two numbers"),
-    ],
+        (["--csv", SAMPLE, *LEAF, "--bound", "k_c", "1", "x"], "two numbers")],
 )
 def test_errors_are_said_and_nothing_is_written(
     arguments: list[str], match: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -72,15 +71,11 @@ def test_sample_recording_is_what_the_simulator_makes(tmp_path: Path) -> None:
     ("arguments", "match"),
     [
         (["--peaks-deg", "200"], "at 200.00 deg"),
-        (["--door", "sticky.yaml", "--peaks-deg", "60"], "still open at 60.0 deg"),
-    ],
+        (["--door", "sticky.yaml", "--peaks-deg", "60"], "still open at 60.0 deg")],
 )
 def test_recording_that_cannot_be_made_is_said(
-    arguments: list[str],
-    match: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    arguments: list[str], match: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str]
 ) -> None:
     """An impossible recording gives exit code 1, one sentence on stderr and no file."""
     monkeypatch.chdir(tmp_path)

@@ -36,22 +36,17 @@ class CloserTorque:
         lowest = max(-_BELOW_CLOSED, config.linkage.closing_limit() + 1e-3)
         angles = np.arange(lowest, widest + _TABLE_STEP, _TABLE_STEP)
         f, eta = config.linkage.f_and_eta(angles)
-        self._lowest = lowest
-        self._last = len(angles) - 2
-        self._spring = (eta * (config.k_c * f + config.tau_c0_prime)).tolist()
-        door = config.door()
+        door, self._angles = config.door(), angles
+        self._spring = eta * (config.k_c * f + config.tau_c0_prime)
         self._opening, self._closing = (
-            (door.viscosity(angles, sign) * eta**2).tolist() for sign in (1.0, -1.0))
+            door.viscosity(angles, sign) * eta**2 for sign in (1.0, -1.0))
 
     def __call__(self, angle: float, velocity: float) -> float:
         """Return the torque on the leaf [N m], negative when it closes the door."""
-        place = (angle - self._lowest) / _TABLE_STEP
-        index = min(max(int(place), 0), self._last)
-        share = min(max(place - index, 0.0), 1.0)
-        spring = self._spring[index] * (1.0 - share) + self._spring[index + 1] * share
-        table = self._opening if velocity > 0.0 else self._closing
-        damping = table[index] * (1.0 - share) + table[index + 1] * share
-        return -spring - damping * velocity
+        damping = self._opening if velocity > 0.0 else self._closing
+        spring, drag = (
+            float(np.interp(angle, self._angles, table)) for table in (self._spring, damping))
+        return -spring - drag * velocity
 
 
 class DoorLoad:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from typing import Any
 
+from door_impact_common.documents import descriptions
 from door_impact_common.parameters import Parameters
 from rclpy.node import Node
 
 from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
 
-# Parameters of other names than their settings in `WorldSettings`, and those of `SensorSettings`.
+# Parameters of other names than their settings in `WorldSettings`.
 _NAMES = {"start": "robot_start", "iterations": "solver_iterations"}
-_SENSORS = ("sensor_noise", "force_sensor_calibrated")
-_DOORS_OWN = -1.0  # restitution that stands for the door's own
-
-_WORLD = {each.name: each for each in fields(WorldSettings) if "text" in each.metadata}
-_DEFAULTS: dict[str, Any] = {name: each.default for name, each in _WORLD.items()} | {
-    "restitution": _DOORS_OWN, "start": list(WorldSettings.start)}
+_WORLD = descriptions(WorldSettings) | {  # a parameter has no None and no tuple
+    "restitution": (-1.0, descriptions(WorldSettings)["restitution"][1]),
+    "start": ([*WorldSettings.start], descriptions(WorldSettings)["start"][1])}
+_SENSORS = descriptions(SensorSettings)
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of that of hrp2_description"),
     "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
@@ -31,10 +29,8 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "push_duration": (0.25, "duration of a push by hand whose request has a negative one [s]"),
     "log_file": (
         "", "npz file to which the 1 kHz log is written at the end and by ~/save_log; empty: none"),
-    **{_NAMES.get(name, name): (_DEFAULTS[name], each.metadata["text"])
-       for name, each in _WORLD.items()},
-    **{each.name: (each.default, each.metadata["text"])
-       for each in fields(SensorSettings) if each.name in _SENSORS}}
+    **{_NAMES.get(name, name): entry for name, entry in _WORLD.items()},
+    **_SENSORS}
 
 
 class BridgeParameters(Parameters):
@@ -61,7 +57,8 @@ class BridgeParameters(Parameters):
         Raises:
             SettingError: A parameter is of a wrong type.
         """
-        settings = {name: self._typed(_NAMES.get(name, name), _DEFAULTS[name]) for name in _WORLD}
+        settings = {name: self._typed(_NAMES.get(name, name), default)
+                    for name, (default, _) in _WORLD.items()}
         if settings["restitution"] < 0.0:
             settings["restitution"] = None
         sensors = SensorSettings(**{name: self.switch(name) for name in _SENSORS})

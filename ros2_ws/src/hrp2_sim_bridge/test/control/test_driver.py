@@ -72,7 +72,7 @@ def test_bad_trajectory_is_refused_and_changes_nothing(bad, joint, words) -> Non
 
 
 def test_stamp_of_another_clock_is_refused_with_a_hint() -> None:
-    """So is one that is no number, and one that is over; a little ahead is no harm."""
+    """A stamp years ahead, NaN, or of a motion that is over is refused; a minute ahead is not."""
     d = driver()
     for stamp, words in ((1.8e9, "use_sim_time"), (NAN, "finite"), (1.0, "ended")):
         with pytest.raises(TrajectoryRefusedError, match=words):

@@ -114,14 +114,14 @@ def lifted_and_down_again(at):
 
 
 def test_a_foot_on_time_is_neither_early_nor_late() -> None:
-    """Nor is one whose force outlasts its lift-off."""
+    """A force that outlasts the lift-off by 20 ms does not count as a landing."""
     for landing in Walk().run(Walk.end, lifted_and_down_again(Walk.swing)):
         assert landing.early == landing.late == (False, False)
         assert not landing.descent.any()
 
 
 def test_a_foot_that_landed_early_stands_and_is_spared_the_rest_of_its_way_down() -> None:
-    """The ways of all ticks together are the height at which it landed."""
+    """Over all ticks the foot is spared exactly the height at which it landed."""
     walk = Walk()
     before = walk.run(0.4, lifted_and_down_again(0.4))
     assert not any(any(landing.early) for landing in before)
@@ -149,7 +149,7 @@ def test_a_stumble_on_the_way_up_is_no_landing() -> None:
 
 
 def test_a_foot_is_late_from_when_it_shall_bear_load_until_it_does() -> None:
-    """Not before, and not again within a tenth of a second."""
+    """A foot is late from when it is asked for load until its contact, and not soon again."""
     walk = Walk()
     walk.run(Walk.swing + 0.02, lifted_and_down_again(2.0))
     assert not walk.step(NONE, asked=1.9 * BEARS).late[0]

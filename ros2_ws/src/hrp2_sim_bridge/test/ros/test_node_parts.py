@@ -30,7 +30,7 @@ def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
 
 @pytest.mark.parametrize("noisy", [True, False])
 def test_messages_are_filled_anew_each_tick(robot, noisy: bool) -> None:
-    """They carry stamp, values and frames of the last one; covariances are diagonal."""
+    """Messages carry stamp, values and frames of the last tick; covariances are diagonal."""
     settings = SensorSettings(sensor_noise=noisy)
     messages = convert.TickMessages(robot, imu_variances(settings))
     for scale in (1.0, 2.0):
@@ -70,13 +70,13 @@ def parameters(*assignments: str) -> Iterator[BridgeParameters]:
 
 
 def test_the_nodes_defaults_are_those_of_the_library() -> None:
-    """But for the log, which it keeps only where a file is named."""
+    """Parameters give the library's own defaults, except that no log is kept without a file."""
     with parameters() as given:
         assert WorldSettings(**given.world_settings()) == WorldSettings(log=False)
 
 
 def test_parameters_become_settings() -> None:
-    """Whole numbers too, as one types them; a list of three numbers, and no other."""
+    """Numbers may be typed as integers; the start must be a list of three finite numbers."""
     with parameters("robot_start:=[2, -1, 1]", "solver_iterations:=30", "restitution:=0",
                     "sensor_noise:=0", "log_file:=run.npz") as given:
         found = WorldSettings(**given.world_settings())
@@ -90,7 +90,7 @@ def test_parameters_become_settings() -> None:
 
 
 def test_pacer_waits_for_real_time_and_does_not_hurry_after_a_long_stop() -> None:
-    """It makes up for 0.2 s at most."""
+    """After a long stop the simulation makes up for at most 0.2 s."""
     now = [0.0]
     pacer = Pacer(2.0, lambda: now[0])
     pacer.advance(0.1)

@@ -18,6 +18,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from door_impact_common.arrays import Array
+from door_impact_common.driver.inputs import Motion
+from door_impact_common.driver.samples import ImuSample
 from humanoid_motion.driver_interface import Command
 
 from impact_planner.errors import InvalidRequest
@@ -37,7 +39,7 @@ from impact_planner.execution.types import (
 )
 
 
-class Execution:
+class Execution(Motion):
     """One run of a plan.
 
     Times are stamps of messages or times of the robot's clock, both in seconds. The stamps of joint
@@ -129,6 +131,11 @@ class Execution:
         """Share of the present phase that has passed at a time of the robot's clock [s], 0 to 1."""
         return self._state.progress(now)
 
+    @property
+    def running(self) -> bool:
+        """Whether the execution has not ended yet."""
+        return self.outcome is Outcome.RUNNING
+
     def lags(self, seconds: float) -> None:
         """Set the time by which the next events lag behind the present [s], at least 0.
 
@@ -160,27 +167,19 @@ class Execution:
 
     # -- events: each handler returns commands, which must be sent in their order ---------------
 
-    def on_joint_state(self, now: float, position: Array, velocity: Array) -> list[Command]:
-        """Handle a joint state.
-
-        Args:
-            now: Stamp of the joint state [s].
-            position: Joint positions, (30,) [rad].
-            velocity: Joint speeds, (30,) [rad/s].
-        """
+    def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
+        """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
         self._run.joints_stamp = now
         return self._enter(self._state.on_joint_state(now, position, velocity))
 
-    def on_foot_forces(self, now: float, force: float) -> list[Command]:
-        """Handle the force of the floor on the feet.
+    def on_wrenches(self, now: float, left: Array, right: Array) -> list[Command]:
+        """Handle the wrenches of the floor on both feet, (6,) each [N, N m].
 
-        Args:
-            now: Stamp of the wrenches [s].
-            force: Force of the floor on both feet towards the door [N]. It is positive in a hit:
-                the leaf pushes the robot away from the door, and the legs, which keep their speed,
-                push the floor the same way.
+        The force on both feet towards the door is positive in a hit: the leaf pushes the robot away
+        from the door, and the legs, which keep their speed, push the floor the same way. The soles
+        are parallel to odom, in which the door is in the direction of -y.
         """
-        return self._enter(self._state.on_foot_forces(now, force))
+        return self._enter(self._state.on_foot_forces(now, -float(left[1] + right[1])))
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Handle an angle of the door.
@@ -198,36 +197,18 @@ class Execution:
             return []
         return self._enter(self._state.on_door(now, angle, velocity))
 
-    def on_imu(
-        self, now: float, tilt: float, rate: Array, force: Array | None
-    ) -> list[Command]:
-        """Handle a reading of the IMU.
-
-        Args:
-            now: Stamp of the reading [s].
-            tilt: Angle between the trunk and the vertical [rad].
-            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
-            force: Specific force in the IMU's frame, (3,) [m/s^2]; None without an accelerometer.
-        """
-        self._run.on_gyro(now, rate, self._state.phase)
+    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU and the angle between trunk and vertical [rad]."""
+        self._run.on_gyro(now, reading.angular_velocity, self._state.phase)
         commands = self._enter(self._state.on_tilt(tilt))
-        if force is not None:
-            commands += self._enter(self._state.on_specific_force(now, force))
+        if reading.specific_force.any():
+            commands += self._enter(self._state.on_specific_force(now, reading.specific_force))
         return commands
 
-    def on_silence(
-        self, now: float, topic: str, seconds: float, limit: float
-    ) -> list[Command]:
-        """Handle a topic on which no message has arrived for too long.
-
-        Args:
-            now: Time of the robot's clock [s].
-            topic: Name of the topic.
-            seconds: Time since the last message on the topic [s].
-            limit: Largest allowed time without a message [s].
-        """
+    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
+        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
         return self._enter(
-            self._state.on_silence(now, reasons.no_message(topic, seconds, limit)))
+            self._state.on_silence(now, reasons.no_message(topic, waited, limit)))
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: stop the driver if the robot keeps its balance.

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_model.door.door import Door
 from door_model.errors import DoorModelError, DoorParameterError
 from door_model.identification.prediction import predict_peak
 from door_model.motion.dynamics import follow_free, initial_velocity
@@ -40,7 +40,7 @@ class DoorPrediction:
     swing: FreeMotion
 
     def angle_at(self, time: Array) -> Array:
-        """Opening angle at times (N,) [s] after the hit, (N,) [rad].
+        """Compute the opening angle at times (N,) [s] after the hit, (N,) [rad].
 
         Before and after the swing, the angle is that of the swing's start and end.
         """
@@ -54,7 +54,6 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
     with the planned w'.
 
     Args:
-        known: The door.
         angle: Desired opening angle [rad].
         initial_angle: Opening angle at the hit [rad].
 
@@ -76,7 +75,9 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
             str(error), quantity="desired_opening_angle [rad]", value=angle, limit=str(error.limit)
         ) from error
     except DoorModelError as error:
-        limit = opening_limit(door)
+        limit = 0.0  # where the linkage allows no angle at all
+        with suppress(DoorModelError):
+            limit = float(door.closer.opening_limit())
         raise AngleUnreachable(
             f"the door cannot open to {math.degrees(angle):.1f} deg: {error}; its linkage opens to "
             f"{math.degrees(limit):.1f} deg, so request a smaller angle",
@@ -86,11 +87,3 @@ def predict(known: KnownDoor, angle: float, initial_angle: float) -> DoorPredict
         ) from error
     return DoorPrediction(
         omega, float(swing.peak_time[0]), time_std, float(swing.peak_angle[0]), angle_std, swing)
-
-
-def opening_limit(door: Door) -> float:
-    """Largest opening angle that the closer's linkage allows [rad]; 0 where it allows none."""
-    try:
-        return float(door.closer.opening_limit())
-    except DoorModelError:
-        return 0.0

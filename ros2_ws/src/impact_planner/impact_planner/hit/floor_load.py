@@ -50,7 +50,6 @@ def floor_load(
 
     Args:
         mass: Mass of the robot [kg].
-        posture: Posture at the hit.
         response: The hit as the model has it.
         impulse: Impulse given to the door, which differs from the model's where hits have taught
             another effective mass [N s].

@@ -95,7 +95,7 @@ class Contacts:
     def _judged(
         self, number: int, state: ContactState, force: Array, moves: Array
     ) -> ContactState:
-        """What a contact does by the forces and velocities that its assumed state has led to."""
+        """Judge what a contact does by the forces and velocities that its assumed state led to."""
         if not state.acts:
             return state
         first = ROWS * number

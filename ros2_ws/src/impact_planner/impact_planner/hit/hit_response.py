@@ -145,7 +145,7 @@ class HitSimulation:
             self._rows @ self._pushes, dampers + 0.5 * _STEP * springs, friction)
 
     def _contacts(self) -> tuple[Array, Array, Array, Array]:
-        """Rows (3 C, F + 1), springs (3 C,), dampers (3 C,) and friction (C,) of the contacts."""
+        """Return rows (3 C, F + 1), springs, dampers (3 C,) and friction (C,) of the contacts."""
         structure, leaf = self._structure, self._leaf
         surface = leaf.surface
         rows = [np.column_stack([structure.touch @ structure.motions, [-leaf.l_b, 0.0, 0.0]])]
@@ -261,14 +261,14 @@ class HitSimulation:
 
 
 def _largest_mean(force: Array) -> float:
-    """Largest mean of a force over a millisecond [N]; `force` has a value for each step."""
+    """Compute the largest mean of a force (N,) over a millisecond [N]; it has a value per step."""
     count = round(_PEAK / _STEP)
     total = np.cumsum(np.concatenate([np.zeros(count), force]))
     return float((total[count:] - total[:-count]).max()) / count
 
 
 def _pad_load(structure: HitStructure, force: Array) -> dict[str, float]:
-    """Fields of `HitResponse` about the pads from the contacts' forces (N, 3 C) [N]."""
+    """Compute the fields of `HitResponse` about the pads from the contacts' forces (N, 3 C)."""
     if structure.pads is None:
         return {"pad_force": 0.0, "pad_preload": 0.0, "pad_friction": 0.0}
     normal, along = force[:, 3], np.hypot(force[:, 4], force[:, 5])
@@ -305,7 +305,7 @@ class _Drives:
         self._run_up = run_up
 
     def push(self, number: int, joint: Array) -> Array:
-        """Torques on the joints in a step where the joints (J,) [rad] keep their place [N m]."""
+        """Compute the torques on joints (J,) [rad] that keep their place in a step, (J,) [N m]."""
         data = self._data
         wind = data.stiffness * (self._place - joint)
         error = self._lag[number] * self._run_up - self._place

@@ -95,7 +95,6 @@ def hit_structure(
     """Describe the robot in the posture of the hit.
 
     Args:
-        robot: The robot.
         base: Position of base_link in odom, (3,) [m].
         joints: Angles of the joints, (J,) [rad].
         feet: Places of the soles in odom by side, (3,) each [m].
@@ -109,8 +108,9 @@ def hit_structure(
     motions = np.zeros((robot.model.nv, free.shape[1]))
     motions[columns] = free
     axes = normal_and_tangents(normal)
-    center, turn = robot.contact_jacobian(q), robot.contact_turn_jacobian(q)
-    point = center - pin.skew(robot.config.contact_radius * normal) @ turn
+    jacobian = robot.frame_jacobian(q, robot.config.contact_link)
+    center = jacobian[:3]
+    point = center - pin.skew(robot.config.contact_radius * normal) @ jacobian[3:]
     run_up = _run_up(robot, q) / -float(normal[1])
     across = grip[1::3, BASE].mean(axis=0)  # motion of both soles along y
     held, pads = _at_rest(robot, q, base, joints, feet)
@@ -193,7 +193,6 @@ def reduced(structure: HitStructure, i_a: float) -> tuple[Array, Array, Array]:
     """Return mass, damping and stiffness of the allowed motions and the leaf, (F + 1, F + 1).
 
     Args:
-        structure: The robot.
         i_a: Moment of inertia of the leaf about its hinge [kg m^2].
     """
     along = structure.motions

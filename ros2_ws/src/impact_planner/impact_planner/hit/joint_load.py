@@ -37,12 +37,7 @@ class JointLoad:
 
 
 def joint_loads(robot: RobotModel, response: HitResponse) -> tuple[JointLoad, ...]:
-    """Return the load of each joint, the largest share first; empty for rigid joints.
-
-    Args:
-        robot: The robot.
-        response: The hit.
-    """
+    """Return the load of each joint, the largest share first; empty for rigid joints."""
     drives = robot.config.drives
     if drives is None:
         return ()
@@ -54,7 +49,7 @@ def joint_loads(robot: RobotModel, response: HitResponse) -> tuple[JointLoad, ..
 
 
 def overload_warnings(loads: tuple[JointLoad, ...]) -> tuple[str, ...]:
-    """Sentences about gears that the hit loads beyond their momentary peak torque."""
+    """Warn of gears that the hit loads beyond their momentary peak torque."""
     return tuple(
         f"the hit loads the gear of {load.joint} with {abs(load.gear_torque):.0f} N m, its "
         f"momentary peak torque is {load.peak_torque:.0f} N m; it bears this a limited number of "

@@ -34,15 +34,15 @@ class LeafFrame:
         return np.stack([-sine, -cosine, np.zeros_like(sine)], axis=-1)
 
     def gap(self, point: Array) -> Array:
-        """Distance of points (3,) or (N, 3) from the face, positive on the robot's side [m]."""
+        """Compute how far points (3,) or (N, 3) are from the face, on the robot's side [m]."""
         return self._across(self.normal, self.hinge - point[..., :2])
 
     def radius(self, point: Array) -> Array:
-        """Distance of points (3,) or (N, 3) from the hinge, along the leaf [m]."""
+        """Compute how far points (3,) or (N, 3) are from the hinge, along the leaf [m]."""
         return self._across(self.along, point[..., :2] - self.hinge)
 
     def point(self, radius: float, height: float, gap: float) -> Array:
-        """Point at given distances from hinge and face, in odom.
+        """Compute the point at given distances from hinge and face, in odom.
 
         Args:
             radius: Distance from the hinge along the leaf [m].
@@ -56,6 +56,6 @@ class LeafFrame:
 
     @staticmethod
     def _across(direction: Array, offset: Array) -> Array:
-        """Horizontal component of offsets along directions [m]."""
+        """Compute the horizontal component of offsets along directions [m]."""
         product: Array = direction[..., 0] * offset[..., 0] + direction[..., 1] * offset[..., 1]
         return product

@@ -74,7 +74,7 @@ class ObservedHit:
     slope: float
 
     def apparent_for(self, restitution: float) -> float:
-        """Apparent restitution for another restitution of the leaf's surface.
+        """Compute the apparent restitution for another restitution of the leaf's surface.
 
         It is the model's at the planned one, continued along a straight line.
         """
@@ -113,7 +113,6 @@ def learn(before: Experience, observed: ObservedHit, limits: Limits | None = Non
 
     Args:
         before: Experience before the hit.
-        observed: The hit.
         limits: What the learned figures can be; None means the default limits.
 
     Returns:
@@ -136,7 +135,7 @@ def learn(before: Experience, observed: ObservedHit, limits: Limits | None = Non
 
 
 def _corrected(before: Experience, observed: ObservedHit, limits: Limits) -> Experience:
-    """One step of the filter.
+    """Make one step of the filter.
 
     Raises:
         ImplausibleHit: The hit differs too much from what was expected.
@@ -172,7 +171,6 @@ def _require_expected(
     """Check the normalised innovation squared against its quantile.
 
     Args:
-        observed: The hit.
         expected: Logarithm of w' and v'_rB that the filter expects, (2,).
         innovation: Differences of the measured values from them, (M,), M = 1 without v'_rB.
         spread: Covariance of the innovation, (M, M).
@@ -193,7 +191,7 @@ def _require_expected(
 
 
 def _limited(state: Array, covariance: Array, ranges: tuple[tuple[float, float], ...]) -> Array:
-    """The most likely state within its ranges.
+    """Compute the most likely state within its ranges.
 
     Where one figure is at its limit, the other is corrected by their correlation, so that both
     together still explain the w' that was measured.
@@ -211,23 +209,21 @@ def _limited(state: Array, covariance: Array, ranges: tuple[tuple[float, float],
 
 
 def _linearised(observed: ObservedHit, state: Array) -> tuple[Array, Array]:
-    """What a state of the filter predicts for a hit, (2,), and its derivatives, (2, 2)."""
+    """Compute what a state predicts for a hit, (2,), and its derivatives by the state, (2, 2)."""
     expected = _predicted(observed, state)
     return expected, np.column_stack([
         (_predicted(observed, state + step) - expected) / _STEP for step in _STEP * np.eye(2)])
 
 
 def _predicted(observed: ObservedHit, state: Array) -> Array:
-    """Logarithm of w' and v'_rB [m/s] that a state of the filter predicts for a hit, (2,)."""
+    """Compute log(w') and v'_rB [m/s] that a state of the filter predicts for a hit, (2,)."""
     restitution = observed.apparent_for(float(state[1]))
     mass = observed.model_mass * math.exp(state[0])
-    # The factor 1 + e is applied here, because the filter may try an e outside 0 to 1, which
-    # `omega_for` refuses.
     omega = momentum.omega_for(
-        (1.0 + restitution) * observed.v_rb, i_a=observed.i_a, l_b=observed.l_b,
-        effective_mass=mass, restitution=0.0, braking=observed.braking)
-    return np.array([
-        math.log(omega), omega * observed.l_b - restitution * observed.v_rb])
+        observed.v_rb, i_a=observed.i_a, l_b=observed.l_b, effective_mass=mass,
+        restitution=restitution, braking=observed.braking)
+    # A filter that tries what makes no motion of the door gets the logarithm's ValueError.
+    return np.array([math.log(omega), omega * observed.l_b - restitution * observed.v_rb])
 
 
 class Lesson(NamedTuple):
@@ -273,7 +269,6 @@ class HitMemory:
 
         Args:
             door: Name of the door.
-            hit: The hit.
             limits: What the learned figures can be; experience outside them is discarded.
             restitution: Configured coefficient of restitution.
 
@@ -301,7 +296,7 @@ class HitMemory:
 def _agreed(
     rival: Experience | None, hit: ObservedHit, limits: Limits
 ) -> Experience | None:
-    """What the last hit, which was refused, and this hit teach; None if they do not agree."""
+    """Learn from this hit after the last, refused one; None if they do not agree."""
     if rival is None:
         return None
     with suppress(ImplausibleHit):

@@ -10,11 +10,16 @@ Speeds are positive towards the door. In the paper's letters:
 
 Eq. (4) leaves v'_rB free. The coefficient of restitution e closes it:
 ``w' l_B - v'_rB = e v_rB``.
+
+Arguments are finite and positive: mass m of the robot [kg], its moment of inertia i_rob about the x
+axis through the CoM [kg m^2], heights a_r of B above the CoM and b_r of the CoM above the floor
+[m], moment of inertia i_a of the door about its hinge [kg m^2], distance l_b of B from the hinge
+[m], effective_mass m_re [kg], restitution e from 0 (plastic) to 1, and braking, the angular impulse
+of closer and hinge friction during the contact, which the hit must supply too [N m s].
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 
@@ -39,69 +44,26 @@ class ImpactSpeeds:
 
 
 def effective_mass_planar(mass: float, i_rob: float, a_r: float) -> float:
-    """Effective mass at B of a free rigid body in the frontal plane, eq. (3).
-
-    Args:
-        mass: Mass of the robot [kg].
-        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
-        a_r: Height of B above the CoM [m].
-
-    Returns:
-        The effective mass m_re [kg].
-
-    Raises:
-        ValueError: Mass or moment of inertia is not finite and positive.
-    """
-    _require_positive(mass=mass, i_rob=i_rob)
+    """Compute the effective mass m_re at B of a free body in the frontal plane, eq. (3) [kg]."""
     return i_rob * mass / (i_rob + a_r**2 * mass)
 
 
 def percussion_height(mass: float, i_rob: float, a_r: float) -> float:
-    """Height b_r of the CoM that puts the center of percussion on the floor, eq. (5) [m].
-
-    Args:
-        mass: Mass of the robot [kg].
-        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
-        a_r: Height of B above the CoM [m].
-
-    Raises:
-        ValueError: An argument is not finite and positive.
-    """
-    _require_positive(mass=mass, i_rob=i_rob, a_r=a_r)
+    """Compute the height b_r that puts the center of percussion on the floor, eq. (5) [m]."""
     return i_rob / (mass * a_r)
 
 
 def percussion_offset(mass: float, i_rob: float, b_r: float) -> float:
-    """Height a_r of B above the CoM for a given height b_r of the CoM: eq. (5) for a_r [m].
-
-    Args:
-        mass: Mass of the robot [kg].
-        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
-        b_r: Height of the CoM above the floor [m].
-
-    Raises:
-        ValueError: An argument is not finite and positive.
-    """
-    _require_positive(mass=mass, i_rob=i_rob, b_r=b_r)
+    """Compute the height a_r that puts it there for a given b_r, eq. (5) [m]."""
     return i_rob / (mass * b_r)
 
 
 def foot_impulse_planar(mass: float, i_rob: float, a_r: float, b_r: float) -> float:
-    """Impulse of the floor at C along the door's normal for 1 N s given to the door [-].
+    """Compute the impulse of the floor at C along the leaf's normal per impulse on the door.
 
     The robot is a rigid body that turns about C, which is b_r below its CoM. The impulse is zero
     where eq. (5) holds, and positive where the floor pushes the robot towards the door.
-
-    Args:
-        mass: Mass of the robot [kg].
-        i_rob: Moment of inertia about the x axis through the CoM [kg m^2].
-        a_r: Height of B above the CoM [m].
-        b_r: Height of the CoM above the floor [m].
-
-    Raises:
-        ValueError: Mass, moment of inertia or b_r is not finite and positive.
     """
-    _require_positive(mass=mass, i_rob=i_rob, b_r=b_r)
     return (i_rob - mass * a_r * b_r) / (i_rob + mass * b_r**2)
 
 
@@ -114,25 +76,7 @@ def speeds_for(
     restitution: float,
     braking: float = 0.0,
 ) -> ImpactSpeeds:
-    """Speeds of B that give the door an angular velocity: eqs. (2) and (4), with restitution.
-
-    Args:
-        omega: Angular velocity w' of the door after the hit [rad/s].
-        i_a: Moment of inertia of the door about its hinge [kg m^2].
-        l_b: Distance of B from the hinge [m].
-        effective_mass: m_re of the robot at B [kg].
-        restitution: Coefficient of restitution e, 0 (plastic) to 1.
-        braking: Angular impulse of closer and hinge friction during the contact, which the hit
-            must supply too [N m s].
-
-    Returns:
-        The speeds before and after the hit and the impulse.
-
-    Raises:
-        ValueError: An argument is not finite and positive, or e is outside [0, 1].
-    """
-    _require_positive(omega=omega, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
-    _require_restitution(restitution)
+    """Compute the speeds of B that give the door w' = omega [rad/s], by eqs. (2) and (4) and e."""
     impulse = (i_a * omega + braking) / l_b  # eq. (2): m_re (v_rB - v'_rB) l_B = I_A w'
     # Eq. (4) with v'_rB = w' l_B - e v_rB.
     v_rb = (impulse / effective_mass + omega * l_b) / (1.0 + restitution)
@@ -148,24 +92,6 @@ def omega_for(
     restitution: float,
     braking: float = 0.0,
 ) -> float:
-    """Angular velocity w' of the door after a hit at the speed v_rB [rad/s].
-
-    This is the inverse of `speeds_for`, with the same units and errors.
-    """
-    _require_positive(v_rb=v_rb, i_a=i_a, l_b=l_b, effective_mass=effective_mass)
-    _require_restitution(restitution)
+    """Compute w' of the door after a hit at v_rB [m/s]; the inverse of `speeds_for` [rad/s]."""
     reach = l_b * effective_mass
     return ((1.0 + restitution) * v_rb - braking / reach) / (i_a / reach + l_b)
-
-
-def _require_restitution(restitution: float) -> None:
-    """Raise ValueError where a coefficient of restitution is outside 0 to 1."""
-    if not 0.0 <= restitution <= 1.0:
-        raise ValueError(f"restitution must be between 0 and 1, not {restitution}")
-
-
-def _require_positive(**values: float) -> None:
-    """Raise ValueError with the name of the first value that is not finite and positive."""
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be finite and above 0, not {value}")

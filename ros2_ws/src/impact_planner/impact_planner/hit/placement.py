@@ -10,7 +10,6 @@ from door_impact_common.arrays import Array
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.robot_model import RobotModel
 
-from impact_planner.errors import InvalidRequest
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.posture import LegDemands
 from impact_planner.hit.stance import (
@@ -21,8 +20,7 @@ from impact_planner.hit.stance import (
     stance_for_contact,
     stance_for_step,
 )
-from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import ResolvedRequest
+from impact_planner.task.request import Task
 from impact_planner.task.settings import PlannerSettings
 
 _PASSES = 30  # limit of iterations for a door that is ajar; each one reduces the error
@@ -47,20 +45,10 @@ class Placement:
         return np.array([self.hinge_x, -self.door_distance])
 
 
-def placement_for_step(
-    robot: RobotModel, settings: PlannerSettings, step: float, initial_angle: float = 0.0
+def _place_for_step(
+    robot: RobotModel, settings: PlannerSettings, step: float, initial_angle: float
 ) -> Placement:
-    """Place of a door that the robot hits at the nominal l_B after a step of a given length.
-
-    Args:
-        robot: The robot.
-        settings: Configuration.
-        step: Length of the right foot's step towards the door [m].
-        initial_angle: Opening angle of the door at the hit [rad].
-
-    Raises:
-        PostureUnreachable: The legs do not reach the stance at any height of the waist.
-    """
+    """Place a door such that the robot hits it at the nominal l_B after a step [m]."""
     elbow = stance_for_step(robot, step, settings.com_inside_edge).posture.elbow
     leaf = LeafFrame(np.zeros(2), initial_angle)
     b = elbow + robot.config.contact_radius * leaf.normal
@@ -69,58 +57,48 @@ def placement_for_step(
 
 
 def stand(
-    robot: RobotModel,
-    known: KnownDoor,
-    wanted: ResolvedRequest,
-    settings: PlannerSettings,
-    demands: LegDemands,
-    step: float,
+    task: Task, demands: LegDemands, step: float
 ) -> tuple[Placement, HitStance, LeafContact]:
     """Find the place of the door, the stance and the contact for a request.
 
     Args:
-        robot: The robot.
-        known: The door.
-        wanted: The request.
-        settings: Configuration.
-        demands: Demands on the legs past the hit.
         step: Length of the step that decides the place of the door where it is left open [m].
 
     Raises:
-        InvalidRequest: hinge_x is not finite.
         PostureUnreachable: The door is out of the step's reach, or B is not on the leaf.
         JointLimit: The legs reach the stance but are too slow for `demands`.
     """
-    distance, hinge_x = wanted.door_distance, settings.hinge_x
+    robot, settings, angle, l_b = (
+        task.robot, task.settings, task.wanted.initial_angle, task.wanted.l_b)
+    distance, hinge_x = task.wanted.door_distance, settings.hinge_x
     if distance is None or hinge_x is None:
-        nominal = placement_for_step(robot, settings, step, wanted.initial_angle)
+        nominal = _place_for_step(robot, settings, step, angle)
         distance = nominal.door_distance if distance is None else distance
         hinge_x = nominal.hinge_x if hinge_x is None else hinge_x
-    if not math.isfinite(hinge_x):
-        raise InvalidRequest(
-            f"hinge_x [m] must be a finite number, not {hinge_x}", quantity="hinge_x [m]",
-            value=hinge_x)
     elbow_x = 0.0  # first guess; it only matters for a door that is ajar
-    radius = robot.config.contact_radius
+    radius, width = robot.config.contact_radius, task.known.width
     for _ in range(_PASSES):
         placement = Placement(distance, hinge_x)
-        elbow_y = elbow_y_at_contact(elbow_x, radius, placement.hinge, wanted.initial_angle)
+        elbow_y = elbow_y_at_contact(elbow_x, radius, placement.hinge, angle)
         stance = stance_for_contact(robot, elbow_y, settings.com_inside_edge, demands)
         elbow = stance.posture.elbow
-        contact = contact_with_leaf(elbow, radius, placement.hinge, wanted.initial_angle)
+        contact = contact_with_leaf(elbow, radius, placement.hinge, angle)
         moved = abs(float(elbow[0]) - elbow_x)
-        if wanted.l_b is not None:
-            moved += abs(contact.l_b - wanted.l_b)
-            hinge_x += (contact.l_b - wanted.l_b) / math.cos(wanted.initial_angle)
+        if l_b is not None:
+            moved += abs(contact.l_b - l_b)
+            hinge_x += (contact.l_b - l_b) / math.cos(angle)
         elbow_x = float(elbow[0])
-        if moved < _CONVERGED or (wanted.initial_angle == 0.0 and wanted.l_b is None):
+        if moved < _CONVERGED or (angle == 0.0 and l_b is None):
             break
-    if not radius < contact.l_b <= known.width:
+    if not radius < contact.l_b <= width:
         raise PostureUnreachable(
             f"B would be {contact.l_b:.3f} m from the hinge, but the elbow meets the leaf only "
-            f"from {radius:.3f} m to its free edge at {known.width:.3f} m; change hinge_x or l_b",
-            quantity="l_b [m]",
-            value=contact.l_b,
-            limit=(radius, known.width),
-        )
+            f"from {radius:.3f} m to its free edge at {width:.3f} m; change hinge_x or l_b",
+            quantity="l_b [m]", value=contact.l_b, limit=(radius, width))
+    height, top = float(contact.point[2]), task.known.top
+    if height + radius > top:
+        raise PostureUnreachable(
+            f"the leaf ends {top:.3f} m above the floor, but the elbow, a ball of {radius:.3f} m, "
+            f"hits it at {height:.3f} m",
+            quantity="upper edge of the leaf [m]", value=top, limit=height + radius)
     return placement, stance, contact

@@ -80,48 +80,32 @@ class HitPosture:
         return self.b_r - self.b_r_percussion
 
 
-def posture_at(
+def braced(
+    robot: RobotModel, com_xy: Array, waist_z: float | Array, feet: dict[str, Array],
+    *, strict: bool = True,
+) -> tuple[Array, Array]:
+    """Find joints (N, J) [rad] and base (N, 3) [m] of the braced robot; as for `solve`."""
+    return solve(robot, upper=braced_upper_body(robot), com_xy=com_xy, waist_z=waist_z, feet=feet,
+                 strict=strict)
+
+
+def _posture_at(
     robot: RobotModel, waist_height: float, com_xy: Array, feet: dict[str, Array]
 ) -> HitPosture:
-    """Posture of the braced robot for a given height of the waist and place of the CoM.
-
-    Args:
-        robot: The robot.
-        waist_height: Height of base_link above the floor [m].
-        com_xy: Place of the CoM over the floor in odom, (2,) [m].
-        feet: Places of the soles in odom by side, (3,) each [m].
-
-    Raises:
-        PostureUnreachable: A leg does not reach its foot.
-    """
-    joints, base = solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=com_xy,
-        waist_z=waist_height,
-        feet=feet,
-    )
+    """Find the braced robot's posture for a height of the waist [m] and a place of the CoM."""
+    joints, base = braced(robot, com_xy, waist_height, feet)
     return _figures(robot, waist_height, joints[0], base[0])
 
 
 def _figures(robot: RobotModel, waist_height: float, joints: Array, base: Array) -> HitPosture:
-    """Quantities of eqs. (3) and (5) for joints (J,) [rad] and base (3,) [m]."""
+    """Compute the quantities of eqs. (3) and (5) for joints (J,) [rad] and base (3,) [m]."""
     q = robot.configuration(base, joints)
     com, elbow = robot.com(q), robot.contact_position(q)
     i_rob = float(robot.inertia_about_com(q)[0, 0])
     a_r = float(elbow[2] - com[2])
     percussion = momentum.percussion_height(robot.mass, i_rob, a_r) if a_r > 0.0 else np.inf
-    return HitPosture(
-        waist_height=waist_height,
-        joints=joints,
-        base=base,
-        com=com,
-        elbow=elbow,
-        a_r=a_r,
-        b_r=float(com[2]),
-        i_rob=i_rob,
-        b_r_percussion=float(percussion),
-    )
+    return HitPosture(waist_height, joints, base, com, elbow, a_r, float(com[2]), i_rob,
+                      float(percussion))
 
 
 def percussion_posture(
@@ -130,21 +114,16 @@ def percussion_posture(
     feet: dict[str, Array],
     demands: LegDemands = PLAIN,
     also: Sequence[Array] = (),
-) -> tuple[HitPosture, float]:
+) -> HitPosture:
     """Find the posture whose center of percussion lies on the floor, eq. (5).
 
+    Where no height within the legs' reach meets eq. (5), it is the posture that comes nearest.
+
     Args:
-        robot: The robot.
         com_xy: Place of the CoM over the floor at the hit in odom, (2,) [m].
         feet: Places of the soles at the hit in odom by side, (3,) each [m].
-        demands: Demands on the legs past the hit.
         also: Other places of the CoM that the motion passes at the same height of the waist and
             the legs must reach with `RESERVE`, (2,) each [m].
-
-    Returns:
-        The posture, and the error of the CoM's height against eq. (5) [m]. The error is 0 where
-        a height within the legs' range meets eq. (5). Otherwise the posture is the one that
-        comes nearest.
 
     Raises:
         PostureUnreachable: The legs reach no height of the waist.
@@ -169,18 +148,17 @@ def percussion_posture(
             finer: Array = last + step * np.arange(1.0, _FINER)
             excess, _, _ = _at_heights(robot, finer, com_xy, feet, demands, also)
             last += step * float(np.argmin(np.append(excess.max(axis=1) <= 0.0, False)))
-        ends[near] = posture_at(robot, last, com_xy, feet)
+        ends[near] = _posture_at(robot, last, com_xy, feet)
     if ends[0].percussion_error * ends[1].percussion_error > 0.0:
-        nearest = min(ends, key=lambda posture: abs(posture.percussion_error))
-        return nearest, nearest.percussion_error
+        return min(ends, key=lambda posture: abs(posture.percussion_error))
     height = brentq(
-        lambda z: posture_at(robot, z, com_xy, feet).percussion_error,
+        lambda z: _posture_at(robot, z, com_xy, feet).percussion_error,
         ends[0].waist_height, ends[1].waist_height, xtol=1e-6)
-    return posture_at(robot, float(height), com_xy, feet), 0.0
+    return _posture_at(robot, float(height), com_xy, feet)
 
 
 def _bracket(postures: list[HitPosture]) -> list[HitPosture]:
-    """Neighbouring postures between which eq. (5) is met; else the first and the last posture."""
+    """Return neighbouring postures between which eq. (5) is met; else the first and the last."""
     for lower, upper in itertools.pairwise(postures):
         if lower.percussion_error * upper.percussion_error <= 0.0:
             return [lower, upper]
@@ -188,15 +166,10 @@ def _bracket(postures: list[HitPosture]) -> list[HitPosture]:
 
 
 def waist_per_com(robot: RobotModel, posture: HitPosture, feet: dict[str, Array]) -> float:
-    """Speed of waist and point B towards the door divided by the speed of the CoM."""
+    """Compute the speed of waist and point B towards the door over that of the CoM."""
     half = np.array([0.0, 0.5 * _DIFFERENCE])
-    _, base = solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=np.array([posture.com[:2] - half, posture.com[:2] + half]),
-        waist_z=posture.waist_height,
-        feet=feet,
-    )
+    _, base = braced(robot, np.array([posture.com[:2] - half, posture.com[:2] + half]),
+                     posture.waist_height, feet)
     return float(base[1, 1] - base[0, 1]) / _DIFFERENCE
 
 
@@ -227,14 +200,9 @@ def _at_heights(
     end = com_xy - np.array([0.0, demands.beyond])
     half = np.array([0.0, 0.5 * _DIFFERENCE])
     places = np.array([end - half, end + half, com_xy, *also], dtype=float)
-    joints, base = solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=np.tile(places, (len(heights), 1)),
-        waist_z=np.repeat(heights, len(places)),
-        feet=feet,
-        strict=False,
-    )
+    joints, base = braced(
+        robot, np.tile(places, (len(heights), 1)), np.repeat(heights, len(places)), feet,
+        strict=False)
     joints, base = (rows.reshape(len(heights), len(places), -1) for rows in (joints, base))
     excess = np.full((len(heights), joints.shape[2]), -1.0)
     if demands.joint_speed is not None:
@@ -248,16 +216,13 @@ def _at_heights(
 def _incapable(
     robot: RobotModel, excess: Array, feet: dict[str, Array], demands: LegDemands
 ) -> DoorImpactError:
-    """The error of a stance that no height of the waist allows: out of reach, or a slow joint."""
+    """Make the error of a stance that no height of the waist allows: out of reach or too slow."""
     if demands.joint_speed is None or not np.isfinite(excess).any():
         right, (lowest, highest) = float(feet["right"][1]), robot.waist_heights()
         return PostureUnreachable(
             f"no waist height from {lowest:.2f} to {highest:.2f} m keeps the legs within their "
             f"ranges with the right foot at y = {right:.3f} m; a nearer door needs a shorter step",
-            quantity="y of the right foot [m]",
-            value=right,
-            limit=(lowest, highest),
-        )
+            quantity="y of the right foot [m]", value=right, limit=(lowest, highest))
     best = int(np.argmin(excess.max(axis=1)))
     joint = int(np.argmax(excess[best]))
     name, limit = robot.joint_names[joint], float(demands.joint_speed[joint])

@@ -8,17 +8,23 @@ the elbow touches the leaf.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
-from humanoid_motion.robot_model import RobotModel, braced_upper_body
-from humanoid_motion.whole_body import solve
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.hit.leaf import LeafFrame
-from impact_planner.hit.posture import PLAIN, HitPosture, LegDemands, percussion_posture
+from impact_planner.hit.posture import (
+    PLAIN,
+    HitPosture,
+    LegDemands,
+    braced,
+    percussion_posture,
+)
 
 # Shares of the nominal step, tried in this order where the door's place is left open. A shorter
 # step has slower knees.
@@ -54,42 +60,38 @@ class HitStance:
         feet: Places of the soles at the hit in odom by side, (3,) each [m].
         step: Length of the right foot's step towards the door [m].
         posture: Posture of the robot at the hit.
-        percussion_error: Error of the CoM's height against eq. (5) [m]; 0 where eq. (5) is met.
     """
 
     feet_start: dict[str, Array]
     feet: dict[str, Array]
     step: float
     posture: HitPosture
-    percussion_error: float
-
-
-def initial_feet(robot: RobotModel) -> dict[str, Array]:
-    """Places of the soles in half-sitting by side, (3,) each [m].
-
-    The origin of odom is midway between them.
-    """
-    q = robot.configuration(np.zeros(3), robot.config.half_sitting)
-    soles = {side: robot.frame_position(q, robot.feet[side].frame) for side in SIDES}
-    middle = 0.5 * (soles["left"] + soles["right"])
-    return {side: soles[side] - middle for side in SIDES}
 
 
 def initial_base(robot: RobotModel) -> Array:
-    """Position of base_link in half-sitting in odom, (3,) [m]."""
+    """Compute the position of base_link in half-sitting in odom, (3,) [m].
+
+    The origin of odom is midway between the soles then.
+    """
     q = robot.configuration(np.zeros(3), robot.config.half_sitting)
     soles = [robot.frame_position(q, robot.feet[side].frame) for side in SIDES]
     return np.asarray(-0.5 * (soles[0] + soles[1]))
 
 
+def initial_feet(robot: RobotModel) -> dict[str, Array]:
+    """Compute the places of the soles in half-sitting by side, (3,) each [m]."""
+    q = robot.configuration(initial_base(robot), robot.config.half_sitting)
+    return {side: robot.frame_position(q, robot.feet[side].frame) for side in SIDES}
+
+
 def sole_edges(robot: RobotModel, feet: dict[str, Array]) -> tuple[float, float]:
-    """Lowest and highest y of both soles together, in odom [m]."""
+    """Compute the lowest and highest y of both soles together, in odom [m]."""
     corners = [robot.feet[side].corners(feet[side])[:, 1] for side in SIDES]
     return float(np.min(corners)), float(np.max(corners))
 
 
 def com_x(robot: RobotModel) -> float:
-    """x at which the CoM is kept, the middle of the soles [m]."""
+    """Return x at which the CoM is kept, the middle of the soles [m]."""
     x_min, x_max = robot.feet["right"].rectangle[:2]
     return 0.5 * (x_min + x_max)
 
@@ -97,61 +99,26 @@ def com_x(robot: RobotModel) -> float:
 def braced_over(
     robot: RobotModel, y: Array, waist_z: float, feet: dict[str, Array], *, strict: bool = True
 ) -> tuple[Array, Array]:
-    """Postures of the braced robot with its CoM at `com_x` and given places along y.
+    """Find postures of the braced robot with its CoM at `com_x` and places (N,) along y [m].
 
-    Args:
-        robot: The robot.
-        y: Places of the CoM along y in odom, (N,) [m].
-        waist_z: Height of base_link above the floor [m].
-        feet: Places of the soles in odom by side, (3,) each [m].
-        strict: Whether an unreachable posture is an error; if not, its row is NaN.
-
-    Returns:
-        Joints (N, J) [rad] and base (N, 3) [m].
-
-    Raises:
-        PostureUnreachable: With `strict`, a leg does not reach.
+    The rest is as for `solve`.
     """
-    return solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=np.column_stack([np.full(len(y), com_x(robot)), y]),
-        waist_z=waist_z,
-        feet=feet,
-        strict=strict,
-    )
-
-
-def com_at_hit(robot: RobotModel, right_foot: Array, inside_edge: float) -> Array:
-    """Place of the CoM over the floor at the hit in odom, (2,) [m].
-
-    Args:
-        robot: The robot.
-        right_foot: Place of the right sole at the hit, (3,) [m].
-        inside_edge: Distance of the CoM inside the right sole's inner edge [m].
-    """
-    inner = right_foot[1] + robot.feet["right"].rectangle[3]
-    return np.array([com_x(robot), inner - inside_edge])
+    com_xy = np.column_stack([np.full(len(y), com_x(robot)), y])
+    return braced(robot, com_xy, waist_z, feet, strict=strict)
 
 
 def stance_for_step(
     robot: RobotModel, step: float, inside_edge: float, demands: LegDemands = PLAIN
 ) -> HitStance:
-    """Find the stance for a given step; arguments and errors as for `stance_for_contact`.
-
-    Args:
-        robot: The robot.
-        step: Length of the right foot's step [m].
-        inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
-        demands: Demands on the legs past the hit.
-    """
+    """Find the stance for a step of the right foot [m]; as for `stance_for_contact`."""
     start = initial_feet(robot)
-    feet = _stepped(start, step)
-    com = com_at_hit(robot, feet["right"], inside_edge)
-    inner_edge = float(robot.feet["left"].corners(feet["left"])[:, 1].min())
-    over_left = np.array([com[0], inner_edge + SINGLE_SUPPORT_MARGIN])
-    posture, error = percussion_posture(robot, com, feet, demands, [over_left])
-    return HitStance(start, feet, step, posture, error)
+    left, right = start["left"], start["right"] - np.array([0.0, step, 0.0])
+    feet = {"left": left, "right": right}
+    com = np.array([com_x(robot), right[1] + robot.feet["right"].rectangle[3] - inside_edge])
+    left_inner = float(robot.feet["left"].corners(left)[:, 1].min())
+    over_left = np.array([com[0], left_inner + SINGLE_SUPPORT_MARGIN])
+    return HitStance(
+        start, feet, step, percussion_posture(robot, com, feet, demands, [over_left]))
 
 
 def stance_for_contact(
@@ -160,10 +127,8 @@ def stance_for_contact(
     """Find the step that brings the elbow to a place while the CoM is near the sole's inner edge.
 
     Args:
-        robot: The robot.
         elbow_y: y of the elbow's centre in odom at the hit [m].
         inside_edge: Distance of the CoM inside the right sole's inner edge at the hit [m].
-        demands: Demands on the legs past the hit.
 
     Raises:
         PostureUnreachable: The step would be outside the range of `RobotConfig.step`, or out of
@@ -189,45 +154,28 @@ def stance_for_contact(
     raise _out_of_reach(robot, elbow_y, step, inside_edge)
 
 
-def elbow_range(robot: RobotModel, inside_edge: float) -> tuple[float, float]:
-    """Farthest and nearest y of the elbow that a step within its limits reaches [m].
-
-    Both are NaN where no step is within the legs' reach.
-    """
-    reach, allowed = [], robot.config.step
-    for step in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
-        try:
-            stance = stance_for_step(robot, float(step), inside_edge)
-        except PostureUnreachable:
-            continue
-        reach.append(float(stance.posture.elbow[1]))
-    return (min(reach), max(reach)) if reach else (math.nan, math.nan)
-
-
-def _stepped(start: dict[str, Array], step: float) -> dict[str, Array]:
-    """Places of the soles after the right foot's step of a given length [m]."""
-    return {"left": start["left"], "right": start["right"] - np.array([0.0, step, 0.0])}
-
-
 def _out_of_reach(
     robot: RobotModel, elbow_y: float, step: float, inside_edge: float
 ) -> PostureUnreachable:
-    """The error of a door that no allowed step reaches; lengths as for `stance_for_contact`."""
-    far, near = elbow_range(robot, inside_edge)
-    radius, allowed = robot.config.contact_radius, robot.config.step
+    """Make the error of a door that no allowed step reaches; lengths as for `stance_for_contact`.
+
+    It names the doors that can be reached, NaN where no step is within the legs' reach.
+    """
+    reach, radius, allowed = [], robot.config.contact_radius, robot.config.step
+    for possible in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
+        with suppress(PostureUnreachable):
+            posture = stance_for_step(robot, float(possible), inside_edge).posture
+            reach.append(radius - float(posture.elbow[1]))
+    nearest, farthest = min(reach, default=math.nan), max(reach, default=math.nan)
     return PostureUnreachable(
         f"a door {radius - elbow_y:.3f} m from the origin of odom is out of reach: it needs a step "
         f"of about {step:.3f} m, and steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m "
-        f"are allowed; a closed door must stand {radius - near:.3f} to {radius - far:.3f} m from "
-        "the origin",
-        quantity="door_distance [m]",
-        value=radius - elbow_y,
-        limit=(radius - near, radius - far),
-    )
+        f"are allowed; a closed door must stand {nearest:.3f} to {farthest:.3f} m from the origin",
+        quantity="door_distance [m]", value=radius - elbow_y, limit=(nearest, farthest))
 
 
 def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -> LeafContact:
-    """Contact of the elbow, a sphere, with the leaf at an opening angle.
+    """Compute the contact of the elbow, a sphere, with the leaf at an opening angle.
 
     Args:
         elbow: Centre of the sphere in odom, (3,) [m].
@@ -241,7 +189,7 @@ def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -
 
 
 def elbow_y_at_contact(elbow_x: float, radius: float, hinge: Array, angle: float) -> float:
-    """y of the elbow's centre at which it touches the leaf [m].
+    """Compute y of the elbow's centre at which it touches the leaf [m].
 
     Args:
         elbow_x: x of the elbow's centre in odom [m].

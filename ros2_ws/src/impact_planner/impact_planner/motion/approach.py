@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest, still
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from humanoid_motion.whole_body import require_joint_limits, solve, within_ranges
 
-from impact_planner.hit.posture import RESERVE
+from impact_planner.hit.posture import RESERVE, braced
 from impact_planner.hit.stance import (
     SINGLE_SUPPORT_MARGIN,
     HitStance,
@@ -40,13 +39,11 @@ class StandingPhase:
         name: Name of the phase.
         motion: Samples of the motion.
         feet: Places of the supporting soles in odom by side, (3,) each [m].
-        sides: Sides of the supporting feet.
     """
 
     name: str
     motion: Motion
     feet: dict[str, Array]
-    sides: tuple[str, ...]
 
 
 def plan_approach(
@@ -55,8 +52,6 @@ def plan_approach(
     """Plan the motion from half-sitting to the start of the run-up.
 
     Args:
-        robot: The robot.
-        stance: Feet and posture at the hit.
         y_run_up: y of the CoM at the start of the run-up [m].
         timing: Durations of the phases.
         period: Sampling period [s].
@@ -76,21 +71,21 @@ def plan_approach(
     step = _step(robot, stance, np.array([x, over_left]), timing, period)
     back = _sway(robot, placed, height, (over_left, y_run_up), timing.back, period)
     return [
-        StandingPhase("prepare", prepare, start, SIDES),
-        StandingPhase("shift", shift, start, SIDES),
-        StandingPhase("step", step, {"left": start["left"]}, ("left",)),
-        StandingPhase("back", back, placed, SIDES),
+        StandingPhase("prepare", prepare, start),
+        StandingPhase("shift", shift, start),
+        StandingPhase("step", step, {"left": start["left"]}),
+        StandingPhase("back", back, placed),
     ]
 
 
 def sample_times(duration: float, period: float) -> Array:
-    """Evenly spaced times from 0 to a duration, at most a period apart, (N,) [s]."""
+    """Return evenly spaced times from 0 to a duration, at most a period apart, (N,) [s]."""
     samples = max(_FEWEST_SAMPLES, int(np.ceil(duration / period - 1e-9)) + 1)
     return np.linspace(0.0, duration, samples)
 
 
 def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
-    """y of the CoM during the step: as near to the left sole's middle as the hip roll allows [m].
+    """Find y of the CoM during the step, as near to the left sole's middle as the hip allows [m].
 
     Raises:
         JointLimit: The hip roll allows no place with `SINGLE_SUPPORT_MARGIN`.
@@ -112,7 +107,7 @@ def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
 def _prepare(
     robot: RobotModel, stance: HitStance, com_end: Array, duration: float, period: float
 ) -> Motion:
-    """From half-sitting to the waist height of the run-up, with the right arm to the brace."""
+    """Move from half-sitting to the waist height of the run-up, and the right arm to the brace."""
     time = sample_times(duration, _NODES)
     part = min_jerk(time, duration)[:, None]
     begin = initial_base(robot)
@@ -136,7 +131,7 @@ def _sway(
     duration: float,
     period: float,
 ) -> Motion:
-    """Motion of the CoM along y between two places [m], at a constant height of the waist [m]."""
+    """Move the CoM along y between two places [m], at a constant height of the waist [m]."""
     time = sample_times(duration, _NODES)
     course = y[0] + min_jerk(time, duration) * (y[1] - y[0])
     joints, base = braced_over(robot, course, height, feet)
@@ -146,18 +141,14 @@ def _sway(
 def _step(
     robot: RobotModel, stance: HitStance, com: Array, timing: ApproachTiming, period: float
 ) -> Motion:
-    """Step of the right foot while the CoM rests over the left sole at `com`, (2,) [m]."""
+    """Move the right foot while the CoM rests over the left sole at `com`, (2,) [m]."""
     time = sample_times(timing.step, _NODES)
     u = time / timing.step
     travel = min_jerk((u - _TRAVEL[0]) / (_TRAVEL[1] - _TRAVEL[0]), 1.0)[:, None]
     begin, end = stance.feet_start["right"], stance.feet["right"]
     right = begin + travel * (end - begin)
     right[:, 2] += robot.config.step.lift * (4.0 * u * (1.0 - u)) ** 3
-    joints, base = solve(
-        robot,
-        upper=braced_upper_body(robot),
-        com_xy=np.tile(com, (len(time), 1)),
-        waist_z=stance.posture.waist_height,
-        feet={"left": stance.feet_start["left"], "right": right},
-    )
+    joints, base = braced(
+        robot, np.tile(com, (len(time), 1)), stance.posture.waist_height,
+        {"left": stance.feet_start["left"], "right": right})
     return rest_to_rest(time, joints, base, sample_times(timing.step, period))

@@ -26,10 +26,9 @@ _TOLERANCE = 1e-5  # largest distance of the hand from its target [m]
 _NEWTON_STEPS = 10  # limit of iterations: seven are enough wherever the hand can reach
 _LARGEST_VIOLATION = 1e-4  # of a constraint in an accepted solution [m]
 _HAND, _ELBOW, _WRIST = 0, 1, 2  # indices of the frames of `ArmReach`
-_EQUALITIES, _INEQUALITIES = 4, 7  # numbers of constraints
 
 FramePlace = tuple[Array, Array]
-"""Position of a frame in odom (3,) [m], and its Jacobian to scaled joints (3, A) [m]."""
+"""Position of a frame in odom (3,) [m], and its slope by scaled joints [m]."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +60,22 @@ class ArmReach:
         upper: Upper limits of the arm's joints with a reserve, (A,) [rad].
     """
 
-    def __init__(self, robot: RobotModel) -> None:
-        """Look up the arm of a robot."""
+    def __init__(self, robot: RobotModel, top: float = np.inf) -> None:
+        """Look up the arm of a robot.
+
+        Args:
+            robot: The robot.
+            top: Height of the leaf's upper edge above the floor [m].
+        """
         self._robot = robot
         self.columns = robot.arm_columns
         self._v = robot.v_index[self.columns]
         self._frames = (
             robot.config.hand_link, robot.config.contact_link, robot.config.arm.wrist_link)
-        self.hand_radius = robot.hand_radius()
+        self.hand_radius = robot.hand_radius
         self.elbow_radius = robot.config.contact_radius
-        self.heights = robot.config.arm.heights
+        lowest, highest = robot.config.arm.heights
+        self.heights = lowest, min(highest, top - self.hand_radius)
         self.lower = robot.lower[self.columns] + _RESERVE
         self.upper = robot.upper[self.columns] - _RESERVE
         arm = robot.config.arm
@@ -78,7 +83,7 @@ class ArmReach:
         bound[arm.joints.index(arm.elbow)] = arm.straightest_elbow
 
     def furthest(self, width: float) -> float:
-        """Largest distance of the hand from the hinge on a leaf of a given width [m]."""
+        """Return the largest distance of the hand from the hinge on a leaf of a width [m]."""
         return width - _EDGE - self.hand_radius
 
     def follow(self, bases: Array, joints: Array, arm: Array, targets: Array) -> Array:
@@ -132,6 +137,8 @@ class ArmReach:
             The postures; None where the arm has no such postures.
         """
         start = joints[self.columns]
+        # No joint turns farther than its range, and a scale beyond that would hinder the search.
+        travel = np.minimum(travel, self.upper - self.lower)
         low = np.concatenate([np.maximum(self.lower, start - travel), self.lower])
         high = np.concatenate([np.minimum(self.upper, start + travel), self.upper])
         if np.any(low > high):
@@ -150,7 +157,7 @@ class ArmReach:
         return programme.solution(np.asarray(result.x))
 
     def places(self, base: Array, joints: Array, arm: Array, unit: Array) -> list[FramePlace]:
-        """Places of hand, elbow and wrist for one posture of the arm.
+        """Compute the places of hand, elbow and wrist for one posture of the arm, slopes (3, A).
 
         Args:
             base: Position of base_link in odom, (3,) [m].
@@ -169,7 +176,8 @@ class _HandProgramme:
     """The nonlinear programme: unknowns are the joints of both postures, (2 A,), without unit.
 
     An unknown is a joint's change from the braced arm over `unit`, so that the cost of travel is
-    half of the squared unknowns: SLSQP starts with the unit matrix as its Hessian.
+    half of the squared unknowns: SLSQP starts with the unit matrix as its Hessian. Cost and
+    constraints are pairs of values and their slopes by the unknowns.
     """
 
     def __init__(
@@ -191,27 +199,23 @@ class _HandProgramme:
         self._cached = lru_cache(maxsize=2)(self._compute)
 
     def cost(self, x: Array) -> tuple[float, Array]:
-        """Travel of the joints less the hand's distance from the hinge, and the slope of that."""
-        (_, _), (final, jacobian) = self._both(x, _HAND)
-        leaf = self._leaf[1]
-        slope = x.copy()
-        slope[self._n:] -= leaf.along @ jacobian
-        return 0.5 * float(x @ x) - float(leaf.radius(final)), slope
+        """Return the joints' travel less the hand's distance from the hinge, and its slope."""
+        final, slope, leaf = *self._places(x)[1][_HAND], self._leaf[1]
+        return 0.5 * float(x @ x) - float(leaf.radius(final)), x - leaf.along @ slope
 
-    def constraints(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """The constraints in the form of `scipy.optimize.minimize`."""
-        return (
-            {"type": "eq", "fun": self._equal, "jac": self._equal_slope},
-            {"type": "ineq", "fun": self._clear, "jac": self._clear_slope},
-        )
+    def constraints(self) -> list[dict[str, Any]]:
+        """Return the constraints in the form of `scipy.optimize.minimize`."""
+        return [
+            {"type": kind, "fun": lambda x, of=of: of(x)[0], "jac": lambda x, of=of: of(x)[1]}
+            for kind, of in (("eq", self._equal), ("ineq", self._clear))]
 
     def solution(self, x: Array) -> HandOnLeaf | None:
-        """The postures of a solution (2 A,); None where it breaks a constraint."""
-        if np.max(np.abs(self._equal(x))) > _LARGEST_VIOLATION:
+        """Return the postures of a solution (2 A,); None where it breaks a constraint."""
+        if np.max(np.abs(self._equal(x)[0])) > _LARGEST_VIOLATION:
             return None
-        if np.min(self._clear(x)) < -_LARGEST_VIOLATION:
+        if np.min(self._clear(x)[0]) < -_LARGEST_VIOLATION:
             return None
-        final = self._both(x, _HAND)[1][0]
+        final = self._places(x)[1][_HAND][0]
         radius = float(self._leaf[1].radius(final))
         if radius < self._reach.hand_radius + _EDGE:
             return None  # the hand is behind the hinge, where the leaf has no face
@@ -219,69 +223,43 @@ class _HandProgramme:
         return HandOnLeaf(nearest, last, radius, float(final[2]))
 
     def _arms(self, x: Array) -> Array:
-        """Joints of the arm in both postures, (2, A) [rad]."""
+        """Return the joints of the arm in both postures, (2, A) [rad]."""
         return np.asarray(self._start + (x * self.unit).reshape(2, self._n))
 
+    def _places(self, x: Array) -> list[list[FramePlace]]:
+        """Return the places of hand, elbow and wrist in both postures, slopes (3, 2 A)."""
+        return self._cached(x.tobytes())
+
     def _compute(self, x: bytes) -> list[list[FramePlace]]:
-        """Places of all frames in both postures, for the bytes of the unknowns."""
-        unit = self.unit[:self._n]
+        unit, none = self.unit[:self._n], np.zeros((3, self._n))
         return [
-            self._reach.places(self._base, self._joints, arm, unit)
-            for arm in self._arms(np.frombuffer(x))]
+            [(place, np.hstack([none, slope] if number else [slope, none]))
+             for place, slope in self._reach.places(self._base, self._joints, arm, unit)]
+            for number, arm in enumerate(self._arms(np.frombuffer(x)))]
 
-    def _both(self, x: Array, frame: int) -> list[FramePlace]:
-        """Place of a frame in both postures."""
-        return [place[frame] for place in self._cached(x.tobytes())]
-
-    def _equal(self, x: Array) -> Array:
-        """Zero where the hand is on the face in both postures, and on the same spot, (4,) [m]."""
-        (a, _), (b, _) = self._both(x, _HAND)
-        leaf, radius = self._leaf, self._reach.hand_radius
+    def _equal(self, x: Array) -> tuple[Array, Array]:
+        """Return zeros where the hand is on both faces, at the same spot, (4,) [m] and (4, 2 A)."""
+        ((a, ja), *_), ((b, jb), *_) = self._places(x)
+        (near, last), radius = self._leaf, self._reach.hand_radius
         return np.array([
-            leaf[0].gap(a) - radius,
-            leaf[1].gap(b) - radius,
-            leaf[0].radius(a) - leaf[1].radius(b),
+            near.gap(a) - radius, last.gap(b) - radius, near.radius(a) - last.radius(b),
             a[2] - b[2],
+        ]), np.array([
+            -near.normal @ ja, -last.normal @ jb, near.along @ ja - last.along @ jb, ja[2] - jb[2],
         ])
 
-    def _equal_slope(self, x: Array) -> Array:
-        """Slope of `_equal` by the unknowns, (4, 2 A) [m]."""
-        (_, ja), (_, jb) = self._both(x, _HAND)
-        leaf, n = self._leaf, self._n
-        out = np.zeros((_EQUALITIES, 2 * n))
-        out[0, :n] = -leaf[0].normal @ ja
-        out[1, n:] = -leaf[1].normal @ jb
-        out[2, :n], out[2, n:] = leaf[0].along @ ja, -leaf[1].along @ jb
-        out[3, :n], out[3, n:] = ja[2], -jb[2]
-        return out
+    def _clear(self, x: Array) -> tuple[Array, Array]:
+        """Return what must be positive, (7,) [m] and (7, 2 A).
 
-    def _clear(self, x: Array) -> Array:
-        """Positive where elbow and wrist clear the leaf and the hand is within bounds, (7,) [m].
-
-        In order: elbow at both leaves, wrist at both leaves, distance to the furthest spot, and
-        the hand's distance to its lowest and highest place.
+        In order: gaps of elbow and wrist at both leaves, distance to the furthest spot, and the
+        hand's distance to its lowest and highest place.
         """
-        leaf, reach = self._leaf, self._reach
-        gaps = [
-            leaf[i].gap(place[i][0]) - reach.elbow_radius - CLEARANCE
-            for place in (self._both(x, _ELBOW), self._both(x, _WRIST))
-            for i in (0, 1)
-        ]
-        final = self._both(x, _HAND)[1][0]
-        lowest, highest = reach.heights
-        room = self._furthest - leaf[1].radius(final)
-        return np.array([*gaps, room, final[2] - lowest, highest - final[2]])
-
-    def _clear_slope(self, x: Array) -> Array:
-        """Slope of `_clear` by the unknowns, (7, 2 A) [m]."""
-        leaf, n = self._leaf, self._n
-        out = np.zeros((_INEQUALITIES, 2 * n))
-        row = 0
-        for place in (self._both(x, _ELBOW), self._both(x, _WRIST)):
-            for i in (0, 1):
-                out[row, i * n : (i + 1) * n] = -leaf[i].normal @ place[i][1]
-                row += 1
-        jb = self._both(x, _HAND)[1][1]
-        out[4, n:] = -leaf[1].along @ jb
-        out[5, n:], out[6, n:] = jb[2], -jb[2]
-        return out
+        last, reach, places = self._leaf[1], self._reach, self._places(x)
+        pairs = [(self._leaf[i], *places[i][frame]) for frame in (_ELBOW, _WRIST) for i in (0, 1)]
+        gaps = [leaf.gap(place) - reach.elbow_radius - CLEARANCE for leaf, place, _ in pairs]
+        (final, slope), (lowest, highest) = places[1][_HAND], reach.heights
+        room = self._furthest - last.radius(final)
+        return (
+            np.array([*gaps, room, final[2] - lowest, highest - final[2]]),
+            np.array([*(-leaf.normal @ one for leaf, _, one in pairs), -last.along @ slope,
+                      slope[2], -slope[2]]))

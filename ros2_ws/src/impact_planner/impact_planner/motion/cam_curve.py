@@ -65,7 +65,7 @@ def mcv50(time: ArrayLike) -> CamSample:
 
 
 def _first_half(t: Array) -> tuple[Array, Array, Array, Array]:
-    """Displacement, velocity, acceleration and jerk for 0 <= T <= 1/2."""
+    """Compute displacement, velocity, acceleration and jerk for 0 <= T <= 1/2."""
     am, vm = PEAK_ACCELERATION, PEAK_VELOCITY
     w1, w2 = 8.0 * np.pi, 8.0 * np.pi / 3.0
     rise, fall = t < RISE_END, (t >= RISE_END) & (t < FALL_END)
@@ -96,19 +96,10 @@ class CamRunUp:
     Attributes:
         speed: Speed at the contact; the curve reaches it at a quarter of its period [m/s].
         distance: Distance of the first half, which is half the stroke of the whole curve [m].
-
-    Raises:
-        ValueError: Speed or distance is not finite and positive.
     """
 
     speed: float
     distance: float
-
-    def __post_init__(self) -> None:
-        """Check speed and distance."""
-        for name, value in (("speed", self.speed), ("distance", self.distance)):
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} of a run-up must be finite and above 0, not {value}")
 
     @property
     def cam_period(self) -> float:
@@ -120,13 +111,8 @@ class CamRunUp:
         """Time from rest to the nominal contact [s]."""
         return 0.5 * self.cam_period
 
-    @property
-    def peak_acceleration(self) -> float:
-        """Largest acceleration, Am v^2 / (2 d Vm^2) = 2.464 v^2 / d for distance d [m/s^2]."""
-        return PEAK_ACCELERATION * self.speed**2 / (2.0 * self.distance * PEAK_VELOCITY**2)
-
     def at(self, time: ArrayLike) -> CamSample:
-        """Displacement, speed, acceleration and jerk at times from the start [s], any shape.
+        """Compute displacement and its derivatives at times from the start [s], of any shape.
 
         After `duration` the speed stays constant, so that a late contact is met at full speed.
         """

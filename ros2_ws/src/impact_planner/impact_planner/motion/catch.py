@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,13 +18,12 @@ from door_model.door.door import Door
 from door_model.motion.dynamics import follow_free
 from door_model.motion.free_motion import FreeMotion
 from humanoid_motion.motion import min_jerk
-from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import AngleUnreachable
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach, HandOnLeaf
-from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.settings import PlannerSettings
+from impact_planner.motion.post import way_to_rest
+from impact_planner.task.request import Task
 
 _REACH_TIMES = (0.6, 0.5, 0.7, 0.8, 1.0)  # times to extend the arm, tried in this order [s]
 _NEARER = 0.06  # step towards the hinge where the furthest spot cannot be used [m]
@@ -47,28 +47,25 @@ class HoldTask:
     """The door to hold, and the posture to start from.
 
     Attributes:
-        door: Dynamics of the door.
-        width: Width of the leaf from the hinge to the free edge [m].
+        task: The robot, the door and the settings.
         hinge: x and y of the hinge in odom, (2,) [m].
-        angle: Desired opening angle [rad].
+        feet: Places of the soles in odom by side, (3,) each [m].
+        angle: Opening angle to hold [rad].
         joints: Joints at the end of the previous phase, (J,) [rad].
         base: Position of base_link at the end of the previous phase in odom, (3,) [m].
-        feet: Places of the soles in odom by side, (3,) each [m].
-        force_limit: Largest allowed force of the door on the hand [N].
-        joint_share: Share of the joints' speed limits that may be used.
-        period: Sampling period of the motion [s].
     """
 
-    door: Door
-    width: float
+    task: Task
     hinge: Array
+    feet: dict[str, Array]
     angle: float
     joints: Array
     base: Array
-    feet: dict[str, Array]
-    force_limit: float
-    joint_share: float
-    period: float
+
+    @property
+    def door(self) -> Door:
+        """Dynamics of the door."""
+        return self.task.known.door
 
 
 @dataclass(frozen=True)
@@ -100,119 +97,80 @@ class Catch:
         return self.at_rest + self.push + _REST
 
     def angle_at(self, time: Array, final: float) -> Array:
-        """Leaf angle that the hand follows from its arrival, (N,) [rad].
+        """Compute the leaf angle that the hand follows from its arrival, (N,) [rad].
 
         Args:
             time: Times from the start of the phase, (N,) [s].
             final: Opening angle at the end [rad].
         """
-        x = np.clip((time - self.reach) / _YIELD, 0.0, 1.0)
-        part = x - 2.5 * x**4 + 3.0 * x**5 - x**6
+        way = way_to_rest(time - self.reach, _YIELD)
         push = min_jerk(time - self.reach - _YIELD, self.push)
-        return self.angle + self.speed * _YIELD * part + push * (final - self.lowest)
+        return self.angle + self.speed * way + push * (final - self.lowest)
 
 
-def hold_task(
-    known: KnownDoor,
-    settings: PlannerSettings,
-    hinge: Array,
-    feet: dict[str, Array],
-    angle: float,
-    start: tuple[Array, Array],
-) -> HoldTask:
-    """Make the task of holding a door.
-
-    Args:
-        known: The door.
-        settings: Configuration with the limits.
-        hinge: x and y of the hinge in odom, (2,) [m].
-        feet: Places of the soles in odom by side, (3,) each [m].
-        angle: Desired opening angle [rad].
-        start: Joints (J,) [rad] and position of base_link (3,) [m] to start from.
-    """
-    return HoldTask(
-        known.door, known.width, hinge, angle, *start, feet, settings.hand_force_limit,
-        settings.limit_share, settings.period)
-
-
-def can_hold(robot: RobotModel, task: HoldTask) -> bool:
+def can_hold(hold: HoldTask) -> bool:
     """Whether the arm reaches the leaf in time and bears the closer's force.
 
     Only the reach is computed, no motion.
     """
-
-    def bearable(catch: Catch, hand: HandOnLeaf) -> bool:
-        try:
-            require_force(task, catch, hand)
-        except AngleUnreachable:
-            return False
-        return True
-
-    if float(task.door.restoring_torque(task.angle)) <= 0.0:
+    if float(hold.door.restoring_torque(hold.angle)) <= 0.0:
         return False  # the door would not close onto the hand
-    return any(bearable(*choice) for choice in choices(robot, ArmReach(robot), task, 1))
+    for catch, hand in choices(hold, ArmReach(hold.task.robot, hold.task.known.top), 1):
+        with suppress(AngleUnreachable):
+            require_force(hold, catch, hand)
+            return True
+    return False
 
 
 def choices(
-    robot: RobotModel,
-    reach: ArmReach,
-    task: HoldTask,
-    tries: int = _NEARER_TRIES,
+    hold: HoldTask, reach: ArmReach, tries: int = _NEARER_TRIES
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
-    """Candidates for meeting the leaf: first the spots furthest from the hinge, then nearer ones.
+    """Find candidates for meeting the leaf: first the spots furthest from the hinge, then nearer.
 
     Args:
-        robot: The robot.
-        reach: Kinematics of the arm.
-        task: The door to hold, and the posture to start from.
         tries: Number of spots to try for each time to extend the arm.
     """
-    fall = follow_free(task.door, task.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
-    tried = [_catch(task, fall, duration) for duration in _REACH_TIMES]
-    catches = [catch for catch in tried if catch is not None]
-    furthest = dict.fromkeys(range(len(catches)), reach.furthest(task.width))
+    speed = hold.task.settings.limit_share * hold.task.robot.speed_limit[reach.columns]
+    fall = follow_free(hold.door, hold.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
+    tried = [_catch(hold, fall, duration) for duration in _REACH_TIMES]
+    furthest = {catch: reach.furthest(hold.task.known.width)
+                for catch in tried if catch is not None}
     for _ in range(tries):
-        for i, radius in list(furthest.items()):
-            catch = catches[i]
-            travel = task.joint_share * robot.speed_limit[reach.columns] * catch.reach / _PEAK_SPEED
+        for catch, radius in list(furthest.items()):
             # The hand yields: the elbow is nearest to the leaf where the leaf comes to rest.
-            leaf = (LeafFrame(task.hinge, catch.lowest), LeafFrame(task.hinge, task.angle))
-            hand = reach.choose(task.base, task.joints, leaf, radius, travel)
+            leaf = (LeafFrame(hold.hinge, catch.lowest), LeafFrame(hold.hinge, hold.angle))
+            hand = reach.choose(
+                hold.base, hold.joints, leaf, radius, speed * catch.reach / _PEAK_SPEED)
             if hand is None:
-                del furthest[i]
+                del furthest[catch]
                 continue
             yield catch, hand
-            furthest[i] = hand.radius - _NEARER  # a less stretched arm
+            furthest[catch] = hand.radius - _NEARER  # a less stretched arm
 
 
-def require_force(task: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
-    """Largest force of the leaf on the hand after its arrival [N].
+def require_force(hold: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
+    """Compute the largest force of the leaf on the hand after its arrival [N].
 
     Raises:
-        AngleUnreachable: The force exceeds its limit.
+        AngleUnreachable: The force exceeds `hand_force_limit`.
     """
-    angles = np.linspace(catch.lowest, task.angle, 20)
-    force = float(np.max(task.door.restoring_torque(angles))) / hand.radius
-    if force > task.force_limit:
+    angles, limit = np.linspace(catch.lowest, hold.angle, 20), hold.task.settings.hand_force_limit
+    force = float(np.max(hold.door.restoring_torque(angles))) / hand.radius
+    if force > limit:
         raise AngleUnreachable(
             f"the closer would press with {force:.1f} N on the hand {hand.radius:.2f} m from the "
-            f"hinge, {task.force_limit:.1f} N are allowed; request a larger angle or the ending "
-            "retreat",
-            quantity="hand force [N]",
-            value=force,
-            limit=task.force_limit,
-            phase="hold",
-        )
+            f"hinge, {limit:.1f} N are allowed; request a larger angle or the ending retreat",
+            quantity="hand force [N]", value=force, limit=limit, phase="hold")
     return force
 
 
-def unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
-    """The error of an angle that cannot be held; it names the nearest angles that can."""
-    tries = np.radians(np.arange(2.0, math.degrees(task.angle) + _FURTHER, 2.0))
-    tries = tries[tries < task.door.closer.opening_limit() - 0.02]
-    sides = (tries[tries < task.angle][::-1], tries[tries > task.angle])
+def unreachable(hold: HoldTask) -> AngleUnreachable:
+    """Make the error of an angle that cannot be held; it names the nearest angles that can."""
+    tries = np.radians(np.arange(2.0, math.degrees(hold.angle) + _FURTHER, 2.0))
+    tries = tries[tries < hold.door.closer.opening_limit() - 0.02]
+    sides = (tries[tries < hold.angle][::-1], tries[tries > hold.angle])
     nearest = [
-        next((float(angle) for angle in side if can_hold(robot, replace(task, angle=angle))), None)
+        next((float(angle) for angle in side if can_hold(replace(hold, angle=angle))), None)
         for side in sides
     ]
     known = [angle for angle in nearest if angle is not None]
@@ -220,19 +178,19 @@ def unreachable(robot: RobotModel, task: HoldTask) -> AngleUnreachable:
         f"{where} about {math.degrees(angle):.0f} deg"
         for where, angle in zip(("up to", "from"), nearest, strict=True) if angle is not None)
     return AngleUnreachable(
-        f"the hand cannot catch the door and hold it at {math.degrees(task.angle):.1f} deg"
+        f"the hand cannot catch the door and hold it at {math.degrees(hold.angle):.1f} deg"
         + (f"; it can {named}, so request such an angle" if named
            else ", and at no angle near it; request a quite different angle")
         + " or the ending retreat",
         quantity="desired_opening_angle [rad]",
-        value=task.angle,
-        limit=min(known, key=lambda angle: abs(angle - task.angle), default=0.0),
+        value=hold.angle,
+        limit=min(known, key=lambda angle: abs(angle - hold.angle), default=0.0),
         phase="hold",
     )
 
 
-def _catch(task: HoldTask, fall: FreeMotion, reach: float) -> Catch | None:
-    """Meeting with the closing leaf after a time to extend the arm [s]; None if it is shut then."""
+def _catch(hold: HoldTask, fall: FreeMotion, reach: float) -> Catch | None:
+    """Compute the meeting with the leaf after a time of reach [s]; None if it is shut then."""
     if fall.end_time[0] < reach + LATE:
         return None
     theta, omega = fall.at(np.array([reach + LATE]))
@@ -240,19 +198,18 @@ def _catch(task: HoldTask, fall: FreeMotion, reach: float) -> Catch | None:
     lowest = angle + 0.5 * speed * _YIELD
     if lowest < _NEARLY_SHUT:
         return None
-    return Catch(reach, angle, speed, lowest, _push_time(task, lowest))
+    return Catch(reach, angle, speed, lowest, _push_time(hold, lowest))
 
 
-def _push_time(task: HoldTask, lowest: float) -> float:
-    """Time of a push to the desired angle in which the closer keeps the leaf on the hand [s].
+def _push_time(hold: HoldTask, lowest: float) -> float:
+    """Compute the time of a push in which the closer keeps the leaf on the hand [s].
 
     Args:
-        task: The door to hold.
         lowest: Opening angle at which the push begins [rad].
     """
-    angles = np.linspace(lowest, task.angle, 20)
-    torque = float(np.min(task.door.restoring_torque(angles)))
+    angles = np.linspace(lowest, hold.angle, 20)
+    torque = float(np.min(hold.door.restoring_torque(angles)))
     if torque <= 0.0:
         return _PUSH  # no closer decelerates the leaf, however slow the push is
-    braking = _PUSH_BRAKING * torque / task.door.i_a
-    return max(_PUSH, math.sqrt(_PEAK_BRAKING * max(task.angle - lowest, 0.0) / braking))
+    braking = _PUSH_BRAKING * torque / hold.door.i_a
+    return max(_PUSH, math.sqrt(_PEAK_BRAKING * max(hold.angle - lowest, 0.0) / braking))

@@ -10,17 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Load
 from humanoid_motion.errors import JointLimit, PostureUnreachable
-from humanoid_motion.knots import quintic
 from humanoid_motion.motion import min_jerk, rest_to_rest
-from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.spline import evaluate, quintic
 from humanoid_motion.whole_body import solve
 
 from impact_planner.errors import AngleUnreachable
@@ -60,14 +59,10 @@ class HoldPlan:
     force: float
 
 
-def plan_hold(
-    robot: RobotModel, task: HoldTask, check: Callable[[HoldPlan], PhasePlan]
-) -> PhasePlan:
+def plan_hold(hold: HoldTask, check: Callable[[HoldPlan], PhasePlan]) -> PhasePlan:
     """Plan the phase `hold`: the first candidate that passes every check.
 
     Args:
-        robot: The robot.
-        task: The door to hold, and the posture to start from.
         check: Function that checks a motion against the limits of joints, floor and bodies and
             returns it as a phase of the plan.
 
@@ -78,19 +73,17 @@ def plan_hold(
         JointLimit: A joint would be too fast or leave its range.
         PostureUnreachable: The legs do not reach, or bodies come too near to each other.
     """
-    reach = ArmReach(robot)
+    reach = ArmReach(hold.task.robot, hold.task.known.top)
     best: Candidate | None = None
-    for catch, hand in choices(robot, reach, task):
+    for catch, hand in choices(hold, reach):
         for lean in _LEANS:
-            candidate = Candidate(robot, reach, task, catch, hand, lean)
+            candidate = Candidate(hold, reach, catch, hand, lean)
             best = best or candidate
-            try:
+            with suppress(AngleUnreachable, JointLimit, PostureUnreachable):
                 if not candidate.is_hopeless():
                     return check(candidate.plan())
-            except (AngleUnreachable, JointLimit, PostureUnreachable):
-                continue
     if best is None:
-        raise unreachable(robot, task)
+        raise unreachable(hold)
     return check(best.plan())  # raises the error of the best candidate
 
 
@@ -98,38 +91,29 @@ class Candidate:
     """A catch of the leaf with a lean of the body, whose motion is computed on request.
 
     Args:
-        robot: The robot.
-        reach: Kinematics of the arm.
-        task: The door to hold, and the posture to start from.
         catch: Meeting of the hand with the leaf.
         hand: Spot of the hand on the leaf and the arm's postures.
         lean_share: Share of the lean that keeps the ZMP in place.
     """
 
     def __init__(
-        self,
-        robot: RobotModel,
-        reach: ArmReach,
-        task: HoldTask,
-        catch: Catch,
-        hand: HandOnLeaf,
-        lean_share: float,
+        self, hold: HoldTask, reach: ArmReach, catch: Catch, hand: HandOnLeaf, lean_share: float
     ) -> None:
-        self._robot, self._reach, self._task = robot, reach, task
+        self._robot, self._reach, self._hold = hold.task.robot, reach, hold
         self._catch, self._hand = catch, hand
         self._time = time = sample_times(catch.duration, _NODES)
-        self._angles = angles = catch.angle_at(time, task.angle)
+        self._angles = angles = catch.angle_at(time, hold.angle)
         # The CoM leans against the force at the end, so that the ZMP stays in place.
         lean = -lean_share * self._pressing(time[-1:])[0, :2] * hand.height / (
-            robot.mass * GRAVITY)
-        com = robot.com(robot.configuration(task.base, task.joints))[:2]
+            self._robot.mass * GRAVITY)
+        com = self._robot.com(self._robot.configuration(hold.base, hold.joints))[:2]
         self._com_xy = com + min_jerk(time, catch.at_rest)[:, None] * lean
         self._first = first = int(np.argmax(time >= catch.reach))
-        self._targets = LeafFrame(task.hinge, angles[first:]).point(
+        self._targets = LeafFrame(hold.hinge, angles[first:]).point(
             hand.radius, hand.height, reach.hand_radius)
         # The first guess interpolates between the two chosen postures, so that the course is
         # smooth.
-        opening = max(task.angle - catch.lowest, 1e-9)
+        opening = max(hold.angle - catch.lowest, 1e-9)
         part = ((angles - catch.lowest) / opening)[first:, None]
         self._guess = hand.nearest + part * (hand.final - hand.nearest)
 
@@ -139,18 +123,18 @@ class Candidate:
         Only the postures that decide the extension of the arm, and the last one, are computed, and
         in one pass only.
         """
-        reach, task = self._reach, self._task
+        reach, hold = self._reach, self._hold
         rows = np.append(np.arange(_ENTRY), len(self._guess) - 1)
-        guess, base = self._guess[rows], np.tile(task.base, (len(rows), 1))
-        whole = np.tile(task.joints, (len(rows), 1))
+        guess, base = self._guess[rows], np.tile(hold.base, (len(rows), 1))
+        whole = np.tile(hold.joints, (len(rows), 1))
         whole[:, reach.columns] = guess
         try:
-            require_force(task, self._catch, self._hand)
+            require_force(hold, self._catch, self._hand)
             _, bases = self._stand(whole, self._first + rows, base)
         except (AngleUnreachable, PostureUnreachable):
             return True
-        arc = reach.follow(bases, task.joints, guess, self._targets[rows])
-        limit = task.joint_share * self._robot.speed_limit[reach.columns]
+        arc = reach.follow(bases, hold.joints, guess, self._targets[rows])
+        limit = hold.task.settings.limit_share * self._robot.speed_limit[reach.columns]
         too_fast = np.abs(self._extension_speed(arc)) > _CLEARLY * limit
         return bool(np.isnan(arc).any() or too_fast.any())
 
@@ -161,32 +145,32 @@ class Candidate:
             AngleUnreachable: The arm cannot follow the leaf, or the force is too large.
             PostureUnreachable: The legs do not reach.
         """
-        robot, reach, task = self._robot, self._reach, self._task
+        robot, reach, hold = self._robot, self._reach, self._hold
         time, first, arc = self._time, self._first, self._guess
-        force = require_force(task, self._catch, self._hand)
-        whole, bases = np.tile(task.joints, (len(time), 1)), np.tile(task.base, (len(time), 1))
+        force = require_force(hold, self._catch, self._hand)
+        whole, bases = np.tile(hold.joints, (len(time), 1)), np.tile(hold.base, (len(time), 1))
         for _ in range(_PASSES):
             whole[:, reach.columns] = self._with_extension(arc)
             whole, bases = self._stand(whole, slice(None), bases)
-            arc = reach.follow(bases[first:], task.joints, arc, self._targets)
+            arc = reach.follow(bases[first:], hold.joints, arc, self._targets)
             _require_followed(arc, self._angles[first:], time[first:])
         whole[:, reach.columns] = self._with_extension(arc)
-        dense = sample_times(self._catch.duration, task.period)
+        dense = sample_times(self._catch.duration, hold.task.settings.period)
         motion = rest_to_rest(time, whole, bases, dense)
         point = robot.hand_chain.place(motion.joints, motion.base).end
-        phase = StandingPhase("hold", motion, task.feet, SIDES)
+        phase = StandingPhase("hold", motion, hold.feet)
         load = Load(point, self._pressing(dense))
         return HoldPlan(phase, load, self._catch, self._hand, force)
 
     def _pressing(self, when: Array) -> Array:
-        """Force of the leaf on the hand at times (N,) [s], axes of odom, (N, 3) [N]."""
-        task, catch = self._task, self._catch
-        at = catch.angle_at(when, task.angle)
-        torque = np.where(when >= catch.reach, task.door.restoring_torque(at), 0.0)
-        return -(torque / self._hand.radius)[:, None] * LeafFrame(task.hinge, at).normal
+        """Compute the leaf's force on the hand at times (N,) [s], axes of odom, (N, 3) [N]."""
+        hold, catch = self._hold, self._catch
+        at = catch.angle_at(when, hold.angle)
+        torque = np.where(when >= catch.reach, hold.door.restoring_torque(at), 0.0)
+        return -(torque / self._hand.radius)[:, None] * LeafFrame(hold.hinge, at).normal
 
     def _stand(self, whole: Array, rows: Array | slice, near: Array) -> tuple[Array, Array]:
-        """Joints (M, J) [rad] and base (M, 3) [m] that put the CoM where it belongs.
+        """Find joints (M, J) [rad] and base (M, 3) [m] that put the CoM where it belongs.
 
         Args:
             whole: Joints whose upper body is kept, (M, J) [rad].
@@ -195,21 +179,21 @@ class Candidate:
         """
         return solve(
             self._robot, upper=whole, com_xy=self._com_xy[rows],
-            waist_z=float(self._task.base[2]), feet=self._task.feet, near=near)
+            waist_z=float(self._hold.base[2]), feet=self._hold.feet, near=near)
 
     def _with_extension(self, arc: Array) -> Array:
-        """The arm's course (N, A) [rad]: its extension, then the arc (M, A) on the leaf."""
+        """Compute the arm's course (N, A) [rad]: its extension, then the arc (M, A) on the leaf."""
         time, first = self._time, self._first
-        powers = np.vander(time[:first] / time[first], 6, increasing=True)
-        return np.vstack([powers @ self._extension(arc), arc])
+        extension, _, _ = evaluate(self._extension(arc), time[:first] / time[first])
+        return np.vstack([extension, arc])
 
     def _extension_speed(self, entry: Array) -> Array:
-        """Speeds of the arm at some times of its extension, (T, A) [rad/s]."""
-        powers = np.vander(np.linspace(0.0, 1.0, _SPEEDS), 5, increasing=True)
-        return (powers * np.arange(1, 6)) @ self._extension(entry)[1:] / self._time[self._first]
+        """Compute speeds of the arm at some times of its extension, (T, A) [rad/s]."""
+        _, speed, _ = evaluate(self._extension(entry), np.linspace(0.0, 1.0, _SPEEDS))
+        return speed / self._time[self._first]
 
     def _extension(self, entry: Array) -> Array:
-        """Coefficients (6, A) [rad] of the extension, by powers of the share of its time.
+        """Compute coefficients (6, A) [rad] of the extension, by powers of the share of its time.
 
         It is a quintic in joint space that meets the arc with equal speed and acceleration.
 
@@ -221,7 +205,7 @@ class Candidate:
         a, b, c, d = entry[:_ENTRY]
         speed = (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / (6.0 * step)
         curve = (2.0 * a - 5.0 * b + 4.0 * c - d) / step**2
-        start, end = self._task.joints[self._reach.columns], self._time[self._first]
+        start, end = self._hold.joints[self._reach.columns], self._time[self._first]
         still = np.zeros_like(start)
         return quintic(start, still, still, a, speed * end, curve * end**2)
 
@@ -246,8 +230,4 @@ def _require_followed(arc: Array, angles: Array, time: Array) -> None:
             f"the arm loses the leaf at {math.degrees(at):.1f} deg, {time[i]:.2f} s after the "
             f"door's peak, and follows it only to {math.degrees(kept):.1f} deg; request a smaller "
             "angle or the ending retreat",
-            quantity="leaf angle [rad]",
-            value=at,
-            limit=kept,
-            phase="hold",
-        )
+            quantity="leaf angle [rad]", value=at, limit=kept, phase="hold")

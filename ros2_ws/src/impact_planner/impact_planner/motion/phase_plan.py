@@ -25,10 +25,9 @@ class PhasePlan:
         friction: Largest ratio of tangential to normal floor force.
         torque_ratio: Largest joint torque as a share of its limit.
         speed_ratio: Largest joint speed as a share of its limit.
-        clearances: Smallest distance between bodies of the robot, and from a body to the leaf
-            where the leaf was checked.
-        leaf: Course of the leaf at the dense samples; None where the leaf was not checked. After
-            the peak, the leaf is shown as it has fallen `catch.LATE` later.
+        clearances: Smallest distance between bodies of the robot, and from a body to the leaf.
+        leaf: Course of the leaf at the dense samples; after the peak as it has fallen `catch.LATE`
+            later.
     """
 
     name: str
@@ -42,8 +41,8 @@ class PhasePlan:
     friction: float
     torque_ratio: float
     speed_ratio: float
-    clearances: tuple[Clearance, ...]
-    leaf: LeafCourse | None = None
+    clearances: tuple[Clearance, Clearance]
+    leaf: LeafCourse
 
 
 @dataclass(frozen=True)

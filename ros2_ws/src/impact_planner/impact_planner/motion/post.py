@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 from door_impact_common.arrays import Array
-from humanoid_motion.knots import TOLERANCE, Knots, from_samples
+from humanoid_motion.knots import Knots, from_samples
 from humanoid_motion.motion import min_jerk_course
 from humanoid_motion.splice import concatenate
 
@@ -22,13 +22,19 @@ _SHORTER = (1.0, 0.75, 0.5, 0.25)  # shares of the time to rest, tried in this o
 _STANDING = 0.1  # share of the time to rest for a stop in place, where all of these leave the path
 
 
+def way_to_rest(time: Array, duration: float) -> Array:
+    """Integrate a speed that falls from 1 at time 0 to 0 at a duration as 1 - `min_jerk` [s]."""
+    x = np.clip(time / duration, 0.0, 1.0)
+    return np.asarray(duration * (x - 2.5 * x**4 + 3.0 * x**5 - x**6))
+
+
 def path_time(
     time: Array, start: float | Array, ratio: float, rest: float, slow: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Path time and its first two derivatives while its rate falls to zero.
+    """Compute path time and its first two derivatives while its rate falls to zero.
 
-    First the rate falls from 1 to `ratio` as half a cosine over `slow`. Then it follows
-    ratio (1 - (10 x^3 - 15 x^4 + 6 x^5)) with x from 0 to 1 over `rest`.
+    First the rate falls from 1 to `ratio` as half a cosine over `slow`, then to 0 over `rest` as
+    1 - `min_jerk`.
 
     Args:
         time: Times after the switch to this motion, (N,) [s].
@@ -43,20 +49,19 @@ def path_time(
     inside = time < slow
     phase = np.pi * np.where(inside, time, 0.0) / max(slow, 1e-12)
     lost = 1.0 - ratio
-    x = np.clip((time - slow) / rest, 0.0, 1.0)
+    fallen, fall, _ = min_jerk_course(time - slow, rest)
     way_in = ratio * time + 0.5 * lost * (time + slow / np.pi * np.sin(phase))
-    way_out = (ratio * slow + 0.5 * lost * slow
-               + ratio * rest * (x - 2.5 * x**4 + 3.0 * x**5 - x**6))
+    way_out = ratio * slow + 0.5 * lost * slow + ratio * way_to_rest(time - slow, rest)
     scaled = start + np.where(inside, way_in, way_out)
-    rate = np.where(inside, ratio + 0.5 * lost * (1.0 + np.cos(phase)),
-                    ratio * (1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2)))
-    slope = np.where(inside, -0.5 * np.pi / max(slow, 1e-12) * lost * np.sin(phase),
-                     -ratio / rest * 30.0 * x**2 * (1.0 - x) ** 2)
+    rate = np.where(
+        inside, ratio + 0.5 * lost * (1.0 + np.cos(phase)), ratio * (1.0 - fallen))
+    slope = np.where(
+        inside, -0.5 * np.pi / max(slow, 1e-12) * lost * np.sin(phase), -ratio * fall)
     return scaled, rate, slope
 
 
 def slowing_times(rest: float, slow: float) -> Array:
-    """Times of samples of the motion to rest, dense during `slow`, then every 5 ms, (N,) [s].
+    """Return sample times of the motion to rest, dense during `slow`, then every 5 ms, (N,) [s].
 
     Arguments are as for `path_time`.
     """
@@ -68,8 +73,7 @@ def slowing_times(rest: float, slow: float) -> Array:
 
 
 def knots_to_rest(
-    time: Array, position: Array, velocity: Array, acceleration: Array, slow: float,
-    tolerance: float = TOLERANCE,
+    time: Array, position: Array, velocity: Array, acceleration: Array, slow: float
 ) -> Knots:
     """Reduce a motion at `slowing_times` to knots, with a knot at the end of the slowing down.
 
@@ -81,18 +85,16 @@ def knots_to_rest(
         velocity: Speeds of the joints, (N, J) [rad/s].
         acceleration: Accelerations of the joints, (N, J) [rad/s^2].
         slow: Time at which the slowing down ends [s].
-        tolerance: Largest error of the spline through the knots [rad].
     """
     end = int(np.searchsorted(time, slow - 1e-9))
     return concatenate([
-        from_samples(time[rows], position[rows], velocity[rows], acceleration[rows], tolerance)[0]
+        from_samples(time[rows], position[rows], velocity[rows], acceleration[rows])[0]
         for rows in (slice(0, end + 1), slice(end, None)) if len(time[rows]) > 1
     ])
 
 
 def continue_from(
-    path: Knots, start: float, ratio: float, rest: float, slow: float = 0.0,
-    tolerance: float = TOLERANCE,
+    path: Knots, start: float, ratio: float, rest: float, slow: float = 0.0
 ) -> Knots:
     """Make the trajectory from a switch at a given time of the run-up to rest.
 
@@ -102,7 +104,6 @@ def continue_from(
         ratio: Speed along the path after the hit divided by that before it.
         rest: Time from the end of `slow` to rest [s].
         slow: Time in which the speed falls to that after the hit [s].
-        tolerance: Largest error of the spline through the knots [rad].
 
     Returns:
         Knots whose time 0 is the switch.
@@ -123,12 +124,10 @@ def continue_from(
     position, velocity, acceleration = path.at(scaled)
     return knots_to_rest(
         time, position, velocity * rate[:, None],
-        acceleration * rate[:, None] ** 2 + velocity * slope[:, None], slow, tolerance)
+        acceleration * rate[:, None] ** 2 + velocity * slope[:, None], slow)
 
 
-def to_rest_within(
-    path: Knots, start: float, ratio: float, rest: float, slow: float
-) -> Knots:
+def to_rest_within(path: Knots, start: float, ratio: float, rest: float, slow: float) -> Knots:
     """Make the trajectory to rest as `continue_from`, with a shorter time where the path ends.
 
     Where even the shortest time leaves the path, the robot stops almost in place.
@@ -141,7 +140,7 @@ def to_rest_within(
     return continue_from(path, start, 0.0, _STANDING * rest)
 
 
-def back_along(path: Knots, duration: float, tolerance: float = TOLERANCE) -> Knots:
+def back_along(path: Knots, duration: float) -> Knots:
     """Make the trajectory from the end of a path at rest back to its start, with minimum jerk.
 
     At each posture the accelerations are those of the path, times the square of the ratio of the
@@ -150,7 +149,6 @@ def back_along(path: Knots, duration: float, tolerance: float = TOLERANCE) -> Kn
     Args:
         path: Knots of the phase `cam`, the run-up with its continuation to rest.
         duration: Duration of the motion back [s].
-        tolerance: Largest error of the spline through the knots [rad].
 
     Returns:
         Knots from time 0.
@@ -161,4 +159,4 @@ def back_along(path: Knots, duration: float, tolerance: float = TOLERANCE) -> Kn
     position, rate, slope = path.at(path.time[-1] - length * rise[:, 0])
     return from_samples(
         time, position, -rate * length * speed,
-        slope * (length * speed) ** 2 - rate * length * acceleration, tolerance)[0]
+        slope * (length * speed) ** 2 - rate * length * acceleration)[0]

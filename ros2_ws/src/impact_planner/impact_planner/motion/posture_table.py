@@ -18,10 +18,11 @@ from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import Motion, from_derivatives
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import within_ranges
+from humanoid_motion.zmp import edge_margin
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
-from impact_planner.hit.stance import HitStance, braced_over
+from impact_planner.hit.stance import HitStance, braced_over, sole_edges
 
 _STEP = 0.005  # largest step between tabulated places of the CoM [m]
 _FEWEST = 8  # smallest number of places that the spline needs
@@ -31,11 +32,10 @@ class PostureTable:
     """Postures over the y coordinate of the CoM, within the legs' reach.
 
     Args:
-        robot: The robot.
-        stance: Feet and posture at the hit.
         overrun: Largest distance past the nominal contact; the legs' reach may shorten it [m].
 
     Attributes:
+        edges: Lowest and highest y of both soles together in odom [m].
         y_hit: y of the CoM at the nominal contact in odom [m].
         low: Smallest y of the table, at the end of the overrun [m].
         high: Largest y of the table, at the farthest start of a run-up [m].
@@ -46,6 +46,7 @@ class PostureTable:
 
     def __init__(self, robot: RobotModel, stance: HitStance, overrun: float) -> None:
         self._robot = robot
+        self.edges = sole_edges(robot, stance.feet)
         self.y_hit = float(stance.posture.com[1])
         lowest, highest = robot.config.run_up_start
         before = max(0.0, highest - self.y_hit)
@@ -71,11 +72,11 @@ class PostureTable:
         self._spline = (spline, spline.derivative(1), spline.derivative(2))
 
     def at(self, y: ArrayLike) -> Array:
-        """Joints [rad] and base [m] for places y of the CoM [m], (N, J + 3)."""
+        """Compute joints [rad] and base [m] for places y of the CoM [m], (N, J + 3)."""
         return np.asarray(self._spline[0](np.asarray(y, dtype=float)))
 
     def motion(self, time: Array, y: Array, speed: Array, acceleration: Array) -> Motion:
-        """Motion along the table for a course of the CoM.
+        """Make the motion along the table for a course of the CoM.
 
         Args:
             time: Times, (N,) [s].
@@ -89,15 +90,28 @@ class PostureTable:
         return from_derivatives(time, self.at(y), slope * v, curve * v**2 + slope * a)
 
     def waist_per_com(self, y: float) -> float:
-        """Speed of the upper body and point B divided by the speed of the CoM."""
+        """Compute the speed of the upper body and point B over that of the CoM."""
         return float(self._spline[1](y)[-2])
 
     def joint_slopes(self, y: ArrayLike) -> Array:
-        """Speeds of the joints divided by the speed of the CoM, (N, J) [rad/m]."""
+        """Compute the speeds of the joints over that of the CoM, (N, J) [rad/m]."""
         return np.asarray(self._spline[1](np.asarray(y, dtype=float))[..., :-3])
 
+    def margin(self, y: Array, v: Array, a: Array) -> Array:
+        """Compute the smallest distance of the ZMP from the soles' edges along y [m].
+
+        Args:
+            y: Places of the CoM, one course or several, (..., N) [m].
+            v: Its speeds, in the same shape or (N,) [m/s].
+            a: Its accelerations likewise [m/s^2].
+
+        Returns:
+            Distances (...), negative where the ZMP leaves the edges.
+        """
+        return edge_margin(self.zmp(y, v, a), self.edges)
+
     def zmp(self, y: Array, v: Array, a: Array) -> Array:
-        """y of the ZMP [m] for the CoM's places [m], speeds [m/s] and accelerations [m/s^2].
+        """Compute y of the ZMP for places, speeds and accelerations of the CoM along y [m].
 
         All arguments and the result have one shape.
         """
@@ -121,7 +135,7 @@ class PostureTable:
 
 
 def _around(inside: NDArray[np.bool_], middle: int) -> slice:
-    """The contiguous rows inside that contain the row `middle`; empty where it is outside."""
+    """Return the contiguous rows inside around the row `middle`; empty where it is outside."""
     outside = np.flatnonzero(~inside)
     first = outside[outside <= middle].max(initial=-1) + 1
     last = outside[outside >= middle].min(initial=len(inside))

@@ -10,20 +10,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Dynamics, inverse_dynamics
 from humanoid_motion.errors import JointLimit
 from humanoid_motion.motion import Motion
-from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.zmp import edge_margin, margins
+from humanoid_motion.zmp import margins
 from scipy.optimize import brentq, minimize_scalar
 
 from impact_planner.errors import InvalidRequest, SpeedUnreachable
-from impact_planner.hit.stance import HitStance, sole_edges
+from impact_planner.hit.stance import HitStance
+from impact_planner.hit.transfer import Blow
 from impact_planner.motion.cam_curve import CamRunUp
 from impact_planner.motion.post import path_time
 from impact_planner.motion.posture_table import PostureTable
-from impact_planner.motion.zmp_run_up import SmoothRunUp, best_run_up, fastest_run_up
+from impact_planner.motion.zmp_run_up import Floor, SmoothRunUp, best_run_up, fastest_run_up
+from impact_planner.task.request import Task
 
 Law = CamRunUp | SmoothRunUp
 
@@ -32,39 +34,10 @@ _SHORTEST = 0.05  # smallest distance of a run-up [m]
 # Largest tabulated distance past the hit, for a late contact and for the motion after the hit [m].
 _REACH = 0.1
 _SEARCH_SAMPLES = 100  # number of samples of the ZMP of a candidate run-up
-# Distance that the overrun leaves for this stop, unless `RunUpWish.steady` needs it [m].
+# Distance that the overrun leaves for this stop, unless `door_uncertainty` needs it [m].
 _STOP_DISTANCE = 0.02
 _OVERRUN_SAMPLES = 33  # number of places at which the overrun's joint speeds are checked
 _NEARER = 1e-6  # margin that a start may cost for being nearer to the left foot [m/m]
-
-
-@dataclass(frozen=True)
-class RunUpWish:
-    """Requirements on a run-up.
-
-    Attributes:
-        kind: Time law: ``mcv50``, which is the paper's, or ``zmp_limited``.
-        v_rb: Speed of point B along y before the hit [m/s].
-        steady: Smallest distance at constant speed before and past the nominal contact, for a
-            door that stands nearer or farther [m].
-        overrun: Desired distance at constant speed past the nominal contact [m].
-        required_margin: Smallest allowed ZMP margin [m].
-        joint_share: Share of the joints' speed limits that may be used.
-        period: Sampling period [s].
-        y_start: y of the CoM at the start of MCV50 [m]; None chooses the start with the largest
-            ZMP margin.
-        stop: Longest stop after a missed contact [s].
-    """
-
-    kind: str
-    v_rb: float
-    steady: float
-    overrun: float
-    required_margin: float
-    joint_share: float
-    period: float
-    y_start: float | None = None
-    stop: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -74,7 +47,6 @@ class RunUpPlan:
     Attributes:
         table: Postures of the run-up.
         y_start: y of the CoM at the start in odom [m].
-        y_hit: y of the CoM at the nominal contact in odom [m].
         overrun: Distance at constant speed past the nominal contact, for a late contact [m].
         law: Time law of the CoM.
         motion: Samples from the start to rest past the overrun, where no contact happens.
@@ -84,7 +56,6 @@ class RunUpPlan:
 
     table: PostureTable
     y_start: float
-    y_hit: float
     overrun: float
     law: Law
     motion: Motion
@@ -97,109 +68,88 @@ class RunUpPlan:
         return self.law.duration
 
 
-def plan_run_up(robot: RobotModel, stance: HitStance, wish: RunUpWish) -> RunUpPlan:
-    """Plan the run-up that brings point B to its speed at the contact.
+@dataclass(frozen=True)
+class HitDesign(Blow):
+    """All decisions about a hit: the blow, and the run-up that brings B to its speed, II.C.4."""
 
-    Args:
-        robot: The robot.
-        stance: Feet and posture at the hit.
-        wish: Requirements on the run-up.
+    run_up: RunUpPlan
+
+
+def plan_run_up(task: Task, stance: HitStance, v_rb: float) -> RunUpPlan:
+    """Plan the run-up that brings point B to its speed along -y at the contact [m/s].
 
     Raises:
         InvalidRequest: y_start leaves too short a distance to the hit.
         SpeedUnreachable: The ZMP would come nearer to the soles' edge than allowed, or the hit is
             too slow to plan. Value and limit are v_rb and the speed of B that can be reached [m/s].
         PostureUnreachable: The legs reach no start of a run-up.
-        JointLimit: The legs are too short or too slow for `wish.steady` past the contact.
+        JointLimit: The legs are too short or too slow for `door_uncertainty` past the contact.
     """
-    _require_room_and_speed(wish, float(stance.posture.com[1]))
-    return time_run_up(robot, stance, PostureTable(robot, stance, _REACH), wish)
+    _require_room_and_speed(task.settings.y_start, v_rb, float(stance.posture.com[1]))
+    return time_run_up(task, stance, PostureTable(task.robot, stance, _REACH), v_rb)
 
 
-def time_run_up(
-    robot: RobotModel, stance: HitStance, table: PostureTable, wish: RunUpWish
-) -> RunUpPlan:
-    """Choose the time law of a run-up along tabulated postures.
-
-    Arguments and errors are as for `plan_run_up`.
-    """
-    edges = sole_edges(robot, stance.feet)
-    speed = wish.v_rb / table.waist_per_com(table.y_hit)
-    chosen = _best(table, edges, wish, speed)
-    if chosen is None or chosen.margin < wish.required_margin:
-        raise _too_fast(table, edges, wish, chosen)
-    overrun = usable_overrun(robot, table, speed, wish)
-    return _timed(robot, stance, table, chosen, overrun, wish)
+def time_run_up(task: Task, stance: HitStance, table: PostureTable, v_rb: float) -> RunUpPlan:
+    """Choose the time law of a run-up along tabulated postures; as for `plan_run_up`."""
+    speed = v_rb / table.waist_per_com(table.y_hit)
+    chosen = _best(task, table, speed)
+    if chosen is None or chosen.margin < task.settings.required_margin:
+        raise _too_fast(task, table, v_rb, chosen)
+    return _timed(task, stance, table, chosen, usable_overrun(task, table, speed))
 
 
-def usable_overrun(
-    robot: RobotModel, table: PostureTable, speed: float, wish: RunUpWish
-) -> float:
-    """Distance that the run-up can continue past the contact at full speed, at most as wished [m].
+def usable_overrun(task: Task, table: PostureTable, speed: float) -> float:
+    """Compute how far the run-up can continue past the contact at full speed [m].
 
-    The rest of the legs' reach is for the stop after a missed contact. Towards the end of the
-    reach the left leg is nearly stretched, which makes its knee fast.
+    It is at most `overrun`. The rest of the legs' reach is for the stop after a missed contact.
+    Towards the end of the reach the left leg is nearly stretched, which makes its knee fast.
 
     Args:
-        robot: The robot.
-        table: Postures of the run-up.
         speed: Speed of the CoM [m/s].
-        wish: Requirements on the run-up.
 
     Raises:
-        JointLimit: Not even `wish.steady` keeps the joints' limits.
+        JointLimit: Not even `door_uncertainty` keeps the joints' limits.
     """
+    robot, share, steady = task.robot, task.settings.limit_share, task.settings.door_uncertainty
     reach = table.y_hit - table.low
-    longest = min(wish.overrun, reach, max(wish.steady, reach - _STOP_DISTANCE))
+    longest = min(task.settings.overrun, reach, max(steady, reach - _STOP_DISTANCE))
     distance = np.linspace(0.0, longest, _OVERRUN_SAMPLES)
     ratio = speed * np.abs(table.joint_slopes(table.y_hit - distance)) / robot.speed_limit
-    over = np.flatnonzero((ratio > wish.joint_share).any(axis=1))
+    over = np.flatnonzero((ratio > share).any(axis=1))
     kept = int(over[0]) if over.size else len(distance)  # number of places within the limits
     granted = float(distance[kept - 1]) if kept else 0.0
-    if granted >= wish.steady - 1e-9:
+    if granted >= steady - 1e-9:
         return granted
     if not over.size:
         raise JointLimit(
             f"cam: the legs reach {1e3 * longest:.0f} mm past the nominal contact, but a door that "
-            f"stands farther needs {1e3 * wish.steady:.0f} mm; reduce door_uncertainty or request "
-            "a smaller angle",
-            phase="cam", quantity="overrun [m]", value=longest, limit=wish.steady)
-    at = int(np.searchsorted(distance, min(wish.steady, longest)))
+            f"stands farther needs {1e3 * steady:.0f} mm; reduce door_uncertainty or request a "
+            "smaller angle",
+            phase="cam", quantity="overrun [m]", value=longest, limit=steady)
+    at = int(np.searchsorted(distance, min(steady, longest)))
     joint = int(np.argmax(ratio[at]))
-    name, limit = robot.joint_names[joint], wish.joint_share * float(robot.speed_limit[joint])
+    name, limit = robot.joint_names[joint], share * float(robot.speed_limit[joint])
     value = float(ratio[at, joint] * robot.speed_limit[joint])
     raise JointLimit(
         f"cam: {name} would turn at {value:.2f} rad/s {1e3 * distance[at]:.0f} mm past the nominal "
-        f"contact, {limit:.2f} rad/s are allowed ({100.0 * wish.joint_share:.0f} % of its limit); "
-        "request a smaller angle",
+        f"contact, {limit:.2f} rad/s are allowed ({100.0 * share:.0f} % of its limit); request a "
+        "smaller angle",
         joint=name, phase="cam", quantity="speed [rad/s]", value=value, limit=limit)
 
 
-def _require_room_and_speed(wish: RunUpWish, y_hit: float) -> None:
-    """Check that the start leaves enough distance, and that the hit is fast enough to plan.
-
-    Raises:
-        InvalidRequest: The start is too near to the hit.
-        SpeedUnreachable: The hit is too slow.
-    """
-    if wish.y_start is not None and wish.y_start < y_hit + _SHORTEST:
+def _require_room_and_speed(y_start: float | None, v_rb: float, y_hit: float) -> None:
+    """Check that the start leaves enough distance, and that the hit is fast enough to plan."""
+    nearest = y_hit + _SHORTEST
+    if y_start is not None and y_start < nearest:
         raise InvalidRequest(
-            f"y_start is {wish.y_start:.3f} m, but the hit at y = {y_hit:.3f} m needs a start at "
-            f"{y_hit + _SHORTEST:.3f} m or more",
-            quantity="y_start [m]",
-            value=wish.y_start,
-            limit=y_hit + _SHORTEST,
-            phase="cam",
-        )
-    if wish.v_rb < _SLOWEST:
+            f"y_start is {y_start:.3f} m, but the hit at y = {y_hit:.3f} m needs a start at "
+            f"{nearest:.3f} m or more",
+            quantity="y_start [m]", value=y_start, limit=nearest, phase="cam")
+    if v_rb < _SLOWEST:
         raise SpeedUnreachable(
-            f"a hit at v_rB = {wish.v_rb:.2g} m/s is too slow to plan, the least is {_SLOWEST} "
-            "m/s; request a larger angle",
-            quantity="v_rb [m/s]",
-            value=wish.v_rb,
-            limit=_SLOWEST,
-            phase="cam",
-        )
+            f"a hit at v_rB = {v_rb:.2g} m/s is too slow to plan, the least is {_SLOWEST} m/s; "
+            "request a larger angle",
+            quantity="v_rb [m/s]", value=v_rb, limit=_SLOWEST, phase="cam")
 
 
 @dataclass(frozen=True)
@@ -217,36 +167,36 @@ class _Candidate:
     margin: float
 
 
-def _best(
-    table: PostureTable, edges: tuple[float, float], wish: RunUpWish, speed: float
-) -> _Candidate | None:
-    """The run-up of the wished kind with the largest margin at a speed of the CoM [m/s]."""
-    if wish.kind == "zmp_limited":
-        found = best_run_up(
-            table.zmp, edges, speed=speed, y_hit=table.y_hit, highest=_highest(table, wish),
-            steady=wish.steady)
+def _best(task: Task, table: PostureTable, speed: float) -> _Candidate | None:
+    """Find the run-up of the wished kind with the largest margin at a speed of the CoM [m/s]."""
+    if task.wanted.run_up == "zmp_limited":
+        found = best_run_up(_floor(task, table), speed)
         return None if found is None else _Candidate(*found)
-    return _mcv50(table, edges, speed, wish)
+    return _mcv50(task, table, speed)
 
 
-def _highest(table: PostureTable, wish: RunUpWish) -> float:
-    """Largest y at which the run-up may start [m]."""
-    return table.high if wish.y_start is None else min(wish.y_start, table.high)
+def _floor(task: Task, table: PostureTable) -> Floor:
+    """Describe where the run-up `zmp_limited` may lead."""
+    return Floor(table.zmp, table.edges, table.y_hit, _highest(task, table),
+                 task.settings.door_uncertainty)
 
 
-def _mcv50(
-    table: PostureTable, edges: tuple[float, float], speed: float, wish: RunUpWish
-) -> _Candidate:
-    """MCV50 from the wished start, or from the start with the largest margin."""
+def _highest(task: Task, table: PostureTable) -> float:
+    """Return the largest y at which the run-up may start [m]."""
+    wished = task.settings.y_start
+    return table.high if wished is None else min(wished, table.high)
+
+
+def _mcv50(task: Task, table: PostureTable, speed: float) -> _Candidate:
+    """Choose MCV50 from the wished start, or from the start with the largest margin."""
 
     def candidate(y0: float) -> _Candidate:
         law = CamRunUp(speed=speed, distance=y0 - table.y_hit)
-        course = law.at(np.linspace(0.0, law.duration, _SEARCH_SAMPLES))
-        zmp = table.zmp(y0 - course.s, -course.v, -course.a)
-        return _Candidate(law, y0, float(edge_margin(zmp, edges)))
+        time = np.linspace(0.0, law.duration, _SEARCH_SAMPLES)
+        return _Candidate(law, y0, float(table.margin(*course_of_com(law, y0, time))))
 
-    if wish.y_start is not None:
-        return candidate(_highest(table, wish))
+    if task.settings.y_start is not None:
+        return candidate(_highest(task, table))
     # Where the end of the run-up decides the margin, many starts have the same margin but for
     # rounding. The slight slope prefers the start that is nearest to the left foot.
     result = minimize_scalar(
@@ -258,68 +208,70 @@ def _mcv50(
     return candidate(float(result.x))
 
 
+def course_of_com(
+    law: Law, y_start: float, time: Array, rate: float | Array = 1.0, slope: float | Array = 0.0
+) -> tuple[Array, Array, Array]:
+    """Compute place [m], speed [m/s] and acceleration [m/s^2] of the CoM along y in a run-up.
+
+    Args:
+        y_start: y of the CoM at the start [m].
+        time: Path times, that is times of the law, of any shape [s].
+        rate: Rate of the path time.
+        slope: Derivative of this rate by time [1/s].
+    """
+    course = law.at(time)
+    return y_start - course.s, -course.v * rate, -course.a * rate**2 - course.v * slope
+
+
 def _timed(
-    robot: RobotModel,
-    stance: HitStance,
-    table: PostureTable,
-    chosen: _Candidate,
-    overrun: float,
-    wish: RunUpWish,
+    task: Task, stance: HitStance, table: PostureTable, chosen: _Candidate, overrun: float
 ) -> RunUpPlan:
-    """The chosen run-up with samples, dynamics and margin, including the stop past the overrun."""
-    law, y0, period = chosen.law, chosen.y_start, wish.period
+    """Sample the chosen run-up, including the stop past the overrun, with dynamics and margin."""
+    law, period, stop = chosen.law, task.settings.period, task.settings.missed_stop
     end = law.duration + overrun / law.speed
     time = np.append(np.arange(0.0, end - 0.25 * period, period), end)
     time = np.union1d(time, [law.duration])
     time = time[np.append(True, np.diff(time) > 1e-6)]
     # The distance to rest of `path_time` is half of its duration times the speed.
-    reach = 2.0 * (table.y_hit - table.low - overrun) / law.speed
-    stop = min(wish.stop, reach)
+    stop = min(stop, 2.0 * (table.y_hit - table.low - overrun) / law.speed)
     if stop > 0.0:
         time = np.append(time, end + np.linspace(0.0, stop, math.ceil(stop / period) + 1)[1:])
     late = np.maximum(time - end, 0.0)
     ahead, rate, slope = path_time(late, end, 1.0, stop or period)
-    course = law.at(np.where(late > 0.0, ahead, time))
-    rate, slope = (np.where(late > 0.0, one, plain) for one, plain in ((rate, 1.0), (slope, 0.0)))
-    motion = table.motion(
-        time, y0 - course.s, -course.v * rate, -course.a * rate**2 - course.v * slope)
-    dynamics = inverse_dynamics(robot, motion)
+    motion = table.motion(time, *course_of_com(
+        law, chosen.y_start, np.where(late > 0.0, ahead, time), rate, slope))
+    dynamics = inverse_dynamics(task.robot, motion)
     # The motion past the contact is only a reserve, so the ZMP is checked up to the contact.
     counted = time <= law.duration + 0.5 * period
-    margin = margins(robot, dynamics.zmp[counted], stance.feet, SIDES)
+    margin = margins(task.robot, dynamics.zmp[counted], stance.feet, SIDES)
     return RunUpPlan(
-        table, y0, table.y_hit, overrun, law, motion, dynamics, float(np.min(margin)))
+        table, chosen.y_start, overrun, law, motion, dynamics, float(np.min(margin)))
 
 
 def _too_fast(
-    table: PostureTable, edges: tuple[float, float], wish: RunUpWish, chosen: _Candidate | None
+    task: Task, table: PostureTable, v_rb: float, chosen: _Candidate | None
 ) -> SpeedUnreachable:
-    """The error of a run-up that is too fast, with the speed of B that can be reached."""
-    reached = _fastest(table, edges, wish) * table.waist_per_com(table.y_hit)
+    """Make the error of a run-up that is too fast, with the speed of B that can be reached."""
+    kind, per_com = task.wanted.run_up, table.waist_per_com(table.y_hit)
+    reached = _fastest(task, table, v_rb / per_com) * per_com
     reason = "no course of the CoM reaches it" if chosen is None else (
         f"the ZMP would come to {1e3 * chosen.margin:.1f} mm from the edge of the soles, "
-        f"{1e3 * wish.required_margin:.1f} mm are required")
-    other = " or the run-up zmp_limited, which reaches more" if wish.kind == "mcv50" else ""
+        f"{1e3 * task.settings.required_margin:.1f} mm are required")
+    other = " or the run-up zmp_limited, which reaches more" if kind == "mcv50" else ""
     return SpeedUnreachable(
-        f"a hit at v_rB = {wish.v_rb:.3f} m/s is too fast: {reason}; {wish.kind} reaches "
+        f"a hit at v_rB = {v_rb:.3f} m/s is too fast: {reason}; {kind} reaches "
         f"v_rB = {reached:.3f} m/s, so request a smaller angle{other}",
-        quantity="v_rb [m/s]",
-        value=wish.v_rb,
-        limit=reached,
-        phase="cam",
-    )
+        quantity="v_rb [m/s]", value=v_rb, limit=reached, phase="cam")
 
 
-def _fastest(table: PostureTable, edges: tuple[float, float], wish: RunUpWish) -> float:
-    """Largest speed of the CoM with the required margin [m/s]; 0 where no speed has it."""
-    too_fast = wish.v_rb / table.waist_per_com(table.y_hit)
-    if wish.kind == "zmp_limited":
-        return fastest_run_up(
-            table.zmp, edges, margin=wish.required_margin, most=too_fast, y_hit=table.y_hit,
-            highest=_highest(table, wish), steady=wish.steady)
+def _fastest(task: Task, table: PostureTable, too_fast: float) -> float:
+    """Find the largest speed of the CoM with the required margin [m/s]; 0 where none has it."""
+    required = task.settings.required_margin
+    if task.wanted.run_up == "zmp_limited":
+        return fastest_run_up(_floor(task, table), required, too_fast)
 
     def reserve(speed: float) -> float:
-        return _mcv50(table, edges, speed, wish).margin - wish.required_margin
+        return _mcv50(task, table, speed).margin - required
 
     slow = 1e-3
     return 0.0 if reserve(slow) < 0.0 else float(brentq(reserve, slow, too_fast, xtol=1e-4))

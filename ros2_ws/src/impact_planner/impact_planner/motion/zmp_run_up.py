@@ -21,9 +21,6 @@ from scipy.optimize import linprog
 
 from impact_planner.motion.cam_curve import CamSample
 
-Zmp = Callable[[Array, Array, Array], Array]
-"""y of the ZMP (N,) [m] for places, speeds and accelerations of the CoM along y, (N,) each."""
-
 _DEGREE = 5  # of the spline
 _COEFFICIENTS = 14  # number of the spline's coefficients
 _SAMPLES = 60  # number of times at which the programme checks the ZMP
@@ -58,7 +55,7 @@ class SmoothRunUp:
         return self.rise + (self.distance - float(self.course(self.rise))) / self.speed
 
     def at(self, time: ArrayLike) -> CamSample:
-        """Displacement, speed, acceleration and jerk at times from the start [s], any shape."""
+        """Compute displacement and its derivatives at times from the start [s], of any shape."""
         t = np.asarray(time, dtype=float)
         late = t > self.rise
         inside = np.clip(t, 0.0, self.rise)
@@ -71,33 +68,37 @@ class SmoothRunUp:
         )
 
 
-def best_run_up(
-    zmp: Zmp,
-    edges: tuple[float, float],
-    *,
-    speed: float,
-    y_hit: float,
-    highest: float,
-    steady: float,
-) -> tuple[SmoothRunUp, float, float] | None:
-    """Find the run-up with the largest ZMP margin between two edges.
+@dataclass(frozen=True)
+class Floor:
+    """Where a run-up may lead.
 
-    Args:
-        zmp: y of the ZMP as a function of the CoM's motion.
+    Attributes:
+        zmp: y of the ZMP (N,) [m] for places [m], speeds [m/s] and accelerations [m/s^2] of the CoM
+            along y, (N,) each.
         edges: Lower and upper y of the soles [m].
-        speed: Speed of the CoM at the contact, towards -y [m/s].
         y_hit: y of the CoM at the nominal contact [m].
         highest: Largest y that the legs reach [m].
         steady: Distance at constant speed before the nominal contact [m].
+    """
+
+    zmp: Callable[[Array, Array, Array], Array]
+    edges: tuple[float, float]
+    y_hit: float
+    highest: float
+    steady: float
+
+
+def best_run_up(floor: Floor, speed: float) -> tuple[SmoothRunUp, float, float] | None:
+    """Find the run-up with the largest ZMP margin to a speed of the CoM at the contact [m/s].
 
     Returns:
         The run-up, y of its start [m] and the margin [m]; None where no course meets the
         conditions.
     """
-    courses = [_Course(rise, y_hit + steady, highest) for rise in _RISE_TIMES]
+    courses = [_Course(rise, floor) for rise in _RISE_TIMES]
     found = []
     for course in courses:
-        answer = course.solve(zmp, edges, course.guess(speed), _Aim(speed=(speed, speed)))
+        answer = course.solve(course.guess(speed), _Aim(speed=(speed, speed)))
         if answer is not None:
             found.append((answer.worth, course, answer))
     if not found:
@@ -106,35 +107,22 @@ def best_run_up(
     best = max(worth for worth, _, _ in found)
     _, course, answer = [one for one in found if one[0] > best - _TIE][-1]
     # One more pass, linearised about the found course, where the linear ZMP is nearly exact.
-    again = course.solve(zmp, edges, answer.coefficients, _Aim(speed=(speed, speed)))
+    again = course.solve(answer.coefficients, _Aim(speed=(speed, speed)))
     if again is not None and again.worth > answer.worth:
         answer = again
     y = answer.coefficients
     start = float(y[0])
-    law = SmoothRunUp(speed, start - y_hit, course.rise, BSpline(course.knots, start - y, _DEGREE))
+    law = SmoothRunUp(
+        speed, start - floor.y_hit, course.rise, BSpline(course.knots, start - y, _DEGREE))
     return law, start, answer.margin
 
 
-def fastest_run_up(
-    zmp: Zmp,
-    edges: tuple[float, float],
-    *,
-    margin: float,
-    most: float,
-    y_hit: float,
-    highest: float,
-    steady: float,
-) -> float:
+def fastest_run_up(floor: Floor, margin: float, most: float) -> float:
     """Find the highest speed of the CoM at the contact with a given ZMP margin [m/s].
 
     Args:
-        zmp: y of the ZMP as a function of the CoM's motion.
-        edges: Lower and upper y of the soles [m].
         margin: Required distance of the ZMP from the edges [m].
         most: Upper bound of the search [m/s].
-        y_hit: y of the CoM at the nominal contact [m].
-        highest: Largest y that the legs reach [m].
-        steady: Distance at constant speed before the nominal contact [m].
 
     Returns:
         The speed; 0 where no speed has the margin.
@@ -142,10 +130,10 @@ def fastest_run_up(
     aim = _Aim(speed=(0.0, most), margin=(margin, margin))
     fastest = 0.0
     for rise in _RISE_TIMES:
-        course = _Course(rise, y_hit + steady, highest)
+        course = _Course(rise, floor)
         about, speed = course.guess(0.5 * most), 0.0
         for _ in range(_PASSES):
-            answer = course.solve(zmp, edges, about, aim)
+            answer = course.solve(about, aim)
             if answer is None:
                 break
             about, speed = answer.coefficients, answer.speed
@@ -189,11 +177,10 @@ class _Course:
 
     Args:
         rise: Duration of the course [s].
-        y_end: y of the CoM at the end of the course [m].
-        highest: Largest y that the legs reach [m].
+        floor: Where the run-up may lead.
     """
 
-    def __init__(self, rise: float, y_end: float, highest: float) -> None:
+    def __init__(self, rise: float, floor: Floor) -> None:
         inner = np.linspace(0.0, rise, _COEFFICIENTS - _DEGREE + 1)
         ends = np.zeros(_DEGREE)
         self.rise = rise
@@ -201,18 +188,18 @@ class _Course:
         time = np.linspace(0.0, rise, _SAMPLES)
         basis = BSpline(self.knots, np.eye(_COEFFICIENTS), _DEGREE)
         self.rows = [basis(time, order) for order in range(4)]
-        self.range = (y_end, highest)
+        self.range = (floor.y_hit + floor.steady, floor.highest)
+        self._zmp, self._edges = floor.zmp, floor.edges
 
     def guess(self, speed: float) -> Array:
-        """Coefficients of a simple course to a speed [m/s] within reach, (C,) [m]."""
+        """Return the coefficients of a simple course to a speed [m/s] within reach, (C,) [m]."""
         low, high = self.range
         middle = np.linspace(0.0, 1.0, _COEFFICIENTS) ** 3 * speed * self.rise / 3.0
         return np.clip(low + middle[-1] - middle, low, high)
 
-    def solve(
-        self, zmp: Zmp, edges: tuple[float, float], about: Array, aim: _Aim
-    ) -> _Answer | None:
-        """The best course for a ZMP that is linearised about the coefficients `about`, (C,)."""
+    def solve(self, about: Array, aim: _Aim) -> _Answer | None:
+        """Find the best course for a ZMP that is linearised about the coefficients `about`."""
+        zmp = self._zmp
         y, v, a = (row @ about for row in self.rows[:3])
         at = zmp(y, v, a)
         # The step is backward where a forward one would leave the legs' reach.
@@ -224,26 +211,22 @@ class _Course:
         )
         linear = np.sum(
             [slope[:, None] * row for slope, row in zip(slopes, self.rows, strict=False)], axis=0)
-        x = self._programme(linear, at - linear @ about, edges, aim)
+        x = self._programme(linear, at - linear @ about, aim)
         if x is None:
             return None
         found = x[:_COEFFICIENTS]
         y, v, a, jerk = (row @ found for row in self.rows)
         at = zmp(y, v, a)
-        margin = float(edge_margin(at, edges))
+        margin = float(edge_margin(at, self._edges))
         return _Answer(
             found, float(x[-1]), margin, margin - _JERK_PRICE * float(np.abs(jerk).max()))
 
-    def _programme(
-        self, linear: Array, offset: Array, edges: tuple[float, float], aim: _Aim
-    ) -> Array | None:
+    def _programme(self, linear: Array, offset: Array, aim: _Aim) -> Array | None:
         """Solve the linear programme.
 
         Args:
             linear: Slope of the ZMP by the coefficients, (N, C).
             offset: ZMP for zero coefficients, (N,) [m].
-            edges: Lower and upper y of the soles [m].
-            aim: Ranges of speed and margin.
 
         Returns:
             Coefficients, margin, jerk and speed of the best course, (C + 3,); None where no
@@ -254,8 +237,9 @@ class _Course:
             _beside(linear, margin=1.0), _beside(-linear, margin=1.0), _beside(place),
             _beside(-place), _beside(jerk, jerk=-1.0), _beside(-jerk, jerk=-1.0)])
         low, high = self.range
+        right, left = self._edges
         limits = np.concatenate([
-            edges[1] - offset, offset - edges[0], np.full(_SAMPLES, high), np.full(_SAMPLES, -low),
+            left - offset, offset - right, np.full(_SAMPLES, high), np.full(_SAMPLES, -low),
             np.zeros(2 * _SAMPLES)])
         # The course starts at rest and ends at its place and speed, both without acceleration
         # and jerk.
@@ -275,5 +259,5 @@ class _Course:
 
 
 def _beside(rows: Array, margin: float = 0.0, jerk: float = 0.0, speed: float = 0.0) -> Array:
-    """Rows for the coefficients, extended by the factors of margin, jerk and speed, (N, C + 3)."""
+    """Extend rows for the coefficients by factors of margin, jerk and speed, (N, C + 3)."""
     return np.hstack([rows, np.tile([margin, jerk, speed], (len(rows), 1))])

@@ -8,23 +8,21 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
 from action_msgs.srv import CancelGoal
 from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
-from door_impact_common.driver.topics import SILENCE, WATCH_PERIOD
-from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.driver.topics import SILENCE, RobotTopics
+from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
-from geometry_msgs.msg import PointStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.sensor_doubts import doubts
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.clock import Clock, ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -35,7 +33,6 @@ from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
 from impact_planner.execution.types import ExecutionSettings, Outcome
-from impact_planner.ros.driver_topics import DriverTopics
 from impact_planner.ros.executor_messages import (
     executable,
     hit_report,
@@ -46,7 +43,7 @@ Result = ExecuteDoorImpact.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
 WALK = "/walk"
-PATIENCE = 20  # number of watch periods that a goal waits for the first messages
+PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 THRESHOLDS = {
     **SILENCE,
@@ -70,8 +67,10 @@ class ImpactExecutor(GuardedNode):
         self._robot = RobotModel(load_robot_config(robot or None))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
-        self._driver = DriverTopics(self, self._robot, thresholds, self._after)
+        self._driver = RobotTopics(self, self._names, self._robot.joint_ranges, thresholds,
+                                   self._after, partial(doubts, self._robot), door=True)
         self._inputs = self._driver.inputs
+        self._execution: Execution | None = None
         self._settings = ExecutionSettings(
             felt_force=thresholds.number("felt_force"),
             contact_deceleration=thresholds.number("contact_deceleration"))
@@ -81,13 +80,11 @@ class ImpactExecutor(GuardedNode):
         self._goal: Any = None
         self._busy = False
         self._stop_requested = False
-        self._zmp: tuple[float, float] | None = None  # last ZMP, x and y in odom [m]
         self._last_feedback = -math.inf  # on the robot's clock [s]
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._trajectory = self.create_publisher(JointTrajectory, TRAJECTORY, 10)
         self._reports = self.create_publisher(HitReport, "/hit_report", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
-        self.create_subscription(PointStamped, "/zmp", self._on_zmp, 50)
         self._walk = ActiveGoals(self, WALK)
         self._end_walk = self.create_client(CancelGoal, f"{WALK}/_action/cancel_goal")
         self.create_service(Trigger, "/stop", self._on_stop)
@@ -104,14 +101,11 @@ class ImpactExecutor(GuardedNode):
         self._plans = {message.plan_id: message}
         self._last_plan = message.plan_id
 
-    def _on_zmp(self, message: PointStamped) -> None:
-        self._zmp = (message.point.x, message.point.y)
-
     def _after(self, now: float, commands: Sequence[Command]) -> None:
         """Send commands and feedback, and end the action if the execution has ended."""
         for command in commands:
             self._send(command)
-        execution = self._inputs.execution
+        execution = self._execution
         if execution is None or self._finished is None or self._finished.done():
             return
         if execution.outcome is not Outcome.RUNNING:
@@ -134,11 +128,11 @@ class ImpactExecutor(GuardedNode):
 
     def _margin(self, phase: str) -> float:
         """Distance between the last ZMP and the edge of the phase's support polygon [m]."""
-        if self._zmp is None or self._inputs.joints is None:
+        if self._driver.zmp is None or self._inputs.joints is None:
             return math.nan
         sides = (STANDING_SIDE,) if phase == "step" else SIDES
         hull = self._point_b.support_polygon(self._inputs.joints[1], sides, self._standing_foot)
-        return float(polygon_margin(np.array(self._zmp), hull))
+        return float(polygon_margin(self._driver.zmp[1], hull))
 
     # -- action and stop ------------------------------------------------------------------------
 
@@ -150,13 +144,13 @@ class ImpactExecutor(GuardedNode):
         return GoalResponse.ACCEPT
 
     def _on_cancel(self, _: Any) -> CancelResponse:
-        if self._inputs.execution is not None:
-            self._inputs.execution.stop()
+        if self._execution is not None:
+            self._execution.stop()
         return CancelResponse.ACCEPT
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, self._stop_requested = True, True
-        execution = self._inputs.execution
+        execution = self._execution
         if execution is None and self._walk.running:
             self._end_walk.call_async(CancelGoal.Request())  # without an identifier: every goal
             response.message = ("the walk is being stopped: the robot finishes its step and "
@@ -166,16 +160,19 @@ class ImpactExecutor(GuardedNode):
             response.message = "nothing is being executed; the driver was commanded to stop"
         else:
             execution.stop()
-            past = execution.past_no_return(self._driver.topics.now())
+            past = execution.past_no_return(self._driver.now())
             response.message = ("the point of no return has passed: the motion will be stopped "
                                 "after the door's peak" if past else "the motion is being stopped")
         return response
 
     async def _execute(self, goal_handle: Any) -> Any:
+        self._driver.start()
         try:
             return await self._run(goal_handle)
         finally:
-            self._inputs.execution, self._busy = None, False
+            self._driver.stop()
+            self._inputs.motion = self._execution = None
+            self._busy = False
 
     async def _run(self, goal_handle: Any) -> Any:
         goal = goal_handle.request
@@ -184,7 +181,7 @@ class ImpactExecutor(GuardedNode):
                 raise GoalRefused("not_ready", "the robot walks (/walk): a hit begins when it "
                                   "stands", quantity="action", value=WALK)
             plan = self._wanted(goal)
-            await self._first_messages()
+            await until(self, lambda: self._driver.complete, PATIENCE)
             if goal_handle.is_cancel_requested or self._stop_requested:
                 raise GoalRefused("stopped", "the motion was stopped before it began")
             try:
@@ -206,7 +203,7 @@ class ImpactExecutor(GuardedNode):
         self._planned_margins = {each.phase: each.margin for each in plan.zmp_margins}
         self._last_feedback = -math.inf
         self._inputs.intake.begin()
-        self._inputs.execution = execution
+        self._inputs.motion = self._execution = execution
         self._send(command)
         outcome = await self._finished
         if execution.turned_round:
@@ -230,17 +227,6 @@ class ImpactExecutor(GuardedNode):
                 "there is no plan yet: call /plan_door_impact first")
         return plan
 
-    async def _first_messages(self) -> None:
-        """Wait a moment for the first messages, by the computer's clock, as after a reset."""
-        for _ in range(PATIENCE):
-            if self._driver.freshness.complete:
-                return
-            later = Future()
-            timer = self.create_timer(WATCH_PERIOD, partial(later.set_result, None),
-                                      clock=Clock(clock_type=ClockType.STEADY_TIME))
-            await later
-            self.destroy_timer(timer)
-
     def _prepared(self, goal: Any, message: ImpactPlan) -> tuple[Execution, Command]:
         """Make the execution of a goal and its first command, after all checks.
 
@@ -248,14 +234,11 @@ class ImpactExecutor(GuardedNode):
             GoalRefused: The goal cannot be executed.
         """
         plan = executable(message, self._names)
-        stale = self._driver.freshness.refusal(self._driver.topics.now())
+        stale = self._driver.refusal()
         if stale is not None:
             raise GoalRefused("not_ready", stale[0], quantity="age [s]", value=stale[1])
         assert self._inputs.joints is not None
         now, position, _ = self._inputs.joints
-        for topic, names in self._driver.topics.crowded().items():
-            self.get_logger().warning(f"more than one node publishes on {topic}: "
-                                      f"{', '.join(names)}; one of them may be foreign")
         execution = Execution(plan, self._point_b, self._settings,
                               speed_scale=goal.speed_scale, joint_names=self._names)
         command = execution.start(now)

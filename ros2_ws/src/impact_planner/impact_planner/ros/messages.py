@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
@@ -17,6 +18,7 @@ from door_impact_msgs.srv import PlanDoorImpact
 from door_model.checks import require_covariance, require_finite, require_not_negative
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
+from door_model.door.geometry import FLOOR_CLEARANCE
 from door_model.errors import DoorModelError, DoorParameterError
 from door_model.identification.parameters import UNITS
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -78,7 +80,6 @@ def plan_message(
     """Convert a plan to its message.
 
     Args:
-        plan: The plan.
         names: Joint names in the order of the knots' columns.
         stamp: Time of the planning, a builtin_interfaces/Time.
         trajectories: Whether the message contains the trajectories of phases and branches.
@@ -171,6 +172,7 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
         name=message.door,
         door=door,
         width=float(message.leaf_width),
+        top=FLOOR_CLEARANCE + message.leaf_height if message.leaf_height >= 0.0 else math.inf,
         parameters=parameters,
         covariance=covariance,
         warnings=tuple(message.warnings),

@@ -50,11 +50,11 @@ class Experience:
 
     @classmethod
     def none(cls, restitution: float) -> Experience:
-        """The state before the first hit, with the configured restitution."""
+        """Make the state before the first hit, with the configured restitution."""
         return cls(0, 1.0, restitution, np.diag([_MASS_STD, _RESTITUTION_STD]) ** 2)
 
     def outside(self, limits: Limits) -> str:
-        """Clause that names the figure outside the limits and its limits; empty if none is."""
+        """Name the figure outside the limits and its limits in a clause; empty if none is."""
         for name, value, (low, high) in (
                 ("restitution", self.restitution, limits.restitution),
                 ("effective mass", self.mass_factor, limits.mass_factor)):
@@ -66,9 +66,6 @@ class Experience:
 
 def load(path: Path) -> dict[str, Experience]:
     """Read the experience of each door; a missing or empty file holds none.
-
-    Args:
-        path: The file.
 
     Raises:
         InvalidRequest: The file cannot be read, or its content is not what `save` writes.
@@ -92,7 +89,7 @@ def load(path: Path) -> dict[str, Experience]:
 def _checked(
     hits: int, mass_factor: float, restitution: float, covariance: list[list[float]]
 ) -> Experience:
-    """An entry of the file as experience.
+    """Make experience of an entry of the file.
 
     Raises:
         ValueError: A value is outside its range.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from door_impact_common.arrays import Array
@@ -24,6 +25,7 @@ class KnownDoor:
             all parameters are taken as exact.
         warnings: Warnings of the identification.
         experience: Knowledge from earlier hits on this door; None before the first hit.
+        top: Height of the leaf's upper edge above the floor [m]; infinite where it is not known.
     """
 
     name: str
@@ -33,8 +35,10 @@ class KnownDoor:
     covariance: Array | None = None
     warnings: tuple[str, ...] = ()
     experience: Experience | None = None
+    top: float = math.inf
 
     @classmethod
     def configured(cls, config: DoorConfig) -> KnownDoor:
-        """A door whose configured parameters are taken as exact."""
-        return cls(config.name, config.door(), config.leaf.width)
+        """Make a door whose configured parameters are taken as exact."""
+        return cls(config.name, config.door(), config.leaf.width, warnings=config.doubts(),
+                   top=config.leaf.top)

@@ -1,9 +1,11 @@
-"""The request for a plan: its check, and the defaults for what it leaves open."""
+"""What is asked for: the request for a plan, checked and completed, and with it the task."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+
+from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.experience import Experience
@@ -41,21 +43,18 @@ class PlanRequest:
 
 @dataclass(frozen=True)
 class ResolvedRequest:
-    """A checked request with defaults filled in; units as in `PlanRequest`.
+    """A checked request with defaults filled in; fields without a comment are `PlanRequest`'s.
 
     Attributes:
         angle: Largest opening angle that the door is to reach [rad].
         initial_angle: Opening angle of the door at the hit [rad].
         restitution: Coefficient of restitution of the leaf's surface.
         apparent_restitution: Coefficient of restitution of the hit as a whole; None means that the
-            model decides.
-        effective_mass: Effective mass at B [kg]; None means that the model decides.
+            model decides, as it does for the effective mass [kg].
         mass_factor: Learned factor on the model's effective mass.
         door_distance: Distance from the origin of odom to the closed leaf's face [m]; None means
             that the door stands where the step ends.
         l_b: Distance from the hinge to B [m]; None means that the place of the hinge decides.
-        run_up: Time law of the run-up.
-        ending: Last phase of the motion.
     """
 
     angle: float
@@ -70,45 +69,43 @@ class ResolvedRequest:
     ending: str
 
 
+@dataclass(frozen=True)
+class Task:
+    """What a plan is made from."""
+
+    robot: RobotModel
+    known: KnownDoor
+    wanted: ResolvedRequest
+    settings: PlannerSettings
+
+
 def resolve(
     request: PlanRequest, settings: PlannerSettings, known: KnownDoor
 ) -> ResolvedRequest:
     """Fill in a request from experience and settings, in this order, and check every value.
 
-    Args:
-        request: The request.
-        settings: Configuration with the defaults.
-        known: Door with the experience from earlier hits.
-
     Raises:
         InvalidRequest: A number is not finite or outside its range, or a word is unknown.
     """
-    angle = _number("desired_opening_angle [rad]", request.desired_opening_angle, 0.0, math.inf)
+    angle = _number("desired_opening_angle [rad]", request.desired_opening_angle)
     if angle > math.pi:
         raise InvalidRequest(
             f"desired_opening_angle is {angle:g} rad, which is {math.degrees(angle):.0f} deg, must "
             f"be at most {math.pi:.4g} rad; {angle:g} deg would be {math.radians(angle):.4g} rad",
             quantity="desired_opening_angle [rad]", value=angle, limit=math.pi)
-    initial = _number(
-        "initial_angle [rad]",
-        _first(request.initial_angle, settings.initial_angle),
-        0.0,
-        angle,
-        low_included=True,
-    )
-    learned = known.experience or Experience.none(settings.restitution)
-    restitution = _number(
-        "restitution", _first(request.restitution, learned.restitution), 0.0, 1.0,
-        low_included=True, high_included=True)
+    initial, learned = request.initial_angle, known.experience or Experience.none(
+        settings.restitution)
+    restitution = learned.restitution if request.restitution is None else request.restitution
     both = request.restitution is not None and request.effective_mass is not None
     return ResolvedRequest(
         angle=angle,
-        initial_angle=initial,
-        restitution=restitution,
+        initial_angle=_number(
+            "initial_angle [rad]", settings.initial_angle if initial is None else initial,
+            below=angle, zero=True),
+        restitution=_number("restitution", restitution, most=1.0, zero=True),
         apparent_restitution=restitution if both else None,
         effective_mass=_optional(
-            "effective_mass [kg]", request.effective_mass, settings.effective_mass
-        ),
+            "effective_mass [kg]", request.effective_mass, settings.effective_mass),
         mass_factor=learned.mass_factor,
         door_distance=_optional("door_distance [m]", request.door_distance, settings.door_distance),
         l_b=_optional("l_b [m]", request.l_b, None),
@@ -117,58 +114,30 @@ def resolve(
     )
 
 
-def _first(value: float | None, default: float) -> float:
-    """The value, or its default where the request leaves it open."""
-    return default if value is None else value
-
-
 def _optional(name: str, value: float | None, default: float | None) -> float | None:
-    """The value or its default as a number above 0; None where both are None."""
+    """Return the value or its default as a number above 0; None where both are None."""
     chosen = default if value is None else value
-    return None if chosen is None else _number(name, chosen, 0.0, math.inf)
+    return None if chosen is None else _number(name, chosen)
 
 
 def _number(
-    name: str,
-    value: float,
-    low: float,
-    high: float,
-    *,
-    low_included: bool = False,
-    high_included: bool = False,
+    name: str, value: float, *, below: float = math.inf, most: float = math.inf, zero: bool = False
 ) -> float:
-    """The value as a finite number between two bounds.
-
-    Raises:
-        InvalidRequest: It is not finite or outside the bounds.
-    """
+    """Return the value as a finite number above 0, or 0 where allowed, within an upper bound."""
     number = float(value)
-    above = number >= low if low_included else number > low
-    below = number <= high if high_included else number < high
-    if not (math.isfinite(number) and above and below):
-        left = f"{'at least' if low_included else 'above'} {low:g}"
-        upper = f" and {'at most' if high_included else 'below'} {high:g}"
-        right = "" if math.isinf(high) else upper
+    fits = (number >= 0.0 if zero else number > 0.0) and number < below and number <= most
+    if not (math.isfinite(number) and fits):
+        words = [f"{'at least' if zero else 'above'} 0", f"below {below:g}", f"at most {most:g}"]
         raise InvalidRequest(
-            f"{name} must be a number {left}{right}, not {number:g}",
-            quantity=name,
-            value=number,
-            limit=(low, high),
-        )
+            f"{name} must be a number {' and '.join(w for w in words if 'inf' not in w)}, not "
+            f"{number:g}", quantity=name, value=number, limit=(0.0, min(below, most)))
     return number
 
 
 def _word(name: str, value: str, known: tuple[str, ...]) -> str:
-    """The value, which must be a known word.
-
-    Raises:
-        InvalidRequest: The word is unknown.
-    """
+    """Return the value, which must be a known word."""
     if value not in known:
         raise InvalidRequest(
-            f"{name} must be {' or '.join(known)}, not {value!r}",
-            quantity=name,
-            value=value,
-            limit=" ".join(known),
-        )
+            f"{name} must be {' or '.join(known)}, not {value!r}", quantity=name, value=value,
+            limit=" ".join(known))
     return value

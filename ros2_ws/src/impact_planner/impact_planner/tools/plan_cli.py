@@ -6,7 +6,6 @@ import argparse
 import json
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -84,9 +83,9 @@ def _plan(options: argparse.Namespace, robot: RobotModel) -> ImpactPlan:
     """Plan what the options describe, with the settings of the installed parameter file."""
     # The configured place of the door was surveyed for HRP-2's stance.
     own = options.robot or options.anywhere
-    settings = make_settings({} if own else configured_placement())
-    if options.hinge_x is not None:
-        settings = replace(settings, hinge_x=options.hinge_x)
+    place = {} if own else configured_placement()
+    settings = make_settings(
+        place if options.hinge_x is None else place | {"hinge_x": options.hinge_x})
     config = load_door(options.door)
     request = PlanRequest(
         desired_opening_angle=math.radians(options.angle_deg),

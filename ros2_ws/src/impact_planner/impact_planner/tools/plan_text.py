@@ -5,46 +5,41 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from impact_planner.impact_plan import ImpactPlan
+from impact_planner.impact_plan import FIGURES, ImpactPlan
 
-# Keys of the JSON object that are numbers of the plan under the same name.
-_NUMBERS = (
-    "omega_door", "v_rb", "v_rb_post", "effective_mass", "effective_mass_planar", "a_r", "b_r",
-    "i_rob", "l_b", "restitution", "v_com", "required_impulse", "required_friction",
-    "b_r_percussion", "waist_height", "contact_time", "peak_time", "steady_way",
-    "point_of_no_return", "foot_impulse", "foot_impulse_planar", "foot_yaw_impulse",
-    "apparent_restitution", "peak_force",
-)  # fmt: skip
-_NAMES = ("plan_id", "door", "run_up", "ending")
 _SHOWN_LOADS = 4  # number of the most loaded gears in the text
 
 
 def plan_object(plan: ImpactPlan) -> dict[str, Any]:
     """Return the plan as a JSON object: the object `plan` of summary.json, and further figures."""
+    figures = {name: getattr(plan, name) for name in FIGURES}
+    margins = {name: 1e3 * figures.pop(name) for name in (
+        "early_margin", "late_margin", "missed_margin")}
+    phases, hit = plan.phases, plan.hit
     return {
-        **{name: float(getattr(plan, name)) for name in _NUMBERS},
-        **{name: getattr(plan, name) for name in _NAMES},
+        "plan_id": plan.plan_id,
+        **{name: one for name, one in figures.items() if isinstance(one, float | str)},
+        **{f"{name}_mm": margin for name, margin in margins.items()},
+        "required_friction": plan.required_friction,
+        "steady_way": plan.steady_way,
         "planning_ms": 1e3 * plan.planning_time,
         "target_deg": math.degrees(plan.desired_opening_angle),
-        "step": plan.hit.stance.step,
-        "door_distance": plan.hit.placement.door_distance,
-        "hinge_x": plan.hit.placement.hinge_x,
+        "step": hit.stance.step,
+        "door_distance": hit.placement.door_distance,
+        "hinge_x": hit.placement.hinge_x,
         "contact_ms": 1e3 * plan.contact_duration,
-        "brace_impulse_nms": plan.hit.transfer.brace,
+        "brace_impulse_nms": hit.transfer.brace,
         "pads": {"preload": plan.pad_preload, "force": plan.pad_force,
                  "friction_share": plan.pad_friction},
         "joint_loads": {
             load.joint: {"gear_torque": load.gear_torque, "peak_torque": load.peak_torque,
                          "share": load.share, "motor_impulse": load.motor_impulse}
             for load in plan.joint_loads},
-        "early_margin_mm": 1e3 * plan.early_margin,
-        "late_margin_mm": 1e3 * plan.late_margin,
-        "missed_margin_mm": 1e3 * plan.missed_margin,
         "planned_margin_mm": {name: 1e3 * m for name, m in plan.zmp_margins.items()},
-        "speed_ratio": {phase.name: phase.speed_ratio for phase in plan.phases},
-        "torque_ratio": {phase.name: phase.torque_ratio for phase in plan.phases},
-        "body_clearance_mm": {p.name: 1e3 * p.clearances[0].distance for p in plan.phases},
-        "leaf_clearance_mm": {p.name: 1e3 * p.clearances[1].distance for p in plan.phases},
+        "speed_ratio": {phase.name: phase.speed_ratio for phase in phases},
+        "torque_ratio": {phase.name: phase.torque_ratio for phase in phases},
+        "body_clearance_mm": {p.name: 1e3 * p.clearances[0].distance for p in phases},
+        "leaf_clearance_mm": {p.name: 1e3 * p.clearances[1].distance for p in phases},
         "warnings": list(plan.warnings),
     }
 
@@ -60,17 +55,22 @@ def finite(value: Any) -> Any:
 
 def plan_text(plan: ImpactPlan) -> str:
     """Return the plan as a table for people; each row names the paper's equation or section."""
-    rows = [*_door_rows(plan), *_hit_rows(plan), *_motion_rows(plan)]
-    lines = [f"{name:<28}{source:<16}{value}" for name, source, value in rows]
+    lines = [f"{name:<28}{source:<16}{value}" for name, source, value in _rows(plan)]
     return "\n".join(
         [*lines, "", *_phase_lines(plan), *(f"warning: {warning}" for warning in plan.warnings)])
 
 
-def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Return rows about door and stance: name, source in the paper, value."""
+def _rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
+    """Return rows of name, source in the paper and value."""
     desired, peak, std = map(
         math.degrees, (plan.desired_opening_angle, plan.peak_angle, plan.peak_angle_std))
     spread = f" +- {std:.2f}" if std > 0.0 else ""
+    pads = f"pads {plan.pad_preload:.0f} N, in the hit up to {plan.pad_force:.0f} N, " \
+           f"{100.0 * plan.pad_friction:.0f} % of their friction; " if plan.pad_force > 0.0 else ""
+    gears = ", ".join(
+        f"{load.joint} {abs(load.gear_torque):.0f} of {load.peak_torque:.0f} N m"
+        for load in plan.joint_loads[:_SHOWN_LOADS])
+    back, missed = 1e3 * plan.point_of_no_return, 1e3 * plan.missed_margin
     return [
         ("door, opening angle", "", f"{plan.door}, {desired:.1f} deg"),
         ("stance", "II.C.1, Fig. 5",
@@ -78,17 +78,6 @@ def _door_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
          f"the origin, l_B {plan.l_b:.3f} m"),
         ("w' of the door", "(1), II.C.2", f"{plan.omega_door:.3f} rad/s"),
         ("predicted peak", "(1)", f"{peak:.2f}{spread} deg, {plan.peak_time:.2f} s after the hit"),
-    ]  # fmt: skip
-
-
-def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Return rows about the hit and its loads: name, source in the paper, value."""
-    pads = f"pads {plan.pad_preload:.0f} N, in the hit up to {plan.pad_force:.0f} N, " \
-           f"{100.0 * plan.pad_friction:.0f} % of their friction; " if plan.pad_force > 0.0 else ""
-    gears = ", ".join(
-        f"{load.joint} {abs(load.gear_torque):.0f} of {load.peak_torque:.0f} N m"
-        for load in plan.joint_loads[:_SHOWN_LOADS])
-    return [
         ("I_rob, a_r", "(3)", f"{plan.i_rob:.2f} kg m^2, {plan.a_r:.3f} m"),
         ("m_re of a free body", "(3)", f"{plan.effective_mass_planar:.1f} kg"),
         ("m_re planned with", "ours",
@@ -109,13 +98,6 @@ def _hit_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
          f"{plan.hit.transfer.floor.friction:.2f}"),
         ("brace", "II.C.1", f"{pads}{plan.brace_joint} gets {abs(plan.brace_impulse):.1f} N m s"),
         *([("gears", "ours", gears)] if gears else []),
-    ]  # fmt: skip
-
-
-def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
-    """Return rows about the motion: name, source in the paper, value."""
-    back, missed = 1e3 * plan.point_of_no_return, 1e3 * plan.missed_margin
-    return [
         ("run-up", "Fig. 6" if plan.run_up == "mcv50" else "ours",
          f"{plan.run_up}, CoM to {plan.v_com:.3f} m/s in {plan.contact_time:.2f} s, steady over "
          f"{1e3 * plan.steady_way:.0f} mm"),
@@ -129,7 +111,7 @@ def _motion_rows(plan: ImpactPlan) -> list[tuple[str, str, str]]:
          "when it is noticed"),
         ("friction needed", "", f"{plan.required_friction:.2f}"),
         ("planned in", "", f"{1e3 * plan.planning_time:.0f} ms"),
-    ]  # fmt: skip
+    ]
 
 
 def _phase_lines(plan: ImpactPlan) -> list[str]:

@@ -47,7 +47,6 @@ def body_outlines(robot: RobotModel, q: Array, axes: tuple[int, int]) -> list[tu
     """Return the outlines of the robot's collision shapes, the farthest first.
 
     Args:
-        robot: The robot.
         q: Configuration of the robot in odom.
         axes: Two of odom's axes, such as (1, 2) for y and z. The eye is far along the third.
 
@@ -90,7 +89,6 @@ def _surface_points(shape: Any) -> Array:
 def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     """Draw the robot at the hit in the plane of y and z, Fig. 5 (a)."""
     q, leaf = configuration_at_hit(plan, robot), plan.phase("post").leaf
-    assert leaf is not None
     g, b = robot.com(q), plan.contact_point
     c = plan.right_foot[1] + robot.feet["right"].rectangle[3]
     back, right = b[1] - leaf.thickness, 0.40
@@ -119,7 +117,6 @@ def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
 def draw_above(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     """Draw robot and door at the hit, and the opened door, in the plane of y and -x, Fig. 5 (b)."""
     q, leaf = configuration_at_hit(plan, robot), plan.phase("post").leaf
-    assert leaf is not None
     shut, opened = plan.initial_angle, plan.desired_opening_angle
     sizes = ((0.0, 0.0), (leaf.width, 0.0), (leaf.width, -leaf.thickness), (0.0, -leaf.thickness))
     leaves = [_turned([LeafFrame(leaf.hinge, angle).point(way, 0.0, gap) for way, gap in sizes])
@@ -198,7 +195,6 @@ def draw_plan(plan: ImpactPlan, robot: RobotModel, path: Path) -> None:
     """Write a figure of a plan; the file's suffix decides the format.
 
     Args:
-        plan: The plan.
         robot: Robot that the plan is for.
         path: File to write.
 
@@ -228,8 +224,6 @@ def door_course(plan: ImpactPlan) -> tuple[Array, Array, float]:
     The last phase starts when the peak is detected, which is `catch.LATE` after it.
     """
     post, last = plan.phase("post"), plan.phases[-1]
-    assert post.leaf is not None
-    assert last.leaf is not None
     start = plan.peak_time + LATE
     free = post.time + (plan.switch_time - plan.contact_time)
     time = np.concatenate([[0.0], free[free > 0.0], start + last.time])

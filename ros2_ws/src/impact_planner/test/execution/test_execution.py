@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from door_impact_common.driver.samples import ImuSample
 from humanoid_motion.knots import TOLERANCE
 from humanoid_motion.splice import duration, without_first
 from hypothesis import given
@@ -19,7 +20,12 @@ SETTINGS = ExecutionSettings(force_delay=0.0045)
 FORCE = 150.0  # force of the floor in a contact [N]
 LATE = (-1.0, 0.0, 1.0)  # delays of the contact, as shares of the steady time
 OMEGA, BRAKE = 0.58, 0.387  # of the door after the hit [rad/s, rad/s^2]: 24.9 deg after 1.5 s
-STILL = np.zeros(3)
+STILL, WRENCH = np.zeros(3), np.zeros(6)
+
+
+def reading(force=0.0):
+    """A reading of an upright trunk, with a specific force besides gravity [m/s^2]."""
+    return ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.8]) + force)
 
 
 class Hit:
@@ -41,15 +47,16 @@ class Hit:
     def joints(self, now, off=0.0):
         """A gyro and a joint state of the same tick."""
         position, velocity, _ = self.sent.knots.at(now - self.sent.stamp)
-        self.execution.on_imu(now, 0.0, STILL, None)
-        return self.took(now, self.execution.on_joint_state(
+        self.execution.on_imu(now, 0.0, reading())
+        return self.took(now, self.execution.on_joints(
             now, position[0] + off, velocity[0]))
 
     def feet(self, begin, force=FORCE):
         """The feet show a contact."""
         self.joints(begin)
         now = begin + self.settings.force_delay
-        return self.took(now, self.execution.on_foot_forces(now, force))
+        return self.took(now, self.execution.on_wrenches(
+            now, WRENCH, np.array([0.0, -force, 0.0, 0.0, 0.0, 0.0])))
 
     def door(self, now, angle, speed):
         return self.took(now, self.execution.on_door(now, angle, speed))
@@ -160,9 +167,9 @@ def test_a_contact_that_the_imu_shows_began_before_the_first_reading_that_rises(
     run.joints(begin - 0.06)
     first = begin + part * 0.005
     for stamp in first - 0.005 * np.arange(8, 0, -1):
-        assert run.execution.on_imu(stamp, 0.0, STILL, STILL) == []
-    assert run.execution.on_imu(first, 0.0, STILL, 20.0 * part * away) == []
-    (command,) = run.execution.on_imu(first + 0.005, 0.0, STILL, 20.0 * away)
+        assert run.execution.on_imu(stamp, 0.0, reading()) == []
+    assert run.execution.on_imu(first, 0.0, reading(20.0 * part * away)) == []
+    (command,) = run.execution.on_imu(first + 0.005, 0.0, reading(20.0 * away))
     assert run.execution.measured.contact_sensor == "imu"
     assert run.execution.measured.contact_delay == pytest.approx(late, abs=1e-9)
     assert command.stamp == pytest.approx(
@@ -216,8 +223,8 @@ def test_the_speed_after_the_contact_is_the_mean_while_b_neither_trembles_nor_sl
     for number, since in enumerate(np.arange(0.002, end + 0.1, 0.005)):
         wanted = 0.06 + 0.3 * np.cos(300.0 * since) * (since < begin) - 0.2 * (since > end)
         wanted += 0.04 * (-1) ** number  # uneven
-        run.execution.on_imu(run.contact + since, 0.0, STILL, None)
-        run.execution.on_joint_state(
+        run.execution.on_imu(run.contact + since, 0.0, reading())
+        run.execution.on_joints(
             run.contact + since, position[0], wanted / speed * velocity[0])
         assert np.isnan(run.execution.measured.v_rb_post) == (since < begin)
     assert run.execution.measured.v_rb_post == pytest.approx(0.06, abs=0.01)
@@ -399,11 +406,11 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 
 
 def test_a_falling_robot_is_stopped_and_no_further_event_is_answered(run):
-    assert run.execution.on_imu(11.0, 0.1, STILL, None) == []
-    assert run.execution.on_imu(11.1, 0.6, STILL, None)[0].knots is None  # the driver's stop
+    assert run.execution.on_imu(11.0, 0.1, reading()) == []
+    assert run.execution.on_imu(11.1, 0.6, reading())[0].knots is None  # the driver's stop
     assert run.execution.outcome is Outcome.FELL
     assert "34.4 deg, at most 30.0 deg" in run.execution.reason
-    assert run.execution.on_imu(11.2, 0.7, STILL, None) == []
+    assert run.execution.on_imu(11.2, 0.7, reading()) == []
     assert run.feet(run.contact) == []
     assert run.door(run.contact + 0.1, 0.1, 1.0) == []
     assert run.execution.on_silence(run.contact + 1.0, "/imu", 0.9, 0.5) == []

@@ -1,23 +1,34 @@
 """A run's measurements: one bad message changes nothing, several in a row are a silent topic."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.inputs import Inputs
 from door_impact_common.driver.intake import Arrival, Intake, Plausible
-from door_impact_common.driver.names import IMU, JOINTS
+from door_impact_common.driver.names import DOOR, IMU, JOINTS
+from door_impact_common.driver.samples import ImuSample
 from humanoid_motion.splice import duration
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.execution.execution import Execution
-from impact_planner.execution.inputs import DOOR, Inputs
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.types import ExecutionSettings, Outcome
 
 TICK = 0.005  # period of the driver [s]
-STILL = np.zeros(3)
-UPRIGHT = np.array([0.0, 0.0, 9.8])  # specific force of a trunk that stands upright [m/s^2]
+UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.8]))
+
+
+def pushed(force):
+    """A reading with a specific force besides gravity [m/s^2]."""
+    return replace(UPRIGHT, specific_force=UPRIGHT.specific_force + force)
+
+
+def away_from_door(force):
+    """A wrench of the floor on a foot with a force towards the door [N]."""
+    return np.array([0.0, -force, 280.0, 0.0, 0.0, 0.0])
 
 
 class Rig:
@@ -25,11 +36,11 @@ class Rig:
 
     def __init__(self, robot, good) -> None:
         self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, 0.05)
-        self.inputs = Inputs(robot.speed_limit, self.watch)
+        self.inputs = Inputs(robot.joint_ranges, self.watch)
         self.execution = Execution(good, PointB(robot))
         self.command = self.execution.start(0.0)
         self.now = self.execution.planned_contact - good.point_of_no_return - 0.1
-        self.inputs.execution = self.execution
+        self.inputs.motion = self.execution
         for _ in range(3):
             self.tick()
 
@@ -43,7 +54,7 @@ class Rig:
         """Good messages of one tick."""
         self.now += TICK
         at = self.at(self.now)
-        return [*self.inputs.on_imu(at, 0.0, STILL, UPRIGHT),
+        return [*self.inputs.on_imu(at, 0.0, UPRIGHT),
                 *self.inputs.on_joints(at, self.pose(), np.zeros(30)),
                 *self.inputs.on_door(at, 0.0, 0.0)]
 
@@ -63,7 +74,7 @@ BAD = {
     "joints that jump": lambda rig: rig.inputs.on_joints(
         rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
     "an IMU upside down": lambda rig: rig.inputs.on_imu(
-        rig.at(rig.now + TICK), np.pi, STILL, UPRIGHT),
+        rig.at(rig.now + TICK), np.pi, UPRIGHT),
     "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
 }
 
@@ -87,7 +98,7 @@ def test_bad_messages_in_a_row_leave_the_topic_silent(rig) -> None:
             rig.now += TICK
             rig.inputs.on_joints(rig.at(rig.now), rig.pose(), np.zeros(30))
             rig.inputs.on_door(rig.at(rig.now), 0.0, 0.0)
-            rig.inputs.on_imu(rig.at(rig.now), np.pi, STILL, UPRIGHT)
+            rig.inputs.on_imu(rig.at(rig.now), np.pi, UPRIGHT)
         silent = silent or rig.watch.tick()
     assert silent[0] == IMU
 
@@ -99,10 +110,12 @@ def test_no_single_message_moves_the_robot_before_the_contact(
     """Whatever its numbers are; only a door that moves from where it stood counts as a contact."""
     rig = Rig(robot, good)
     at = Arrival(stamp, rig.now, 0.0)
-    assert rig.inputs.on_imu(at, tilt, np.full(3, rate), np.full(3, force)) == []
+    reading = replace(
+        UPRIGHT, angular_velocity=np.full(3, rate), specific_force=np.full(3, force))
+    assert rig.inputs.on_imu(at, tilt, reading) == []
     assert rig.inputs.on_joints(at, np.full(30, angle), np.full(30, speed)) == []
     for side in ("left", "right"):
-        assert rig.inputs.on_wrench(side, at, speed) == []
+        assert rig.inputs.on_wrench(side, at, np.full(6, speed)) == []
     assert rig.execution.outcome is Outcome.RUNNING
 
 
@@ -117,7 +130,7 @@ def test_an_accelerometer_that_lies_far_from_the_planned_contact_is_no_contact(
         lies = not near or abs(rig.now + TICK - contact) < 0.5 * TICK
         rig.now += TICK
         at = rig.at(rig.now)
-        assert rig.inputs.on_imu(at, 0.0, STILL, UPRIGHT + lies * odd * away) == []
+        assert rig.inputs.on_imu(at, 0.0, pushed(lies * odd * away)) == []
         assert rig.inputs.on_joints(at, rig.pose(), np.zeros(30)) == []
     assert rig.execution.phase == "cam"
     assert rig.execution.measured.contact_sensor == ""
@@ -131,10 +144,12 @@ def test_without_an_accelerometer_the_feet_show_the_contact(robot, good, acceler
         rig.now += TICK
         at, touching = rig.at(rig.now), rig.now > contact
         commands += rig.inputs.on_imu(
-            at, 0.0, STILL, UPRIGHT + touching * 20.0 * away if accelerometer else None)
+            at, 0.0, pushed(touching * 20.0 * away) if accelerometer else
+            replace(UPRIGHT, specific_force=np.zeros(3)))
         commands += rig.inputs.on_joints(at, rig.pose(), np.zeros(30))
+        force = away_from_door(60.0 * (rig.now > contact + 0.01))
         for side in ("left", "right"):
-            commands += rig.inputs.on_wrench(side, at, 60.0 * (rig.now > contact + 0.01))
+            commands += rig.inputs.on_wrench(side, at, force)
     assert len(commands) == 1
     assert rig.execution.phase == "post"
     assert rig.execution.measured.contact_sensor == ("imu" if accelerometer else "feet")
@@ -148,7 +163,8 @@ def test_messages_that_were_long_underway_show_how_late_the_executor_is(rig, goo
     late = contact + ExecutionSettings().force_delay
     rig.now = late
     for side in ("left", "right"):
-        assert rig.inputs.on_wrench(side, rig.at(late, underway=3.0), 80.0) == []
+        assert rig.inputs.on_wrench(
+            side, rig.at(late, underway=3.0), away_from_door(80.0)) == []
     assert rig.execution.phase == "retreat"
 
 
@@ -171,9 +187,9 @@ def test_a_failure_of_the_program_stops_the_run_up_if_it_can_still_be_stopped(ri
 def test_accepted_messages_are_in_order_and_never_jump(messages) -> None:
     intake = Intake({"topic": Plausible(0.9, 2.0, 0.1)})
     accepted = [(stamp, value) for stamp, value in messages
-                if intake.accept("topic", Arrival(stamp, 5.0, 0.0), value)]
+                if intake.accept("topic", Arrival(stamp, 5.0, 0.0), value, in_motion=True)]
     assert len(accepted) + sum(intake.dropped.values()) == len(messages)
     for (before, last), (stamp, value) in pairwise(accepted):
         assert stamp > before
-        assert abs(value - last) <= 0.1 + 2.0 * (stamp - before)
+        assert abs(value - last) <= 0.1 + 2.0 * (stamp - before) or stamp - before > 1.0
     assert all(stamp <= 5.1 and abs(value) <= 0.9 for stamp, value in accepted)

@@ -129,8 +129,8 @@ def test_floor_and_braced_joints_carry_what_newton_and_euler_ask_for(
     change[:6] = [*(speed + np.cross(turn, at_hit[:3] - body.com)), *turn]
     inertial = pin.rnea(model, data, at_hit, zero, change) - pin.rnea(
         model, data, at_hit, zero, zero)
-    touching = rigid.contact_jacobian(at_hit) - pin.skew(
-        rigid.config.contact_radius * normal) @ rigid.contact_turn_jacobian(at_hit)
+    elbow = rigid.frame_jacobian(at_hit, rigid.config.contact_link)
+    touching = elbow[:3] - pin.skew(rigid.config.contact_radius * normal) @ elbow[3:]
     columns = rigid.v_index[rigid.indices(rigid.config.braced_joints)]
     torque = inertial + found.impulse * touching.T @ normal
     joints = rigid.indices(rigid.config.braced_joints)

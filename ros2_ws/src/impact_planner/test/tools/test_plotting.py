@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from impact_planner.hit.leaf import LeafFrame
 
 pytest.importorskip("matplotlib")
 from impact_planner.tools.plotting import (
@@ -20,16 +19,6 @@ def test_the_figure_is_written_in_silence(robot, plan, tmp_path, caplog, recwarn
     assert path.read_bytes()[:4] == b"\x89PNG"
     assert not caplog.records
     assert not recwarn.list
-
-
-def test_b_is_on_the_leaf_where_the_elbow_touches_it(robot, plan):
-    """B is on the leaf at l_B, one radius from the centre of the contact body."""
-    leaf = LeafFrame(plan.phase("post").leaf.hinge, plan.initial_angle)
-    assert leaf.gap(plan.contact_point) == pytest.approx(0.0, abs=1e-6)
-    assert leaf.radius(plan.contact_point) == pytest.approx(plan.l_b, abs=1e-6)
-    elbow = robot.contact_position(configuration_at_hit(plan, robot))
-    assert np.linalg.norm(plan.contact_point - elbow) == pytest.approx(
-        robot.config.contact_radius, abs=2e-4)
 
 
 def test_no_outline_reaches_into_the_leaf(robot, plan):

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 from door_impact_common.driver.freshness import Freshness
+from door_impact_common.driver.inputs import Inputs
 from door_impact_common.driver.intake import Arrival
 from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
-from humanoid_motion.driver_interface import ImuSample
+from door_impact_common.driver.samples import ImuSample
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from walking.execution.inputs import Inputs
 from walking.execution.walk import Outcome, Walk
 
 TICK = 0.005
@@ -29,8 +29,8 @@ class Rig:
 
     def __init__(self, robot, plan):
         self.watch = Freshness((JOINTS, IMU), 0.5, 0.05)
-        self.inputs = Inputs(robot.speed_limit, self.watch)
-        self.walk = self.inputs.walk = Walk(robot, plan)
+        self.inputs = Inputs(robot.joint_ranges, self.watch)
+        self.walk = self.inputs.motion = Walk(robot, plan)
         self.whole = []  # stamps of the ticks that were complete
         self.walk.on_measured = lambda now, measured: self.whole.append(now) or []
         command = self.walk.start(0.0)

@@ -82,7 +82,7 @@ def test_a_far_goal_to_the_side_is_walked_to_ahead_unless_the_heading_is_kept(ro
 @pytest.mark.parametrize(("goal", "value"), [
     (Pose(math.nan, 0.0, 0.0), None), (Pose(60.0, 0.0, 0.0), 60.0)])
 def test_goals_that_are_no_numbers_or_too_far_are_refused(robot, half_sitting, goal, value):
-    """The error has the value and the limit."""
+    """A goal with NaN or 60 m away is an error with value and limit."""
     with pytest.raises(InvalidFootsteps) as caught:
         plan_footsteps(robot.config, half_sitting, goal)
     assert caught.value.limit is not None

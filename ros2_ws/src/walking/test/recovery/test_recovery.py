@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from door_impact_common.driver.samples import ImuSample, Measured
 from hrp2_description.robot import SIDES
-from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import planar_pose
 from walking.footsteps.checks import fits
 from walking.footsteps.footstep import other
-from walking.recovery.adaptation import RecoverySettings, Swing, landings
-from walking.recovery.estimate import Measured, com_over_sole, reference_at, watch
+from walking.recovery.adaptation import Swing, landings
+from walking.recovery.estimate import com_over_sole, reference_at, watch
 from walking.recovery.recovery import recover
 
 TILTS = [(math.cos(a), math.sin(a)) for a in np.arange(3) * math.tau / 3.0]
@@ -101,12 +101,12 @@ def test_a_changed_walk_joins_the_present_one_smoothly(robot, ahead, step, direc
 def test_a_changed_walk_ends_standing_within_every_limit(robot, ahead, step, direction):
     """The step keeps the robot's limits, the joints theirs, and the end is at rest on two feet."""
     time, found = pushed(robot, ahead, step, 0.25 * np.array(direction))
-    plan, settings = found.plan, RecoverySettings()
+    plan = found.plan
     stance = ahead.phase_at(time).stance
     assert fits(robot.config, stance, [found.landing.side], np.array([found.landing.pose]))
     assert np.all(plan.knots.position >= robot.lower - 1e-9)
     assert np.all(plan.knots.position <= robot.upper + 1e-9)
-    assert plan.checks.speed_ratio.max() <= settings.speed_share + 1e-9
+    assert plan.checks.speed_ratio.max() <= 1.0 + 1e-9
     assert np.abs(plan.knots.velocity[-1]).max() < 1e-3
     assert plan.final.at_rest
     for side in SIDES:
@@ -161,7 +161,7 @@ def test_the_margin_of_a_landing_is_that_of_the_pendulum(robot, ahead):
         phase.swing, phase.stance.foot(other(phase.swing)), state.foot.value[:2],
         state.foot.speed[:2], state.foot.acceleration[:2], ahead.footsteps[1].pose, 0.35)
     point, w = state.com.value + [0.05, 0.02], 3.5
-    found = landings(robot.config, swing, point, w, RecoverySettings())
+    found = landings(robot.config, swing, point, w)
     assert [one.cost for one in found] == sorted(one.cost for one in found)
     for one in found:
         end = one.zmp + (point - one.zmp) * math.exp(w * one.time)

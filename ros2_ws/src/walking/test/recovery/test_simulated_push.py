@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
-from walking.recovery.estimate import Measured, watch
+from walking.recovery.estimate import watch
 from walking.recovery.recovery import recover
 
 
@@ -61,7 +62,7 @@ def test_a_push_to_the_swinging_foot_is_caught_by_a_wider_step(robot, walk_to):
 @pytest.mark.parametrize(("engine", "friction", "rubber"), [
     ("pybullet", 0.4, 1.3), ("mujoco", 1.0, 0.7)])
 def test_an_undisturbed_walk_is_never_changed(robot, walk_to, engine, friction, rubber):
-    """Whatever floor and rubber: ahead, to the side and turning."""
+    """Without a push no step is changed on slippery or soft ground, in an arc to the side."""
     plan = walk_to(0.6, 0.3, 40.0)
     fell, changes = walked(
         robot, plan, engine, friction=friction, rubber_scale=rubber)

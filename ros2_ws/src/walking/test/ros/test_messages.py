@@ -73,6 +73,8 @@ def test_the_base_is_found_among_the_transforms_and_is_a_number():
     base.header.frame_id = "odom"
     base.transform.translation.x = 2.0
     assert base_pose(TFMessage(transforms=[other]), "base_link") is None
-    assert base_pose(TFMessage(transforms=[other, base]), "base_link") == Pose(2.0, 0.0, 0.0)
+    base.header.stamp.sec = 3
+    found = base_pose(TFMessage(transforms=[other, base]), "base_link")
+    assert found == (3.0, Pose(2.0, 0.0, 0.0))
     base.transform.translation.x = math.nan
     assert base_pose(TFMessage(transforms=[base]), "base_link") is None

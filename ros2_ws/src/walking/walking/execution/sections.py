@@ -49,7 +49,7 @@ class ExecutionSettings:
     """
 
     lead: float = 0.5
-    commit: float = 0.1
+    commit: float = 0.2
     latest: float = 0.01
     splice: float = 0.005
     planning: float = 0.5

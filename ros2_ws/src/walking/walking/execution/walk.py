@@ -15,8 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.driver.inputs import Motion
+from door_impact_common.driver.samples import ImuSample, Measured
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.driver_interface import Command
+from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 
 from walking.errors import PLANNING_ERRORS
@@ -27,8 +30,10 @@ from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.estimate import Balance, Measured, com_over_sole, watch
+from walking.recovery.estimate import Balance, com_over_sole, watch
 from walking.recovery.recovery import Recovery, recover
+
+STANDS = "the driver finishes the trajectory that it has, which ends with the robot standing"
 
 
 class Outcome(enum.Enum):
@@ -41,7 +46,7 @@ class Outcome(enum.Enum):
     NOT_FOLLOWED = "not followed"
 
 
-class Walk:
+class Walk(Motion):
     """One walk over footsteps, which newer footsteps may replace while it runs.
 
     Times are stamps of messages or times of the robot's clock, both in seconds.
@@ -99,6 +104,11 @@ class Walk:
         self._last: tuple[Knots, Rest] | None = None  # before the last step, until it is judged
 
     # -- what is going on ------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """Whether the walk has not ended yet."""
+        return self.outcome is Outcome.RUNNING
 
     @property
     def steps(self) -> int:
@@ -224,8 +234,12 @@ class Walk:
 
     # -- events: each handler returns commands, which must be sent in their order -----------------
 
-    def on_joints(self, now: float, position: Array) -> list[Command]:
-        """Handle joint positions, (J,) [rad], with a stamp [s]."""
+    def lags(self, seconds: float) -> None:
+        """Set the time by which the next event lags behind the present [s]; 0 if it is on time."""
+        self.lag = seconds
+
+    def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
+        """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
         if self.outcome is not Outcome.RUNNING:
             return []
         self._judge_last(now, position)
@@ -279,8 +293,8 @@ class Walk:
         self._pending = self._next_rest = self._before = self._last = None
         return [Command(self._origin, self._knots)]
 
-    def on_tilt(self, tilt: float) -> list[Command]:
-        """Handle a tilt of the trunk [rad]: stop the driver when the robot falls."""
+    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
+        """Handle the tilt of the trunk [rad]: stop the driver when the robot falls."""
         self._tilt = tilt
         limit = self._settings.fall_tilt
         if self.outcome is not Outcome.RUNNING or tilt <= limit:
@@ -288,6 +302,17 @@ class Walk:
         return self._ended(
             Outcome.FELL, f"the robot fell: its trunk is tilted by {math.degrees(tilt):.1f} deg, "
             f"at most {math.degrees(limit):.1f} deg are allowed", stop_driver=True)
+
+    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
+        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
+        self.give_up(f"no message has arrived on {topic} for {waited:.2f} s, at most {limit:g} s "
+                     f"are allowed; {STANDS}")
+        return []
+
+    def on_failure(self, now: float, error: Exception) -> list[Command]:
+        """Handle an error of the program: make no further step."""
+        self.give_up(f"the walker failed: {type(error).__name__}: {error}; {STANDS}")
+        return []
 
     def _switch(self, step: int, plan: WalkPlan) -> None:
         """Go over to new footsteps at a boundary up to which the motion has been sent."""
@@ -352,7 +377,7 @@ class Walk:
         The driver then follows what it had, which ends at rest before the step. As soon as the two
         motions are far enough apart, the joints show which one it follows.
         """
-        if self._last is None:
+        if self._last is None or now < self._origin + self.plan.begin_of(self._sent - 1):
             return
         had, sent = (knots.at(now - self._origin)[0][0] for knots in (self._last[0], self._knots))
         way = sent - had

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
-
-from door_impact_common.errors import SettingError
+from door_impact_common.documents import STRICT, NotNegative, Number, Positive
+from pydantic.dataclasses import dataclass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=STRICT)
 class WalkSettings:
-    """Settings of the walking pattern.
+    """Settings of the walking pattern; `documents.checked` reports wrong ones as SettingError.
 
     Attributes:
         double_support: Time at the beginning of each step in which both feet bear load [s].
@@ -29,33 +27,16 @@ class WalkSettings:
         friction: Coefficient of friction between soles and floor that may be used.
     """
 
-    double_support: float = 0.1
-    start: float = 1.2
-    end: float = 1.1
-    waist_height: float = 0.62
-    lift: float = 0.045
-    chest_swing: float = 0.75
-    period: float = 0.02
-    horizon: float = 2.0
-    jerk_weight: float = 1e-6
-    required_margin: float = 0.02
-    speed_share: float = 0.9
-    torque_share: float = 0.9
-    friction: float = 0.4
-
-    def __post_init__(self) -> None:
-        """Check the settings.
-
-        Raises:
-            SettingError: A setting is not finite or not positive; `chest_swing` may be 0, and
-                `required_margin` negative.
-        """
-        for name in (field.name for field in fields(self)):
-            value, limit = getattr(self, name), "a positive number"
-            fits = value > 0.0
-            if name == "required_margin":
-                limit, fits = "a finite number", True
-            elif name == "chest_swing":
-                limit, fits = "0 or more", value >= 0.0
-            if not (math.isfinite(value) and fits):
-                raise SettingError(name, value, limit)
+    double_support: Positive = 0.1
+    start: Positive = 1.2
+    end: Positive = 1.1
+    waist_height: Positive = 0.62
+    lift: Positive = 0.045
+    chest_swing: NotNegative = 0.75
+    period: Positive = 0.02
+    horizon: Positive = 2.0
+    jerk_weight: Positive = 1e-6
+    required_margin: Number = 0.02
+    speed_share: Positive = 0.9
+    torque_share: Positive = 0.9
+    friction: Positive = 0.4

@@ -21,66 +21,19 @@ from walking.footsteps.footstep import OUTWARD, Pose, other
 
 UPRIGHT = 0.04
 """Time before touchdown in which a foot moves down only [s]."""
+SHORTEST_SWING = 0.24
+"""Shortest single support of a step from both feet [s]."""
+_SHORTEST = 0.16  # shortest time to a touchdown that is brought forward [s]
+_LONGEST = 0.4  # longest time by which a touchdown is delayed [s]
+_FASTEST_FOOT = 1.2  # largest speed of the swing foot over the floor [m/s]
+_INSET = 0.01  # distance from the edge of a sole that the ZMP of a plan keeps [m]
+_RESERVE = 0.08  # wanted distance of the capture point from the soles' edge at touchdown [m]
 _DIRECTIONS = 64  # of the hull's edges
 _PLACES = (9, 8)  # places of the foot that are compared, ahead and to the side
 _TIME_STEP = 0.02  # between times of touchdown that are compared [s]
 # Costs: of a metre that the reserve lacks, of a metre away from the planned place, of a second away
 # from the planned time and of one after it, of each m/s that the foot is too fast.
 _LACK, _AWAY, _TIME, _LATE, _FAST = 10.0, 0.3, 0.1, 0.3, 100.0
-
-
-@dataclass(frozen=True)
-class RecoverySettings:
-    """Settings of the recovery after a push.
-
-    Attributes:
-        trigger: Error of the capture point from which a walk is changed [m]. In undisturbed walks
-            it stays below 12 mm.
-        again: Error from which a changed walk is changed anew [m].
-        pause: Shortest time between two changes [s].
-        frozen: Time before a touchdown in which its step is not changed any more [s].
-        filter: Time constant with which the measured capture point corrects the pendulum's [s].
-        latency: Time from the measurement to the beginning of the new plan [s].
-        shortest: Shortest time to a touchdown that is brought forward [s].
-        longest: Longest time by which a touchdown is delayed [s].
-        fastest_foot: Largest speed of the swing foot over the floor [m/s].
-        inset: Distance from the edge of a sole that the ZMP of a plan keeps [m].
-        reserve: Wanted distance of the capture point from the edge of the soles at touchdown [m].
-        spare: On both feet, distance from the edge of the soles below which a step is made [m].
-        enough: On both feet, the least distance that such a step must lead to [m].
-        double: Time in which a foot is unloaded before such a step [s].
-        swing: Shortest duration of its single support [s].
-        blend: Time in which the reference of the CoM joins the measured one [s].
-        blend_outward: The same if the robot falls to the side of its standing foot [s].
-        blend_least: The shortest such time that is left to a plan that was changed anew [s].
-        settle: Time after touchdown in which the ZMP moves between the soles [s].
-        end: Time from touchdown to rest [s].
-        lift: Height of the swing foot in the middle of a step [m].
-        speed_share: Share of the joints' speed limits that may be used.
-    """
-
-    trigger: float = 0.035
-    again: float = 0.025
-    pause: float = 0.02
-    frozen: float = 0.12
-    filter: float = 0.015
-    latency: float = 0.015
-    shortest: float = 0.16
-    longest: float = 0.4
-    fastest_foot: float = 1.2
-    inset: float = 0.01
-    reserve: float = 0.08
-    spare: float = 0.03
-    enough: float = 0.045
-    double: float = 0.08
-    swing: float = 0.24
-    blend: float = 0.5
-    blend_outward: float = 0.9
-    blend_least: float = 0.45
-    settle: float = 0.3
-    end: float = 1.4
-    lift: float = 0.045
-    speed_share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -135,8 +88,7 @@ class Landing:
 
 
 def landings(
-    robot: RobotConfig, swing: Swing, capture_point: Array, frequency: float,
-    settings: RecoverySettings,
+    robot: RobotConfig, swing: Swing, capture_point: Array, frequency: float
 ) -> list[Landing]:
     """Return the best landing for each of several times of touchdown, the best one first.
 
@@ -150,42 +102,42 @@ def landings(
     standing = swing.standing
     # All vectors are in the axes of the standing sole from here on.
     places = _places(robot, swing)
-    point = _seen(capture_point, standing)
-    here, aim = _seen(swing.place, standing), np.array(swing.planned.seen_from(standing)[:2])
-    axes = _axes(standing.yaw)
+    origin, aim = np.array(standing[:2]), np.array(swing.planned.seen_from(standing)[:2])
+    cos, sin = math.cos(standing.yaw), math.sin(standing.yaw)
+    axes = np.array([[cos, sin], [-sin, cos]])
+    point, here = axes @ (capture_point - origin), axes @ (swing.place - origin)
     speed, acceleration = axes @ swing.speed, axes @ swing.acceleration
     rect = robot.soles[other(swing.side)]
-    low = np.array([rect[0], rect[2]]) + settings.inset
-    high = np.array([rect[1], rect[3]]) - settings.inset
+    low = np.array([rect[0], rect[2]]) + _INSET
+    high = np.array([rect[1], rect[3]]) - _INSET
     sole = sole_corners(robot.soles[swing.side], np.zeros(3))
     wanted = 0.5 * (places[:, :2] + sole.mean(axis=0) + 0.5 * (low + high))
     normals, support = _hulls(robot, swing.side, places)
     away = _AWAY * np.linalg.norm(places[:, :2] - aim, axis=1)
     found = []
-    for time in _times(swing, settings):
+    for time in _times(swing):
         grow = math.exp(frequency * time)
         zmp = np.clip((wanted - point * grow) / (1.0 - grow), low, high)
         end = zmp + (point - zmp) * grow
         margin = (support - end @ normals).min(axis=1)
         travel = max(time - swing.double - UPRIGHT, UPRIGHT)
-        fast = _fastest(places[:, :2] - here, speed, acceleration, travel) - settings.fastest_foot
-        cost = (_LACK * np.maximum(0.0, settings.reserve - margin) + away
+        fast = _fastest(places[:, :2] - here, speed, acceleration, travel) - _FASTEST_FOOT
+        cost = (_LACK * np.maximum(0.0, _RESERVE - margin) + away
                 + _TIME * abs(time - swing.left) + _LATE * max(0.0, time - swing.left)
                 + _FAST * np.maximum(0.0, fast))
         best = int(np.argmin(cost))
         x, y, yaw = places[best].tolist()
         found.append(Landing(
             swing.side, standing.moved(x, y, yaw), float(time), swing.double,
-            _placed(zmp[best], standing), _placed(end[best], standing), float(margin[best]),
+            origin + zmp[best] @ axes, origin + end[best] @ axes, float(margin[best]),
             float(cost[best])))
     return sorted(found, key=lambda landing: landing.cost)
 
 
-def _times(swing: Swing, settings: RecoverySettings) -> Array:
+def _times(swing: Swing) -> Array:
     """Times of touchdown that are compared, (N,) [s]."""
-    earliest = swing.double + settings.swing if swing.double else min(
-        settings.shortest, swing.left)
-    latest = max(swing.left, settings.shortest) + settings.longest
+    earliest = swing.double + SHORTEST_SWING if swing.double else min(_SHORTEST, swing.left)
+    latest = max(swing.left, _SHORTEST) + _LONGEST
     return np.arange(earliest, latest, _TIME_STEP)
 
 
@@ -222,15 +174,3 @@ def _fastest(way: Array, speed: Array, acceleration: Array, duration: float) -> 
     fixed += np.outer(x - 4.5 * x**2 + 6.0 * x**3 - 2.5 * x**4, acceleration * duration)
     rate = along[:, None, None] * way + fixed[:, None]
     return np.asarray(np.sqrt((rate**2).sum(axis=2)).max(axis=0))
-
-
-def _axes(yaw: float) -> Array:
-    return np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
-
-
-def _seen(point: Array, pose: Pose) -> Array:
-    return np.asarray(_axes(pose.yaw) @ (point - np.array([pose.x, pose.y])))
-
-
-def _placed(point: Array, pose: Pose) -> Array:
-    return np.array([pose.x, pose.y]) + point @ _axes(pose.yaw)

@@ -15,8 +15,8 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
+from door_impact_common.driver.samples import ImuSample, Measured
 from hrp2_description.robot import SIDES, needed
-from humanoid_motion.driver_interface import ImuSample
 from humanoid_motion.kinematics import planar_pose
 from humanoid_motion.robot_model import RobotModel
 
@@ -25,31 +25,12 @@ from walking.pattern.course import Course, central
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.whole_body import feet_ahead, twist
-from walking.recovery.adaptation import RecoverySettings
 
 _PERIOD = 0.005  # time between two measurements [s]
+_SMOOTHING = 0.015  # time constant with which the measured point corrects the pendulum's [s]
 _TOUCH = 30.0  # normal force above which a sole counts [N]
 _STEP = 0.002  # step of the central differences [s]
 _BEARS = 100.0  # normal force of both soles above which there is a ZMP [N]
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What the driver measured at one time; joints are in the robot's order.
-
-    Attributes:
-        position: Joint positions, (J,) [rad].
-        velocity: Joint velocities, (J,) [rad/s].
-        imu: Reading of the IMU.
-        left_wrench: Force and torque of the floor on the left sole, in l_sole, (6,) [N, N m].
-        right_wrench: The same of the right sole.
-    """
-
-    position: Array
-    velocity: Array
-    imu: ImuSample
-    left_wrench: Array
-    right_wrench: Array
 
 
 @dataclass(frozen=True)
@@ -140,7 +121,7 @@ class Balance:
 
 def watch(
     robot: RobotModel, plan: WalkPlan, time: float, measured: Measured,
-    before: Balance | None = None, smoothing: float = RecoverySettings.filter,
+    before: Balance | None = None,
 ) -> Balance:
     """Estimate the robot's balance.
 
@@ -153,7 +134,6 @@ def watch(
         time: Time since its beginning [s].
         measured: What was measured then.
         before: The estimate at the sample before; None for the first one.
-        smoothing: Time constant of the correction [s].
     """
     time = max(time, 0.0)
     phase = plan.phase_at(time)
@@ -171,7 +151,7 @@ def watch(
         moved = before.capture_point
         if zmp is not None:
             moved = moved + _PERIOD * now.frequency * (moved - zmp)
-        point = moved + _PERIOD / (_PERIOD + smoothing) * (point - moved)
+        point = moved + _PERIOD / (_PERIOD + _SMOOTHING) * (point - moved)
     return Balance(time, now, point, reference.capture_point, phase)
 
 

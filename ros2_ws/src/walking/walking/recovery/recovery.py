@@ -33,10 +33,19 @@ from walking.footsteps.footstep import OUTWARD, Pose, Stance, other
 from walking.pattern.course import Course
 from walking.pattern.settings import WalkSettings
 from walking.pattern.walk_plan import WalkPlan
-from walking.recovery.adaptation import Landing, RecoverySettings, Swing, landings
+from walking.recovery.adaptation import SHORTEST_SWING, Landing, Swing, landings
 from walking.recovery.estimate import Balance, Measured, ReferenceState, reference_at, watch
 from walking.recovery.replan import plan_landing
 
+_TRIGGER = 0.035  # error of the capture point from which a walk is changed; else below 12 mm [m]
+_AGAIN = 0.025  # error from which a changed walk is changed anew [m]
+_PAUSE = 0.02  # shortest time between two changes [s]
+_FROZEN = 0.12  # time before a touchdown in which its step is not changed any more [s]
+_LATENCY = 0.015  # time from the measurement to the beginning of the new plan [s]
+# On both feet: distance of the capture point from the soles' edge below which a step is made, and
+# the least distance that such a step must lead to [m].
+_SPARE, _ENOUGH = 0.03, 0.045
+_UNLOAD = 0.08  # time in which a foot is unloaded before such a step [s]
 _TRIES = 4  # largest number of landings that are planned
 _LONGER = 0.03  # by how much longer a step takes that is tried after one that the legs refuse [s]
 
@@ -73,7 +82,6 @@ def recover(
     plan: WalkPlan,
     time: float,
     measured: Measured,
-    settings: RecoverySettings | None = None,
     walk: WalkSettings | None = None,
     previous: Recovery | None = None,
     seen: Balance | None = None,
@@ -84,42 +92,40 @@ def recover(
         plan: The plan that the driver follows.
         time: Time since its beginning [s].
         measured: What was measured then.
-        settings: Settings; None means the defaults.
         walk: Settings of the walk; None means the defaults.
         previous: The recovery that made this plan; None for an undisturbed walk.
         seen: What `watch` found at this time; None means that of this sample alone.
     """
-    settings, walk = settings or RecoverySettings(), walk or WalkSettings()
-    seen = seen or watch(robot, plan, time, measured, smoothing=settings.filter)
-    if not _disturbed(seen, time, settings, previous):
+    walk = walk or WalkSettings()
+    seen = seen or watch(robot, plan, time, measured)
+    if not _disturbed(seen, time, previous):
         return None
-    begin = max(time, 0.0) + settings.latency
+    begin = max(time, 0.0) + _LATENCY
     phase = plan.phase_at(begin)
     in_air = phase.kind == "single"
     left = phase.last * plan.schedule.period - begin
-    if in_air and left < settings.frozen:
+    if in_air and left < _FROZEN:
         return None
     if (plan.phase_at(time).kind == "single") != in_air:
         return None  # the foot lands as planned; what is left is judged on both feet
     state = reference_at(robot, plan, begin, walk.chest_swing)
-    com, point = _ahead(robot, state, seen, settings)
+    com, point = _ahead(robot, state, seen)
     frequency = seen.com.frequency
     if in_air:
         swing = Swing(
             phase.swing, phase.stance.foot(other(phase.swing)), state.foot.value[:2],
             state.foot.speed[:2], state.foot.acceleration[:2], plan.footsteps[phase.step].pose,
             left)
-        found = landings(robot.config, swing, point, frequency, settings)
+        found = landings(robot.config, swing, point, frequency)
     else:
-        found = _steps(robot, state.stance, point, frequency, settings)
+        found = _steps(robot, state.stance, point, frequency)
     passed = 0.0 if previous is None else previous.passed + begin
     for _ in range(_TRIES):
         if not found:
             break
         landing = found[0]
         try:
-            new, expected = plan_landing(
-                robot, state, landing, com, frequency, settings, walk, passed)
+            new, expected = plan_landing(robot, state, landing, com, frequency, walk, passed)
         except HumanoidMotionError:  # a leg does not reach there in time
             found = [later for later in found if later.time > landing.time + _LONGER]
             continue
@@ -127,27 +133,23 @@ def recover(
     return None
 
 
-def _disturbed(
-    seen: Balance, time: float, settings: RecoverySettings, previous: Recovery | None
-) -> bool:
+def _disturbed(seen: Balance, time: float, previous: Recovery | None) -> bool:
     if previous is None:
-        error, limit = seen.capture_point - seen.planned, settings.trigger
+        error, limit = seen.capture_point - seen.planned, _TRIGGER
     else:
-        error, limit = seen.capture_point - previous.capture_point(time), settings.again
-        if time < settings.pause:
+        error, limit = seen.capture_point - previous.capture_point(time), _AGAIN
+        if time < _PAUSE:
             return False
     return float(np.linalg.norm(error)) >= limit
 
 
-def _ahead(
-    robot: RobotModel, state: ReferenceState, seen: Balance, settings: RecoverySettings
-) -> tuple[Array, Array]:
+def _ahead(robot: RobotModel, state: ReferenceState, seen: Balance) -> tuple[Array, Array]:
     """Predict CoM and its velocity (2, 2) and the capture point (2,) at the plan's beginning.
 
     Until then the stabilizer has the ZMP under the capture point, or as near to it as the soles
     allow.
     """
-    w, time = seen.com.frequency, settings.latency
+    w, time = seen.com.frequency, _LATENCY
     com, point = seen.com.com, seen.capture_point
     zmp = _nearest(point, _hull(robot, state.stance, state.swing))
     later = zmp + (point - zmp) * np.exp(w * time)
@@ -157,11 +159,9 @@ def _ahead(
     return np.stack([com, w * (later - com)]), later
 
 
-def _steps(
-    robot: RobotModel, stance: Stance, point: Array, frequency: float, settings: RecoverySettings
-) -> list[Landing]:
+def _steps(robot: RobotModel, stance: Stance, point: Array, frequency: float) -> list[Landing]:
     """Return steps from both feet, the best one first; none if the robot can stop without one."""
-    if float(polygon_margin(point, _hull(robot, stance, ""))) >= settings.spare:
+    if float(polygon_margin(point, _hull(robot, stance, ""))) >= _SPARE:
         return []
     width = needed(robot.config.footsteps, "footsteps").width
     found: list[Landing] = []
@@ -169,10 +169,9 @@ def _steps(
         base = stance.foot(other(side))
         swing = Swing(
             side, base, np.array(stance.foot(side)[:2]), np.zeros(2), np.zeros(2),
-            base.moved(0.0, OUTWARD[side] * width), settings.double + settings.swing,
-            settings.double)
-        found += landings(robot.config, swing, point, frequency, settings)
-    return sorted((landing for landing in found if landing.margin > settings.enough),
+            base.moved(0.0, OUTWARD[side] * width), _UNLOAD + SHORTEST_SWING, _UNLOAD)
+        found += landings(robot.config, swing, point, frequency)
+    return sorted((landing for landing in found if landing.margin > _ENOUGH),
                   key=lambda landing: landing.cost)
 
 

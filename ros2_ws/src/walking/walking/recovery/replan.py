@@ -29,16 +29,22 @@ from walking.pattern.swing import clear_of, hump
 from walking.pattern.timing import Phase, Schedule, rest_point
 from walking.pattern.walk_plan import WalkChecks, WalkPlan
 from walking.pattern.whole_body import BodyCourses, whole_body
-from walking.recovery.adaptation import UPRIGHT, Landing, RecoverySettings
+from walking.recovery.adaptation import UPRIGHT, Landing
 from walking.recovery.estimate import ReferenceState
 
 _OUTWARD = 0.4  # share of the error across the standing foot from which the robot falls outward
 _UPPER = 0.4  # time in which the upper body comes to rest [s]
+# Time in which the reference of the CoM joins the measured one; the same if the robot falls to the
+# side of its standing foot; and the shortest that is left to a plan that was changed anew [s].
+_BLEND, _BLEND_OUTWARD, _BLEND_LEAST = 0.5, 0.9, 0.45
+_SETTLE = 0.3  # time after touchdown in which the ZMP moves between the soles [s]
+_END = 1.4  # time from touchdown to rest [s]
+_LIFT = 0.045  # height of the swing foot in the middle of a step [m]
 
 
 def plan_landing(
     robot: RobotModel, state: ReferenceState, landing: Landing, com: Array, frequency: float,
-    settings: RecoverySettings, walk: WalkSettings, passed: float,
+    walk: WalkSettings, passed: float,
 ) -> tuple[WalkPlan, Course]:
     """Plan a step to a landing and the way to rest on both feet.
 
@@ -56,17 +62,17 @@ def plan_landing(
         HumanoidMotionError: A leg does not reach, or a joint would leave its range or be too fast.
     """
     step = Footstep(landing.side, *landing.pose)
-    plan = _schedule(state.stance, step, landing, settings.end, walk.period)
+    plan = _schedule(state.stance, step, landing, walk.period)
     time, lifted, landed = plan.time, plan.phases[-2].first, plan.phases[-1].first
     after = plan.phases[-1].stance
     rest = rest_point(robot, after)
-    ramp = np.clip((time - time[landed]) / settings.settle, 0.0, 1.0)[:, None]
+    ramp = np.clip((time - time[landed]) / _SETTLE, 0.0, 1.0)[:, None]
     zmp = landing.zmp + ramp * (rest - landing.zmp)
     cart = CartState(np.vstack([com, frequency**2 * (com[0] - landing.zmp)]), np.zeros(2))
     control = preview_control(
         walk.period, com_height(robot, walk.waist_height), walk.horizon, walk.jerk_weight)
     expected = Course(*np.moveaxis(control.follow(cart, zmp).com, 1, 0))
-    blend = max(settings.blend_least, _blend(state, landing, com, frequency, settings) - passed)
+    blend = max(_BLEND_LEAST, _blend(state, landing, com, frequency) - passed)
     gap = Course(*(rows[0] - now for rows, now in zip(expected, state.com, strict=True)))
     left = to_rest(gap, np.zeros(2), blend, time)
     course = ending_at_rest(
@@ -76,10 +82,10 @@ def plan_landing(
                     np.array([rest_height(robot)]), float(time[-1]), time)
     upper = to_rest(state.upper, state.upper.value, _UPPER, time)
     body = BodyCourses(
-        _feet(robot, state, step, time, lifted, landed, settings),
+        _feet(robot, state, step, time, lifted, landed),
         Course(*(rows[:, 0] for rows in waist)), upper, walk.chest_swing)
     motion = whole_body(robot, time, course, body)
-    require_joint_limits(robot, motion, "recovery step", share=settings.speed_share)
+    require_joint_limits(robot, motion, "recovery step")
     dynamics = inverse_dynamics(robot, motion)
     found = WalkPlan(
         knots=Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration),
@@ -146,21 +152,18 @@ def swing_to(
     return clear_of(robot.config, side, standing_sole, swung)
 
 
-def _schedule(
-    stance: Stance, step: Footstep, landing: Landing, end: float, period: float
-) -> Schedule:
+def _schedule(stance: Stance, step: Footstep, landing: Landing, period: float) -> Schedule:
     lifted = round(landing.double / period)
     landed = lifted + max(1, round((landing.time - landing.double) / period))
     phases = [Phase("single", lifted, landed, stance, 0, step.side),
-              Phase("end", landed, landed + round(end / period), stance.after(step), 1, "")]
+              Phase("end", landed, landed + round(_END / period), stance.after(step), 1, "")]
     if lifted:
         phases.insert(0, Phase("double", 0, lifted, stance, 0, step.side))
     return Schedule(tuple(phases), period)
 
 
 def _blend(
-    state: ReferenceState, landing: Landing, com: Array, frequency: float,
-    settings: RecoverySettings,
+    state: ReferenceState, landing: Landing, com: Array, frequency: float
 ) -> float:
     """Return the time in which the reference of the CoM joins the measured one [s]."""
     side = other(landing.side)
@@ -168,12 +171,11 @@ def _blend(
     off = com[0] + com[1] / frequency - state.com.value - state.com.speed / frequency
     across = OUTWARD[side] * float(np.array([-np.sin(yaw), np.cos(yaw)]) @ off)
     outward = across > _OUTWARD * float(np.linalg.norm(off))
-    return settings.blend_outward if outward else settings.blend
+    return _BLEND_OUTWARD if outward else _BLEND
 
 
 def _feet(
-    robot: RobotModel, state: ReferenceState, step: Footstep, time: Array, lifted: int,
-    landed: int, settings: RecoverySettings,
+    robot: RobotModel, state: ReferenceState, step: Footstep, time: Array, lifted: int, landed: int,
 ) -> dict[str, Course]:
     side, count = step.side, len(time)
     still = as_array(state.stance.foot(other(side)))
@@ -187,7 +189,7 @@ def _feet(
     for pose in (still, end):
         pose[2] = begin.value[3] + wrapped(pose[2] - begin.value[3])
     foot = Course.constant(np.insert(end, 2, 0.0), count)
-    swing = swing_to(robot, side, begin, end, still, settings.lift,
+    swing = swing_to(robot, side, begin, end, still, _LIFT,
                      time[lifted : landed + 1] - time[lifted])
     for rows, new in zip(foot, swing, strict=True):
         rows[:lifted] = new[0]

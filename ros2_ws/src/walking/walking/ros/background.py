@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from typing import Any, TypeVar
 
-from door_impact_common.node import GuardedNode
+from door_impact_common.node import GuardedNode, until
 from hrp2_description.robot import RobotConfig
 from humanoid_motion.robot_model import RobotModel
-from rclpy.clock import Clock, ClockType
-from rclpy.task import Future
-
-_PERIOD = 0.005  # time between two looks whether a plan is ready, by the computer's clock [s]
 
 Found = TypeVar("Found")
 
@@ -39,22 +32,8 @@ class Background:
             args: Its further arguments.
         """
         pending = self._threads.submit(lambda: work(self._robot.result(), *args))
-        await self.until(pending.done)
+        await until(self._node, pending.done)
         return pending.result()
-
-    async def until(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
-        """Wait until a condition holds, by looking again and again.
-
-        Args:
-            patience: Longest time to wait, by the computer's clock [s].
-        """
-        end = time.monotonic() + patience
-        while not condition() and time.monotonic() < end:
-            later = Future()
-            timer = self._node.create_timer(_PERIOD, partial(later.set_result, None),
-                                            clock=Clock(clock_type=ClockType.STEADY_TIME))
-            await later
-            self._node.destroy_timer(timer)
 
     def close(self) -> None:
         """End the thread after the work that it has begun."""

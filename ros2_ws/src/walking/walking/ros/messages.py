@@ -9,6 +9,7 @@ from typing import Any
 from builtin_interfaces.msg import Duration
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.palette import BLUE, ORANGE
+from door_impact_common.stamps import seconds
 from door_impact_msgs.action import Walk as WalkAction
 from door_impact_msgs.msg import Footstep as FootstepMessage
 from door_impact_msgs.msg import Footsteps
@@ -133,12 +134,13 @@ def footstep_markers(
     return array
 
 
-def base_pose(message: Any, child: str) -> Pose | None:
-    """Read the pose of a link in odom from a TFMessage, as seen from above; None without it."""
+def base_pose(message: Any, child: str) -> tuple[float, Pose] | None:
+    """Read stamp [s] and pose of a link in odom from a TFMessage, as seen from above, if any."""
     for each in message.transforms:
         if each.child_frame_id == child and each.header.frame_id == ODOM:
             place, q = each.transform.translation, each.transform.rotation
             yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
             pose = Pose(place.x, place.y, yaw)
-            return pose if all(map(math.isfinite, pose)) else None
+            stamp = seconds(each.header.stamp)
+            return (stamp, pose) if all(map(math.isfinite, pose)) else None
     return None

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
-from door_impact_common.driver.topics import SILENCE
+from door_impact_common.driver.topics import SILENCE, RobotTopics
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.node import GuardedNode, run_node
+from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import Walk as WalkAction
 from door_impact_msgs.msg import Footsteps
@@ -21,15 +22,17 @@ from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.sensor_doubts import doubts
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
+from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from walking.errors import NotReady
 from walking.execution.goal import WalkGoal, plan_goal
-from walking.execution.start import require_near, soles_at, start_state
+from walking.execution.start import Standing, require_near, soles_at, start_state
 from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Footstep, Pose, Stance
 from walking.pattern.settings import WalkSettings
@@ -38,18 +41,18 @@ from walking.pattern.walk_plan import WalkPlan
 from walking.ros.background import Background
 from walking.ros.messages import (
     CODES,
+    base_pose,
     error_code,
     footstep_markers,
     footsteps_message,
     goal_from,
     stamped,
 )
-from walking.ros.robot_topics import RobotTopics
 
 Result = WalkAction.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
-PATIENCE = 1.0  # time that a goal waits for messages, by the computer's clock [s]
+PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
 HIT = "/execute_door_impact"
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 
@@ -70,8 +73,13 @@ class Walker(GuardedNode):
         config = load_robot_config(robot or None)
         self._robot = RobotModel(config)
         self._settings = WalkSettings()
-        self._driver = RobotTopics(self, self._robot, Parameters(self, SILENCE), self._after)
+        self._driver = RobotTopics(
+            self, self._robot.joint_names, self._robot.joint_ranges, Parameters(self, SILENCE),
+            self._after, partial(doubts, self._robot), further=[(TFMessage, "/tf", self._on_tf)])
         self._inputs = self._driver.inputs
+        self._walk: Walk | None = None  # the walk that was begun last
+        # Stamp [s], and pose of base_link in odom, as seen from above.
+        self._base: tuple[float, Pose] | None = None
         self._background = Background(self, config)
         self._hit = ActiveGoals(self, HIT)
         self._handled = 0  # number of goals that are not answered yet
@@ -102,7 +110,7 @@ class Walker(GuardedNode):
         """Send commands and feedback, and end the action if the walk has ended."""
         for command in commands:
             self._send(command)
-        walk = self._inputs.walk
+        walk = self._walk
         if walk is None or self._finished is None:
             return
         if commands:
@@ -112,6 +120,9 @@ class Walker(GuardedNode):
         elif now >= self._last_feedback + FEEDBACK_PERIOD:
             self._last_feedback = now
             self._send_feedback(walk, now)
+
+    def _on_tf(self, message: TFMessage) -> None:
+        self._base = base_pose(message, "base_link") or self._base
 
     def _send(self, command: Command) -> None:
         names = self._robot.joint_names
@@ -138,7 +149,7 @@ class Walker(GuardedNode):
 
         It is NaN where the last ZMP is of a time at which other soles should bear load.
         """
-        zmp, sides = self._inputs.latest.zmp, walk.phase(now).sides
+        zmp, sides = self._driver.zmp, walk.phase(now).sides
         if zmp is None or walk.phase(zmp[0]).sides != sides:
             return math.nan
         corners = (self._robot.feet[side].corners((*soles.foot(side)[:2], 0.0),
@@ -146,16 +157,16 @@ class Walker(GuardedNode):
         return float(polygon_margin(zmp[1], support_polygon(*corners)))
 
     def _soles(self) -> Stance | None:
-        """Poses of the soles by the odometry; None before the first messages."""
-        latest = self._inputs.latest
-        if latest.base is None or latest.joints is None:
+        """Poses of the soles by the odometry; None without recent messages."""
+        base, joints, oldest = self._base, self._inputs.joints, self._driver.freshness.limit
+        if base is None or joints is None or abs(base[0] - joints[0]) > oldest:
             return None
-        return soles_at(self._robot, latest.base, latest.joints[1])
+        return soles_at(self._robot, base[1], joints[1])
 
     # -- action ---------------------------------------------------------------------------------
 
     def _on_cancel(self, goal_handle: Any) -> CancelResponse:
-        walk = self._inputs.walk
+        walk = self._walk
         if walk is not None and goal_handle is self._goal:
             walk.stop("the walk was stopped, as requested; the robot stands on two feet")
         return CancelResponse.ACCEPT
@@ -203,18 +214,18 @@ class Walker(GuardedNode):
             raise NotReady("a hit is being executed (/execute_door_impact): the robot walks when "
                            "it has ended", quantity="action", value=HIT)
         # After a reset, or when the first goal has just subscribed.
-        await self._background.until(lambda: self._driver.complete, PATIENCE)
+        await until(self, lambda: self._driver.complete and self._soles() is not None, PATIENCE)
         while not dry and (walk := self._walking()) is not None:
             if await self._replaced(goal_handle, number, goal, walk):
                 return self._owned(goal_handle)
         state = self._present_state()
         plan: WalkPlan = await self._background.run(plan_goal, state, goal, self._settings)
         # The messages that came in during the planning are handled first.
-        await self._background.until(lambda: self._inputs.latest.lag == 0.0, PATIENCE)
-        latest = self._inputs.latest
-        if latest.joints is None:
+        await until(self, lambda: self._inputs.lag == 0.0, PATIENCE)
+        joints = self._inputs.joints
+        if joints is None:
             raise NotReady("the robot's clock went back while the walk was planned")
-        require_near(self._robot, plan.knots.position[0], latest.joints[1])
+        require_near(self._robot, plan.knots.position[0], joints[1])
         if dry:
             return (f"this was a dry run: {len(plan.footsteps)} footsteps in "
                     f"{plan.duration:.1f} s could be made")
@@ -223,9 +234,9 @@ class Walker(GuardedNode):
             raise NotReady("another motion began while the walk was planned")
         walk = Walk(self._robot, plan, self._settings, onward=self._onward)
         self._inputs.intake.begin()
-        self._inputs.walk, self._wanted = walk, goal
+        self._inputs.motion, self._walk, self._wanted = walk, walk, goal
         self._publish(plan.footsteps)
-        command = walk.start(self._driver.topics.now() + latest.lag)
+        command = walk.start(self._driver.now() + self._inputs.lag)
         self._send(command)
         walk.prepare_next()
         return self._owned(goal_handle)
@@ -244,8 +255,8 @@ class Walker(GuardedNode):
         return plan
 
     def _walking(self) -> Walk | None:
-        walk = self._inputs.walk
-        return walk if walk is not None and walk.outcome is Outcome.RUNNING else None
+        walk = self._walk
+        return walk if walk is not None and walk.running else None
 
     def _owned(self, goal_handle: Any) -> Future:
         """Make a goal the owner of the walk under way; the one before ends as replaced."""
@@ -264,19 +275,19 @@ class Walker(GuardedNode):
         Raises:
             DoorImpactError: They cannot be made; the walk under way goes on with its own.
         """
-        step, state = walk.hold_for_new_footsteps(self._driver.topics.now())
+        step, state = walk.hold_for_new_footsteps(self._driver.now())
         before = walk.plan.footsteps[step - 1].side if step else ""
         try:
             plan = await self._background.run(plan_goal, state, goal, self._settings, before)
             self._require_wanted(goal_handle, number)
-            if walk.replace(step, plan, self._driver.topics.now()):
+            if walk.replace(step, plan, self._driver.now()):
                 self._wanted = goal
                 self._publish(plan.footsteps)
                 return True
             # Too late: the robot comes to rest at the boundary, and walks on from there.
-            await self._background.until(
-                lambda: walk.outcome is not Outcome.RUNNING
-                or walk.resting(self._driver.topics.now()))
+            await until(
+                self, lambda: walk.outcome is not Outcome.RUNNING
+                or walk.resting(self._driver.now()))
             if walk.outcome is not Outcome.RUNNING:
                 return False
             # As planned, or as found if the robot was pushed.
@@ -286,7 +297,7 @@ class Walker(GuardedNode):
             if walk.outcome is not Outcome.RUNNING:
                 return False
             self._wanted = goal
-            self._send(walk.resume(plan, self._driver.topics.now()))
+            self._send(walk.resume(plan, self._driver.now()))
             self._publish(plan.footsteps)
             return True
         except DoorImpactError:
@@ -307,7 +318,15 @@ class Walker(GuardedNode):
         Raises:
             NotReady: Messages are missing or old, or the robot does not stand still.
         """
-        return start_state(self._robot, self._driver.standing(), self._settings, self._postures)
+        stale = self._driver.refusal()
+        if stale is not None:
+            raise NotReady(stale[0], quantity="age [s]", value=stale[1])
+        if self._base is None or self._inputs.joints is None or self._soles() is None:
+            raise NotReady("no recent odometry has arrived on /tf (odom -> base_link): does "
+                           "zmp_publisher run?", quantity="/tf", value=None)
+        _, position, velocity = self._inputs.joints
+        found = Standing(self._base[1], self._inputs.tilt, position, velocity)
+        return start_state(self._robot, found, self._settings, self._postures)
 
     def _publish(self, footsteps: Sequence[Footstep]) -> None:
         stamp = self.get_clock().now().to_msg()
@@ -317,13 +336,13 @@ class Walker(GuardedNode):
     # -- results --------------------------------------------------------------------------------
 
     def _ended(self, goal_handle: Any, outcome: Outcome | None) -> Any:
-        walk = self._inputs.walk
+        walk = self._walk
         assert walk is not None
-        steps = walk.steps_made(self._driver.topics.now())
+        steps = walk.steps_made(self._driver.now())
         if outcome is None:
             goal_handle.abort()
             return self._result(Result.REPLACED, "a newer goal took the place of this one", steps)
-        self._inputs.walk = self._goal = None
+        self._inputs.motion = self._walk = self._goal = None
         self._postures = [walk.final.upper]
         text = walk.reason or f"the robot made {steps} steps and stands at the goal"
         result = self._result(CODES[outcome], text, steps)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.documents import checked
 from door_impact_common.drawing import is_drawn
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.palette import BLUE, GREEN, GREY, PURPLE, VERMILION
@@ -109,7 +110,7 @@ def _planned(robot: RobotModel, options: argparse.Namespace) -> WalkPlan:
     footsteps = plan_footsteps(
         robot.config, stance, goal, options.step_time, keep_heading=options.keep_heading,
         whole_turns=True)
-    settings = WalkSettings(waist_height=options.waist_height)
+    settings = checked(WalkSettings, {"waist_height": options.waist_height})
     return plan_walk(robot, standing(robot, stance), footsteps, settings)
 
 
