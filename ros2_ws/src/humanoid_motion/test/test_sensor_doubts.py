@@ -69,7 +69,7 @@ WRONG: dict[str, tuple[Change, str, bool]] = {
     "accelerometer in milli-g": (imu(specific_force=lambda f: 1e3 * f / GRAVITY), "m/s^2", False),
     "gyro with an offset in deg/s": (imu(angular_velocity=lambda w: w + 2.0), "gyro", False),
     "joint speeds that are positions": (
-        lambda sample: replace(sample, velocity=sample.position), "stands, but its speed", True),
+        lambda sample: replace(sample, velocity=sample.position), "according to its speeds", True),
     "joint speeds with an offset": (
         lambda sample: replace(sample, velocity=sample.velocity + 0.5), "rad/s", True),
 }
@@ -92,10 +92,20 @@ def test_a_gyro_in_another_unit_is_doubted_as_soon_as_the_robot_turns(
     for sample in standing(robot):
         turn = np.array([0.0, 0.0, np.sin(0.2 * sample.time), np.cos(0.2 * sample.time)])
         samples.append(replace(
-            sample, position=sample.position + 0.1 * sample.time,
+            sample, position=sample.position + 0.1 * sample.time, velocity=sample.velocity + 0.1,
             imu=replace(sample.imu, orientation=turn,
                         angular_velocity=unit * np.array([0.0, 0.0, 0.4]))))
     assert [each.topic for each in doubts(robot, samples)] == ["/imu"] * doubted
+
+
+@pytest.mark.parametrize(("unit", "doubted"), [
+    (1.0, False), (np.nan, False), (0.0, True), (np.degrees(1.0), True), (-1.0, True)])
+def test_joint_speeds_that_are_zeros_or_in_another_unit_are_doubted_as_soon_as_a_joint_moves(
+        robot: RobotModel, unit: float, doubted: bool) -> None:
+    """By 0.6 rad/s; NaN stands for a speed that is not measured."""
+    samples = [replace(sample, position=sample.position + 0.6 * sample.time,
+                       velocity=unit * (sample.velocity + 0.6)) for sample in standing(robot)]
+    assert [each.topic for each in doubts(robot, samples)] == ["/joint_states"] * doubted
 
 
 def test_good_sensors_raise_no_doubt(robot: RobotModel) -> None:
@@ -103,6 +113,7 @@ def test_good_sensors_raise_no_doubt(robot: RobotModel) -> None:
     assert doubts(robot, standing(robot)) == []
     assert doubts(robot, standing(robot, imu(specific_force=np.zeros_like))) == []
     assert doubts(robot, []) == []
-    moving = [replace(sample, position=sample.position + sample.time, left_wrench=0.0 * each)
+    moving = [replace(sample, position=sample.position + sample.time,
+                      velocity=sample.velocity + 1.0, left_wrench=0.0 * each)
               for sample in standing(robot) for each in [sample.left_wrench]]
     assert doubts(robot, moving) == []

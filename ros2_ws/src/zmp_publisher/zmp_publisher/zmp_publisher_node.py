@@ -162,7 +162,8 @@ class ZmpPublisher(GuardedNode):
         except SettingError as error:
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if self._accepted(JOINTS, message, np.concatenate([positions, velocities])):
+        known = np.nan_to_num(velocities)
+        if self._accepted(JOINTS, message, np.concatenate([positions, known])):
             self._take(JOINTS, message, (positions, velocities, message.header.stamp))
 
     def _take_wrench(self, side: str, message: WrenchStamped) -> None:
@@ -212,7 +213,7 @@ class ZmpPublisher(GuardedNode):
             self._publish_scene(stamp, positions, self._pose)
 
     def _joints(self, joints: JointState) -> tuple[Array, Array]:
-        """Read positions [rad] and speeds [rad/s], (J,) each; speeds may be missing, then zeros.
+        """Read positions [rad] and speeds [rad/s], (J,) each; speeds may be missing, then NaN.
 
         Raises:
             SettingError: A joint or a position is missing, or not finite.
@@ -232,7 +233,7 @@ class ZmpPublisher(GuardedNode):
             raise SettingError(self._robot.joint_names[bad], float(positions[bad]), "finite")
         known = len(joints.velocity) == len(names)
         return positions, (np.array(joints.velocity)[self._columns] if known
-                           else np.zeros(len(positions)))
+                           else np.full(len(positions), np.nan))
 
     def _look_at_graph(self) -> None:
         self._crowded = crowded(self, (JOINTS, IMU, *WRENCHES.values()))

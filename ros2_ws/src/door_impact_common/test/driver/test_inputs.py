@@ -1,11 +1,15 @@
 """What arrives from a robot's sensors is checked before anything rests on it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from door_impact_common.driver.inputs import Inputs
 from door_impact_common.driver.intake import Arrival
 from door_impact_common.driver.messages import imu_sample
 from door_impact_common.driver.ranges import joint_ranges
+from door_impact_common.driver.topics import silence_of
+from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import Imu
 
 HALF_SITTING, STILL = np.array([0.4, -0.8, 0.4]), np.zeros(3)
@@ -92,3 +96,16 @@ def test_an_imu_without_an_accelerometer_has_a_specific_force_of_zeros() -> None
     reading = imu_sample(message)
     assert reading is not None
     assert not reading.specific_force.any()
+
+
+@pytest.mark.parametrize(("publishers", "cause"), [
+    ([], "nobody publishes there"), ([ReliabilityPolicy.RELIABLE], ""),
+    ([ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT], "imu_driver publishes with")])
+def test_a_silent_topic_is_explained_by_its_publishers(
+        publishers: list[ReliabilityPolicy], cause: str) -> None:
+    """A reliable subscription gets nothing from a publisher with the QoS best effort."""
+    found = [SimpleNamespace(node_name="imu_driver", qos_profile=SimpleNamespace(reliability=each))
+             for each in publishers]
+    text = silence_of(SimpleNamespace(get_publishers_info_by_topic=lambda _: found), "/imu")
+    assert cause in text
+    assert bool(text) == bool(cause)
