@@ -1,21 +1,23 @@
-"""Motion of a door under an external torque, which may free it where friction holds it."""
+"""Motion of a door under an external torque, integrated in pieces with one direction and zone."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from door_model.door.closer import FourBarCloser
+from door_model.door.closer import LIMIT_MARGIN, FourBarCloser
 from door_model.door.door import Door
-from door_model.errors import LinkageError
-from door_model.motion.free_motion import End, follow
+from door_model.errors import DoorModelError, LinkageError
 
-_INSTANT = 1e-9  # time after which a torque that frees the door certainly exceeds its friction [s]
+_INSTANT = 1e-9  # shortest time for which friction frees the door [s]
+_RTOL = 1e-10  # relative tolerance of the solver
+_ATOL = 1e-12  # absolute tolerance of the solver [rad], [rad/s]
 
 
 @dataclass(frozen=True)
@@ -58,68 +60,154 @@ def end_of_linkage(
     )
 
 
-def drive(
-    door: Door, theta0: float, omega0: float, times: NDArray[np.float64], duration: float, *,
-    torque: Callable[[float], float] | None, stop: bool,
-) -> SampledMotion:
-    """Follow the motion under an external torque from one hold by friction to the next.
+class DrivenIntegrator:
+    """Integrates a motion under an external torque, in pieces with one direction and zone.
 
-    Args:
-        door: The door.
-        theta0: Angle at the start [rad].
-        omega0: Angular velocity at the start [rad/s].
-        times: Sample times, increasing from 0, (N,) [s].
-        duration: Time at the end [s].
-        torque: External torque over time [N m]; None for a free door.
-        stop: Whether the motion ends where the door falls shut; the last sample is then there.
-
-    Raises:
-        LinkageError: The motion leaves the angles at which the linkage closes.
-        DoorModelError: The motion cannot be followed.
+    Within such a piece eq. (1) is smooth, as the solver requires.
     """
-    now, state = 0.0, (theta0, omega0)
-    theta, omega = np.empty_like(times), np.empty_like(times)
-    while now <= duration:
-        piece = follow(
-            door.closer.numbers(), door.ratios(), *state, until=duration - now + _INSTANT,
-            shut_at=0.0 if stop else -np.inf,
-            torque=None if torque is None else partial(_ratio, torque, door.i_a, now))
-        rest = times >= now
-        theta[rest], omega[rest] = (rows[:, 0] for rows in piece.at(times[rest] - now))
-        now += float(piece.end_time[0])
-        state = float(piece.end_angle[0]), float(piece.end_speed[0])
-        if piece.end[0] == End.LINKAGE:
-            raise end_of_linkage(theta0, omega0, state[0], door.closer)
-        if piece.end[0] == End.SHUT:
-            before = times < now
-            return SampledMotion(
-                np.append(times[before], now), np.append(theta[before], state[0]),
-                np.append(omega[before], state[1]))
-        if piece.end[0] == End.TIME or torque is None:
-            break
-        now = _freed(door, state[0], torque, now, times)
-    return SampledMotion(times, theta, omega)
+
+    def __init__(
+        self,
+        door: Door,
+        torque: Callable[[float], float] | None,
+        stop: bool,
+        times: NDArray[Any],
+    ) -> None:
+        """Set the problem.
+
+        Args:
+            door: The door.
+            torque: External torque over time [N m]; None for a free door.
+            stop: Whether the motion ends where the door falls shut.
+            times: Sample times, increasing from 0, (N,) [s].
+        """
+        self.door, self.stop, self.times = door, stop, times
+        self.torque = torque if torque is not None else lambda _: 0.0
+        self.upper = door.closer.opening_limit() - LIMIT_MARGIN
+        self.lower = door.closer.closing_limit() + LIMIT_MARGIN
+        # If the door resists equally in both directions, no cut is needed where it turns round.
+        self.symmetric = (
+            door.closing_viscosity == door.c_c
+            and not (door.friction or door.backcheck or door.latch)
+        )
+
+    def run(self, theta0: float, omega0: float, duration: float) -> SampledMotion:
+        """Integrate from a start to the end, or to the time at which the door falls shut.
+
+        Args:
+            theta0: Angle at the start [rad].
+            omega0: Angular velocity at the start [rad/s].
+            duration: Time to integrate [s].
+
+        Raises:
+            LinkageError: The motion leaves the angles at which the linkage closes.
+            DoorModelError: The solver fails.
+        """
+        theta, omega = np.full_like(self.times, theta0), np.full_like(self.times, omega0)
+        now, state, shut = 0.0, (theta0, omega0), False
+        while now < duration and not shut:
+            direction, wait = self._direction(now, state)
+            if direction:
+                begin = now
+                now, state, shut = self._piece(begin, duration, state, direction, theta, omega)
+                if now - begin >= _INSTANT or state[1] or shut:
+                    continue
+                # The torque exceeds the friction by its rounding alone, and falls below it again:
+                # friction holds the door, at least to the next sample.
+                later = self.times[self.times > now + _INSTANT]
+                wait = later[0] - now if later.size else math.inf
+            held = self.times >= now
+            theta[held], omega[held] = state[0], 0.0
+            now = min(duration, now + wait)
+        if not shut:
+            return SampledMotion(self.times, theta, omega)
+        before = self.times < now
+        return SampledMotion(
+            np.append(self.times[before], now), np.append(theta[before], state[0]),
+            np.append(omega[before], state[1]))
+
+    def _direction(self, now: float, state: tuple[float, float]) -> tuple[float, float]:
+        """Return the sign of the motion, or 0 and a time [s] if friction holds the door so long."""
+        if state[1] or self.symmetric:
+            return math.copysign(1.0, state[1]), 0.0
+        pull = float(self.door.restoring_torque(state[0]))
+
+        def freed(t: float) -> float:
+            return abs(self.torque(t) - pull) - self.door.friction
+
+        net = self.torque(now) - pull
+        if freed(now) > 0.0:
+            return math.copysign(1.0, net), 0.0
+        for before, after in pairwise([now, *self.times[self.times > now]]):
+            if freed(after) > 0.0:
+                root = brentq(freed, before, after) if freed(before) < 0.0 else after
+                # A little after the root, so that the sign of the torque is certain.
+                return 0.0, max(root - now, 1e-9) + 1e-9
+        return 0.0, math.inf
+
+    def _piece(
+        self, now: float, duration: float, state: tuple[float, float], direction: float,
+        theta: NDArray[Any], omega: NDArray[Any],
+    ) -> tuple[float, tuple[float, float], bool]:
+        """Integrate until direction or zone changes, and write the samples on the way.
+
+        Returns:
+            Time [s] and state [rad], [rad/s] at the end, and whether the door has fallen shut.
+        """
+        door, opens = self.door, direction > 0.0
+        zone = door.backcheck if opens else door.latch
+        inside = zone is not None and (
+            state[0] >= zone.angle if opens else state[0] <= zone.angle)
+        c_c = float(door.viscosity(state[0], direction))
+        friction = direction * door.friction
+
+        def slope(t: float, x: NDArray[Any]) -> tuple[float, float]:
+            # A trial stage of the solver may leave the linkage's range though the motion does not.
+            f, eta = door.closer.f_and_eta(min(max(x[0], self.lower), self.upper))
+            drag = c_c * eta * x[1] + door.k_c * f + door.tau_c0_prime
+            return x[1], float(self.torque(t) - eta * drag - friction) / door.i_a
+
+        events = [_event(lambda x: min(self.upper - x[0], x[0] - self.lower), 0)]
+        if self.stop:
+            events.append(_event(lambda x: x[0], -1))
+        cuts = len(events)
+        if not self.symmetric:
+            events.append(_event(lambda x: x[1], -direction))
+        border = math.inf if zone is None else zone.angle
+        if zone is not None and not inside:
+            events.append(_event(lambda x: x[0] - border, direction))
+        first = int(np.searchsorted(self.times, now))
+        solution = solve_ivp(
+            slope, (now, duration), state, method="DOP853", rtol=_RTOL, atol=_ATOL, events=events,
+            t_eval=self.times[first:])
+        if not solution.success:
+            raise DoorModelError(
+                f"the integration failed: {solution.message}",
+                quantity="angular velocity [rad/s]", value=state[1], limit="a motion that the "
+                "solver can follow")
+        if solution.t_events[0].size:
+            raise end_of_linkage(*state, float(solution.y_events[0][0][0]), door.closer)
+        if len(solution.t):
+            span = slice(first, first + len(solution.t))
+            theta[span], omega[span] = solution.y
+        for number, (at, states) in enumerate(
+            zip(solution.t_events, solution.y_events, strict=True)
+        ):
+            if at.size:
+                angle, speed = (float(value) for value in states[0])
+                if number >= cuts:  # set exactly, or rounding would trigger the event again
+                    turned = not self.symmetric and number == cuts
+                    angle, speed = (angle, 0.0) if turned else (border, speed)
+                return float(at[0]), (angle, speed), number < cuts
+        return duration, state, False
 
 
-def _ratio(torque: Callable[[float], float], i_a: float, begin: float, t: float) -> float:
-    return torque(begin + t) / i_a
+def _event(value: Callable[[NDArray[Any]], float], direction: float) -> Callable[..., float]:
+    """Return a terminal event for `solve_ivp` at which a function of the state passes 0."""
 
+    def event(_t: float, state: NDArray[Any]) -> float:
+        return float(value(state))
 
-def _freed(
-    door: Door, theta: float, torque: Callable[[float], float], now: float,
-    times: NDArray[np.float64],
-) -> float:
-    """Return the time [s] at which a torque frees a door that friction holds, or infinity.
-
-    A torque that exceeds the friction for less than the time between two samples may not free it.
-    """
-    pull = float(door.restoring_torque(theta))
-
-    def excess(t: float) -> float:
-        return abs(torque(t) - pull) - door.friction
-
-    for before, after in pairwise([now, *times[times > now + _INSTANT].tolist()]):
-        if excess(after) > 0.0:
-            root = brentq(excess, before, after) if excess(before) < 0.0 else after
-            return root + _INSTANT
-    return math.inf
+    event.terminal = True  # type: ignore[attr-defined]
+    event.direction = direction  # type: ignore[attr-defined]
+    return event

@@ -17,7 +17,7 @@ from door_model.errors import (
     DoorParameterError,
     UnreachableAngleError,
 )
-from door_model.motion.driven_motion import SampledMotion, drive, end_of_linkage
+from door_model.motion.driven_motion import DrivenIntegrator, SampledMotion, end_of_linkage
 from door_model.motion.free_motion import End, FreeMotion, follow
 
 _AT_REST = 1e-12  # speed of a door at rest, whose sign is the direction of motion [rad/s]
@@ -70,7 +70,8 @@ def simulate(
     door.closer.require_within(theta0)  # raises the error that names the start
     times = np.arange(math.floor(duration / period + 1e-9) + 1) * period
     times = np.minimum(times, duration)  # rounding may put the last one after it
-    return drive(door, theta0, omega0, times, duration, torque=torque, stop=stop)
+    motion = DrivenIntegrator(door, torque, stop, times)
+    return motion.run(theta0, omega0, duration)
 
 
 def follow_free(
@@ -79,8 +80,10 @@ def follow_free(
     omega0: ArrayLike,
     *,
     until: float = _LONGEST_SWING,
+    to_peak: bool = False,
+    stop: bool = True,
 ) -> FreeMotion:
-    """Follow free motions of one door from many starts, or of many doors, until they fall shut.
+    """Follow free motions of one door from many starts, or of many doors, to rounding errors.
 
     For very many doors call `free_motion.follow` with arrays, which is faster.
 
@@ -89,6 +92,9 @@ def follow_free(
         theta0: Angles at the start, a number or (K,) [rad].
         omega0: Angular velocities at the start, a number or (K,) [rad/s].
         until: Time for which the motions are followed [s].
+        to_peak: Whether a motion is followed only until the door first turns round from
+            opening.
+        stop: Whether a motion ends when the door falls shut on its frame.
 
     Raises:
         DoorParameterError: A number is not finite, or the numbers of doors and starts differ.
@@ -111,7 +117,9 @@ def follow_free(
     ratios = Ratios(
         *([getattr(row, field.name) for row in rows] for field in fields(Ratios))
     ) if len(rows) > 1 else rows[0]
-    motion = follow(link, ratios, theta0, omega0, until=until, shut_at=0.0)
+    motion = follow(
+        link, ratios, theta0, omega0, until=until, shut_at=0.0 if stop else -np.inf,
+        to_peak=to_peak)
     beyond = np.flatnonzero(motion.end == End.LINKAGE)
     if beyond.size:
         first = int(beyond[0])
