@@ -68,9 +68,11 @@ def test_impact_reads_speeds_before_and_after_the_contact() -> None:
 
 
 def test_no_contact_is_an_error() -> None:
-    """The error says that the robot never touched the door."""
-    with pytest.raises(DemoError, match="never touched"):
+    """The error says that the robot did not hit the door."""
+    with pytest.raises(DemoError, match="did not hit"):
         evaluation.impact(standing(), l_b=0.42)
+    with pytest.raises(DemoError, match="did not hit"):  # a touch before the run-up is none
+        evaluation.impact(hit(), l_b=0.42, since=float(hit().t[-1]))
 
 
 def test_even_weight_puts_the_zmp_midway_between_the_feet() -> None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import time as clock
 import zlib
+from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.clearance import bodies_of
 from humanoid_motion.errors import JointLimit, PostureUnreachable
@@ -17,7 +19,12 @@ from impact_planner.hit.door_prediction import DoorPrediction, predict
 from impact_planner.hit.floor_load import require_no_slip
 from impact_planner.hit.joint_load import overload_warnings, require_bearable
 from impact_planner.hit.posture import LegDemands, capable, waist_per_com
-from impact_planner.hit.stance import SPARE_DISTANCE, STEP_SHARES
+from impact_planner.hit.stance import (
+    DOOR_DISTANCE,
+    SPARE_DISTANCE,
+    STEP_SHARES,
+    door_distances,
+)
 from impact_planner.hit.transfer import Blow, plan_blow
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.missed import STANDS, inside_edge_for
@@ -32,9 +39,12 @@ __all__ = ["ImpactPlan", "KnownDoor", "PlanRequest", "PlannerSettings", "plan_im
 
 # Factor on the speed that the legs must manage: a lower waist changes v_rB a little.
 _SPEED_RESERVE = 1.005
-# Shares of the way of the CoM that `missed_reserve` needs, tried in this order: the legs, or the
-# ZMP of a shorter run-up, may not allow the whole way.
-_INWARD_SHARES = (1.0, 0.85, 0.7, 0.5, 0.25, 0.0)
+# Shares of the way of the CoM that `missed_reserve` needs, tried in this order where the legs, or
+# the ZMP of a shorter run-up, do not allow the whole way.
+_INWARD_SHARES = (0.85, 0.7, 0.5, 0.25)
+# Farthest place of the CoM inside the right sole's inner edge to which a door that stands far away
+# moves it, and the step between places that are tried for it [m].
+_FARTHEST_OUT, _EDGE_STEP = 0.01, 0.01
 _SPARE_RESERVE = 0.002  # further inside than needed, for a stance that turns out higher [m]
 # Errors after which another step or another place of the CoM is tried.
 _STEP_ERRORS = (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable)
@@ -130,40 +140,85 @@ def _planned(
 def _motion(task: Task, prediction: DoorPrediction, step: float) -> tuple[HitDesign, Phases]:
     """Plan the hit, with the CoM as far inside as a missed contact needs and the motion allows.
 
+    A door that stands too far away for `com_inside_edge` is met with the CoM further out.
+
     Args:
         prediction: Opening of the door.
         step: Length of the step that decides the place of the door where it is left open [m].
 
     Raises:
         PlannerError: The request cannot be met; the error is that of the configured place of the
-            CoM, `com_inside_edge`.
+            CoM, `com_inside_edge`, or of the nearest one that the legs reach.
         HumanoidMotionError: The robot's joints, legs or balance do not allow the motion.
     """
     robot, settings = task.robot, task.settings
     demands = LegDemands(beyond=settings.door_uncertainty + SPARE_DISTANCE)
-    first = plan_blow(task, prediction, demands, step)
+    edge, first = _nearest_blow(task, prediction, demands, step)
     speed = _SPEED_RESERVE * first.v_run_up / waist_per_com(
         robot, first.stance.posture, first.stance.feet)
     needed = inside_edge_for(robot, first.stance.posture, speed, settings.overrun,
                              settings.missed_reserve + _SPARE_RESERVE)
-    inward = max(0.0, settings.com_inside_edge - max(needed, LEAST_INSIDE_EDGE))
+    inward = max(0.0, edge - max(needed, LEAST_INSIDE_EDGE))
     # The speed is known only now; a posture with too fast joints is replaced by a lower one.
     demands = replace(demands, speed=speed, joint_speed=settings.limit_share * robot.speed_limit)
-    failure: DoorImpactError | None = None
-    for share in _INWARD_SHARES if inward > 0.0 else (0.0,):
-        inside = max(settings.com_inside_edge - share * inward, LEAST_INSIDE_EDGE)
+
+    def planned(inside: float) -> tuple[HitDesign, Phases]:
         blow = first
+        if inside != edge or not capable(
+                robot, first.stance.posture, first.stance.feet, demands):
+            blow = plan_blow(_with_edge(task, inside), prediction, demands, step)
+        hit = _design_hit(task, blow)
+        return hit, plan_phases(task, hit)
+
+    if inward > 0.0:
+        with suppress(*_STEP_ERRORS):
+            return planned(edge - inward)
+    try:  # before more places are tried, what cannot be done at all is refused
+        least = planned(edge)
+    except (JointLimit, SpeedUnreachable):
+        for outward in _outward(edge):
+            with suppress(*_STEP_ERRORS):
+                return planned(outward)
+        raise
+    for share in _INWARD_SHARES if inward > 0.0 else ():
+        with suppress(*_STEP_ERRORS):
+            return planned(edge - share * inward)
+    return least
+
+
+def _nearest_blow(
+    task: Task, prediction: DoorPrediction, demands: LegDemands, step: float
+) -> tuple[float, Blow]:
+    """Plan the blow at the place of the CoM nearest to `com_inside_edge` that the legs reach.
+
+    Returns:
+        Distance of the CoM inside the right sole's inner edge [m], and the blow.
+    """
+    configured = task.settings.com_inside_edge
+    inward = np.arange(configured - _EDGE_STEP, LEAST_INSIDE_EDGE, -_EDGE_STEP).tolist()
+    edges = (configured, *_outward(configured), *inward, LEAST_INSIDE_EDGE)
+    failure: DoorImpactError | None = None
+    for edge in edges:
         try:
-            if inside != settings.com_inside_edge or not capable(
-                    robot, first.stance.posture, first.stance.feet, demands):
-                moved = replace(task, settings=replace(settings, com_inside_edge=inside))
-                blow = plan_blow(moved, prediction, demands, step)
-            hit = _design_hit(task, blow)
-            return hit, plan_phases(task, hit)
-        except _STEP_ERRORS as error:
-            failure = error
+            return edge, plan_blow(_with_edge(task, edge), prediction, demands, step)
+        except PostureUnreachable as error:
+            failure = failure or error
     assert failure is not None
-    raise failure
+    if failure.quantity != DOOR_DISTANCE:
+        raise failure
+    near, far = door_distances(task.robot, min(edges), max(edges))
+    raise PostureUnreachable(
+        f"{failure}; a closed door must stand {near:.3f} to {far:.3f} m from the origin",
+        quantity=failure.quantity, value=failure.value, limit=(near, far))
+
+
+def _outward(edge: float) -> list[float]:
+    """Return places of the CoM further out than one [m], for doors that stand farther away."""
+    return np.arange(edge + _EDGE_STEP, _FARTHEST_OUT + 1e-9, _EDGE_STEP).tolist()
+
+
+def _with_edge(task: Task, edge: float) -> Task:
+    return replace(task, settings=replace(task.settings, com_inside_edge=edge))
 
 
 def _design_hit(task: Task, blow: Blow) -> HitDesign:

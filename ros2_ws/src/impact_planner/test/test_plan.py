@@ -70,9 +70,9 @@ def test_other_numbers_of_the_request_are_used(robot, known, plan):
     livelier = plan_impact(PlanRequest(TARGET, restitution=0.7), known, robot)
     assert livelier.restitution == 0.7
     assert livelier.v_rb < plan.v_rb
-    nearer = plan_impact(PlanRequest(TARGET, door_distance=0.72), known, robot)
+    nearer = plan_impact(PlanRequest(TARGET, door_distance=0.69), known, robot)
     assert nearer.hit.stance.step < plan.hit.stance.step
-    assert nearer.contact_point[1] == pytest.approx(-0.72, abs=1e-4)
+    assert nearer.contact_point[1] == pytest.approx(-0.69, abs=1e-4)
 
 
 def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot, known):
@@ -101,6 +101,26 @@ def test_what_is_out_of_reach_is_refused_with_value_and_limit(robot, known, chan
     with pytest.raises(error) as caught:
         plan_impact(dataclasses.replace(PlanRequest(TARGET), **changes), known, robot)
     assert caught.value.value > np.max(caught.value.limit) > 0.4
+
+
+def test_a_door_that_stands_far_away_is_met_with_the_com_further_out(robot, known, plan):
+    """The legs reach it there; the reserve of a missed contact is smaller, and the plan says so."""
+    far = plan_impact(PlanRequest(TARGET, door_distance=0.755), known, robot)
+    inside = [robot.feet["right"].corners(each.right_foot)[:, 1].max()
+              - each.hit.stance.posture.com[1] for each in (plan, far)]
+    assert inside[0] == pytest.approx(-0.03, abs=1e-6)
+    assert inside[1] > -0.02
+    assert far.missed_margin < 0.03 < plan.missed_margin
+    assert any("may fall" in warning for warning in far.warnings)
+
+
+@pytest.mark.parametrize("distance", [0.5, 3.0])
+def test_a_door_out_of_reach_is_refused_with_the_range_that_is_not(robot, known, distance):
+    with pytest.raises(PostureUnreachable, match="door must stand") as caught:
+        plan_impact(PlanRequest(TARGET, door_distance=distance), known, robot)
+    near, far = caught.value.limit
+    assert near < far
+    assert not near <= caught.value.value <= far
 
 
 def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known):

@@ -195,12 +195,15 @@ def write(received: Received, out: Path) -> None:
         out: Folder of the results, in which the simulation has written simulation.npz.
 
     Raises:
-        DemoError: The motion never began, or the robot never touched the door.
+        DemoError: The motion never began, or the robot did not hit the door.
     """
     if not received.phases:
         raise DemoError(f"the motion never began: {received.outcome.message}")
     log = simulation_log.load(out / "simulation.npz", received.phases[0][0])
-    hit = evaluation.impact(log.motion, received.plan.l_b)
+    starts = {name: time for time, name in received.phases}
+    if "cam" not in starts:
+        raise DemoError(f"the robot did not hit the door: {received.outcome.message}")
+    hit = evaluation.impact(log.motion, received.plan.l_b, starts["cam"])
     robot, door = load_robot_config(), load_door(received.door)
     measured = evaluation.support(log.motion, robot, window=evaluation.WINDOW)
     t = log.motion.t

@@ -1,5 +1,6 @@
 """Evaluate a run from the simulation's 1 kHz log; here are the definitions of `summary.json`."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,19 +78,21 @@ def find_contacts(t: Array, force: Array) -> list[Contact]:
     return [Contact(int(s), int(e)) for s, e in zip(starts, ends, strict=True)]
 
 
-def impact(motion: Motion, l_b: float) -> Impact:
-    """Evaluate the first contact of robot and door.
+def impact(motion: Motion, l_b: float, since: float = -math.inf) -> Impact:
+    """Evaluate the hit, the first contact of robot and door in the run-up.
 
     Args:
         motion: The simulation's log.
         l_b: Distance of point B from the hinge [m].
+        since: Start of the run-up [s]; a probe touches the door before it.
 
     Raises:
-        DemoError: The robot never touched the door.
+        DemoError: The robot did not hit the door.
     """
-    contacts = find_contacts(motion.t, motion.contact_force)
+    contacts = [each for each in find_contacts(motion.t, motion.contact_force)
+                if motion.t[each.start] >= since]
     if not contacts:
-        raise DemoError("the robot never touched the door")
+        raise DemoError("the robot did not hit the door")
     first = contacts[0]
     # The door has opened when it first falls back; what the hand does to it later does not count.
     falling = np.flatnonzero(motion.door_velocity[first.end:] <= 0.0)

@@ -47,7 +47,7 @@ class Rehearsal:
         plan: Plan that was executed.
         execution: Execution of the plan, after its end.
         log: The simulation's log.
-        impact: The hit; None if the robot never touched the door.
+        impact: The hit; None if the robot did not hit the door.
         known: What the planner knew of the door.
     """
 
@@ -85,7 +85,7 @@ def rehearse(
     target_deg: float, path: str | Path, *, door: str | DoorConfig = "paper",
     known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
-    **settings: Any,
+    probe: str = "off", **settings: Any,
 ) -> Rehearsal:
     """Plan a hit and execute it; the execution gets the sensor data that a robot would send.
 
@@ -100,6 +100,8 @@ def rehearse(
         stop_before: Time before the planned contact at which a stop is requested [s]; None means
             no stop.
         watch: Function that is called after each tick.
+        probe: Whether the leaf is touched slowly first: on, off, or auto where the plan's
+            `missed_margin` asks for it.
         settings: Settings of the simulated world (`WorldSettings`).
 
     Raises:
@@ -116,13 +118,16 @@ def rehearse(
     placement = plan.hit.placement
     world = World(
         config, simulated, placement.door_distance + door_offset, placement.hinge_x, **settings)
+    probes = probe == "on" or (probe == "auto" and not plan.stands_if_missed)
     try:
-        execution = execute(world, plan, PointB(robot), watch or (lambda *_: None), stop_before)
+        execution = execute(
+            world, plan, PointB(robot), watch or (lambda *_: None), stop_before, probe=probes)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
-    touched = bool((log.motion.contact_force > evaluation.CONTACT_FORCE).any())
-    impact = evaluation.impact(log.motion, plan.l_b) if touched else None
+    begin = execution.starts.get("cam", np.inf)
+    touched = log.motion.contact_force[log.motion.t >= begin] > evaluation.CONTACT_FORCE
+    impact = evaluation.impact(log.motion, plan.l_b, begin) if touched.any() else None
     return Rehearsal(plan, execution, log, impact, known)
 
 
@@ -143,6 +148,7 @@ def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
 
 def execute(
     world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
+    *, probe: bool = False,
 ) -> Execution:
     """Execute a plan in a world whose robot stands in half-sitting, until it ends or falls.
 
@@ -153,13 +159,14 @@ def execute(
         watch: Function that is called after each tick.
         stop_before: Time before the planned contact at which a stop is requested [s]; None means
             no stop.
+        probe: Whether the leaf is touched slowly first.
     """
     def send(command: Command) -> None:
         world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
 
     execution = Execution(
         ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
-        point_b)
+        point_b, probe=probe)
     send(execution.start(world.step().time))
     end = LONGEST
     encoder = DoorEncoder(world.settings.encoder_bits)

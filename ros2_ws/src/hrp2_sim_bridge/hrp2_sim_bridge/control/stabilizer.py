@@ -233,12 +233,16 @@ class Stabilizer:
             return  # the floor does not cause this motion, so the joints bear other torques
         wrenches = np.empty((2, 6, 1))
         shares, forces = wanted.force / stance.normal_force, stance.sole_force.tolist()
+        # Both soles turn the robot by what their forces at the soles' middles leave.
+        (x, y), (fx, fy) = shares.dot(stance.centers).tolist(), stance.force.tolist()
+        turn = stance.yaw_moment - (x * fy - y * fx)
         for foot, share in enumerate(shares.tolist()):
             (fx, fy, fz), (x, y) = forces[foot], self._middles[foot]
             roll, pitch = wanted.moment[foot].tolist()
             wrenches[foot, :, 0] = (
                 share * fx, share * fy, share * fz,
-                roll + share * y * fz, pitch - share * x * fz, share * (x * fy - y * fx))
+                roll + share * y * fz, pitch - share * x * fz,
+                share * (x * fy - y * fx + turn))
         torque = stance.effort.copy()
         torque[self._model.leg_joints] -= (stance.legs @ wrenches)[..., 0]
         smooth = TICK / (TICK + _SMOOTHING)

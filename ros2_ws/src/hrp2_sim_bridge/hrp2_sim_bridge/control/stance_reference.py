@@ -34,6 +34,8 @@ class ReferenceStance:
         com: Position of the CoM, (3,) [m].
         floor: Height of the floor [m].
         normal_force: Normal force of the floor on both soles together [N].
+        force: Horizontal force of the floor on both soles together, (2,) [N].
+        yaw_moment: Moment of the floor about the vertical through the frame's origin [N m].
         effort: Torques of the joints without the floor's forces, (30,) [N m].
         sole_force: Force of the floor on both soles together, in the axes of each, (2, 3) [N].
         centers: x and y of the soles' middles, (2, 2) [m].
@@ -51,6 +53,8 @@ class ReferenceStance:
     com: Array
     floor: float
     normal_force: float
+    force: Array
+    yaw_moment: float
     effort: Array
     sole_force: Array
     centers: Array
@@ -145,6 +149,8 @@ class ReferenceStanceModel:
             com=level.dot(pin.centerOfMass(model, data, False)),
             floor=floor,
             normal_force=normal,
+            force=force[:2],
+            yaw_moment=float(torque[2]),
             effort=effort[self._v_index],
             sole_force=carried @ turns,
             centers=centers,

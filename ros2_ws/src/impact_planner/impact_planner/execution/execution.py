@@ -3,7 +3,8 @@
 `Execution` is a state machine without ROS. The caller passes on the measurements of robot and door,
 and sends the trajectories that are returned to the driver:
 
-- The phases up to the end of the run-up are sent as one trajectory.
+- The phases up to the end of the run-up are sent as one trajectory. With a probe they end with
+  that, and the run-up is sent when the leaf has been found.
 - The contact is detected by the IMU, the feet or the door's encoder. The motion after the hit
   begins a fixed time after the contact, wherever the door stands.
 - Without a contact the run-up comes to rest by itself, and the robot goes back.
@@ -24,13 +25,17 @@ from humanoid_motion.driver_interface import Command
 
 from impact_planner.errors import InvalidRequest
 from impact_planner.execution import reasons
+from impact_planner.execution.approach import Waiting
 from impact_planner.execution.contact import ContactDetector
+from impact_planner.execution.probe import LeafProbe
 from impact_planner.execution.run import Run
 from impact_planner.execution.speed_of_b import SpeedOfB
 from impact_planner.execution.state import Reaction, State
-from impact_planner.execution.states import Waiting
 from impact_planner.execution.types import (
+    APPROACH,
+    PROBE,
     RUN_UP,
+    SCALED,
     ExecutablePlan,
     ExecutionSettings,
     Kinematics,
@@ -52,15 +57,16 @@ class Execution(Motion):
         speed_scale: Factor on the speed of the phases before the run-up, above 0 and at most 1.
         joint_names: Joint names in the order of the knots' columns; empty if `reason` need not name
             joints.
+        probe: Whether the elbow touches the leaf slowly before the run-up.
 
     Raises:
-        InvalidRequest: The speed scale is out of range.
+        InvalidRequest: The speed scale is out of range, or the run-up too short for a probe.
     """
 
     def __init__(
         self, plan: ExecutablePlan, point_b: Kinematics,
         settings: ExecutionSettings | None = None, speed_scale: float = 1.0,
-        joint_names: Sequence[str] = (),
+        joint_names: Sequence[str] = (), *, probe: bool = False,
     ) -> None:
         if not 0.0 < speed_scale <= 1.0:
             raise InvalidRequest(
@@ -69,10 +75,13 @@ class Execution(Motion):
         settings = settings or ExecutionSettings()
         # The trunk turns so little in the run-up that its direction at the contact is used.
         at_contact = plan.phases[RUN_UP].at(plan.contact_time)[0][0]
-        detector = ContactDetector(settings, point_b.away_from_door(at_contact))
-        self._run = Run(plan, settings, joint_names, SpeedOfB(point_b.speed), detector)
+        away = point_b.away_from_door(at_contact)
+        self._run = Run(plan, settings, joint_names, SpeedOfB(point_b.speed),
+                        ContactDetector(settings, away), (*SCALED, PROBE) if probe else APPROACH)
         self._speed_scale = speed_scale
-        self._state: State = Waiting(run=self._run)
+        self._waiting = Waiting(run=self._run, probe=LeafProbe(
+            plan, settings, away, point_b.reach) if probe else None)
+        self._state: State = self._waiting
 
     # -- state and measurements -----------------------------------------------------------------
 
@@ -113,7 +122,7 @@ class Execution(Motion):
 
     @property
     def planned_contact(self) -> float:
-        """Time of the planned contact on the robot's clock [s]."""
+        """Time of the planned contact on the robot's clock [s]; infinite while a probe goes on."""
         return self._run.planned_contact
 
     def past_no_return(self, now: float) -> bool:
@@ -151,7 +160,7 @@ class Execution(Motion):
         Args:
             now: Time of the robot's clock [s].
         """
-        (command,) = self._enter(Waiting(run=self._run).start(now, self._speed_scale))
+        (command,) = self._enter(self._waiting.start(now, self._speed_scale))
         return command
 
     def stop(self) -> None:

@@ -62,6 +62,18 @@ class PointB:
         away: Array = -(imu_rotation.T @ sole_rotation @ np.array(TOWARDS_DOOR))
         return away
 
+    def reach(self, position: Array) -> float:
+        """Calculate how far B is from the standing sole towards the door, of an upright robot [m].
+
+        The trunk is upright rather than the sole level: rubber gives under the load.
+
+        Args:
+            position: Joint angles, (J,) [rad].
+        """
+        q = self._robot.configuration(np.zeros(3), position)
+        return float(np.array(TOWARDS_DOOR) @ (
+            self._robot.contact_position(q) - self._robot.frame_position(q, self._frame)))
+
     def support_polygon(self, position: Array, sides: Sequence[str],
                         standing: ArrayLike) -> Array:
         """Calculate the convex hull of the soles that carry the robot.

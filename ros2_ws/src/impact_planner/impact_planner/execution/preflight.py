@@ -40,7 +40,7 @@ def require_ready(robot: RobotModel, plan: ExecutablePlan, sent: Knots, position
     Args:
         robot: The robot.
         plan: The plan.
-        sent: Trajectory of the plan's phases up to the end of the run-up, as it would be sent.
+        sent: First trajectory, as it would be sent: up to the end of the run-up or the probe.
         position: Present joint positions, (J,) [rad].
         door_off: Present angle of the door minus the angle at which it is to be hit [rad].
 
@@ -97,7 +97,7 @@ def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None
     Args:
         robot: The robot.
         plan: The plan.
-        sent: Trajectory of the plan's phases up to the end of the run-up, as it would be sent.
+        sent: First trajectory, as it would be sent.
 
     Raises:
         GoalRefused: A phase does not begin where the previous phase ends, or a joint would leave
@@ -105,7 +105,7 @@ def require_limits(robot: RobotModel, plan: ExecutablePlan, sent: Knots) -> None
     """
     _require_joined(robot, plan)
     _require_inside(robot, sent, "up to the end of the run-up")
-    for name in (PLANNED[-1], *sorted(set(ENDINGS) & set(plan.phases))):
+    for name in (*PLANNED[-2:], *sorted(set(ENDINGS) & set(plan.phases))):
         _require_inside(robot, plan.phases[name], f"in the phase {name}")
 
 

@@ -11,8 +11,29 @@ from impact_planner.execution.types import Outcome
 
 MISSED = ("no contact was detected: neither IMU and feet nor the door's encoder showed one before "
           "the run-up came to rest; the door stands farther away than planned, or it is open")
+NO_LEAF = ("the probe found no leaf as far as the run-up goes; the door stands farther away than "
+           "planned, or it is open")
+NOT_FELT = ("the IMU stopped the probe, but neither did the leaf move nor did the feet feel a "
+            "resistance")
 OPENED = "the door was opened, and the robot went back"
 STOPPED_AFTER_HIT = "the motion was stopped after the hit, as requested"
+
+
+def locked(off: float) -> str:
+    """Reason for a leaf that does not give, farther away than planned by a distance [m]."""
+    return (f"the leaf is locked: the probe touched it {1e3 * off:+.0f} mm farther away than "
+            "planned, but its encoder shows that it did not give")
+
+
+def elsewhere(off: float) -> str:
+    """Reason for a leaf farther away than planned by a distance that the run-up misses [m]."""
+    return (f"the probe found the leaf {1e3 * off:+.0f} mm farther away than planned, where the "
+            "run-up does not keep its speed: plan with this door_distance")
+
+
+def stays_open(angle: float) -> str:
+    """Reason for a leaf that stays at an angle after the probe [rad]."""
+    return f"the leaf did not fall shut after the probe: it stands at {np.degrees(angle):.1f} deg"
 
 
 def stopped(phase: str) -> str:

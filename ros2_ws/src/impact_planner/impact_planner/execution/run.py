@@ -65,6 +65,7 @@ class Run:
         joint_names: Joint names in the order of the knots' columns; may be empty.
         speed: Calculates the speed of point B from joints and gyro.
         detector: Detects the contact.
+        approach: Names of the phases up to the first that goes towards the door, `cam` or `probe`.
 
     Attributes:
         measured: Measurements until now.
@@ -75,6 +76,9 @@ class Run:
         lag: Time by which the present event lags behind the present [s].
         stop_requested: Whether a stop was requested on which no state has acted yet.
         turned_round: Whether the door's peak was detected.
+        later: Time after the planned contact at which the leaf is expected: a probe may find it
+            farther away [s].
+        steady: Time before and after that in which a contact is expected [s].
     """
 
     plan: ExecutablePlan
@@ -82,6 +86,7 @@ class Run:
     joint_names: Sequence[str]
     speed: SpeedOfB
     detector: ContactDetector
+    approach: tuple[str, ...] = APPROACH
     measured: Measured = field(default_factory=Measured)
     door: DoorAngles = field(default_factory=DoorAngles)
     starts: dict[str, float] = field(default_factory=dict)
@@ -89,11 +94,17 @@ class Run:
     lag: float = 0.0
     stop_requested: bool = False
     turned_round: bool = False
+    later: float = 0.0
+    steady: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Expect the contact as the plan does."""
+        self.steady = self.plan.steady_time
 
     @property
     def planned_contact(self) -> float:
-        """Time of the planned contact on the robot's clock [s]."""
-        return self.starts[RUN_UP] + self.plan.contact_time
+        """Time of the planned contact on the robot's clock [s]; infinite while a probe goes on."""
+        return self.starts.get(RUN_UP, np.inf) + self.plan.contact_time
 
     def present(self, now: float) -> float:
         """Time on the robot's clock at which an event with the stamp `now` is handled [s]."""
@@ -106,7 +117,7 @@ class Run:
             now: Time of the robot's clock [s].
             phase: Name that is returned if no phase has begun.
         """
-        begun = [name for name in APPROACH if now >= self.starts[name]]
+        begun = [name for name in self.approach if now >= self.starts[name]]
         return begun[-1] if begun else phase
 
     def past_no_return(self, now: float) -> bool:

@@ -1,4 +1,4 @@
-"""The states of an execution: which event each state handles, and which state follows.
+"""The states of an execution from the run-up on: which event each handles, and which follows.
 
 ::
 
@@ -16,6 +16,9 @@
     tilt of the trunk     every state before Ended
     topic without a       every state before Ended
       message
+
+`approach` has the states before the run-up, `probe` those of a probe between them, and `endings`
+those after the door's peak.
 
 Every trajectory that leads to the door ends in a retreat. The driver begins it by itself if no
 command arrives in time, so that a door that falls shut never meets the robot. An event that is
@@ -36,92 +39,26 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
-from humanoid_motion.splice import concatenate, duration, shifted, slowed, without_first
+from humanoid_motion.splice import concatenate, duration, shifted, without_first
 
 from impact_planner.execution import reasons
 from impact_planner.execution.contact import Contact
 from impact_planner.execution.endings import Hold, Retreat
 from impact_planner.execution.run import Run
-from impact_planner.execution.state import Following, Reaction, Reference, State
-from impact_planner.execution.types import AFTER_HIT, APPROACH, RUN_UP, SCALED, Outcome
+from impact_planner.execution.state import Following, Reaction, Reference
+from impact_planner.execution.types import AFTER_HIT, RUN_UP, Outcome
 from impact_planner.motion.catch import LATE
 from impact_planner.motion.post import back_along, continue_from, to_rest_within
 
 
-@dataclass(frozen=True, kw_only=True)
-class Waiting(State):
-    """No command has been sent yet."""
+def there_and_back(path: Knots, rest: float, back: float) -> Knots:
+    """Follow a path to its end, and go back along it.
 
-    phase: str = APPROACH[0]
-
-    def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
-        """End if a stop is requested."""
-        if self.run.stop_requested:
-            return self.stop_driver(Outcome.STOPPED, reasons.stopped(self.phase))
-        return Reaction(self)
-
-    def start(self, now: float, speed_scale: float) -> Reaction:
-        """Send the phases up to the end of the run-up, and the retreat from it, as one trajectory.
-
-        Args:
-            now: Time of the robot's clock [s].
-            speed_scale: Factor on the speed of the phases before the run-up, above 0, at most 1.
-        """
-        run, parts = self.run, []
-        stamp = at = now + run.settings.lead
-        for name in APPROACH:
-            knots = run.plan.phases[name]
-            if name in SCALED:
-                knots = slowed(knots, speed_scale)
-            run.starts[name] = at
-            at += duration(knots)
-            parts.append(knots)
-        run_up = run.plan.phases[RUN_UP]
-        parts[-1] = run_up.held_until(float(run_up.time[-1]) + run.settings.goes_back)
-        parts.append(back_along(run_up, run.settings.back_from_miss))
-        sent = Reference(stamp, concatenate(parts))
-        return Reaction(Approach.of(run, self.phase, sent, at), (Command(*sent),))
-
-    def progress(self, now: float) -> float:
-        """Share of the first phase that has passed, which is 0."""
-        return 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Approach(Following):
-    """The robot is in one of the slow phases before the run-up.
-
-    Attributes:
-        run_up_end: Time at which the run-up ends at rest, on the robot's clock [s].
+    Args:
+        rest: Time at its end [s].
+        back: Duration of the way back [s].
     """
-
-    run_up_end: float
-
-    @classmethod
-    def of(cls, run: Run, phase: str, sent: Reference, run_up_end: float) -> Approach:
-        """Make the state for a phase.
-
-        Args:
-            run: What all states of the execution share.
-            phase: Name of the slow phase.
-            sent: Trajectory of all phases up to the end of the run-up.
-            run_up_end: Time at which the run-up ends at rest, on the robot's clock [s].
-        """
-        following = APPROACH[APPROACH.index(phase) + 1]
-        return cls(run=run, phase=phase, begin=run.starts[phase], end=run.starts[following],
-                   sent=sent, run_up_end=run_up_end)
-
-    def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
-        """Change to the next phase at its time, end if a stop is requested, check the joints."""
-        run, phase = self.run, self.run.phase_at(now, self.phase)
-        if phase == RUN_UP:
-            return RunUp(run=run, phase=phase, begin=run.starts[phase], end=self.run_up_end,
-                         sent=self.sent).on_joint_state(now, position, velocity)
-        state = Approach.of(run, phase, self.sent, self.run_up_end)
-        if run.stop_requested:
-            return state.stop_driver(Outcome.STOPPED, reasons.stopped(phase))
-        run.on_joints(now, position, velocity, phase)
-        return state.compared(now, position)
+    return concatenate([path.held_until(float(path.time[-1]) + rest), back_along(path, back)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,8 +115,8 @@ class RunUp(_TowardsDoor):
         if contact is None:
             return Reaction(self)
         run, splice = self.run, self.run.settings.splice
-        steady = run.plan.steady_time + splice
-        begin, shown = contact.begin - run.planned_contact, contact.shown - run.planned_contact
+        steady, expected = run.steady + splice, run.planned_contact + run.later
+        begin, shown = contact.begin - expected, contact.shown - expected
         # A little later the forces with which the run-up comes to rest begin.
         if abs(begin) > steady or shown > steady + splice:
             return Reaction(self)

@@ -14,6 +14,7 @@ from impact_planner.errors import InvalidRequest
 from impact_planner.task.settings import ENDINGS
 
 RUN_UP, AFTER_HIT = "cam", "post"
+PROBE = "probe"  # phase before the run-up in which the leaf is touched; it is not of the plan
 APPROACH = ("prepare", "shift", "step", "back", RUN_UP)
 SCALED = APPROACH[:-1]  # phases that speed_scale slows down; the run-up keeps its speed
 PLANNED = (*APPROACH, AFTER_HIT)
@@ -44,6 +45,7 @@ class Outcome(enum.Enum):
     FELL = "fell"
     NOT_FOLLOWED = "not followed"
     NOT_HELD = "not held"
+    LOCKED = "locked"
 
 
 class Kinematics(Protocol):
@@ -60,6 +62,13 @@ class Kinematics(Protocol):
 
     def away_from_door(self, position: Array) -> Array:
         """Return the horizontal unit vector away from the door in the IMU's frame, (3,).
+
+        Args:
+            position: Joint angles, (J,) [rad].
+        """
+
+    def reach(self, position: Array) -> float:
+        """Calculate how far B is from the standing sole towards the door [m].
 
         Args:
             position: Joint angles, (J,) [rad].
@@ -255,6 +264,7 @@ class Measured:
         peak_angle: Largest angle of the door [rad].
         peak_time: Time from the begin of the contact to the door's peak [s].
         held_angle: Angle of the door at the end of a hold [rad].
+        leaf_off: Distance by which the probe found the leaf farther away than planned [m].
     """
 
     contact_sensor: str = ""
@@ -267,3 +277,4 @@ class Measured:
     peak_angle: float = np.nan
     peak_time: float = np.nan
     held_angle: float = np.nan
+    leaf_off: float = np.nan

@@ -32,7 +32,9 @@ STEP_SHARES = (1.0, 0.9, 0.8, 0.7)
 SPARE_DISTANCE = 0.005  # travel during the contact, past the farthest planned contact [m]
 # Smallest distance of the CoM inside the left sole while the right foot is in the air [m].
 SINGLE_SUPPORT_MARGIN = 0.03
+DOOR_DISTANCE = "door_distance [m]"  # quantity of an error
 _ELBOW_TOLERANCE = 1e-7  # largest error of the elbow's place [m]
+_SLOPE = -1.08  # way of the elbow along y over that of the foot
 _PASSES = 10  # limit of iterations for the length of the step
 
 
@@ -132,7 +134,7 @@ def stance_for_contact(
 
     Raises:
         PostureUnreachable: The step would be outside the range of `RobotConfig.step`, or out of
-            the legs' reach. Value and limit are the door's distance and its range [m].
+            the legs' reach. The value is the door's distance, the limit the range of steps [m].
         JointLimit: The legs reach, but are too slow for the demanded speed.
     """
     allowed = robot.config.step
@@ -141,37 +143,45 @@ def stance_for_contact(
         try:
             stance = stance_for_step(robot, step, inside_edge, demands)
         except PostureUnreachable:
-            raise _out_of_reach(robot, elbow_y, step, inside_edge) from None
+            break
         miss = float(stance.posture.elbow[1]) - elbow_y
         if abs(miss) < _ELBOW_TOLERANCE:
             return stance
-        # The first slope assumes that the elbow moves with the foot; then the secant method.
-        slope = -1.0 if last is None else (miss - last[1]) / (step - last[0])
-        last = step, miss
-        step -= miss / slope
-        if not allowed.shortest <= step <= allowed.longest:
-            raise _out_of_reach(robot, elbow_y, step, inside_edge)
-    raise _out_of_reach(robot, elbow_y, step, inside_edge)
+        # The elbow moves a little farther than the foot; then the secant method.
+        slope = _SLOPE if last is None else (miss - last[1]) / (step - last[0])
+        last, wanted = (step, miss), step - miss / slope
+        step = min(max(wanted, allowed.shortest), allowed.longest)
+        if step == last[0]:
+            step = wanted
+            break
+    distance = robot.config.contact_radius - elbow_y
+    raise PostureUnreachable(
+        f"a door {distance:.3f} m from the origin of odom is out of reach: it needs a step of "
+        f"about {step:.3f} m, and steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m "
+        "within the legs' reach are allowed", quantity=DOOR_DISTANCE, value=distance,
+        limit=(allowed.shortest, allowed.longest))
 
 
-def _out_of_reach(
-    robot: RobotModel, elbow_y: float, step: float, inside_edge: float
-) -> PostureUnreachable:
-    """Make the error of a door that no allowed step reaches; lengths as for `stance_for_contact`.
+def door_distances(robot: RobotModel, inmost: float, outmost: float) -> tuple[float, float]:
+    """Compute the least and the largest distance of a closed door that the robot reaches [m].
 
-    It names the doors that can be reached, NaN where no step is within the legs' reach.
+    Both are NaN where no step is within the legs' reach.
+
+    Args:
+        inmost: Least distance of the CoM inside the right sole's inner edge [m].
+        outmost: Largest such distance [m].
     """
-    reach, radius, allowed = [], robot.config.contact_radius, robot.config.step
-    for possible in np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01):
-        with suppress(PostureUnreachable):
-            posture = stance_for_step(robot, float(possible), inside_edge).posture
-            reach.append(radius - float(posture.elbow[1]))
-    nearest, farthest = min(reach, default=math.nan), max(reach, default=math.nan)
-    return PostureUnreachable(
-        f"a door {radius - elbow_y:.3f} m from the origin of odom is out of reach: it needs a step "
-        f"of about {step:.3f} m, and steps from {allowed.shortest:.2f} to {allowed.longest:.2f} m "
-        f"are allowed; a closed door must stand {nearest:.3f} to {farthest:.3f} m from the origin",
-        quantity="door_distance [m]", value=radius - elbow_y, limit=(nearest, farthest))
+    allowed = robot.config.step
+    steps = np.arange(allowed.shortest, allowed.longest + 1e-9, 0.01).tolist()
+
+    def first(candidates: list[float], inside_edge: float) -> float:
+        for step in candidates:
+            with suppress(PostureUnreachable):
+                posture = stance_for_step(robot, step, inside_edge).posture
+                return robot.config.contact_radius - float(posture.elbow[1])
+        return math.nan
+
+    return first(steps, inmost), first(steps[::-1], outmost)
 
 
 def contact_with_leaf(elbow: Array, radius: float, hinge: Array, angle: float) -> LeafContact:

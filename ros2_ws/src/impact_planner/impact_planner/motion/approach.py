@@ -10,8 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.motion import Motion, min_jerk, rest_to_rest, still
+from humanoid_motion.pads import pad_contact
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
 from humanoid_motion.whole_body import require_joint_limits, solve, within_ranges
+from scipy.optimize import least_squares
 
 from impact_planner.hit.posture import RESERVE, braced
 from impact_planner.hit.stance import (
@@ -26,6 +28,9 @@ from impact_planner.task.settings import ApproachTiming
 # Start and end of the foot's horizontal travel as shares of the step's time. The foot rises before
 # the travel and sinks after it.
 _TRAVEL = (0.12, 0.88)
+_MEETS = 0.8  # share of the time of `prepare` after which the arm goes along the pad's normal
+_OFF_PAD = 0.005  # distance from the pad at which that begins [m]
+_NEARNESS = 1e-5  # weight of the joints' distances from the braced posture [m/rad]
 _NODES = 0.05  # time between solved postures, which a spline connects [s]
 _FEWEST_SAMPLES = 8
 _CANDIDATE_STEP = 0.0025  # step between candidate places of the CoM during the step [m]
@@ -107,20 +112,49 @@ def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
 def _prepare(
     robot: RobotModel, stance: HitStance, com_end: Array, duration: float, period: float
 ) -> Motion:
-    """Move from half-sitting to the waist height of the run-up, and the right arm to the brace."""
+    """Move from half-sitting to the waist height of the run-up, and the right arm to the brace.
+
+    The arm meets the pad of the trunk along the pad's normal, slowly: beside the pad's edge the
+    ball would be pressed at once, and would jolt the elbow.
+    """
     time = sample_times(duration, _NODES)
-    part = min_jerk(time, duration)[:, None]
+    part, meets = min_jerk(time, duration)[:, None], _MEETS * duration
+    arm, onto = min_jerk(time, meets), min_jerk(time - meets, duration - meets)
     begin = initial_base(robot)
     relaxed, braced = robot.config.half_sitting, braced_upper_body(robot)
+    before = _before_pad(robot, braced)
     com_begin = robot.com(robot.configuration(begin, relaxed))[:2]
     joints, base = solve(
         robot,
-        upper=relaxed + part * (braced - relaxed),
+        upper=(relaxed + arm[:, None] * (before - relaxed)
+               + onto[:, None] * (braced - before)),
         com_xy=com_begin + part * (com_end - com_begin),
         waist_z=begin[2] + part[:, 0] * (stance.posture.waist_height - begin[2]),
         feet=stance.feet_start,
     )
     return rest_to_rest(time, joints, base, sample_times(duration, period))
+
+
+def _before_pad(robot: RobotModel, braced: Array) -> Array:
+    """Find the joints whose arm is off the trunk's pad by `_OFF_PAD` along its normal, (J,) [rad].
+
+    They are the nearest to the braced joints; without a brace they are those.
+    """
+    brace = robot.config.brace
+    if brace is None:
+        return braced
+    columns, joints = robot.arm_columns, braced.copy()
+
+    def offset(moved: Array) -> Array:
+        joints[columns] = braced[columns] + moved
+        q = robot.configuration(np.zeros(3), joints)
+        return pad_contact(robot, q, brace).offset
+
+    wanted = offset(np.zeros(len(columns))) + np.array([_OFF_PAD, 0.0, 0.0])
+    offset(least_squares(
+        lambda moved: np.concatenate([offset(moved) - wanted, _NEARNESS * moved]),
+        np.zeros(len(columns))).x)
+    return joints
 
 
 def _sway(

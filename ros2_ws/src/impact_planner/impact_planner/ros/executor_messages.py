@@ -12,6 +12,7 @@ from door_impact_msgs.msg import HitReport, ImpactPlan
 
 from impact_planner.errors import GoalRefused, InvalidRequest
 from impact_planner.execution.types import ExecutablePlan, Measured, Outcome
+from impact_planner.motion.missed import STANDS
 from impact_planner.ros.messages import knots_from_message
 
 Result = ExecuteDoorImpact.Result
@@ -23,6 +24,7 @@ _ENDINGS = {  # error code of each outcome, and the message if the execution giv
     Outcome.FELL: (Result.FELL, "the robot fell"),
     Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow the trajectory"),
     Outcome.NOT_HELD: (Result.NOT_HELD, "the door is not held"),
+    Outcome.LOCKED: (Result.LOCKED, "the leaf is locked"),
 }
 # Names of the fields that measurements and hit report share.
 _REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door", "peak_angle",
@@ -52,6 +54,20 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
                           value=error.value) from error
     except (ValueError, ZeroDivisionError) as error:
         raise GoalRefused("no_plan", f"the plan cannot be executed: {error}") from error
+
+
+def probes(goal: Any, plan: ImpactPlan) -> bool:
+    """Whether the leaf is to be touched before the run-up of a goal's plan.
+
+    Raises:
+        GoalRefused: The goal's `probe` is none of the action's constants.
+    """
+    known = (goal.AUTO, goal.ON, goal.OFF)
+    if goal.probe not in known:
+        raise GoalRefused("invalid_goal", f"probe is {goal.probe}, must be {known[0]} (AUTO), "
+                          f"{known[1]} (ON) or {known[2]} (OFF)", quantity="probe",
+                          value=goal.probe, limit=known)
+    return goal.probe == goal.ON or (goal.probe == goal.AUTO and not plan.missed_margin >= STANDS)
 
 
 def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:

@@ -36,6 +36,7 @@ from impact_planner.execution.types import ExecutionSettings, Outcome
 from impact_planner.ros.executor_messages import (
     executable,
     hit_report,
+    probes,
     result_message,
 )
 
@@ -240,7 +241,8 @@ class ImpactExecutor(GuardedNode):
         assert self._inputs.joints is not None
         now, position, _ = self._inputs.joints
         execution = Execution(plan, self._point_b, self._settings,
-                              speed_scale=goal.speed_scale, joint_names=self._names)
+                              speed_scale=goal.speed_scale, joint_names=self._names,
+                              probe=probes(goal, message))
         command = execution.start(now)
         assert command.knots is not None
         require_ready(self._robot, plan, command.knots, position,

@@ -79,17 +79,17 @@ class PlannerSettings:
     run_up: RunUp = Field(default="mcv50", description="time law of the run-up")
     ending: Ending = Field(default="hold", description="phase after the door's largest angle")
     com_inside_edge: float = number(
-        0.01, LEAST_INSIDE_EDGE, 0.10, "distance of the CoM inside the right sole's inner edge at "
-        "the hit [m]; negative between the soles; less where missed_reserve needs it")
+        -0.03, LEAST_INSIDE_EDGE, 0.10, "distance of the CoM inside the right sole's inner edge at "
+        "the hit [m]; negative between the soles; further out where a door stands farther away, "
+        "further in where missed_reserve needs it")
     missed_reserve: float = number(
-        -1.0, -1.0, 0.10, "desired distance of the capture point inside the soles when a missed "
-        "contact is noticed [m], for which the CoM is moved further inside; with 0.03, "
-        "com_inside_edge -0.03 and missed_stop 0.05 a robot that misses stands, but only reaches "
-        "doors that stand 23 mm nearer; -1 moves nothing")
+        0.03, -1.0, 0.10, "desired distance of the capture point inside the soles when a missed "
+        "contact is noticed [m], for which the CoM is moved further in where the legs and the "
+        "run-up's ZMP allow it; -1 moves nothing")
     # The legs do not reach far enough to come to rest with the ZMP inside the soles. After a short
     # stop the CoM is still far inside: the robot leans over its outer edge and falls back on its
     # feet. In the simulation a miss with a reserve of 19 mm falls with 0.08 s, stands with 0.05 s.
-    missed_stop: float = number(0.3, 0.02, 1.0, "longest stop after a missed contact [s]")
+    missed_stop: float = number(0.05, 0.02, 1.0, "longest stop after a missed contact [s]")
     y_start: _Number = number(
         None, -0.2, 0.2, "y of the CoM at the start of the run-up [m]; NaN: the start with the "
         "largest ZMP margin")

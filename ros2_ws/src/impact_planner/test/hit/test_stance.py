@@ -9,6 +9,7 @@ from impact_planner.hit import momentum
 from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import (
     contact_with_leaf,
+    door_distances,
     elbow_y_at_contact,
     initial_base,
     initial_feet,
@@ -66,17 +67,15 @@ def test_elbow_touches_where_it_is_asked_to(robot, elbow_y):
     assert allowed.shortest <= stance.step <= allowed.longest
 
 
-@pytest.mark.parametrize("elbow_y", [-0.60, -3.0])
-def test_a_door_out_of_reach_is_refused_with_the_range_that_is_not(robot, elbow_y):
-    """The refusal's limit is a range of door distances that can be reached."""
-    with pytest.raises(PostureUnreachable, match="door must stand") as caught:
-        stance_for_contact(robot, elbow_y, 0.01)
-    near, far = caught.value.limit
-    assert near < far
-    assert not near <= caught.value.value <= far
-    middle = robot.config.contact_radius - 0.5 * (near + far)
-    allowed = robot.config.step
-    assert allowed.shortest < stance_for_contact(robot, middle, 0.01).step < allowed.longest
+def test_doors_within_the_named_range_are_reached(robot):
+    near, far = door_distances(robot, 0.01, 0.01)
+    for distance in np.linspace(near + 0.005, far - 0.005, 5):
+        elbow_y = robot.config.contact_radius - distance
+        assert stance_for_contact(robot, elbow_y, 0.01).posture.elbow[1] == pytest.approx(
+            elbow_y, abs=1e-6)
+    for distance in (near - 0.02, far + 0.02):
+        with pytest.raises(PostureUnreachable, match="out of reach"):
+            stance_for_contact(robot, robot.config.contact_radius - distance, 0.01)
 
 
 @given(st.floats(0.0, 0.4), st.floats(-0.5, 0.0), st.floats(-0.9, -0.6))
