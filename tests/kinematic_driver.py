@@ -32,7 +32,7 @@ class KinematicDriver(GuardedNode):
         super().__init__("kinematic_driver")
         number = {name: float(self.declare_parameter(name, default).value) for name, default in {
             "i_a": 12.75, "c_c": 0.06, "k_c": 1.13, "tau_c0_prime": 3.2, "effective_mass": 40.0,
-            "restitution": 0.5, "door_distance": 0.738, "hinge_x": -0.4056}.items()}
+            "restitution": 0.5, "door_distance": 0.715, "hinge_x": -0.4056}.items()}
         geometry = load_geometry("paper")
         linkage = {k: getattr(geometry.linkage, k) for k in ("l", "l1", "l2", "l3", "theta_i0")}
         closer = {name: number[name] for name in ("i_a", "c_c", "k_c", "tau_c0_prime")}

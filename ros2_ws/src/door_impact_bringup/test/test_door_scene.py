@@ -15,7 +15,7 @@ from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.pybullet.leaf import HINGE, LeafBody
 from pybullet_utils.bullet_client import BulletClient
 
-DISTANCE, HINGE_X = 0.738, -0.4056
+DISTANCE, HINGE_X = 0.715, -0.4056
 DOOR = load_door("paper")
 SURFACE = ContactDesign(1e5, 1e3, 0.5, 0.015, 47.0)  # has no influence on the place of the leaf
 

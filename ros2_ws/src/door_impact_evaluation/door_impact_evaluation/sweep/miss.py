@@ -8,15 +8,16 @@ import numpy as np
 from hrp2_description.robot import load_robot_config
 
 from door_impact_evaluation.run import evaluation
-from door_impact_evaluation.run.rehearsal import rehearse
+from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from door_impact_evaluation.sweep.hit import stood
 from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
 
 AWAY = 6.0              # distance by which the door stands farther away than it was surveyed [m]
-TARGETS = (10.0, 30.0)  # range of the desired opening angles [deg]
+TARGETS = (15.0, 30.0)  # range of the desired opening angles [deg]
 FRICTION = (0.5, 1.0)   # range of the friction coefficient of the soles
-GROUPS = {"paper": (("paper",), "mcv50"), "fast": (("size2", "size3"), "zmp_limited")}
-"""Doors and run-up of each group: the paper's, and the hits that need the fastest run-ups."""
+GROUPS = {"paper": (("paper",), "mcv50"), "size2": (("size2",), "zmp_limited"),
+          "fast": (("size3", "size4"), "zmp_limited")}
+"""Doors and run-up of each group: the paper's, a faster one, and the fastest."""
 
 
 def draw(n: int, seed: int) -> list[Row]:
@@ -33,13 +34,21 @@ def _drawn(group: str, index: int, seed: int) -> Row:
 
 
 def run(case: Row) -> Iterator[Row]:
-    """Simulate a missed hit, and measure it."""
-    with tempfile.TemporaryDirectory() as folder:
-        found = rehearse(case["target_deg"], Path(folder) / "log.npz", door_offset=AWAY, **{
-            name: case[name] for name in ("door", "run_up", "engine", "friction", "seed")})
+    """Simulate a missed hit without a probe, and once more with one if the plan asks for it."""
+    for probe in ("off", "auto"):
+        with tempfile.TemporaryDirectory() as folder:
+            found = rehearse(
+                case["target_deg"], Path(folder) / "log.npz", door_offset=AWAY, probe=probe, **{
+                    name: case[name] for name in ("door", "run_up", "engine", "friction", "seed")})
+        yield _measured(found)
+        if found.plan.stands_if_missed:
+            return
+
+
+def _measured(found: Rehearsal) -> Row:
     plan, motion, stands = found.plan, found.log.motion, stood(found)
     margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
-    yield {
+    return {
         "outcome": found.execution.outcome.value, "stood": stands, "fell": found.log.fell,
         "missed_margin_mm": 1e3 * plan.missed_margin, "v_rb": plan.v_rb,
         # Falls of which the plan warned, of which it did not, and warnings of no fall.
@@ -51,15 +60,15 @@ def run(case: Row) -> Iterator[Row]:
 
 
 def summary(rows: list[Row]) -> Row:
-    """Compute the figures of the paper's door."""
-    paper = [row for row in rows if row["group"] == "paper"]
+    """Compute the figures of the paper's door without a probe."""
+    paper = [row for row in rows if row["group"] == "paper" and row["run"] == 0]
     margins = smallest(row.get("margin_mm") for row in paper)
     return {"stood": count(paper, "stood"), "min_margin_mm": margins}
 
 
 MISS = Kind(
     "miss", "hits where there is no door, and reports whether the robot stood or was to fall",
-    draw, run, label=lambda row: str(row["group"]),
+    draw, run, label=lambda row: row["group"] + (", probed" if row["run"] else ""),
     summary=summary, counts=("announced", "unannounced", "needless"),
     measures={"missed_margin_mm": smallest, "margin_mm": smallest, "tilt_deg": largest},
     worst="tilt_deg",

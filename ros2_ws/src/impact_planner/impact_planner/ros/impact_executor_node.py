@@ -28,7 +28,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from impact_planner.errors import GoalRefused
+from impact_planner.errors import GoalRefused, InvalidRequest
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import STANDING_SIDE, PointB
 from impact_planner.execution.preflight import require_ready, require_speed_scale
@@ -187,7 +187,7 @@ class ImpactExecutor(GuardedNode):
                 raise GoalRefused("stopped", "the motion was stopped before it began")
             try:
                 execution, command = self._prepared(goal, plan)
-            except (ValueError, ArithmeticError) as error:  # the plan may come from anywhere
+            except (InvalidRequest, ValueError, ArithmeticError) as error:  # of any plan's message
                 raise GoalRefused(
                     "no_plan", f"the plan cannot be executed: {error}") from error
         except GoalRefused as error:

@@ -12,15 +12,18 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from door_impact_common.driver.intake import Arrival, Intake, Plausible
 from door_impact_common.driver.messages import diagnostics
+from door_impact_msgs.action import ExecuteDoorImpact
+from door_impact_msgs.msg import ImpactPlan
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import GoalRefused
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.preflight import require_ready
-from impact_planner.ros.executor_messages import executable
+from impact_planner.ros.executor_messages import executable, probes
 from impact_planner.ros.messages import plan_message
 
+Goal = ExecuteDoorImpact.Goal
 USED = ("contact_time", "switch_time", "slow_down", "rest_duration", "v_com", "v_com_post",
         "steady_way", "point_of_no_return", "stop_duration", "desired_opening_angle")
 
@@ -54,6 +57,19 @@ def test_a_number_that_makes_no_sense_is_refused_where_the_planners_plan_passes(
     with pytest.raises(GoalRefused, match=words) as refused:
         checked(robot, forged)
     assert refused.value.reason == "no_plan"
+
+
+@pytest.mark.parametrize(("probe", "reserve", "probed"), [
+    (Goal.AUTO, 0.031, False), (Goal.AUTO, 0.029, True), (Goal.AUTO, math.nan, True),
+    (Goal.ON, 0.05, True), (Goal.OFF, -0.01, False)])
+def test_the_leaf_is_probed_where_the_goal_or_the_reserve_asks_for_it(probe, reserve, probed):
+    assert probes(Goal(probe=probe), ImpactPlan(missed_margin=reserve)) is probed
+
+
+def test_another_word_for_the_probe_is_refused():
+    with pytest.raises(GoalRefused, match="probe is 3") as refused:
+        probes(Goal(probe=3), ImpactPlan())
+    assert refused.value.reason == "invalid_goal"
 
 
 @given(st.dictionaries(st.sampled_from(USED), st.floats(), min_size=1))
