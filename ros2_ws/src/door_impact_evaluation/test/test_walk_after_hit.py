@@ -18,16 +18,7 @@ from impact_planner.task.settings import configured_placement, make_settings
 from walking.execution.goal import WalkGoal, plan_goal
 from walking.execution.start import Standing, require_near, start_state
 from walking.execution.walk import Outcome
-from walking.footsteps.footstep import Pose
 from walking.pattern.settings import WalkSettings
-
-
-def base_of(world):
-    """Pose of base_link from above, by the simulation's truth."""
-    log = world.log()
-    x, y, z, w = log["base_quaternion"][-1]
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return Pose(*(float(each) for each in log["base_position"][-1, :2]), yaw)
 
 
 @pytest.mark.nightly("a hit and a walk, half a minute each")
@@ -46,8 +37,9 @@ def test_the_robot_walks_away_after_a_hit(engine, ending):
         assert hit.outcome is HitOutcome.SUCCESS, hit.reason
         sample = world.step()
         settings = WalkSettings()
+        base = walk_run.base_of(world)
         state = start_state(
-            robot, Standing(base_of(world), 0.0, sample.position, sample.velocity), settings)
+            robot, Standing(base, 0.0, sample.position, sample.velocity), settings)
         middle = state.stance.middle
         goal = middle.moved(0.0, 0.4)
         walk = plan_goal(robot, state, WalkGoal(goal, keep_heading=True), settings)

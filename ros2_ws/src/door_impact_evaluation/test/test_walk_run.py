@@ -4,8 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_evaluation.run.walk_run import AFTERWARDS, Push, plan_between, walk
+from door_impact_evaluation.run.walk_run import (
+    AFTERWARDS,
+    Push,
+    plan_between,
+    push_standing,
+    walk,
+)
+from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from walking.execution.walk import Outcome
 from walking.footsteps.footstep import Pose
@@ -70,3 +78,16 @@ def test_a_fall_ends_the_walk(robot, plan):
     assert not fallen.stood
     assert fallen.log.motion.t[-1] < fallen.begin + plan.duration + AFTERWARDS
     assert fallen.margin < 0.0
+
+
+@pytest.mark.nightly("ten seconds")
+@pytest.mark.parametrize("step_change", [True, False])
+def test_steps_keep_a_standing_robot_from_falling_backwards(robot, step_change):
+    """25 N s from ahead throw a robot over that makes no step."""
+    world = World(robot.config, load_door("paper"), 9.0, -9.0, engine="mujoco", seed=1)
+    try:
+        stepped = push_standing(world, robot, (-25.0, 0.0, 0.0), step_change=step_change)
+        assert stepped == step_change
+        assert bool(world.fell) != step_change
+    finally:
+        world.close()

@@ -1,4 +1,4 @@
-"""Run a walk in the simulation without nodes: plan, execution, driver, physics, pushes."""
+"""Run walks and pushes in the simulation without nodes: plan, execution, driver, physics."""
 
 import math
 import tempfile
@@ -8,17 +8,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from door_impact_common.driver.inputs import Motion
 from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_description.robot import needed
+from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
+from walking.execution.guard import Guard
+from walking.execution.start import Standing, start_state
 from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
-from walking.pattern.state import standing
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState, standing
 from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.run import evaluation, simulation_log
@@ -27,6 +32,8 @@ from door_impact_evaluation.run.rehearsal import arrays_of
 
 AFTERWARDS = 2.0  # simulated time after the end of the walk, in which a fall would show [s]
 PUSH_DURATION = 0.1  # duration of a push [s]
+STANDING = 1.5  # simulated time in which the robot stands before `push_standing` pushes it [s]
+_STEPS = 5.0  # simulated time after this push [s]
 _LONGEST = 20.0  # time beyond that of the plan after which a run ends [s]
 _DOOR_DISTANCE = 9.0  # distance of the door's face from the origin of odom [m]
 _HINGE_X = 10.0  # distance of the hinge from the origin along x, on the side away from the walk [m]
@@ -170,17 +177,61 @@ def execute(
         if execution.outcome is not Outcome.RUNNING:
             end = min(end, world.time + AFTERWARDS)
             continue
-        tilt = float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
-        commands = [
-            *execution.on_joints(sample.time, sample.position, sample.velocity),
-            *execution.on_imu(sample.time, tilt, sample.imu)]
-        if step_change:
-            commands += execution.on_measured(sample.time, Measured(
-                sample.position, sample.velocity, sample.imu, sample.left_wrench,
-                sample.right_wrench))
-        for command in commands:
+        for command in _events(execution, sample, complete=step_change):
             send(command)
     return execution, begin
+
+
+def push_standing(
+    world: World, robot: RobotModel, impulse: Sequence[float], *, step_change: bool = True,
+) -> bool:
+    """Push a robot that has stood for a while, and let it stand again, or until it falls.
+
+    Args:
+        world: A world in which the robot stands still.
+        robot: The robot.
+        impulse: Impulse in odom, (3,) [N s].
+        step_change: Whether the push may make the robot step.
+
+    Returns:
+        Whether the robot has stepped.
+    """
+    def state() -> WalkState:
+        return start_state(robot, Standing(
+            base_of(world), _tilt(sample), sample.position, sample.velocity), WalkSettings())
+
+    guard, stepped, begin, waits = Guard(robot, lambda: step_change, state), False, world.time, True
+    while world.time < begin + STANDING + _STEPS and not world.fell:
+        if waits and world.time >= begin + STANDING:
+            world.push_robot(np.array(impulse), PUSH_DURATION)
+            waits = False
+        sample = world.step()
+        for command in _events(guard, sample):
+            world.follow(arrays_of(command, robot.joint_names), command.stamp)
+            stepped = True
+    return stepped
+
+
+def base_of(world: World) -> Pose:
+    """Return the pose of base_link from above, by the simulation's truth."""
+    log = world.log()
+    x, y = log["base_position"][-1, :2].tolist()
+    return Pose(x, y, float(evaluation.heading(log["base_quaternion"][-1:])[0]))
+
+
+def _events(motion: Motion, sample: TickSample, *, complete: bool = True) -> list[Command]:
+    """Tell a motion what a robot would send at one time; `complete` also as a whole."""
+    commands = [*motion.on_joints(sample.time, sample.position, sample.velocity),
+                *motion.on_imu(sample.time, _tilt(sample), sample.imu)]
+    if complete:
+        commands += motion.on_measured(sample.time, Measured(
+            sample.position, sample.velocity, sample.imu, sample.left_wrench,
+            sample.right_wrench))
+    return commands
+
+
+def _tilt(sample: TickSample) -> float:
+    return float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
 
 
 def _judged(

@@ -9,11 +9,11 @@ robot can stop on both feet if x is well inside their hull at touchdown.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import RobotConfig, StepLimits, needed
 from hrp2_description.support import sole_corners
 
 from walking.footsteps.checks import sole_distances
@@ -27,9 +27,16 @@ _SHORTEST = 0.16  # shortest time to a touchdown that is brought forward [s]
 _LONGEST = 0.4  # longest time by which a touchdown is delayed [s]
 _FASTEST_FOOT = 1.2  # largest speed of the swing foot over the floor [m/s]
 _INSET = 0.01  # distance from the edge of a sole that the ZMP of a plan keeps [m]
-_RESERVE = 0.08  # wanted distance of the capture point from the soles' edge at touchdown [m]
+_FARTHER = 0.1  # by how much farther than a planned step a recovery step goes ahead and back [m]
+# Least distance of a recovery step to the side: nearly that of the hips, so that the legs do not
+# meet. Beside the other foot the clearance between the soles decides [m].
+_NARROWEST = 0.1
+# Wanted distance of the capture point from the soles' edge at touchdown, and the error of the
+# capture point now, which grows like the pendulum's until then [m].
+_RESERVE, _UNSURE = 0.07, 0.004
 _DIRECTIONS = 64  # of the hull's edges
-_PLACES = (9, 8)  # places of the foot that are compared, ahead and to the side
+_PLACES = (12, 10)  # places of the foot that are compared, ahead and to the side
+_SLOWER = (1.0, 0.8, 0.65)  # shares of the foot's largest speed, each of which has its best landing
 _TIME_STEP = 0.02  # between times of touchdown that are compared [s]
 # Costs: of a metre that the reserve lacks, of a metre away from the planned place, of a second away
 # from the planned time and of one after it, of each m/s that the foot is too fast.
@@ -74,6 +81,7 @@ class Landing:
         capture_point: Predicted place of the capture point at touchdown in odom, (2,) [m].
         margin: How far it is inside the hull of both soles then [m]; negative outside, where
             the robot cannot stop without another step.
+        speed: Largest speed of the foot over the floor on the way there [m/s].
         cost: By which landings are compared.
     """
 
@@ -84,15 +92,23 @@ class Landing:
     zmp: Array
     capture_point: Array
     margin: float
+    speed: float
     cost: float
+
+
+def step_limits(robot: RobotConfig) -> StepLimits:
+    """Return the limits of a recovery step: longer than planned and, ahead or back, narrower."""
+    limits = needed(robot.footsteps, "footsteps")
+    return replace(limits, ahead=limits.ahead + _FARTHER, back=limits.back + _FARTHER,
+                   narrowest=_NARROWEST)
 
 
 def landings(
     robot: RobotConfig, swing: Swing, capture_point: Array, frequency: float
 ) -> list[Landing]:
-    """Return the best landing for each of several times of touchdown, the best one first.
+    """Return the best landings for several times of touchdown and speeds, the best one first.
 
-    All of them keep the robot's limits of footsteps; the last resort is the one that lacks least.
+    All of them keep the limits of recovery steps; the last resort is the one that lacks least.
 
     Args:
         swing: The foot.
@@ -121,16 +137,17 @@ def landings(
         end = zmp + (point - zmp) * grow
         margin = (support - end @ normals).min(axis=1)
         travel = max(time - swing.double - UPRIGHT, UPRIGHT)
-        fast = _fastest(places[:, :2] - here, speed, acceleration, travel) - _FASTEST_FOOT
-        cost = (_LACK * np.maximum(0.0, _RESERVE - margin) + away
-                + _TIME * abs(time - swing.left) + _LATE * max(0.0, time - swing.left)
-                + _FAST * np.maximum(0.0, fast))
-        best = int(np.argmin(cost))
-        x, y, yaw = places[best].tolist()
-        found.append(Landing(
-            swing.side, standing.moved(x, y, yaw), float(time), swing.double,
-            origin + zmp[best] @ axes, origin + end[best] @ axes, float(margin[best]),
-            float(cost[best])))
+        fast = _fastest(places[:, :2] - here, speed, acceleration, travel)
+        slow = (_LACK * np.maximum(0.0, _RESERVE + _UNSURE * grow - margin) + away
+                + _TIME * abs(time - swing.left) + _LATE * max(0.0, time - swing.left))
+        for share in _SLOWER:
+            cost = slow + _FAST * np.maximum(0.0, fast - share * _FASTEST_FOOT)
+            best = int(np.argmin(cost))
+            x, y, yaw = places[best].tolist()
+            found.append(Landing(
+                swing.side, standing.moved(x, y, yaw), float(time), swing.double,
+                origin + zmp[best] @ axes, origin + end[best] @ axes, float(margin[best]),
+                float(fast[best]), float(cost[best])))
     return sorted(found, key=lambda landing: landing.cost)
 
 
@@ -143,7 +160,7 @@ def _times(swing: Swing) -> Array:
 
 def _places(robot: RobotConfig, swing: Swing) -> Array:
     """Places of the sole that keep the limits, x, y [m] and yaw [rad], (P, 3)."""
-    limits = needed(robot.footsteps, "footsteps")
+    limits = step_limits(robot)
     out, aim = OUTWARD[swing.side], swing.planned.seen_from(swing.standing)
     ahead = np.append(np.linspace(-limits.back, limits.ahead, _PLACES[0]), aim.x)
     aside = np.append(np.linspace(limits.narrowest, limits.widest, _PLACES[1]), out * aim.y)

@@ -30,6 +30,8 @@ _PERIOD = 0.005  # time between two measurements [s]
 _SMOOTHING = 0.015  # time constant with which the measured point corrects the pendulum's [s]
 _TOUCH = 30.0  # normal force above which a sole counts [N]
 _STEP = 0.002  # step of the central differences [s]
+# Moment of inertia of the robot about its CoM, as a share of that of its mass at the CoM's height.
+_INERTIA = 0.2
 _BEARS = 100.0  # normal force of both soles above which there is a ZMP [N]
 
 
@@ -41,11 +43,13 @@ class ComState:
         com: x and y, (2,) [m].
         velocity: Velocity along x and y, (2,) [m/s].
         height: Height of the CoM above the floor [m].
+        turning: Velocity along x and y that the CoM gains when the body stops turning, (2,) [m/s].
     """
 
     com: Array
     velocity: Array
     height: float
+    turning: Array
 
     @property
     def frequency(self) -> float:
@@ -55,7 +59,7 @@ class ComState:
     @property
     def capture_point(self) -> Array:
         """x and y of the capture point in odom, (2,) [m]."""
-        return np.asarray(self.com + self.velocity / self.frequency)
+        return np.asarray(self.com + (self.velocity + self.turning) / self.frequency)
 
 
 def com_over_sole(
@@ -97,7 +101,8 @@ def com_over_sole(
     away = turn @ (com - pivot)
     speed = turn @ (np.array(data.vcom[0]) - pivot_speed) + np.cross(rate, away)
     place = np.array(sole.moved(middle[0], middle[1])[:2])
-    return ComState(place + away[:2], speed[:2], float(away[2]))
+    turning = _INERTIA * away[2] * np.array([rate[1], -rate[0]])
+    return ComState(place + away[:2], speed[:2], float(away[2]), turning)
 
 
 @dataclass(frozen=True)

@@ -41,13 +41,15 @@ _TRIGGER = 0.035  # error of the capture point from which a walk is changed; els
 _AGAIN = 0.025  # error from which a changed walk is changed anew [m]
 _PAUSE = 0.02  # shortest time between two changes [s]
 _FROZEN = 0.12  # time before a touchdown in which its step is not changed any more [s]
-_LATENCY = 0.015  # time from the measurement to the beginning of the new plan [s]
+_LATENCY = 0.03  # time from the measurement to the new plan, which takes 20 to 30 ms to make [s]
 # On both feet: distance of the capture point from the soles' edge below which a step is made, and
-# the least distance that such a step must lead to [m].
-_SPARE, _ENOUGH = 0.03, 0.045
+# by how much farther inside such a step must lead [m].
+_SPARE, _GAIN = 0.03, 0.015
 _UNLOAD = 0.08  # time in which a foot is unloaded before such a step [s]
 _TRIES = 4  # largest number of landings that are planned
-_LONGER = 0.03  # by how much longer a step takes that is tried after one that the legs refuse [s]
+# After a landing that the legs refuse, one is tried that is later by this time [s], or whose foot
+# is slower by this share.
+_LONGER, _SLOWER = 0.03, 0.9
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,8 @@ def recover(
         try:
             new, expected = plan_landing(robot, state, landing, com, frequency, walk, passed)
         except HumanoidMotionError:  # a leg does not reach there in time
-            found = [later for later in found if later.time > landing.time + _LONGER]
+            found = [easier for easier in found if easier.time > landing.time + _LONGER
+                     or easier.speed < _SLOWER * landing.speed]
             continue
         return Recovery(new, begin, landing, expected, frequency, passed)
     return None
@@ -161,7 +164,8 @@ def _ahead(robot: RobotModel, state: ReferenceState, seen: Balance) -> tuple[Arr
 
 def _steps(robot: RobotModel, stance: Stance, point: Array, frequency: float) -> list[Landing]:
     """Return steps from both feet, the best one first; none if the robot can stop without one."""
-    if float(polygon_margin(point, _hull(robot, stance, ""))) >= _SPARE:
+    inside = float(polygon_margin(point, _hull(robot, stance, "")))
+    if inside >= _SPARE:
         return []
     width = needed(robot.config.footsteps, "footsteps").width
     found: list[Landing] = []
@@ -171,7 +175,7 @@ def _steps(robot: RobotModel, stance: Stance, point: Array, frequency: float) ->
             side, base, np.array(stance.foot(side)[:2]), np.zeros(2), np.zeros(2),
             base.moved(0.0, OUTWARD[side] * width), _UNLOAD + SHORTEST_SWING, _UNLOAD)
         found += landings(robot.config, swing, point, frequency)
-    return sorted((landing for landing in found if landing.margin > _ENOUGH),
+    return sorted((landing for landing in found if landing.margin >= inside + _GAIN),
                   key=lambda landing: landing.cost)
 
 

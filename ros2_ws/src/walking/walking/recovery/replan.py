@@ -35,11 +35,13 @@ from walking.recovery.estimate import ReferenceState
 _OUTWARD = 0.4  # share of the error across the standing foot from which the robot falls outward
 _UPPER = 0.4  # time in which the upper body comes to rest [s]
 # Time in which the reference of the CoM joins the measured one; the same if the robot falls to the
-# side of its standing foot; and the shortest that is left to a plan that was changed anew [s].
-_BLEND, _BLEND_OUTWARD, _BLEND_LEAST = 0.5, 0.9, 0.45
+# side of its standing foot; and the shortest that a plan that was changed anew is left else [s].
+_BLEND, _BLEND_OUTWARD, _BLEND_LEAST = 0.5, 1.4, 0.45
 _SETTLE = 0.3  # time after touchdown in which the ZMP moves between the soles [s]
 _END = 1.4  # time from touchdown to rest [s]
-_LIFT = 0.045  # height of the swing foot in the middle of a step [m]
+# Height of the swing foot in the middle of a step [m]; the same in a short one, in which a knee
+# is not fast enough for it, per time of its single support [m/s].
+_LIFT, _RISE = 0.045, 0.115
 
 
 def plan_landing(
@@ -72,7 +74,7 @@ def plan_landing(
     control = preview_control(
         walk.period, com_height(robot, walk.waist_height), walk.horizon, walk.jerk_weight)
     expected = Course(*np.moveaxis(control.follow(cart, zmp).com, 1, 0))
-    blend = max(_BLEND_LEAST, _blend(state, landing, com, frequency) - passed)
+    blend = _blend(state, landing, com, frequency, passed)
     gap = Course(*(rows[0] - now for rows, now in zip(expected, state.com, strict=True)))
     left = to_rest(gap, np.zeros(2), blend, time)
     course = ending_at_rest(
@@ -163,7 +165,7 @@ def _schedule(stance: Stance, step: Footstep, landing: Landing, period: float) -
 
 
 def _blend(
-    state: ReferenceState, landing: Landing, com: Array, frequency: float
+    state: ReferenceState, landing: Landing, com: Array, frequency: float, passed: float
 ) -> float:
     """Return the time in which the reference of the CoM joins the measured one [s]."""
     side = other(landing.side)
@@ -171,7 +173,7 @@ def _blend(
     off = com[0] + com[1] / frequency - state.com.value - state.com.speed / frequency
     across = OUTWARD[side] * float(np.array([-np.sin(yaw), np.cos(yaw)]) @ off)
     outward = across > _OUTWARD * float(np.linalg.norm(off))
-    return _BLEND_OUTWARD if outward else _BLEND
+    return _BLEND_OUTWARD if outward else max(_BLEND_LEAST, _BLEND - passed)
 
 
 def _feet(
@@ -189,7 +191,8 @@ def _feet(
     for pose in (still, end):
         pose[2] = begin.value[3] + wrapped(pose[2] - begin.value[3])
     foot = Course.constant(np.insert(end, 2, 0.0), count)
-    swing = swing_to(robot, side, begin, end, still, _LIFT,
+    lift = min(_LIFT, _RISE * float(time[landed] - time[lifted]))
+    swing = swing_to(robot, side, begin, end, still, lift,
                      time[lifted : landed + 1] - time[lifted])
     for rows, new in zip(foot, swing, strict=True):
         rows[:lifted] = new[0]

@@ -32,6 +32,7 @@ from visualization_msgs.msg import MarkerArray
 
 from walking.errors import NotReady
 from walking.execution.goal import WalkGoal, plan_goal
+from walking.execution.guard import Guard
 from walking.execution.start import Standing, require_near, soles_at, start_state
 from walking.execution.walk import Outcome, Walk
 from walking.footsteps.footstep import Footstep, Pose, Stance
@@ -55,6 +56,8 @@ FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's 
 PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
 HIT = "/execute_door_impact"
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
+GUARD = {"recover_standing": (False, "whether a push on the standing robot makes it step; it then "
+                              "reads the robot's messages all the time")}
 
 
 class Replaced(NotReady):
@@ -82,7 +85,10 @@ class Walker(GuardedNode):
         self._base: tuple[float, Pose] | None = None
         self._background = Background(self, config)
         self._hit = ActiveGoals(self, HIT)
-        self._handled = 0  # number of goals that are not answered yet
+        guards = Parameters(self, GUARD).switch("recover_standing")
+        self._guard = self._inputs.motion = Guard(
+            self._robot, lambda: guards and not self._hit.running, self._present_state)
+        self._handled = int(guards)  # number of goals that are not answered yet, and of the guard
         self._newest = 0  # number of the goal that was accepted last
         self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
         self._goal: Any = None  # goal handle whose walk is under way
@@ -98,6 +104,10 @@ class Walker(GuardedNode):
             self, WalkAction, "/walk", self._execute,
             cancel_callback=self.guarded(
                 self._on_cancel, "the cancel", lambda _: CancelResponse.REJECT))
+        if guards:
+            self.create_subscription(
+                JointTrajectory, TRAJECTORY, self._on_trajectory, 10, raw=True)
+            self._driver.start()
 
     def destroy_node(self) -> None:
         """End the planning thread with the node."""
@@ -111,6 +121,10 @@ class Walker(GuardedNode):
         for command in commands:
             self._send(command)
         walk = self._walk
+        if commands and self._guard.steps:
+            self.get_logger().warning("a push on the standing robot makes it step",
+                                      throttle_duration_sec=1.0)
+            self._publish(self._guard.steps)
         if walk is None or self._finished is None:
             return
         if commands:
@@ -123,6 +137,11 @@ class Walker(GuardedNode):
 
     def _on_tf(self, message: TFMessage) -> None:
         self._base = base_pose(message, "base_link") or self._base
+
+    def _on_trajectory(self, _: bytes) -> None:
+        """Watch the standing robot anew: a trajectory, perhaps of another node, moves it."""
+        if not self._guard.steps:
+            self._guard.forget()
 
     def _send(self, command: Command) -> None:
         names = self._robot.joint_names
@@ -215,6 +234,7 @@ class Walker(GuardedNode):
                            "it has ended", quantity="action", value=HIT)
         # After a reset, or when the first goal has just subscribed.
         await until(self, lambda: self._driver.complete and self._soles() is not None, PATIENCE)
+        await until(self, lambda: not self._guard.steps)
         while not dry and (walk := self._walking()) is not None:
             if await self._replaced(goal_handle, number, goal, walk):
                 return self._owned(goal_handle)
@@ -230,7 +250,7 @@ class Walker(GuardedNode):
             return (f"this was a dry run: {len(plan.footsteps)} footsteps in "
                     f"{plan.duration:.1f} s could be made")
         self._require_wanted(goal_handle, number)
-        if self._hit.running or self._walking() is not None:
+        if self._hit.running or self._walking() is not None or self._guard.steps:
             raise NotReady("another motion began while the walk was planned")
         walk = Walk(self._robot, plan, self._settings, onward=self._onward)
         self._inputs.intake.begin()
@@ -342,7 +362,7 @@ class Walker(GuardedNode):
         if outcome is None:
             goal_handle.abort()
             return self._result(Result.REPLACED, "a newer goal took the place of this one", steps)
-        self._inputs.motion = self._walk = self._goal = None
+        self._inputs.motion, self._walk, self._goal = self._guard, None, None
         self._postures = [walk.final.upper]
         text = walk.reason or f"the robot made {steps} steps and stands at the goal"
         result = self._result(CODES[outcome], text, steps)
