@@ -59,7 +59,7 @@ help:
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "             KIND=hit|walk|miss|blocked|push: how far doors open, where walks end, what a miss, a bolt, a push do"
 	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
-	@echo "make faults  faults of messages, executor and driver in a hit   N=50 SEED=1"
+	@echo "make faults  faults of messages, executor, walker and driver in hits and walks   N=50 SEED=1"
 
 setup: $(READY)
 

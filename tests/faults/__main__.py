@@ -1,4 +1,8 @@
-"""Draws faults and prints the verdict of each: `make faults N=200 SEED=22`."""
+"""Draws faults and prints the verdict of each: `make faults N=200 SEED=22`.
+
+N faults of any kind happen in a hit, and N deaths of the part that moves the robot and N silences
+of the driver in a hit and in a walk.
+"""
 
 import argparse
 import sys
@@ -8,7 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from faults.plan import NAMED, draw
+from faults.plan import HIT, NAMED, WALK, draw, outages
 from faults.rig import Rig
 
 
@@ -20,20 +24,26 @@ def main() -> int:
     parser.add_argument("--named", type=int, metavar="K",
                         help="the fault with this number in faults.plan.NAMED alone")
     options = parser.parse_args()
-    faults = (draw(options.seed, options.n) if options.named is None
-              else [NAMED[options.named]])
-    unsafe, outcomes = 0, Counter[str]()
+    runs, safe, stood = Counter[str](), Counter[str](), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
-        rig = Rig(Path(folder))
-        for fault in tqdm(faults, unit="draw"):
-            verdict = rig.verdict(fault)
-            why = verdict.wrong
-            unsafe += bool(why)
-            outcomes[verdict.outcome] += 1
-            tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
-    print(f"{len(faults) - unsafe} of {len(faults)} draws are safe;",
-          ", ".join(f"{number} {name}" for name, number in sorted(outcomes.items())))
-    return int(unsafe > 0)
+        for motion in (HIT, WALK) if options.named is None else (HIT,):
+            rig = Rig(Path(folder), motion)
+            faults = [(f"{motion}, {fault.part} {fault.kind}", fault) for fault in outages(
+                motion, rig.lasts, options.seed, options.n)]
+            if options.named is not None:
+                faults = [("hit, named", NAMED[options.named])]
+            elif motion == HIT:
+                faults += [("hit, any fault", fault) for fault in draw(options.seed, options.n)]
+            for group, fault in tqdm(sorted(faults, key=lambda each: each[1].begin), unit="draw"):
+                verdict = rig.verdict(fault)
+                why = verdict.wrong
+                runs[group] += 1
+                safe[group] += not why
+                stood[group] += not verdict.fell
+                tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
+    for group, number in sorted(runs.items()):
+        print(f"{group}: of {number} draws {safe[group]} are safe; {stood[group]} stood")
+    return int(safe != runs)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,9 @@ import numpy as np
 from door_impact_common.driver.intake import CURRENT
 from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
 
-EXECUTOR, DRIVER, COMMANDS, ENCODER = "executor", "driver", "commands", "door_encoder"
+HIT, WALK = "hit", "walk"
+COMMANDER = {HIT: "executor", WALK: "walker"}  # part that moves the robot
+EXECUTOR, DRIVER, COMMANDS, ENCODER = COMMANDER[HIT], "driver", "commands", "door_encoder"
 DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]
 TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
 
@@ -22,6 +24,7 @@ SHORTEST, LONGEST = 0.05, 5.0  # duration of a fault [s]
 BEFORE, AFTER = 7.0, 3.0  # time before and after the planned contact at which a fault begins [s]
 NEAR = 0.5  # share of the faults that begin within a second of the contact
 ONCE = 0.5  # share of the faults of messages that affect a single message
+SILENCE = 0.2  # duration of the driver's silence in `outages` [s]
 GENTLE = 200.0  # largest mean force of hand and leaf after the hit, over 20 ms [N]
 
 
@@ -31,10 +34,11 @@ class Fault:
 
     part: str  # part or topic that is disturbed
     kind: str  # what happens to it
-    begin: float  # relative to the planned contact [s]
+    begin: float  # relative to the planned contact, of a walk to its planned end [s]
     length: float  # 0 means that a single message is affected [s]
     size: float  # delay, or error of the stamp [s]
     seed: int  # of forged values
+    motion: str = HIT  # during which it happens
 
     @property
     def noticeable(self) -> bool:
@@ -51,8 +55,9 @@ class Fault:
     def __str__(self) -> str:
         """The disturbance in words."""
         long = f"for {self.length:.2f} s" if self.length else "once"
+        end = "contact" if self.motion == HIT else "end of the walk"
         by = f" by {self.size:.2f} s" if self.kind in ("delayed", "clock step") else ""
-        return f"{self.part} {self.kind}{by} {long}, {self.begin:+.2f} s from the contact"
+        return f"{self.part} {self.kind}{by} {long}, {self.begin:+.2f} s from the {end}"
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,7 @@ NAMED = (
 
 
 def draw(seed: int, count: int) -> list[Fault]:
-    """Faults of a seed, in the order in which they begin."""
+    """Faults of a seed in a hit."""
     rng = np.random.default_rng(seed)
 
     def length() -> float:
@@ -112,10 +117,29 @@ def draw(seed: int, count: int) -> list[Fault]:
     for number in range(count):
         part = str(rng.choice((EXECUTOR, EXECUTOR, DRIVER, COMMANDS, ENCODER, *TOPICS)))
         kind = str(rng.choice(KINDS[part]))
-        near = rng.random() < NEAR
-        begin = rng.uniform(-1.0, 1.0) if near else rng.uniform(-BEFORE, AFTER)
+        begin = _instant_of_hit(rng)
         once = part in TOPICS and rng.random() < ONCE
-        faults.append(Fault(part, kind, float(begin), 0.0 if once else length(),
+        faults.append(Fault(part, kind, begin, 0.0 if once else length(),
                             length() * float(rng.choice((-1.0, 1.0)))
                             if kind == "clock step" else length(), number))
-    return sorted(faults, key=lambda fault: fault.begin)
+    return faults
+
+
+def outages(motion: str, walk: float, seed: int, count: int) -> list[Fault]:
+    """Deaths of the part that moves the robot, and silences of all of the driver's topics.
+
+    Each happens at `count` random instants of a hit, or of a walk of a duration [s].
+    """
+    rng = np.random.default_rng(seed)
+
+    def instant() -> float:
+        return _instant_of_hit(rng) if motion == HIT else float(rng.uniform(-walk, 0.0))
+
+    return [Fault(part, kind, instant(), SILENCE * (part == DRIVER), 0.0, number, motion)
+            for part, kind in ((COMMANDER[motion], "killed"), (DRIVER, "silent"))
+            for number in range(count)]
+
+
+def _instant_of_hit(rng: np.random.Generator) -> float:
+    near = rng.random() < NEAR
+    return float(rng.uniform(-1.0, 1.0) if near else rng.uniform(-BEFORE, AFTER))

@@ -1,4 +1,4 @@
-"""A hit in the simulation whose messages and parts can be disturbed, without processes.
+"""A hit or a walk in the simulation that can be disturbed, without processes.
 
 World, sensors, encoder, checks of the inputs and execution are those of the nodes. What lies
 between them, messages that are underway, is here, so that every fault happens at its instant on any
@@ -20,6 +20,7 @@ from door_impact_common.driver.intake import Arrival
 from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
+from door_impact_evaluation.run.walk_run import plan_between
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
@@ -28,21 +29,25 @@ from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import ExecutablePlan, Outcome
+from impact_planner.execution.types import ExecutablePlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from walking.execution.walk import Walk
+from walking.footsteps.footstep import Pose
 
-from faults.plan import COMMANDS, DRIVER, ENCODER, EXECUTOR, TOPICS, Fault, Verdict
+from faults.plan import COMMANDER, COMMANDS, DRIVER, ENCODER, HIT, TOPICS, Fault, Verdict
 
 TARGET = np.radians(25.0)
+AHEAD = 1.2  # length of the walk [m]
+FAR = 2.0  # distance of the door from the walk's begin [m]
 QUEUE = 50  # messages of a topic that wait for the executor
 WATCH = 0.05  # period of the watch for silent topics [s]
 AFTERWARDS = 2.0  # time after the end of everything in which a fall would show [s]
-LONGEST = 14.0  # time after the planned contact at which a run ends in any case [s]
+LONGEST = 14.0  # time after the planned contact, or walk, at which a run ends in any case [s]
 MEAN = 0.02  # time over which the hand's force is averaged [s]
-HIT = 0.1  # time after the first contact that belongs to the hit itself [s]
+FIRST = 0.1  # time after the first contact that belongs to the hit itself [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +63,10 @@ class Message:
 
 @dataclass
 class Rig:
-    """A hit that runs tick by tick."""
+    """A hit or a walk that runs tick by tick."""
 
     folder: Path  # for logs
+    motion: str  # HIT or WALK
     fault: Fault | None = None
     waiting: list[Message] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
@@ -69,22 +75,34 @@ class Rig:
     moves_until: float = 0.0  # end of the driver's last trajectory [s]
 
     def __post_init__(self) -> None:
-        """Plan the hit and start its execution."""
+        """Plan the motion and start its execution."""
         config, door, placement = load_robot_config(), load_door("paper"), configured_placement()
         robot = RobotModel(config)
-        self.plan = plan_impact(PlanRequest(TARGET), KnownDoor.configured(door), robot,
-                                make_settings(placement))
+        topics: tuple[str, ...] = (JOINTS, IMU)
+        self.execution: Execution | Walk
+        self.warned = False  # whether the plan says that the robot falls if it misses the door
+        if self.motion == HIT:
+            plan = plan_impact(PlanRequest(TARGET), KnownDoor.configured(door), robot,
+                               make_settings(placement))
+            phases = {phase.name: phase.knots for phase in plan.all_phases}
+            self.execution = Execution(
+                ExecutablePlan.of(plan, phases), PointB(robot), joint_names=config.joint_names)
+            self.warned, topics = not plan.stands_if_missed, (*topics, DOOR)
+        else:
+            placement["door_distance"] = FAR
+            self.execution = Walk(
+                robot, plan_between(robot, Pose(0.0, 0.0, 0.0), Pose(AHEAD, 0.0, 0.0)))
         self.world = World(config, door, placement["door_distance"], placement["hinge_x"])
-        phases = {phase.name: phase.knots for phase in self.plan.all_phases}
-        self.execution = Execution(
-            ExecutablePlan.of(self.plan, phases), PointB(robot),
-            joint_names=config.joint_names)
-        self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, WATCH)
+        self.watch = Freshness(topics, 0.5, WATCH)
         self.inputs = Inputs(robot.joint_ranges, self.watch)
         self.encoder = DoorEncoder(self.world.settings.encoder_bits)
-        self.commands.append((0.0, self.execution.start(self.world.step().time)))
+        start = self.execution.start(self.world.step().time)
+        self.commands.append((0.0, start))
         self.inputs.motion = self.execution
-        self.contact = self.execution.planned_contact
+        self.reference = (  # time of the planned contact, or of the walk's planned end [s]
+            self.execution.planned_contact if isinstance(self.execution, Execution)
+            else start.stamp + self.execution.plan.duration)
+        self.lasts = self.reference - start.stamp  # [s]
         self.watched = self.world.time
         self.handlers: dict[str, Callable[..., list[Command]]] = {
             JOINTS: self.inputs.on_joints, IMU: self.on_imu, DOOR: self.inputs.on_door,
@@ -93,7 +111,7 @@ class Rig:
     @property
     def since(self) -> float:
         """Time since the begin of the fault [s]; negative before it."""
-        return self.world.time - self.contact - self.fault.begin if self.fault else -1.0
+        return self.world.time - self.reference - self.fault.begin if self.fault else -1.0
 
     # -- faults ---------------------------------------------------------------------------------
 
@@ -106,9 +124,11 @@ class Rig:
     def changed(self, message: Message) -> Iterator[Message]:
         """The messages that arrive in place of a message."""
         fault = self.fault
+        if self.disturbs(DRIVER, "silent"):
+            return
         if fault is not None and message.topic == DOOR and self.disturbs(ENCODER):
             if fault.kind == "stopped":
-                yield replace(message, due=self.contact + fault.begin + fault.length)
+                yield replace(message, due=self.reference + fault.begin + fault.length)
         elif fault is None or not (self.disturbs(message.topic) or (
                 fault.part == message.topic and fault.length == 0.0 and self.once())):
             yield message
@@ -133,16 +153,21 @@ class Rig:
         self.happened |= first
         return first
 
+    @property
+    def killed(self) -> bool:
+        """Whether the part that moves the robot is dead."""
+        return self.disturbs(COMMANDER[self.motion], "killed")
+
     # -- one tick -------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Step the world, and let the executor handle what has arrived."""
+        """Step the world, and let executor or walker handle what has arrived."""
         sample = self.world.step()
         for message in self.messages(sample):
             self.waiting.extend(self.changed(message))
-        if self.disturbs(EXECUTOR, "stopped"):
+        if self.disturbs(COMMANDER[self.motion], "stopped"):
             self.shorten()
-        elif not self.disturbs(EXECUTOR, "killed"):
+        elif not self.killed:
             self.handle(sample.time)
         if not self.disturbs(DRIVER, "late"):
             self.obey(sample.time)
@@ -150,7 +175,9 @@ class Rig:
     def messages(self, sample: TickSample) -> Iterator[Message]:
         """What robot and encoder publish after a tick."""
         now, imu = sample.time, sample.imu
-        yield Message(IMU, now, now, now, (0.0, imu.angular_velocity, imu.specific_force))
+        tilt = float(evaluation.tilt(np.asarray(imu.orientation)[None])[0])
+        yield Message(IMU, now, now, now, (
+            tilt, imu.orientation, imu.angular_velocity, imu.specific_force))
         yield Message(JOINTS, now, now, now, (sample.position, sample.velocity))
         yield Message(WRENCHES["left"], now, now, now, (sample.left_wrench,))
         yield Message(WRENCHES["right"], now, now, now, (sample.right_wrench,))
@@ -165,7 +192,7 @@ class Rig:
                 self.waiting.remove(message)
 
     def handle(self, now: float) -> None:
-        """The executor's turn: every message that has arrived, then the watch, then stops."""
+        """Their turn: every message that has arrived, then the watch, then stops."""
         arrived = [message for message in self.waiting if message.due <= now]
         self.waiting = [message for message in self.waiting if message.due > now]
         for message in arrived:
@@ -176,13 +203,13 @@ class Rig:
             silent = self.watch.tick()
             if silent is not None:
                 self.send(now, self.inputs.on_silence(*silent, self.watch.limit))
-        if self.fault is not None and self.fault.kind == "asked to stop" and self.once():
+        if isinstance(self.execution, Execution) and self.fault is not None and (
+                self.fault.kind == "asked to stop" and self.once()):
             self.execution.stop()
 
-    def on_imu(self, arrival: Arrival, tilt: float, rate: Array, force: Array) -> list[Command]:
+    def on_imu(self, arrival: Arrival, tilt: float, *reading: Array) -> list[Command]:
         """Handle a reading of the IMU."""
-        turn = np.array([0.0, 0.0, 0.0, 1.0])
-        return self.inputs.on_imu(arrival, tilt, ImuSample(turn, rate, force))
+        return self.inputs.on_imu(arrival, tilt, ImuSample(*reading))
 
     def send(self, now: float, commands: list[Command]) -> None:
         """Put commands on their way to the driver."""
@@ -211,18 +238,19 @@ class Rig:
     # -- runs -----------------------------------------------------------------------------------
 
     def run_until(self, end: float) -> None:
-        """Run to a time relative to the planned contact [s]."""
-        while self.world.time < self.contact + end and not self.world.fell:
+        """Run to a time relative to the planned contact or end [s]."""
+        while self.world.time < self.reference + end and not self.world.fell:
             self.tick()
 
     def finish(self, fault: Fault) -> Verdict:
         """Run to the end with a fault, and return what the simulation's truth says."""
         self.fault = fault
-        while self.execution.outcome is Outcome.RUNNING or self.world.time <= self.moves_until:
-            if self.world.fell or self.world.time >= self.contact + LONGEST:
+        while (self.execution.running and not self.killed) or (
+                self.world.time <= self.moves_until):
+            if self.world.fell or self.world.time >= self.reference + LONGEST:
                 break
             self.tick()
-        self.run_until(min(self.world.time - self.contact + AFTERWARDS, LONGEST))
+        self.run_until(min(self.world.time - self.reference + AFTERWARDS, LONGEST))
         path = self.world.save_log(self.folder / "run.npz")
         log = simulation_log.load(path, 0.0)
         force, time = log.motion.contact_force, log.motion.t
@@ -231,11 +259,11 @@ class Rig:
         if len(touches):
             width = round(MEAN / float(time[1] - time[0]))
             means = np.convolve(force, np.ones(width) / width, "same")
-            hand = float(np.max(means[time > time[touches[0]] + HIT], initial=0.0))
+            hand = float(np.max(means[time > time[touches[0]] + FIRST], initial=0.0))
         return Verdict(
             fault=fault, fell=log.fell, hand=hand, peak=float(log.motion.door_angle.max()),
             outcome=self.execution.outcome.name, reason=self.execution.reason,
-            touched=bool(len(touches)), warned=not self.plan.stands_if_missed,
+            touched=bool(len(touches)), warned=self.warned,
             noticed=self.inputs.intake.noticed(), refused=self.refused)
 
     def verdict(self, fault: Fault) -> Verdict:

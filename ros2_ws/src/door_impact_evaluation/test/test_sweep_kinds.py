@@ -22,7 +22,8 @@ def rows_of(kind, n, **columns):
 @pytest.mark.parametrize(("kind", "number", "drawn"), [
     ("hit", 8, {"tau_scale": 0.9650564090905086, "pad_scale": 1.3680360023332827}),
     ("walk", 1, {"seed": 504722976, "friction": 0.49377890576343497}),
-    ("miss", 3, {"seed": 1040511712, "target_deg": 25.779123410404836}),
+    ("miss", 3, {"seed": 1040511712, "target_deg": 26.834342557803627}),
+    ("blocked", 1, {"seed": 665097662, "play_mm": 2.0097408671390506}),
     ("push", 2, {"seed": 883629044, "direction": -2.2358110930610913}),
 ])
 def test_a_seed_draws_the_same_cases_as_ever(kind, number, drawn):
@@ -87,16 +88,27 @@ def test_a_walk_arrives_within_2_percent_and_3_deg():
 
 
 def test_a_pushed_walk_stands_only_after_every_blow_and_a_miss_only_of_the_paper_s_door():
-    """Each blow, and the fast run-ups, have their own counts."""
+    """Each blow, and the fast run-ups, have their own counts; a standing robot does not walk."""
     pushes, misses = (rows_of(kind, 3, stood=True, margin_mm=30.0) for kind in ("push", "miss"))
-    for row in (pushes[1], misses[4]):
+    for row in (pushes[1], pushes[-1], misses[7]):
         row |= {"stood": False, "margin_mm": -5.0, "announced": True}
     found = report.summary(KINDS["push"], pushes, 3, 1, "mujoco")
     assert (found["stood"], found["min_margin_mm"]["min"]) == (2, -5.0)
-    assert [group["stood"] for group in found["groups"].values()] == [3, 2, 3]
+    assert [group["stood"] for group in found["groups"].values()] == [3, 2, 3, 3, 3, 3, 2]
     found = report.summary(KINDS["miss"], misses, 3, 1, "mujoco")
     assert (found["stood"], found["min_margin_mm"]["min"]) == (3, 30.0)
     assert (found["groups"]["fast"]["stood"], found["groups"]["fast"]["announced"]) == (2, 1)
+
+
+def test_hits_and_probes_of_locked_doors_are_counted_apart():
+    """A fall after a hit is none of the probe; half of the bolts have up to 3 mm of play."""
+    rows = [row | {"run": way, "found": way == 1} for way in (0, 1)
+            for row in rows_of("blocked", 4, stood=True) if row["group"] == "paper"]
+    rows[0] |= {"stood": False, "fell": "tilted"}
+    found = report.summary(KINDS["blocked"], rows, 4, 1, "mujoco")
+    assert (found["stood"], found["found"]) == ({"hit": 3, "probe": 4}, 4)
+    assert [group["stood"] for group in found["groups"].values()] == [3, 4]
+    assert sum(0.0 < row["play_mm"] < 3.0 for row in rows) == len(rows) // 2
 
 
 @pytest.mark.filterwarnings("error")

@@ -111,6 +111,9 @@ class WorldSettings:
         "or None in Python: the door's own")
     contact_duration: float = number(
         0.015, 0.002, 0.1, "duration of the impact for which the leaf's surface is designed [s]")
+    opens_to: float | None = number(
+        None, 0.0, math.pi, "opening angle at which the leaf meets a bolt or a stop [rad]; 0: it "
+        "is locked; negative, or None in Python: as far as the closer lets it")
     friction: Positive = _setting(0.8, "coefficient of friction between soles and floor")
     leaf_friction: NotNegative = _setting(0.3, "coefficient of friction between robot and leaf")
     iterations: int = Field(

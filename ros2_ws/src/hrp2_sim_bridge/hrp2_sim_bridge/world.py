@@ -159,7 +159,7 @@ class World(Driver):
         self.time_step = settings.time_step_coarse
         self.engine.reset(self._scene)
         self.joints = Actuation(self.engine, self.robot_config, settings, self._posture)
-        self.door = DoorLoad(self.door_config)
+        self.door = DoorLoad(self.door_config, settings.opens_to)
         self.pushes = RobotPushes(self.engine)
         self.hit = HitMeter(self.engine)
         self.fall = FallWatch({foot.sole for foot in self.robot_config.feet.values()})

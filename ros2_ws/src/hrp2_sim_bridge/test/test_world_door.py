@@ -10,7 +10,7 @@ from door_model.door.door import Zone
 from door_model.motion.dynamics import simulate
 from hrp2_sim_bridge.physics.door_load import FASTEST_PUSHED, CloserTorque
 from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, EncoderCounter
-from hrp2_sim_bridge.settings import WorldSettings
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from hrp2_sim_bridge.world import World
 from hypothesis import given
 from hypothesis import strategies as st
@@ -97,13 +97,28 @@ def test_pushes_together_are_no_faster_than_a_hand(make_world) -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [("time_step_coarse", 0.0007), ("friction", float("nan")), ("engine", "bullet"),
-     ("start", (10.1, 0.0, 0.0))])
+     ("opens_to", -0.1), ("start", (10.1, 0.0, 0.0))])
 def test_setting_out_of_range_is_an_error_that_names_it(name, value) -> None:
     """A setting out of its range is an error with its name and value."""
     with pytest.raises(SettingError) as error:
         checked(WorldSettings, {name: value})
     assert error.value.setting == name
     assert str(value) in str(error.value)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_locked_leaf_opens_by_the_play_of_its_bolt(make_world, engine) -> None:
+    """A push of 200 N m, which opens a free leaf, moves a locked one by the play, to 0.05 deg."""
+    for opens_to in (0.0, 0.01, None):
+        world = make_world(engine=engine, sole="rigid", opens_to=opens_to)
+        world.push_door(25.0, DURATION)
+        for _ in range(60):
+            world.step()
+        widest = world.log()["door_angle"].max()
+        if opens_to is None:
+            assert widest > 0.2
+        else:
+            assert opens_to < widest < opens_to + math.radians(0.05)
 
 
 def test_hard_push_meets_the_outer_stop_inside_the_linkages_range(make_world) -> None:

@@ -13,6 +13,7 @@ from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 
 from door_impact_evaluation.sweep import running
+from door_impact_evaluation.sweep.blocked import BLOCKED
 from door_impact_evaluation.sweep.hit import HIT
 from door_impact_evaluation.sweep.kind import Kind
 from door_impact_evaluation.sweep.miss import MISS
@@ -21,7 +22,7 @@ from door_impact_evaluation.sweep.report import draw, summary, table
 from door_impact_evaluation.sweep.store import NAME, Runs
 from door_impact_evaluation.sweep.walk import WALK
 
-KINDS: dict[str, Kind] = {kind.name: kind for kind in (HIT, WALK, MISS, PUSH)}
+KINDS: dict[str, Kind] = {kind.name: kind for kind in (HIT, WALK, MISS, BLOCKED, PUSH)}
 
 
 def folder_of(kind: str, engine: str) -> Path:
@@ -69,7 +70,7 @@ def _options(args: list[str] | None) -> argparse.Namespace:
         prog="sweep", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Simulates many perturbed runs and reports what came of them; cases that the\n"
         "same versions have run before are not run again. Kinds:\n" + "\n".join(
-            f"  {kind.name:6}{kind.what}" for kind in KINDS.values()))
+            f"  {kind.name:9}{kind.what}" for kind in KINDS.values()))
     parser.add_argument("--kind", choices=KINDS, default=HIT.name, help="default: %(default)s")
     parser.add_argument("-n", type=int, default=50,
                         help="cases in each group that is drawn (default: %(default)s)")

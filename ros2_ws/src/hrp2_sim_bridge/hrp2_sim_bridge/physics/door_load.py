@@ -54,13 +54,16 @@ class DoorLoad:
 
     Args:
         config: Configuration of the door.
+        opens_to: Opening angle of a bolt or a stop before the outer one [rad]; None: there is none.
 
     Attributes:
         widest: Opening angle of the outer stop [rad].
     """
 
-    def __init__(self, config: DoorConfig) -> None:
+    def __init__(self, config: DoorConfig, opens_to: float | None = None) -> None:
         self.widest = min(_WIDEST, config.linkage.opening_limit() - _LINKAGE_MARGIN)
+        if opens_to is not None:
+            self.widest = min(self.widest, opens_to)
         self._config = config
         self._closer = CloserTorque(config, self.widest + _ABOVE_STOP)
         self._stop_damping = 2.0 * _STOP_DAMPING_RATIO * math.sqrt(_STOP_STIFFNESS * config.i_a)

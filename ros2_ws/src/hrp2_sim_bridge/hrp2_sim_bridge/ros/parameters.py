@@ -13,9 +13,9 @@ from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
 
 # Parameters of other names than their settings in `WorldSettings`.
 _NAMES = {"start": "robot_start", "iterations": "solver_iterations"}
-_WORLD = descriptions(WorldSettings) | {  # a parameter has no None and no tuple
-    "restitution": (-1.0, descriptions(WorldSettings)["restitution"][1]),
-    "start": ([*WorldSettings.start], descriptions(WorldSettings)["start"][1])}
+_OPTIONAL = ("restitution", "opens_to")  # a parameter has no None: a negative one stands for it
+_WORLD = {name: (-1.0 if name in _OPTIONAL else [*default] if name == "start" else default, text)
+          for name, (default, text) in descriptions(WorldSettings).items()}
 _SENSORS = descriptions(SensorSettings)
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of that of hrp2_description"),
@@ -59,8 +59,7 @@ class BridgeParameters(Parameters):
         """
         settings = {name: self._typed(_NAMES.get(name, name), default)
                     for name, (default, _) in _WORLD.items()}
-        if settings["restitution"] < 0.0:
-            settings["restitution"] = None
+        settings |= {name: None for name in _OPTIONAL if settings[name] < 0.0}
         sensors = SensorSettings(**{name: self.switch(name) for name in _SENSORS})
         return settings | {"log": bool(self.text("log_file")), "sensors": sensors}
 

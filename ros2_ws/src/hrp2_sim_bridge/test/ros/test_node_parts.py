@@ -78,9 +78,10 @@ def test_the_nodes_defaults_are_those_of_the_library() -> None:
 def test_parameters_become_settings() -> None:
     """Numbers may be typed as integers; the start must be a list of three finite numbers."""
     with parameters("robot_start:=[2, -1, 1]", "solver_iterations:=30", "restitution:=0",
-                    "sensor_noise:=0", "log_file:=run.npz") as given:
+                    "opens_to:=0.0", "sensor_noise:=0", "log_file:=run.npz") as given:
         found = WorldSettings(**given.world_settings())
     assert (found.start, found.iterations, found.restitution) == ((2.0, -1.0, 1.0), 30, 0.0)
+    assert found.opens_to == 0.0
     assert found.log
     assert not found.sensors.sensor_noise
     for wrong in ("[2.0, 1.0]", "[2.0, 1.0, .nan]"):
