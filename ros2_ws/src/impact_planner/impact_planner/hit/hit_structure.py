@@ -19,13 +19,12 @@ from hrp2_description.robot import SIDES, Drives
 from humanoid_motion.dynamics import inverse_dynamics, joint_torques
 from humanoid_motion.motion import still
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents, pad_contact
-from humanoid_motion.robot_model import RobotModel, braced_upper_body
+from humanoid_motion.robot_model import RobotModel
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, null_space
 
 BASE = slice(0, 6)  # entries of the free base in Pinocchio's velocity vector
 _SAME = 1e-9  # smallest independent motion, relative to the largest
-_STILL = 1e-9  # displacement below which the pads do not slide [m]
 
 
 @dataclass(frozen=True)
@@ -164,8 +163,8 @@ def _at_rest(
 
     The commanded posture presses the pads into each other. The servos and the gears between them
     yield until their torques bear the pads' force; the driver leads the motors by what they yield
-    under the weight. On its way from half-sitting the ball slides along the disc, and the friction
-    of this stays.
+    under the weight. The ball comes along the disc's normal, so that friction holds it where it
+    touches as far as it can.
     """
     motion = still(joints, base)
     held = joint_torques(robot, motion, inverse_dynamics(robot, motion), feet, SIDES)[0]
@@ -178,13 +177,15 @@ def _at_rest(
     row = found.jacobian.copy()
     row[0] *= -1.0  # the depth grows as the ball comes nearer
     of_joints = row[:, robot.v_index]
-    slide = of_joints[1:] @ (braced_upper_body(robot) - robot.config.half_sitting)
-    slide /= max(float(np.linalg.norm(slide)), _STILL)
-    force = np.array([1.0, *(brace.friction * slide)])
-    gives = 1.0 / drives.stiffness + 1.0 / drives.position_gain
-    yields = float((gives * of_joints[0]) @ (of_joints.T @ force))
-    preload = -float(found.offset[0]) / (1.0 / brace.stiffness + yields) * force
     share = np.array([1.0, TANGENTIAL, TANGENTIAL])
+    depth = np.array([-float(found.offset[0]), 0.0, 0.0])
+    gives = (of_joints / drives.stiffness + of_joints / drives.position_gain) @ of_joints.T
+    gives += np.diag(1.0 / (brace.stiffness * share))
+    preload = np.linalg.solve(gives, depth)
+    along, most = float(np.linalg.norm(preload[1:])), brace.friction * float(preload[0])
+    if along > most:  # the ball slides until friction holds it
+        force = np.array([1.0, *(brace.friction / along * preload[1:])])
+        preload = depth[0] / float(gives[0] @ force) * force
     return held + of_joints.T @ preload, PadRow(
         row, brace.stiffness * share, brace.damping * share, brace.friction, preload)
 
