@@ -10,11 +10,12 @@ import xml.etree.ElementTree as ET
 
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
+from door_model.door.frame import frame_boxes
 
 FRAME, LEAF, JOINT = "door_frame", "door_leaf", "door_hinge"
-_POST = 0.08  # width of posts and lintel [m]
-_GAP = 0.01   # gap between the leaf and the posts and lintel [m]
-_COLORS = {"wood": "0.72 0.53 0.35 1", "frame": "0.45 0.45 0.48 1"}
+# One sees what happens behind the wall.
+_COLORS = {
+    "wood": "0.72 0.53 0.35 1", "frame": "0.45 0.45 0.48 1", "wall": "0.88 0.88 0.86 0.4"}
 
 Pose = tuple[float, float, float, float, float, float, float]
 """Position x, y, z [m] and orientation as a quaternion x, y, z, w."""
@@ -50,7 +51,8 @@ def leaf_pose(angle: float) -> Pose:
 def door_urdf(door: DoorConfig) -> str:
     """Make the URDF of a door.
 
-    The leaf has a visual and a collision shape; posts and lintel are there to be looked at only.
+    The leaf, wall, jamb, lintel and threshold have visual and collision shapes. What does not move
+    belongs to the link door_frame. Of a door without a known frame there is the leaf alone.
 
     Args:
         door: The door.
@@ -59,8 +61,10 @@ def door_urdf(door: DoorConfig) -> str:
     for name, color in _COLORS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=color)
     frame = ET.SubElement(robot, "link", name=FRAME)
-    for size, center in _frame_boxes(door):
-        _add_box(frame, "visual", size, center, "frame")
+    for box in [] if door.frame is None else frame_boxes(door.leaf, door.frame):
+        color = "wall" if box.name.startswith("wall") else "frame"
+        _add_box(frame, "visual", box.size, box.center, color, box.name)
+        _add_box(frame, "collision", box.size, box.center, name=box.name)
     leaf = ET.SubElement(robot, "link", name=LEAF)
     size = (door.leaf.width, door.leaf.thickness, door.leaf.height)
     _add_box(leaf, "visual", size, door.leaf.center(), "wood")
@@ -76,24 +80,9 @@ def door_urdf(door: DoorConfig) -> str:
     return ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def _frame_boxes(door: DoorConfig) -> list[tuple[Triple, Triple]]:
-    """Return size and centre of both posts and of the lintel, in door_frame [m]."""
-    leaf = door.leaf
-    _, depth_center, middle = leaf.center()
-    top = middle + 0.5 * leaf.height + _GAP
-    # The leaf's corner at the hinge swings back by the leaf's thickness.
-    left, right = -leaf.thickness - _GAP, leaf.width + _GAP
-    post = (_POST, leaf.thickness, top)
-    lintel = (right - left + 2.0 * _POST, leaf.thickness, _POST)
-    return [
-        (post, (left - 0.5 * _POST, depth_center, 0.5 * top)),
-        (post, (right + 0.5 * _POST, depth_center, 0.5 * top)),
-        (lintel, (0.5 * (left + right), depth_center, top + 0.5 * _POST)),
-    ]
-
-
-def _add_box(link: ET.Element, kind: str, size: Triple, center: Triple, color: str = "") -> None:
-    part = ET.SubElement(link, kind)
+def _add_box(link: ET.Element, kind: str, size: Triple, center: Triple, color: str = "",
+             name: str = "") -> None:
+    part = ET.SubElement(link, kind, {"name": name} if name else {})
     ET.SubElement(part, "origin", xyz=_text(center), rpy="0 0 0")
     ET.SubElement(ET.SubElement(part, "geometry"), "box", size=_text(size))
     if color:

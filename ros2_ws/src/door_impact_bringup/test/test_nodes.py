@@ -54,7 +54,9 @@ def test_a_late_viewer_gets_description_and_place_of_the_door(
     places: list[TFMessage] = []
     viewer.create_subscription(String, "/door_description", descriptions.append, LATCHED)
     viewer.create_subscription(TFMessage, "/tf_static", places.append, LATCHED)
-    assert '<joint name="door_hinge"' in first_message(executor, descriptions).data
+    description = first_message(executor, descriptions).data
+    assert '<joint name="door_hinge"' in description
+    assert 'name="wall_free_side"' in description
     (standing,) = first_message(executor, places).transforms
     assert (standing.header.frame_id, standing.child_frame_id) == ("odom", "door_frame")
     place = standing.transform.translation

@@ -23,7 +23,7 @@ from hrp2_sim_bridge.settings import SAMPLE, TICK
 _SAMPLE = np.dtype([
     ("time", "f8"), ("joints", "f4", (2, 30)), ("base", "f8", (13,)),
     ("reactions", "f8", (len(SIDES), 6)), ("door", "f8", (2,)), ("contact_force", "f8"),
-    ("contact_link", "i2"), ("contact_point", "f4", (3,))])
+    ("contact_link", "i2"), ("contact_point", "f4", (3,)), ("frame_force", "f8")])
 _TICK = np.dtype([
     ("tick_time", "f8"), ("tick_reference", "f8", (30,)), ("tick_peak_torque", "f4", (30,)),
     ("tick_gear_torque", "f4", (30,)), ("tick_pad_force", "f4"), ("tick_pad_impulse", "f4", (30,)),
@@ -50,11 +50,13 @@ class TruthLog:
     def add_samples(
         self, time: float, joints: Sequence[Array], base: Sequence[Sequence[float]],
         reactions: Array, door: Sequence[DoorState], touches: Sequence[Touch],
+        frame_force: Sequence[float],
     ) -> None:
         """Add the readings of a tick that ends at a time [s], one for each of its milliseconds.
 
         They are joint positions and velocities (2, 30), rows of `Engine.read_base`, mean forces and
-        torques at the force sensors (T, B, 6), states of the leaf, and its contacts with the robot.
+        torques at the force sensors (T, B, 6), states of the leaf, its contacts with the robot,
+        and mean forces of frame and wall on the robot [N].
         """
         rows = np.zeros(len(joints), _SAMPLE)
         rows["time"] = time - SAMPLE * np.arange(len(joints) - 1, -1, -1)
@@ -62,6 +64,7 @@ class TruthLog:
         rows["reactions"] = reactions[:, : len(SIDES)]
         rows["contact_force"], rows["contact_link"], rows["contact_point"] = zip(
             *touches, strict=True)
+        rows["frame_force"] = frame_force
         self._samples.append(rows)
 
     def add_tick(
@@ -109,7 +112,8 @@ class TruthLog:
             "b_velocity": links.linear[:, len(SIDES)],
             "com_position": com[:, 0],
             "com_velocity": com[:, 1],
-            **{name: kept[name] for name in ("contact_force", "contact_link", "contact_point")},
+            **{name: kept[name] for name in (
+                "contact_force", "contact_link", "contact_point", "frame_force")},
             **{name: ticks[name] for name in _TICK.names or ()}}
         for index, side in enumerate(SIDES):
             log[f"{side}_wrench"] = wrenches[:, index]

@@ -54,6 +54,7 @@ class _Readings:
         reactions: Forces and torques at the force sensors in each physics step.
         door: State of the leaf.
         touches: Contact between robot and leaf.
+        frame_force: Mean of the normal forces of frame and wall on the robot, summed [N].
         base: Rows of `Engine.read_base`.
         joints: Positions [rad] and velocities [rad/s] of the joints, (2, 30).
         torque: Largest torques of the motors at these times, (30,) [N m].
@@ -62,6 +63,7 @@ class _Readings:
     reactions: list[list[Reactions]] = field(default_factory=list)
     door: list[DoorState] = field(default_factory=list)
     touches: list[Touch] = field(default_factory=list)
+    frame_force: list[float] = field(default_factory=list)
     base: list[list[float]] = field(default_factory=list)
     joints: list[Array] = field(default_factory=list)
     torque: Array | float = 0.0
@@ -231,7 +233,7 @@ class World(Driver):
         A column has one row for each millisecond: mean wrenches [N, N m] in the soles' frames and
         mean contact force [N] over it, and states at its end in the world. Columns whose names
         begin with "tick_" have one row for each tick. `contact_link` is an index into `link_names`,
-        -1 without contact.
+        -1 without contact. `frame_force` is the mean normal force of frame and wall [N].
 
         Raises:
             SettingError: The world was made without a log.
@@ -285,7 +287,7 @@ class World(Driver):
         else:
             self._log.add_samples(
                 self.time, readings.joints, readings.base, reactions, readings.door,
-                readings.touches)
+                readings.touches, readings.frame_force)
             self._log.add_tick(
                 self.time, reference[-1], np.asarray(readings.torque), self.joints, locked=locked,
                 fine=fine)
@@ -332,18 +334,21 @@ class World(Driver):
         self.pushes.act(now, SAMPLE)
         self.joints.begin_sample()
         reactions: list[Reactions] = []
-        watched = near and self._log is not None
+        watched, scraped = near and self._log is not None, 0.0
         for order in orders:
             reactions.append(self.joints.step(order, torque))
             for observer in self.observers:
                 observer(self.engine)
             if watched:
                 self.hit.add_step(1.0 / len(orders))
+            if self._log is not None:
+                scraped += self.engine.frame_force()
         self._door_state = self.engine.door_state()
         readings.reactions.append(reactions)
         readings.door.append(self._door_state)
         if self._log is not None:
             readings.touches.append(self.hit.take())
+            readings.frame_force.append(scraped / len(orders))
             readings.base.append(self.engine.read_base())
             readings.joints.append(self.joints.state)
             readings.torque = np.maximum(readings.torque, np.abs(self.joints.drives.motor))

@@ -1,6 +1,7 @@
 """Render an animation of a hit from the simulation's log, with PyBullet's software renderer."""
 
 import tempfile
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,7 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
         _box(client, (half, 0.012, 0.001), (log.hinge_x + half, y, 0.0), LINE_COLOUR)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "door.urdf"
-            path.write_text(door_scene.door_urdf(door).replace("</link>", _INERTIAL + "</link>"))
+            path.write_text(_visible(door_scene.door_urdf(door)))
             leaf = client.loadURDF(
                 str(path), (log.hinge_x, -log.door_distance, 0.0), useFixedBase=True)
         view = client.computeViewMatrix(*CAMERA, (0, 0, 1))
@@ -82,6 +83,19 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
             yield Image.fromarray(rgba[:, :, :3])
     finally:
         client.disconnect()
+
+
+def _visible(urdf: str) -> str:
+    """Return a door's URDF without the wall beside the free edge.
+
+    The renderer knows no transparency: that wall would hide the leaf.
+    """
+    robot = ET.fromstring(urdf)
+    for link in robot.iter("link"):
+        for shape in link.findall("visual[@name='wall_free_side']"):
+            link.remove(shape)
+        link.append(ET.fromstring(_INERTIAL))
+    return ET.tostring(robot, encoding="unicode")
 
 
 def _box(client: Any, half: tuple[float, float, float],

@@ -27,7 +27,6 @@ from door_impact_view.replay.resampling import (
 from door_impact_view.scene import colors
 from door_impact_view.scene.poses import link_poses, on_floor, rotate
 from door_impact_view.scene.urdf import TURNING, UrdfScene, read_urdf
-from door_impact_view.scene.wall import with_wall
 
 from door_impact_evaluation.errors import RecordingError
 from door_impact_evaluation.report.recorded_run import PEAK, Body, RecordedRun
@@ -66,7 +65,7 @@ def replay_of(run: RecordedRun, start: float | None = None, end: float | None = 
     robot = None if run.robot is None else _tree(
         run.robot, read_urdf(run.robot.urdf), stamps)
     door = None if run.door is None else _tree(
-        run.door, with_wall(read_urdf(run.door.urdf)), stamps)
+        run.door, read_urdf(run.door.urdf), stamps)
     plots = (_cut(plot, t, moments) for plot in (*_plots(run, phases), *run.plots))
     return Replay(
         stamps=stamps,

@@ -21,8 +21,7 @@ from tf2_msgs.msg import TFMessage
 
 from door_impact_view.errors import UrdfError
 from door_impact_view.live.state import Body, PlanSummary, Pose, Stamped, State
-from door_impact_view.scene.urdf import UrdfScene, read_urdf
-from door_impact_view.scene.wall import with_wall
+from door_impact_view.scene.urdf import read_urdf
 
 # Of a message that comes often only the last counts, and a lost one is followed by the next.
 _LAST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -105,9 +104,9 @@ class Watcher:
         state = self._state
         match topic:
             case "/robot_description":
-                _describe(state.robot, message.data, lambda scene: scene)
+                _describe(state.robot, message.data)
             case "/door_description":
-                _describe(state.door, message.data, with_wall)
+                _describe(state.door, message.data)
             case "/door_impact_plan":
                 state.plan = plan_summary(message)
             case "/tf" | "/tf_static":
@@ -167,13 +166,13 @@ def _root(body: Body) -> str:
     return "" if body.scene is None else body.scene.root
 
 
-def _describe(body: Body, text: str, complete: Callable[[UrdfScene], UrdfScene]) -> None:
+def _describe(body: Body, text: str) -> None:
     """Read the URDF of a body if it is another one; what was drawn before stays if it is none."""
     if text == body.text:
         return
     body.text = text
     try:
-        body.scene = complete(read_urdf(text))
+        body.scene = read_urdf(text)
         body.problem = body.scene.note
     except UrdfError as error:
         body.problem = str(error)

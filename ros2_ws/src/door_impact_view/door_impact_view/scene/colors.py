@@ -14,7 +14,6 @@ CAPTURE_POINT: Rgb = (0, 158, 115)  # bluish green
 SUPPORT: Rgb = (86, 180, 233)  # sky blue: the support polygon
 FORCE: Rgb = (230, 159, 0)  # orange: forces on feet and hands
 DOOR: Rgb = (204, 121, 167)  # reddish purple: the door's angle in plots
-WALL: Rgb = (225, 225, 220)
 
 
 def css(color: Rgb) -> str:

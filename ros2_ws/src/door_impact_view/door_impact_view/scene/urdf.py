@@ -106,14 +106,14 @@ def read_urdf(text: str) -> UrdfScene:
     try:
         robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), build_scene_graph=False,
                                    load_meshes=False).robot
-        return scene_of(robot)
+        return _scene_of(robot)
     except UrdfError:
         raise
     except Exception as error:  # yourdfpy and the readers of meshes raise whatever they like
         raise UrdfError(" ".join(f"{type(error).__name__}: {error}".split())) from error
 
 
-def scene_of(robot: yourdfpy.Robot) -> UrdfScene:
+def _scene_of(robot: yourdfpy.Robot) -> UrdfScene:
     """Return what a robot shows.
 
     Args:

@@ -1,4 +1,4 @@
-"""Tests of what is read from a URDF, of the poses of its links, and of the wall."""
+"""Tests of what is read from a URDF, and of the poses of its links."""
 
 import struct
 
@@ -9,7 +9,6 @@ from door_impact_view.errors import UrdfError
 from door_impact_view.scene import urdf as urdf_module
 from door_impact_view.scene.poses import link_poses
 from door_impact_view.scene.urdf import mesh_path, read_urdf
-from door_impact_view.scene.wall import with_wall
 from hrp2_description.data import data_path
 from hypothesis import given
 from hypothesis import strategies as st
@@ -133,21 +132,3 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(text):
     with pytest.raises(UrdfError, match=r"the URDF cannot be drawn: .") as refused:
         read_urdf(text)
     assert "\n" not in str(refused.value)
-
-
-DOOR = """<robot name="d"><link name="frame">
-<visual><origin xyz="-0.05 -0.02 1"/><geometry><box size="0.1 0.04 2"/></geometry></visual>
-<visual><origin xyz="0.95 -0.02 1"/><geometry><box size="0.1 0.04 2"/></geometry></visual>
-</link></robot>"""
-
-
-def test_the_wall_begins_where_the_frame_ends():
-    """Both pieces touch the frame's outer sides and have its height and thickness."""
-    left, right = with_wall(read_urdf(DOOR)).shapes[2:]
-    assert left.mesh.bounds[1, 0] == pytest.approx(-0.1)
-    assert right.mesh.bounds[0, 0] == pytest.approx(1.0)
-    for piece in (left, right):
-        np.testing.assert_allclose(piece.place[1:], [-0.02, 1.0])
-        np.testing.assert_allclose(piece.mesh.extents[1:], [0.04, 2.0])
-        assert piece.color[3] < 255  # transparent
-        assert piece.link == "frame"

@@ -14,7 +14,7 @@ from door_model.checks import require_within
 from door_model.data import data_path
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
-from door_model.door.geometry import DoorGeometry, Leaf
+from door_model.door.geometry import DoorGeometry, Frame, Leaf
 from door_model.errors import ConfigError, DeadCentreError, DoorModelError
 
 WORKING_RANGE = math.pi / 2.0
@@ -45,6 +45,7 @@ class DoorConfig:
         backcheck: Zone in which opening has another viscosity; None means that there is none.
         latch: Zone in which closing has another viscosity; None means that there is none.
         friction: Coulomb friction at the hinge [N m].
+        frame: Frame and wall around the leaf; None means that nothing is known of them.
     """
 
     name: str
@@ -59,6 +60,7 @@ class DoorConfig:
     backcheck: Zone | None = None
     latch: Zone | None = None
     friction: float = 0.0
+    frame: Frame | None = None
 
     def door(self) -> Door:
         """Return the door of eq. (1)."""
@@ -101,6 +103,8 @@ class DoorConfig:
             "friction": self.friction,
             "restitution": self.restitution,
         }
+        if self.frame is not None:
+            document["frame"] = asdict(self.frame)
         return yaml_text(document)
 
 
@@ -119,6 +123,7 @@ class _Geometry(Part):
     name: Name
     leaf: Leaf
     linkage: FourBarCloser
+    frame: Frame | None = None
     closer: Any = None
     restitution: Any = None
     i_a: Any = None
@@ -159,13 +164,21 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
           latch: {angle: 0.2, c_c: 0.1}        # while it closes below 0.2 rad
         friction: 0.3                          # [N m] at the hinge
 
+    and the frame in which the leaf hangs (`door_model.door.geometry.Frame`)::
+
+        frame:
+          width: 0.90           # [m] between the jambs
+          depth: 0.10           # [m] from the wall's face on the push side to the leaf's face
+          wall_thickness: 0.14  # [m]
+          threshold: 0.0        # [m], its height; 0 without this key
+
     Args:
         name_or_path: Name of a door of this package, such as "paper", or a YAML file.
 
     Raises:
         ConfigError: There is no such door, keys are unknown or missing, numbers are out of range,
-            or the closer cannot be assembled, does not pull the door shut, or has a dead centre
-            within `WORKING_RANGE`.
+            the leaf does not fit into the frame, or the closer cannot be assembled, does not pull
+            the door shut, or has a dead centre within `WORKING_RANGE`.
     """
     source, document = _read(name_or_path)
     found = _checked(source, _File, document)
@@ -176,6 +189,7 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
         i_a=found.leaf.moment_of_inertia() if found.i_a is None else found.i_a,
         restitution=found.restitution,
         friction=found.friction,
+        frame=found.frame,
         **{key: getattr(found.closer, key) for key in _CLOSER},
     )
     try:
@@ -207,7 +221,7 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
 
 
 def load_geometry(name_or_path: str | Path) -> DoorGeometry:
-    """Read leaf and linkage of a door, without the parameters of its closer.
+    """Read leaf, linkage and frame of a door, without the parameters of its closer.
 
     The file may lack `closer`, `i_a` and `restitution`, like that of a door not yet identified.
 
@@ -220,7 +234,7 @@ def load_geometry(name_or_path: str | Path) -> DoorGeometry:
     """
     source, document = _read(name_or_path)
     found = _checked(source, _Geometry, document)
-    return DoorGeometry(found.name, found.leaf, found.linkage)
+    return DoorGeometry(found.name, found.leaf, found.linkage, found.frame)
 
 
 def _read(name_or_path: str | Path) -> tuple[str, Any]:
@@ -247,10 +261,12 @@ def _read(name_or_path: str | Path) -> tuple[str, Any]:
 
 
 def _checked(source: str, kind: type[T], document: Any) -> T:
-    """Return a document as what it describes; its linkage closes at the closed door."""
+    """Return a document as what it describes; linkage and frame suit the closed door."""
     try:
         found = checked(kind, document)
         found.linkage.f(0.0)
+        if found.frame is not None:
+            found.frame.require_around(found.leaf)
         return found
     except (SettingError, DoorModelError) as error:
         raise ConfigError(source, str(error), value=error.value, limit=error.limit) from error

@@ -193,7 +193,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     leaf = replace(leaf, mass=mass or leaf.mass, width=width or leaf.width)
     name = "identified" if arguments.yaml is None else Path(arguments.yaml).stem
     geometry = replace(
-        geometry, name=geometry.name if arguments.door else name, leaf=leaf)
+        geometry.with_leaf(leaf), name=geometry.name if arguments.door else name)
     if arguments.mcap:
         recording = read_mcap(arguments.mcap)
     else:
@@ -254,8 +254,8 @@ def _answer(arguments: argparse.Namespace, source: str) -> str:
         config = as_config(result, geometry, restitution=arguments.restitution)
         head = as_comment(result, source)
         if not arguments.door:
-            head += "# --door was missing: the linkage, and what was not given of the leaf, are "
-            head += "those of the paper's door.\n"
+            head += "# --door was missing: linkage and frame, and what was not given of the leaf, "
+            head += "are those of the paper's door.\n"
         write_whole(arguments.yaml, head + config.to_yaml())
     return answer
 

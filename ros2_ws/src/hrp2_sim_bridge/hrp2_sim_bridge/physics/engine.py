@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
+from door_model.door.frame import FixedBox, frame_boxes
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
@@ -57,6 +58,14 @@ class Scene:
     settings: WorldSettings
 
     @property
+    def frame_boxes(self) -> list[FixedBox]:
+        """Wall, jamb, lintel and threshold in the world; none where the door has no frame."""
+        door = self.door
+        if door.frame is None:
+            return []
+        return frame_boxes(door.leaf, door.frame, (self.hinge_x, -self.door_distance, 0.0))
+
+    @property
     def sole_rubber(self) -> SoleRubber | None:
         """Rubber under each sole; None for rigid soles.
 
@@ -101,7 +110,7 @@ NO_TOUCH = Touch(0.0, -1, (0.0, 0.0, 0.0))
 
 
 class FloorContact(NamedTuple):
-    """Contact between a link of the robot and the floor.
+    """Contact between a link of the robot and the floor or a threshold.
 
     Attributes:
         link: Name of the link.
@@ -117,7 +126,7 @@ class FloorContact(NamedTuple):
 
 
 class Engine(Protocol):
-    """Robot, door and floor in a physics engine, in the world's frame; `reset` comes first."""
+    """Robot, door with frame, and floor in a physics engine, in the world's axes; first `reset`."""
 
     name: str  # one of `settings.ENGINES`
     link_names: tuple[str, ...]
@@ -167,8 +176,14 @@ class Engine(Protocol):
     def touch(self) -> Touch:
         """Return the contact between robot and leaf after the last step."""
 
+    def frame_force(self) -> float:
+        """Return the normal forces of frame and wall on the robot after the last step, summed [N].
+
+        The threshold does not belong to them: it is a floor.
+        """
+
     def floor_contacts(self) -> list[FloorContact]:
-        """Return the contacts between robot and floor after the last step."""
+        """Return the contacts between robot and floor or threshold after the last step."""
 
     def close(self) -> None:
         """Release the engine; `base_states` still works."""

@@ -58,6 +58,9 @@ class StillEngine(Engine):
     def touch(self):
         return NO_TOUCH
 
+    def frame_force(self):
+        return 0.0
+
     def floor_contacts(self):
         return []
 

@@ -6,13 +6,14 @@ import logging
 import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
+from door_model.door.frame import THRESHOLD
 from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.errors import DivergedError, ModelError, SimulatorMissingError
@@ -27,7 +28,7 @@ from hrp2_sim_bridge.physics.engine import (
     sensed_links,
 )
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.physics.mujoco.model import BASE, HINGE, LEAF, build
+from hrp2_sim_bridge.physics.mujoco.model import BASE, FLOOR, HINGE, LEAF, build
 
 _LOG = logging.getLogger(__name__)
 _FRAME = 1.0 / 60.0  # period with which the window is redrawn, in simulated time [s]
@@ -85,7 +86,7 @@ class Window:
 
 
 class MuJoCoEngine(Engine):
-    """Robot, door and floor in MuJoCo; the methods are those of `Engine`.
+    """Robot, door, its frame and floor in MuJoCo; the methods are those of `Engine`.
 
     A joint's torque is a force of MuJoCo's generalized coordinates. Contacts and sensors are those
     of the last step; poses are those after it.
@@ -127,11 +128,13 @@ class MuJoCoEngine(Engine):
         sensed = [model.body(link).id for link in sensed_links(robot)]
         self.sensed_mass = model.body_mass[sensed].copy()
         self.sensed_inertia = np.array([self._principal_inertia(body) for body in sensed])
-        # Index in `link_names` of each geom's link; -1 of the leaf and the floor.
+        # Index in `link_names` of each geom's link; -1 of the others.
         self._link_of = [body - first if first <= body < last else -1
                          for body in model.geom_bodyid.tolist()]
         self._leaf = model.geom(LEAF).id
-        self._floor = model.geom("floor").id
+        boxes = {box.name: int(model.geom(box.name).id) for box in scene.frame_boxes}
+        self._walls = {geom for name, geom in boxes.items() if name != THRESHOLD}
+        self._floors = {int(model.geom(FLOOR).id), *boxes.values()} - self._walls
         shapes = np.flatnonzero(np.isin(model.geom_bodyid, range(first, last)))
         touching = {*model.pair_geom1.tolist(), *model.pair_geom2.tolist()}
         self._shapes = [int(shape) for shape in shapes if shape in touching]
@@ -211,32 +214,38 @@ class MuJoCoEngine(Engine):
 
     def touch(self) -> Touch:
         """Return the contact between robot and leaf."""
-        contact, leaf = self.data.contact, self._leaf
-        pairs = contact.geom.tolist()
-        places = [place for place, pair in enumerate(pairs) if leaf in pair]
-        if not places:
-            return NO_TOUCH
-        forces = self.data.efc_force[contact.efc_address[places]].tolist()
+        places, forces = self._contacts({self._leaf})
         total = sum(forces)
         if not total > 0.0:
             return NO_TOUCH
-        most = places[forces.index(max(forces))]
-        return Touch(total, self._link(pairs[most]), contact.pos[most].tolist())
+        contact, most = self.data.contact, places[forces.index(max(forces))]
+        return Touch(total, self._link(contact.geom[most].tolist()), contact.pos[most].tolist())
+
+    def frame_force(self) -> float:
+        """Return the normal forces of frame and wall on the robot, summed [N]."""
+        return float(sum(self._contacts(self._walls)[1]))
 
     def floor_contacts(self) -> list[FloorContact]:
-        """Return the contacts between robot and floor."""
-        contact, floor = self.data.contact, self._floor
-        pairs = contact.geom.tolist()
-        places = [place for place, pair in enumerate(pairs) if floor in pair]
+        """Return the contacts between robot and floor or threshold."""
+        contact = self.data.contact
+        places, forces = self._contacts(self._floors)
         if not places:
             return []
-        force = self.data.efc_force[contact.efc_address[places]]
         return [
-            FloorContact(self.link_names[self._link(pairs[place])], point, push, distance)
-            for place, point, push, distance in zip(
-                places, contact.pos[places].tolist(),
-                (force[:, None] * contact.frame[places, :3]).tolist(),
+            FloorContact(self.link_names[self._link(pair)], point, push, distance)
+            for pair, point, push, distance in zip(
+                contact.geom[places].tolist(), contact.pos[places].tolist(),
+                (np.array(forces)[:, None] * contact.frame[places, :3]).tolist(),
                 contact.dist[places].tolist(), strict=True)]
+
+    def _contacts(self, others: Collection[int]) -> tuple[list[int], list[float]]:
+        """Return indices and normal forces [N] of the contacts between the robot and geoms."""
+        contact = self.data.contact
+        places = [place for place, (one, two) in enumerate(contact.geom.tolist())
+                  if one in others or two in others]
+        if not places:
+            return [], []
+        return places, self.data.efc_force[contact.efc_address[places]].tolist()
 
     def close(self) -> None:
         """Close the window, if there is one."""

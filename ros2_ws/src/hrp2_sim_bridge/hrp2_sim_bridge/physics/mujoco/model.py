@@ -1,4 +1,4 @@
-r"""MuJoCo's models of robot, floor and leaf, with contacts as spring-dampers in N/m and N s/m.
+r"""MuJoCo's models of robot, floor and door, with contacts as spring-dampers in N/m and N s/m.
 
 MuJoCo's contacts are soft constraints. With an acceleration `a`, a velocity `v` and a
 penetration `x` along the normal, the normal force of a contact that presses obeys
@@ -31,18 +31,18 @@ from typing import Any
 import numpy as np
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
+from door_model.door.frame import THRESHOLD
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import Scene, sensed_links
 
-WORLD, BASE, LEAF, HINGE = "world", "base_link", "leaf", "hinge"
-_FLOOR = "floor"
+WORLD, BASE, LEAF, HINGE, FLOOR = "world", "base_link", "leaf", "hinge", "floor"
 _CORNERS = 4  # contact points of a sole on the floor
 _RIGID = (5e6, 1.2e4)  # stiffness [N/m] and damping [N s/m] of a contact without rubber
 _FREE = "odom"  # name of the base's free joint
-_WOOD = (0.72, 0.53, 0.35, 1.0)
+_WOOD, _PLASTER = (0.72, 0.53, 0.35, 1.0), (0.88, 0.88, 0.86, 0.5)
 _TOLERANCE = 1e-10  # accuracy at which MuJoCo's solver stops
 _LEAST_MASS = 0.02  # smallest virtual mass of a contact [kg]
 # Explicit damping is stable up to h c = 2 m. MuJoCo's inverse mass is a mean over directions, along
@@ -151,7 +151,7 @@ def compile_model(spec: Any, pairs: list[tuple[str, str, Surface]], step: float)
 
 
 def build(mujoco: Any, scene: Scene) -> Model:
-    """Build robot, floor and leaf of a scene.
+    """Build robot, floor, leaf and frame of a scene.
 
     Raises:
         ModelError: MuJoCo refuses the robot or changed its mass.
@@ -164,16 +164,26 @@ def build(mujoco: Any, scene: Scene) -> Model:
     for link in sensed_links(robot):
         _add_sensors(mujoco, spec, link)
     spec.worldbody.add_geom(
-        name=_FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
+        name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
         contype=0, conaffinity=0)
     add_leaf(mujoco, spec, scene.door, scene.door_distance, scene.hinge_x)
+    boxes = scene.frame_boxes
+    for box in boxes:
+        spec.worldbody.add_geom(
+            name=box.name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=box.center, size=box.half,
+            rgba=_PLASTER, contype=0, conaffinity=0)
     hard = Surface(*_RIGID, settings.friction)
     rubber = scene.sole_rubber
     standing = hard if rubber is None else _sole_surface(rubber, settings.friction)
     wood = leaf_surface(scene.contact, settings.leaf_friction)
     pairs = [(LEAF, geom, wood) for geom in geoms]
+    wall = Surface(*_RIGID, settings.leaf_friction)
+    names = [box.name for box in boxes]
+    pairs += [(name, geom, wall) for name in names if name != THRESHOLD for geom in geoms]
     pairs += [
-        (_FLOOR, geom, standing if body in soles else hard) for geom, body in geoms.items()]
+        (floor, geom, standing if body in soles else hard)
+        for floor in (FLOOR, *(name for name in names if name == THRESHOLD))
+        for geom, body in geoms.items()]
     try:
         model = compile_model(spec, pairs, settings.time_step_coarse)
     except ValueError as error:

@@ -26,6 +26,7 @@ from hrp2_sim_bridge.physics.engine import (
 )
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
 from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
+from hrp2_sim_bridge.physics.pybullet.door_frame import FrameBodies
 from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
 from hrp2_sim_bridge.physics.pybullet.robot import link_names, load_robot, sensed_bodies
 
@@ -35,12 +36,13 @@ _LOCK = 1e5  # largest torque of a lock [N m]
 
 
 class PyBulletEngine(Engine):
-    """Robot, door and floor in PyBullet; the methods are those of `Engine`.
+    """Robot, door, its frame and floor in PyBullet; the methods are those of `Engine`.
 
     Attributes:
         client: Client of PyBullet; None before the first `reset` and after `close`.
         body: PyBullet's index of the robot.
         leaf: The door's leaf in PyBullet.
+        frame: The frame and the wall in PyBullet.
         floor: PyBullet's index of the floor.
     """
 
@@ -95,6 +97,8 @@ class PyBulletEngine(Engine):
         self.leaf = LeafBody(
             client, scene.door, scene.door_distance, scene.hinge_x, scene.contact,
             settings.leaf_friction)
+        self.frame = FrameBodies(
+            client, scene.frame_boxes, self.leaf.body, settings.leaf_friction, settings.friction)
         self._push = partial(
             client.setJointMotorControlArray, body, self._joints, client.TORQUE_CONTROL)
         watched = [*self._joints, *(indices[sensor] for sensor in sensors)]
@@ -205,14 +209,23 @@ class PyBulletEngine(Engine):
         total = sum(contact[_FORCE] for contact in contacts)
         return Touch(total, most[_LINK], most[_POINT]) if total > 0.0 else NO_TOUCH
 
+    def frame_force(self) -> float:
+        """Return the normal forces of frame and wall on the robot, summed [N]."""
+        return float(sum(contact[_FORCE] for contact in self._contacts(self.frame.walls)))
+
     def floor_contacts(self) -> list[FloorContact]:
-        """Return the contacts between robot and floor."""
+        """Return the contacts between robot and floor or threshold."""
         names = (*self.link_names, "base_link")  # PyBullet's index of the base is -1
         return [
             FloorContact(
                 names[contact[_LINK]], contact[_POINT],
                 [contact[_FORCE] * part for part in contact[_NORMAL]], contact[_DISTANCE])
-            for contact in self.client.getContactPoints(self.body, self.floor)]
+            for contact in self._contacts([self.floor, *self.frame.thresholds])]
+
+    def _contacts(self, others: Sequence[int]) -> list[Any]:
+        """Return PyBullet's contact points between the robot and bodies."""
+        return [contact for other in others
+                for contact in self.client.getContactPoints(self.body, other)]
 
     def close(self) -> None:
         """Disconnect from the physics server."""
