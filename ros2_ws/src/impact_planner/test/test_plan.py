@@ -24,9 +24,9 @@ TARGET = math.radians(25.0)
 def test_the_papers_door(plan):
     """25 deg need w' = 0.635 rad/s; rubber and friction make m_re exceed eq. (3)."""
     assert plan.omega_door == pytest.approx(0.635, abs=1e-3)
-    assert plan.effective_mass == pytest.approx(55.8, abs=1.0)
+    assert plan.effective_mass == pytest.approx(54.5, abs=1.0)
     assert plan.v_rb == pytest.approx(0.417, abs=0.006)
-    assert plan.v_rb_post == pytest.approx(0.072, abs=0.01)
+    assert plan.v_rb_post == pytest.approx(0.062, abs=0.01)
     assert plan.apparent_restitution == pytest.approx(0.47, abs=0.02)
     assert plan.contact_duration == pytest.approx(0.018, abs=1e-3)
     assert 45.0 < plan.effective_mass_planar < 48.0
@@ -132,7 +132,7 @@ def test_a_door_that_falls_shut_before_the_arm_comes_cannot_be_held(robot, known
 
 
 def test_a_door_that_falls_shut_on_the_robot_is_refused(robot, known):
-    """At 3 deg the leaf comes too near for a retreat, which a cancel needs with any ending."""
+    """At 2 deg the leaf comes too near for a retreat, which a cancel needs with any ending."""
     with pytest.raises(PostureUnreachable, match="RARM_LINK3") as caught:
-        plan_impact(PlanRequest(math.radians(3.0)), known, robot)
+        plan_impact(PlanRequest(math.radians(2.0)), known, robot)
     assert caught.value.value < caught.value.limit
