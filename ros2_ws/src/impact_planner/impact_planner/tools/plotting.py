@@ -90,7 +90,6 @@ def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     """Draw the robot at the hit in the plane of y and z, Fig. 5 (a)."""
     q, leaf = configuration_at_hit(plan, robot), plan.phase("post").leaf
     g, b = robot.com(q), plan.contact_point
-    c = plan.right_foot[1] + robot.feet["right"].rectangle[3]
     back, right = b[1] - leaf.thickness, 0.40
     _polygon(axis, [(back, 0.0), (b[1], 0.0), (b[1], _TOP), (back, _TOP)], _LEAF, _BROWN)
     _draw_bodies(axis, robot, q, (1, 2))
@@ -101,7 +100,7 @@ def draw_front(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     axis.plot([g[1], g[1]], [0.0, g[2]], color=BLUE, linewidth=1.0, linestyle="--", zorder=5)
     _point(axis, (g[1], g[2]), "G", "center of mass", BLUE, (62, 24))
     _point(axis, (b[1], b[2]), "B", "elbow", PURPLE, (-40, 14))
-    _point(axis, (c, 0.0), "C", "center of percussion", "k", (-58, -24))
+    _point(axis, (g[1], 0.0), "C", "center of percussion", "k", (-58, -24))
     for y, z in ((g[1], g[2]), (b[1], b[2])):
         axis.plot([y, right], [z, z], color="k", linewidth=0.6, linestyle=(0, (4, 3)), zorder=0.2)
     for low, high, name in ((0.0, g[2], "$b_r$"), (g[2], b[2], "$a_r$")):
@@ -134,12 +133,10 @@ def draw_above(axis: Any, plan: ImpactPlan, robot: RobotModel) -> None:
     _arrow(axis, arc[-4], arc[-1], color=_BROWN)
     axis.text(arc[20, 0], arc[20, 1] - 0.03, rf"$\theta$ = {math.degrees(opened):.3g}°",
               color=_BROWN, ha="center", va="top")
-    com, inner = robot.com(q), plan.right_foot[1] + robot.feet["right"].rectangle[3]
-    a, b, g, c = _turned([leaf.hinge, plan.contact_point[:2], com[:2], (com[0], inner)])
+    a, b, g = _turned([leaf.hinge, plan.contact_point[:2], robot.com(q)[:2]])
     _point(axis, a, "A", "hinge", _BROWN, (40, 6))
     _point(axis, b, "B", "", PURPLE, (13, -10))
-    _point(axis, g, "G", "", BLUE, (-10, 9))
-    _point(axis, c, "C", "", "k", (12, -10))
+    _point(axis, g, "G, C", "", BLUE, (-10, 9))
     beside = a[0] + 0.14
     _arrow(axis, (beside, a[1]), (beside, b[1]), "<->")
     for place in (a, b):
