@@ -19,6 +19,7 @@ from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArray
 
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.drives import Actuation
+from hrp2_sim_bridge.control.hand_compliance import HandCompliance
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
 from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
@@ -84,6 +85,7 @@ class World(Driver):
     Attributes:
         contact: Surface of the leaf.
         driver: Reference of the joints.
+        hands: Compliance of the hands.
         joints: Motors and gears of the joints, and the brace of the arm.
         door: Closer, friction, stops and pushes of the door.
         pushes: Pushes on the robot.
@@ -131,6 +133,7 @@ class World(Driver):
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)
         self._stabilizer = Stabilizer(robot) if self.settings.stabilized else None
+        self.hands = HandCompliance(robot)
         self.wall_time = 0.0
         self.observers: list[Callable[[Engine], None]] = []
         self.reset()
@@ -170,6 +173,7 @@ class World(Driver):
         self._sensed: TickSample | None = None
         if self._stabilizer is not None:
             self._stabilizer.reset()
+        self.hands.reset()
         self.driver.reset(self._posture, self.time)
         self._base = self.engine.base_states(np.array([self.engine.read_base()]))
         self.links = self._link_states()
@@ -197,6 +201,15 @@ class World(Driver):
     def stop(self) -> None:
         """Brake every joint and hold still."""
         self.driver.stop(self.time)
+
+    def comply(
+        self, side: str, stiffness: float = -1.0, damping: float = -1.0, mass: float = -1.0
+    ) -> None:
+        """Let a hand yield to the force that its wrist measures, beginning now, or refuse.
+
+        Arguments and errors are those of `HandCompliance.comply`. After a reset hands are stiff.
+        """
+        self.hands.comply(side, stiffness, damping, mass)
 
     def push_door(self, impulse: float, duration: float) -> None:
         """Push the door by hand, beginning now.
@@ -272,8 +285,12 @@ class World(Driver):
         steps = round(TICK / step)
         times = self.time + step * np.arange(steps + 1, dtype=float)
         reference = self.driver.positions(times)
+        if self._sensed is not None and self.hands.active:
+            if not self.fell:  # a fallen robot keeps the displacement that it has
+                self.hands.update(self._sensed, self.driver.sample)
+            reference += self.hands.offsets(times)
         if self._stabilizer is not None and self._sensed is not None and not self.fell:
-            self._stabilizer.update(self._sensed, self.driver.sample)
+            self._stabilizer.update(self._sensed, self.driver.sample, self.hands.load)
             reference += self._stabilizer.offsets(times)
         locked = self.joints.begin_tick(reference[0], step, near=fine, fell=self.fell)
         orders = np.stack([reference[1:], (reference[1:] - reference[:-1]) / step], axis=1)

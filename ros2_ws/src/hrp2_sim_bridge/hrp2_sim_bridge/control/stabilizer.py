@@ -33,6 +33,7 @@ from humanoid_motion.spline import JointReference
 
 from hrp2_sim_bridge.control.feet import FootLoads, Landing, Touchdown, share_load
 from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
+from hrp2_sim_bridge.physics.frames import cross
 from hrp2_sim_bridge.settings import TICK
 
 _BEARS = 0.05  # normal force above which a sole is on the floor, as a share of the weight
@@ -110,6 +111,7 @@ class Stabilizer:
         self._touchdown.reset()
         self._eased = 0.0
         self._walking = 0.0
+        self._against: Array | None = None
         self._torque = np.zeros(count)
         self._servo = np.zeros(count)
         self._give = np.zeros(count)
@@ -120,10 +122,14 @@ class Stabilizer:
         share = ((times - self._begin) / TICK).clip(0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
-    def update(self, sample: TickSample, reference: Callable[[float], JointReference]) -> None:
+    def update(
+        self, sample: TickSample, reference: Callable[[float], JointReference],
+        hands: Array | None = None,
+    ) -> None:
         """Choose the correction for the end of the tick that begins now.
 
-        It follows from what was measured by now, and from the uncorrected reference at times [s].
+        It follows from what was measured by now, from the uncorrected reference at times [s], and
+        from the load of the hands (6,) in base_link [N, N m]; None where that does not count.
         """
         now = sample.time
         if not self._coming:
@@ -142,7 +148,7 @@ class Stabilizer:
         stance = self._model.at(reference(now + self._lead * TICK))
         standing = landing.standing(stance.standing)
         planned = self._share(stance.zmp, stance, standing)
-        wanted = self._wanted_loads(stance, planned, standing, tilt)
+        wanted = self._wanted_loads(stance, planned, standing, tilt, hands)
         self._coming.append((stance, wanted))
         feet = self._foot_commands(stance, wanted, tilt) + self._made_up
         self._carry(stance, planned, wanted)
@@ -161,24 +167,46 @@ class Stabilizer:
         planned: FootLoads,
         standing: Sequence[bool],
         tilt: Array,
+        hands: Array | None,
     ) -> FootLoads:
         """Compute loads that carry the reference and bring the body upright."""
         height = float(stance.com[2]) - stance.floor
         inertia = self._robot.mass * height**2
         gain = self._weight * height + inertia * _FREQUENCY**2
         rate_gain = 2.0 * _DAMPING * _FREQUENCY * inertia
-        moment = -gain * (tilt + self._tilt_sum) - rate_gain * self._rate
+        # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
+        zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
+        against = self._carry_hands(hands, stance, zmp, gain)
+        moment = against - gain * (tilt + self._tilt_sum) - rate_gain * self._rate
         # The error of the DCM is that of the CoM and of its speed over the pendulum's frequency.
         dcm = height * (tilt + math.sqrt(height / GRAVITY) * self._rate)
         moment -= self._walking * _DCM_GAIN * self._weight * dcm
-        # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
-        zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
         shift = np.array([-moment[1], moment[0]]) / self._weight
         wanted = self._share(zmp + shift, stance, standing)
         if wanted.beyond < _EXACT:  # otherwise the soles can do no more, and a sum would wind up
             self._tilt_sum += tilt * (TICK / _INTEGRAL_TIME)
             self._tilt_sum = self._tilt_sum.clip(-_LARGEST_ANGLE, _LARGEST_ANGLE)
         return wanted
+
+    def _carry_hands(
+        self, hands: Array | None, stance: ReferenceStance, zmp: Array, gain: float
+    ) -> Array:
+        """Compute the floor's moment that carries the load of the hands, (2,) [N m].
+
+        A horizontal force F at the height z over the floor moves the ZMP by F z / N (Murooka et
+        al., "Humanoid loco-manipulations pattern generation and stabilization control", RA-L 2021).
+        The sum of the tilt carries a load that was there before it counts, and the two change
+        places without a jump.
+        """
+        before, against = self._against, np.zeros(2)
+        if hands is not None:
+            force = stance.level.dot(hands[:3])
+            about = stance.level.dot(hands[3:]) - cross(np.array([*zmp, stance.floor]), force)
+            against = -about[:2] * (self._weight / stance.normal_force)
+        if (before is None) != (hands is None):
+            self._tilt_sum = self._tilt_sum + (against if before is None else -before) / gain
+        self._against = None if hands is None else against
+        return against
 
     def _share(
         self, zmp: Array, stance: ReferenceStance, standing: Sequence[bool]

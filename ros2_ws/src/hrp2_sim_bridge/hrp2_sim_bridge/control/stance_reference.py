@@ -41,6 +41,7 @@ class ReferenceStance:
         centers: x and y of the soles' middles, (2, 2) [m].
         heights: Heights of the soles over the floor, (2,) [m].
         turns: Rotation matrices of the soles, (2, 3, 3).
+        level: Rotation matrix of base_link, (3, 3).
         standing: Whether each sole is on the floor, (2,).
         legs: Transposed Jacobians of the soles by the joints of their legs, twists in the soles'
             frames, (2, 6, 6).
@@ -60,6 +61,7 @@ class ReferenceStance:
     centers: Array
     heights: Array
     turns: Array
+    level: Array
     standing: tuple[bool, bool]
     legs: Array
     to_joints: Array
@@ -156,6 +158,7 @@ class ReferenceStanceModel:
             centers=centers,
             heights=heights,
             turns=turns,
+            level=level,
             standing=(bool(heights[0] < _ON_FLOOR), bool(heights[1] < _ON_FLOOR)),
             legs=turned,
             to_joints=turned @ np.linalg.inv(legs @ turned + self._regular),

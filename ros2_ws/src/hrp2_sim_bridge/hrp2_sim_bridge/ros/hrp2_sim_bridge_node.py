@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.errors import OutputError, SettingError
 from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
 from door_impact_common.stamps import seconds, stamp_of
-from door_impact_msgs.msg import EncoderSamples
+from door_impact_msgs.msg import EncoderSamples, HandCompliance
 from door_impact_msgs.srv import PushDoor, PushRobot
 from door_model.door.config import load_door
 from door_model.recording.batch import SampleBatcher
@@ -105,6 +105,7 @@ class SimBridge(GuardedNode):
         self._ticks = 0
         self._make_publishers()
         self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
+        self.create_subscription(HandCompliance, "/hand_compliance", self._on_compliance, QUEUE)
         self.create_service(Trigger, "/sim/reset", self._on_reset)
         self.create_service(PushDoor, "/sim/push_door", self._on_push)
         self.create_service(PushRobot, "/sim/push_robot", self._on_push_robot)
@@ -196,6 +197,12 @@ class SimBridge(GuardedNode):
         else:
             self._accepted += 1
             self._refusal = ""
+
+    def _on_compliance(self, message: HandCompliance) -> None:
+        try:
+            self.world.comply(message.side, message.stiffness, message.damping, message.mass)
+        except SettingError as error:
+            self.get_logger().error(f"hand compliance refused: {error}")
 
     def _on_stop(self, _: Any, response: Any) -> Any:
         self.world.stop()

@@ -104,6 +104,19 @@ def test_corrections_are_continuous_in_time(robot) -> None:
         np.testing.assert_allclose(offset_at(stabilizer, begin + 0.5 * TICK), middle, atol=1e-12)
 
 
+def test_a_load_of_the_hands_begins_and_ends_to_count_without_a_jump(robot) -> None:
+    """A load that was there before changes no correction, and one that grows changes them."""
+    reference, load = resting(robot.half_sitting), np.array([-15.0, 8.0, 0.0, 2.0, 3.0, 0.0])
+    plain, told = Stabilizer(robot), Stabilizer(robot)
+    for tick, hands in enumerate([None] * 40 + [load] * 40 + [None] * 40 + [load, 1.5 * load] * 2):
+        begin = tick * TICK
+        plain.update(sample(robot, begin), reference)
+        told.update(sample(robot, begin), reference, hands)
+        change = np.abs(offset_at(told, begin + TICK) - offset_at(plain, begin + TICK)).max()
+        assert (change < 1e-9) == (tick <= 120)
+    assert change > 1e-4
+
+
 @pytest.fixture(scope="module")
 def model(robot):
     """The robot's kinematics."""
