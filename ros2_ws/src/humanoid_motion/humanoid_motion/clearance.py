@@ -1,7 +1,8 @@
-"""Distances of the robot's bodies from each other and from the leaf, at all samples of a motion.
+"""Distances of the robot's bodies from each other, from the leaf and from its frame in a motion.
 
 Bodies are the collision shapes of the URDF's links. The leaf is a box that turns about a vertical
-axis (`LeafCourse`); this package knows nothing else of doors.
+axis (`LeafCourse`), and the frame is boxes that stand still (`Box`); this package knows nothing
+else of doors.
 
 Which pairs of shapes count: Links joined by one joint are left out, and so are links joined by
 several joints in one place with links without shapes between them (hip, waist, neck, shoulder,
@@ -11,17 +12,17 @@ trunk and thighs. Pairs that are nearer than the limit in half-sitting or in the
 against each other by design: they must stay as far apart as they are there. Pairs that overlap
 there are left out, because such shapes wrap links that touch anyway.
 
-The floor, and walls next to the door, are not checked.
+The floor is not checked.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -34,9 +35,13 @@ from humanoid_motion.pinocchio_model import coal, collision_shapes
 from humanoid_motion.robot_model import RobotModel, braced_upper_body
 
 LEAF = "the leaf"
+CLEARANCE = "clearance [m]"
+"""Quantity of the error of bodies that come too near to each other."""
+
 _ONE_PLACE = 0.05  # joints nearer to each other than this count as one place, such as a hip [m]
 _ROOT = 1  # Pinocchio's index of the free joint of base_link
 _REST_TOLERANCE = 1e-3  # by how much bodies that rest against each other may come nearer [m]
+_Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,22 @@ class LeafCourse:
         middle = turn @ [0.5 * self.width, -0.5 * self.thickness, 0.5 * self.height]
         middle[:2] += self.hinge
         return pin.SE3(turn, middle)
+
+
+class Box(Protocol):
+    """A box that stands still, with its edges along odom's axes, such as a part of a frame."""
+
+    @property
+    def name(self) -> str:
+        """Its name in a `Clearance`."""
+
+    @property
+    def center(self) -> _Triple:
+        """Its center in odom, (3,) [m]."""
+
+    @property
+    def half(self) -> _Triple:
+        """Half lengths of its edges, (3,) [m]."""
 
 
 class BodyGeometry:
@@ -115,7 +136,7 @@ class BodyGeometry:
         self._pairs = self._self_pairs(
             [pair for pair, distance in zip(counted, rest, strict=True) if distance >= 0.0])
         self._rest = rest[rest >= 0.0]
-        self._with_leaf = lru_cache(maxsize=8)(self._shapes_with_leaf)
+        self._with_boxes = lru_cache(maxsize=8)(self._shapes_with_boxes)
 
     @property
     def shapes(self) -> Any:
@@ -170,18 +191,55 @@ class BodyGeometry:
             may_touch: Names of the links that may touch the leaf and are not checked.
             until: Time up to which the motion is checked [s].
         """
-        count = max(1, int(np.searchsorted(motion.time, until + 1e-9)))
-        base, joints = motion.base[:count], motion.joints[:count]
-        yaw = np.zeros(count) if motion.base_yaw is None else motion.base_yaw.angle[:count]
-        pairs, box = self._leaf_pairs(leaf, may_touch)
-        distances = self._distances(pairs, self._robot.configurations(base, joints, yaw))
+        half = 0.5 * leaf.width, 0.5 * leaf.thickness, 0.5 * leaf.height
+        pairs, (box,) = self._box_pairs(((LEAF, half),), may_touch)
+        far = np.full((len(pairs.names), 1), np.hypot(leaf.width, leaf.thickness))
+        pairs = replace(pairs, slopes=np.hstack([pairs.slopes, far]))
+        course, distances = self._course(motion, pairs, until)
 
         def at(sample: int, which: Indices) -> Array:
             box.placement = leaf.pose(sample)
             return distances(sample, which)
 
-        course = np.column_stack([joints, base, leaf.angle[:count], yaw])
+        course = np.column_stack([course, leaf.angle[:len(course)]])
         return nearest(pairs, course, at, np.full(len(pairs.names), limit), motion.time)
+
+    def frame_clearance(
+        self,
+        motion: Motion,
+        boxes: Sequence[Box],
+        limit: float,
+        *,
+        may_touch: Collection[str] = (),
+        until: float = np.inf,
+    ) -> Clearance:
+        """Find the body of the robot that comes nearest to one of some boxes during a motion.
+
+        Args:
+            boxes: Boxes that stand still, such as the parts of a door's frame.
+            limit: Distance that bodies must keep from them [m].
+            may_touch: Names of the links that may touch them and are not checked.
+            until: Time up to which the motion is checked [s].
+        """
+        pairs, items = self._box_pairs(tuple((box.name, box.half) for box in boxes), may_touch)
+        for item, box in zip(items, boxes, strict=True):
+            item.placement = pin.SE3(np.eye(3), np.asarray(box.center, dtype=float))
+        course, at = self._course(motion, pairs, until)
+        return nearest(pairs, course, at, np.full(len(pairs.names), limit), motion.time)
+
+    def _course(
+        self, motion: Motion, pairs: Pairs, until: float
+    ) -> tuple[Array, Callable[[int, Indices], Array]]:
+        """Compute the coordinates of a motion up to a time [s], and pairs' distances along it.
+
+        Returns:
+            Joints, the base's x, y, z and heading, (N, J + 4); and a function as `nearest` needs.
+        """
+        count = max(1, int(np.searchsorted(motion.time, until + 1e-9)))
+        base, joints = motion.base[:count], motion.joints[:count]
+        yaw = np.zeros(count) if motion.base_yaw is None else motion.base_yaw.angle[:count]
+        return np.column_stack([joints, base, yaw]), self._distances(
+            pairs, self._robot.configurations(base, joints, yaw))
 
     def _self_pairs(self, counted: list[tuple[int, int]]) -> Pairs:
         slopes = np.zeros((len(counted), self._levers.shape[1]))
@@ -193,38 +251,40 @@ class BodyGeometry:
         names = [(self.links[a], self.links[b]) for a, b in counted]
         return Pairs(self._model, self._model.createData(), names, slopes)
 
-    def _leaf_pairs(self, leaf: LeafCourse, may_touch: Collection[str]) -> tuple[Pairs, Any]:
-        """Pair every shape that must not touch with the leaf; return the pairs and the leaf."""
-        geometry, names, slopes = self._with_leaf(
-            leaf.width, leaf.thickness, leaf.height, frozenset(may_touch))
+    def _box_pairs(
+        self, boxes: tuple[tuple[str, _Triple], ...], may_touch: Collection[str]
+    ) -> tuple[Pairs, list[Any]]:
+        """Pair every shape that must not touch with every box; return the pairs and the boxes."""
+        geometry, names, slopes = self._with_boxes(boxes, frozenset(may_touch))
         # The work space is new each time, because coal starts each search from its last result:
         # a used one would make a plan depend on the plans before it, by less than 1e-6 m.
         pairs = Pairs(geometry, geometry.createData(), names, slopes)
-        return pairs, geometry.geometryObjects[len(self.links)]
+        return pairs, list(geometry.geometryObjects)[len(self.links):]
 
-    def _shapes_with_leaf(
-        self, width: float, thickness: float, height: float, may_touch: frozenset[str]
+    def _shapes_with_boxes(
+        self, boxes: tuple[tuple[str, _Triple], ...], may_touch: frozenset[str]
     ) -> tuple[Any, list[tuple[str, str]], Array]:
-        """Pair every shape that must not touch with a leaf of some dimensions [m].
+        """Pair every shape that must not touch with boxes of some names and half lengths [m].
 
         Returns:
-            Pinocchio's geometry model with the leaf as its last shape, and the names and slopes of
-            the pairs as in `Pairs`; the coordinates are the joints, the base's x, y and z, the
-            leaf's angle, and the base's heading.
+            Pinocchio's geometry model with the boxes as its last shapes, and the names and slopes
+            of the pairs as in `Pairs`; the coordinates are the joints, and the base's x, y, z and
+            heading.
         """
         geometry = pin.GeometryModel()
         for item in self._model.geometryObjects:
             geometry.addGeometryObject(item)
-        box = coal.Box(width, thickness, height)
-        index = geometry.addGeometryObject(
-            pin.GeometryObject(LEAF, 0, 0, pin.SE3.Identity(), box))
         kept = [i for i, name in enumerate(self.links) if name not in may_touch]
-        for i in kept:
-            geometry.addCollisionPair(pin.CollisionPair(i, index))
-        names = [(self.links[i], LEAF) for i in kept]
-        others = np.tile([1.0, 1.0, 1.0, float(np.hypot(width, thickness))], (len(kept), 1))
-        return geometry, names, np.hstack(
-            [self._levers[kept], others, self._base_levers[kept, None]])
+        names = []
+        for number, (name, half) in enumerate(boxes):
+            index = geometry.addGeometryObject(pin.GeometryObject(
+                f"box {number}", 0, 0, pin.SE3.Identity(), coal.Box(*(2.0 * np.array(half)))))
+            for i in kept:
+                geometry.addCollisionPair(pin.CollisionPair(i, index))
+                names.append((self.links[i], name))
+        slopes = np.column_stack(
+            [self._levers[kept], np.ones((len(kept), 3)), self._base_levers[kept]])
+        return geometry, names, np.tile(slopes, (len(boxes), 1))
 
     def _required(self, limit: float) -> Array:
         """Compute the distance that each pair of shapes must keep, (P,) [m]."""
@@ -274,7 +334,7 @@ def require_clearance(found: Clearance, phase: str) -> None:
     place = f"come to {distance:.1f} mm from" if distance > 0.0 else f"be {-distance:.1f} mm inside"
     raise PostureUnreachable(
         f"{phase}: {one} would {place} {two} at {found.time:.2f} s, {limit:.1f} mm are required",
-        quantity="clearance [m]",
+        quantity=CLEARANCE,
         value=found.distance,
         limit=found.limit,
         phase=phase,

@@ -1,10 +1,11 @@
-"""Clearance of the robot's bodies from each other and from the leaf."""
+"""Clearance of the robot's bodies from each other, from the leaf and from its frame."""
 
 import dataclasses
 import itertools
 import math
 import re
 import struct
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,7 +13,7 @@ import pinocchio as pin
 import pytest
 from humanoid_motion.clearance import LEAF, BodyGeometry, LeafCourse, require_clearance
 from humanoid_motion.errors import PostureUnreachable
-from humanoid_motion.motion import from_derivatives, min_jerk
+from humanoid_motion.motion import BaseYaw, from_derivatives, min_jerk
 from humanoid_motion.nearest import Pairs, nearest
 from humanoid_motion.pinocchio_model import coal
 from humanoid_motion.robot_model import RobotModel
@@ -29,6 +30,14 @@ EXCLUDED = {
     ("RARM_LINK1", "RARM_LINK2"), ("RARM_LINK2", "RARM_LINK3"), ("RARM_LINK3", "RARM_LINK4"),
     ("RARM_LINK4", "RARM_LINK5"), ("RARM_LINK4", "r_gripper"),
 }  # fmt: skip
+
+
+class Part(NamedTuple):
+    """A box that stands still; `center` and `half` as in `humanoid_motion.clearance.Box`."""
+
+    name: str
+    center: tuple
+    half: tuple
 
 
 @pytest.fixture(scope="module")
@@ -150,6 +159,46 @@ def test_outcome_is_that_of_every_body_against_a_moving_leaf(robot, geometry, da
     assert found.distance == pytest.approx(brute_force(robot, motion, leaf, touch), abs=1e-5)
     assert found.bodies[1] == LEAF
     assert found.bodies[0] not in touch
+
+
+@given(data=st.data(), seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4))
+def test_a_part_of_a_frame_is_a_leaf_that_stands_still(robot, geometry, data, seed, count):
+    """The nearest of some boxes, also to a turning robot, is the nearest as a leaf."""
+    motion, random = data.draw(wandering(robot)), np.random.default_rng(seed)
+    yaw = random.uniform(-4.0, 4.0) + random.uniform(-9.0, 9.0) * motion.time
+    motion = dataclasses.replace(motion, base_yaw=BaseYaw(yaw, 0.0 * yaw, 0.0 * yaw))
+    touch = data.draw(st.sets(st.sampled_from(geometry.links), max_size=10))
+    boxes, alone = [], []
+    for number, half in enumerate(random.uniform(0.01, 0.8, (count, 3))):
+        x, y = random.uniform(-1.5, 1.5, 2)
+        boxes.append(Part(f"part {number}", (x, y, half[2]), tuple(half)))
+        width, thickness, height = 2.0 * half
+        leaf = wall(motion, (x - half[0], y + half[1]), width=width, thickness=thickness,
+                    height=height)
+        alone.append(geometry.leaf_clearance(motion, leaf, LIMIT, may_touch=touch).distance)
+    found = geometry.frame_clearance(motion, boxes, LIMIT, may_touch=touch)
+    assert found.distance == pytest.approx(min(alone), abs=1e-5)
+    assert found.bodies[1] == f"part {np.argmin(alone)}"
+    assert found.bodies[0] not in touch
+
+
+def test_a_jamb_that_the_robot_walks_into_is_named_and_what_follows_does_not_count(
+    robot, geometry
+):
+    """A robot that walks aside, into a jamb; until it has begun, the jamb is as far as at rest."""
+    joints = np.tile(robot.config.half_sitting, (101, 1))
+    base = [0.0, 0.0, HIP_HEIGHT] + np.linspace(0.0, 0.15, 101)[:, None] * [0.0, -1.0, 0.0]
+    jamb = Part("jamb", (0.0, -0.9, 1.0), (1.0, 0.4, 1.0))
+    far = Part("wall", (0.0, 3.0, 1.0), (1.0, 0.4, 1.0))
+    motion = moving(joints, base)
+    at_rest = geometry.frame_clearance(moving(joints[0]), [far, jamb], LIMIT)
+    found = geometry.frame_clearance(motion, [far, jamb], LIMIT)
+    assert found.distance == pytest.approx(at_rest.distance - 0.15, abs=1e-5)
+    assert found.time == pytest.approx(motion.duration)
+    early = geometry.frame_clearance(motion, [far, jamb], LIMIT, until=0.0)
+    assert early.distance == pytest.approx(at_rest.distance, abs=1e-6)
+    with pytest.raises(PostureUnreachable, match="jamb"):
+        require_clearance(found, "walk")
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), calm=st.floats(0.0, 1.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Protocol
@@ -129,6 +130,11 @@ class ImpactPlan(_Figures):
     def phase(self, name: str) -> PhasePlan:
         """Return the phase with a given name, which must be one of the plan's."""
         return next(phase for phase in self.phases if phase.name == name)
+
+    @property
+    def held_angle(self) -> float:
+        """Opening angle at which the hand holds the leaf in the end [rad]; NaN: it does not."""
+        return math.nan if self.ending == "retreat" else float(self.phases[-1].leaf.angle[-1])
 
     @property
     def learned_hits(self) -> int:

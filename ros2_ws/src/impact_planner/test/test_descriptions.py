@@ -15,9 +15,10 @@ REQUEST = PlanRequest(np.radians(25.0))
 
 
 def lower_door(height):
-    """Return the paper's door with a leaf of another height [m]."""
+    """Return the paper's door with a leaf of another height [m], and no lintel just above it."""
     paper = load_door("paper")
-    return KnownDoor.configured(replace(paper, leaf=replace(paper.leaf, height=height)))
+    return KnownDoor.configured(
+        replace(paper, leaf=replace(paper.leaf, height=height), frame=None))
 
 
 def test_a_leaf_that_ends_below_the_elbow_is_refused_with_both_heights(robot, plan):

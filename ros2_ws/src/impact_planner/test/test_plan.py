@@ -85,6 +85,18 @@ def test_the_retreat_ends_where_the_run_up_began_clear_of_the_falling_door(robot
     assert retreat.clearances[1].distance > 0.1
 
 
+def test_a_doorway_so_low_and_deep_that_the_head_meets_it_is_refused(robot, known):
+    """The robot plans with a low leaf, but not below a wall of 0.6 m in front of it."""
+    leaf, frame = known.frame
+    low = dataclasses.replace(leaf, height=1.3)
+    plans = [dataclasses.replace(known, top=low.top, frame=(low, dataclasses.replace(
+        frame, depth=depth, wall_thickness=depth + 0.04))) for depth in (0.1, 0.6)]
+    assert all(phase.clearances[2].distance >= robot.config.clearance
+               for phase in plan_impact(PlanRequest(TARGET), plans[0], robot).phases)
+    with pytest.raises(PostureUnreachable, match=r"HEAD_LINK1.*lintel"):
+        plan_impact(PlanRequest(TARGET), plans[1], robot)
+
+
 @pytest.mark.parametrize(("field", "value"), [
     ("desired_opening_angle", math.nan), ("restitution", 1.01), ("run_up", "sprint")])
 def test_each_bad_field_is_named(robot, known, field, value):

@@ -13,10 +13,10 @@ from hrp2_description.robot import SIDES
 from humanoid_motion.clearance import bodies_of
 from humanoid_motion.dynamics import inverse_dynamics
 from humanoid_motion.knots import TOLERANCE
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.motion import Motion
 from humanoid_motion.zmp import margins
 from impact_planner.errors import PLANNING_ERRORS
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
@@ -164,9 +164,10 @@ def require_limits(robot, phase):
     assert phase.margin >= MARGIN, phase.name
     assert phase.torque_ratio <= SHARE + 1e-9, phase.name
     assert phase.speed_ratio <= SHARE + 1e-9, phase.name
-    own, leaf = phase.clearances
+    own, *others = phase.clearances  # from leaf and frame
     assert own.distance >= own.limit, phase.name
-    assert leaf.distance >= leaf.limit == robot.config.clearance, phase.name
+    for other in others:
+        assert other.distance >= other.limit == robot.config.clearance, phase.name
     resting = bodies_of(robot).resting(robot.config.clearance)
     assert own.limit >= resting.get(own.bodies, robot.config.clearance) - 1e-12, phase.name
     position, velocity, _ = phase.knots.at(np.arange(0.0, phase.knots.time[-1], PERIOD))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hrp2_description.data import share_folders
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
 

@@ -43,11 +43,11 @@ class Hold(_Ending):
     """The hand catches the door and holds it."""
 
     def _judged(self) -> Reaction:
-        """End with success if the door stands still near the desired angle."""
+        """End with success if the door stands still near the angle at which it is to be held."""
         run, angles = self.run, self.run.door.recent
         run.measured.held_angle = float(np.mean(angles))
         return self.ended(*reasons.held_verdict(
-            angles, run.plan.desired_angle, run.settings.held_within))
+            angles, run.plan.held_angle, run.settings.held_within))
 
 
 @dataclass(frozen=True, kw_only=True)

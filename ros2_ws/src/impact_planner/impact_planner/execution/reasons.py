@@ -28,7 +28,8 @@ def locked(off: float) -> str:
 def elsewhere(off: float) -> str:
     """Reason for a leaf farther away than planned by a distance that the run-up misses [m]."""
     return (f"the probe found the leaf {1e3 * off:+.0f} mm farther away than planned, where the "
-            "run-up does not keep its speed: plan with this door_distance")
+            f"run-up does not keep its speed: plan with a door_distance {abs(off):.3f} m "
+            f"{'larger' if off > 0.0 else 'smaller'}")
 
 
 def stays_open(angle: float) -> str:

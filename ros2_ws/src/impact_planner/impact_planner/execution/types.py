@@ -168,7 +168,8 @@ class ExecutablePlan:
         rest_duration: Time from the end of `slow_down` to rest [s].
         post_ratio: Ratio of the speed along the path after the hit to the speed before it.
         point_of_no_return: Time before the planned contact after which a stop loses balance [s].
-        desired_angle: Angle at which the door is to be held [rad].
+        desired_angle: Largest angle that the door is to reach [rad].
+        held_angle: Angle at which it is to be held then [rad]; NaN: it is not.
         stop_duration: Time in which a stop slows the run-up down to rest [s].
 
     Raises:
@@ -184,6 +185,7 @@ class ExecutablePlan:
     post_ratio: float
     point_of_no_return: float
     desired_angle: float
+    held_angle: float
     stop_duration: float
 
     @classmethod
@@ -211,6 +213,7 @@ class ExecutablePlan:
             post_ratio=plan.v_com_post / plan.v_com,
             point_of_no_return=plan.point_of_no_return,
             desired_angle=plan.desired_opening_angle,
+            held_angle=plan.held_angle,
             stop_duration=plan.stop_duration,
         )
 
@@ -223,7 +226,10 @@ class ExecutablePlan:
             raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
                                  quantity="phases", value=", ".join(missing))
         run_up = float(self.phases[RUN_UP].time[-1])
-        for name, (least, most) in _RANGES.items():
+        ranges = dict(_RANGES)
+        if "hold" in self.phases:
+            ranges["held_angle"] = _RANGES["desired_angle"]
+        for name, (least, most) in ranges.items():
             value = getattr(self, name)
             if not least <= value <= most:
                 raise InvalidRequest(

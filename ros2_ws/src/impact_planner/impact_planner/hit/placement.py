@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
 
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.posture import LegDemands
 from impact_planner.hit.stance import (
     HitStance,

@@ -15,9 +15,9 @@ import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
 
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.posture import (
     PLAIN,
     HitPosture,

@@ -15,10 +15,10 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.knots import Knots
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.motion import Motion, min_jerk_course
 
 from impact_planner.errors import SpeedUnreachable
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.approach import sample_times
 from impact_planner.motion.missed import missed_margin
 from impact_planner.motion.phase_plan import Branches

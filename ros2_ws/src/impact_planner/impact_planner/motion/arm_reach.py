@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
 from scipy.optimize import minimize
-
-from impact_planner.hit.leaf import LeafFrame
 
 CLEARANCE = 0.02  # distance of elbow and wrist from the leaf beyond their radius [m]
 _RESERVE = np.deg2rad(4.0)  # distance kept from the joints' limits [rad]

@@ -2,7 +2,8 @@
 
 The arm extends from the door's peak on, while the leaf closes. Eq. (1) gives the place where they
 meet. The hand arrives with most of the leaf's speed, yields until the leaf is at rest, and pushes
-the leaf to the desired angle. `impact_planner.motion.hold` makes the motion of a catch.
+the leaf to the desired angle; with the ending `pass` it stays where it came to rest, because the
+passage will push it farther. `impact_planner.motion.hold` makes the motion of a catch.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from door_impact_common.arrays import Array
 from door_model.door.door import Door
 from door_model.motion.dynamics import follow_free
 from door_model.motion.free_motion import FreeMotion
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.motion import min_jerk
 
 from impact_planner.errors import AngleUnreachable
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach, HandOnLeaf
 from impact_planner.motion.post import way_to_rest
 from impact_planner.task.request import Task
@@ -77,13 +78,15 @@ class Catch:
         angle: Opening angle of the leaf when the hand arrives [rad].
         speed: Angular speed of the hand about the hinge at its arrival, negative [rad/s].
         lowest: Opening angle at which leaf and hand come to rest [rad].
-        push: Time of the push to the desired angle [s].
+        final: Opening angle at the end [rad].
+        push: Time of the push to it [s]; 0: there is none.
     """
 
     reach: float
     angle: float
     speed: float
     lowest: float
+    final: float
     push: float
 
     @property
@@ -96,16 +99,16 @@ class Catch:
         """Duration of the phase [s]."""
         return self.at_rest + self.push + _REST
 
-    def angle_at(self, time: Array, final: float) -> Array:
+    def angle_at(self, time: Array) -> Array:
         """Compute the leaf angle that the hand follows from its arrival, (N,) [rad].
 
         Args:
             time: Times from the start of the phase, (N,) [s].
-            final: Opening angle at the end [rad].
         """
-        way = way_to_rest(time - self.reach, _YIELD)
-        push = min_jerk(time - self.reach - _YIELD, self.push)
-        return self.angle + self.speed * way + push * (final - self.lowest)
+        caught = self.angle + self.speed * way_to_rest(time - self.reach, _YIELD)
+        if not self.push:
+            return caught
+        return caught + (self.final - self.lowest) * min_jerk(time - self.at_rest, self.push)
 
 
 def can_hold(hold: HoldTask) -> bool:
@@ -138,7 +141,7 @@ def choices(
     for _ in range(tries):
         for catch, radius in list(furthest.items()):
             # The hand yields: the elbow is nearest to the leaf where the leaf comes to rest.
-            leaf = (LeafFrame(hold.hinge, catch.lowest), LeafFrame(hold.hinge, hold.angle))
+            leaf = (LeafFrame(hold.hinge, catch.lowest), LeafFrame(hold.hinge, catch.final))
             hand = reach.choose(
                 hold.base, hold.joints, leaf, radius, speed * catch.reach / _PEAK_SPEED)
             if hand is None:
@@ -154,7 +157,7 @@ def require_force(hold: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
     Raises:
         AngleUnreachable: The force exceeds `hand_force_limit`.
     """
-    angles, limit = np.linspace(catch.lowest, hold.angle, 20), hold.task.settings.hand_force_limit
+    angles, limit = np.linspace(catch.lowest, catch.final, 20), hold.task.settings.hand_force_limit
     force = float(np.max(hold.door.restoring_torque(angles))) / hand.radius
     if force > limit:
         raise AngleUnreachable(
@@ -198,7 +201,9 @@ def _catch(hold: HoldTask, fall: FreeMotion, reach: float) -> Catch | None:
     lowest = angle + 0.5 * speed * _YIELD
     if lowest < _NEARLY_SHUT:
         return None
-    return Catch(reach, angle, speed, lowest, _push_time(hold, lowest))
+    if hold.task.wanted.ending == "pass":
+        return Catch(reach, angle, speed, lowest, lowest, 0.0)
+    return Catch(reach, angle, speed, lowest, hold.angle, _push_time(hold, lowest))
 
 
 def _push_time(hold: HoldTask, lowest: float) -> float:

@@ -18,12 +18,12 @@ from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from humanoid_motion.dynamics import Load
 from humanoid_motion.errors import JointLimit, PostureUnreachable
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.motion import min_jerk, rest_to_rest
 from humanoid_motion.spline import evaluate, quintic
 from humanoid_motion.whole_body import solve
 
 from impact_planner.errors import AngleUnreachable
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.approach import StandingPhase, sample_times
 from impact_planner.motion.arm_reach import ArmReach, HandOnLeaf
 from impact_planner.motion.catch import Catch, HoldTask, choices, require_force, unreachable
@@ -102,7 +102,7 @@ class Candidate:
         self._robot, self._reach, self._hold = hold.task.robot, reach, hold
         self._catch, self._hand = catch, hand
         self._time = time = sample_times(catch.duration, _NODES)
-        self._angles = angles = catch.angle_at(time, hold.angle)
+        self._angles = angles = catch.angle_at(time)
         # The CoM leans against the force at the end, so that the ZMP stays in place.
         lean = -lean_share * self._pressing(time[-1:])[0, :2] * hand.height / (
             self._robot.mass * GRAVITY)
@@ -113,7 +113,7 @@ class Candidate:
             hand.radius, hand.height, reach.hand_radius)
         # The first guess interpolates between the two chosen postures, so that the course is
         # smooth.
-        opening = max(hold.angle - catch.lowest, 1e-9)
+        opening = (catch.final - catch.lowest) or 1.0  # without a push both are the same
         part = ((angles - catch.lowest) / opening)[first:, None]
         self._guess = hand.nearest + part * (hand.final - hand.nearest)
 
@@ -165,7 +165,7 @@ class Candidate:
     def _pressing(self, when: Array) -> Array:
         """Compute the leaf's force on the hand at times (N,) [s], axes of odom, (N, 3) [N]."""
         hold, catch = self._hold, self._catch
-        at = catch.angle_at(when, hold.angle)
+        at = catch.angle_at(when)
         torque = np.where(when >= catch.reach, hold.door.restoring_torque(at), 0.0)
         return -(torque / self._hand.radius)[:, None] * LeafFrame(hold.hinge, at).normal
 

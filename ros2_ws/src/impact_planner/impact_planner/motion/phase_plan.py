@@ -25,7 +25,8 @@ class PhasePlan:
         friction: Largest ratio of tangential to normal floor force.
         torque_ratio: Largest joint torque as a share of its limit.
         speed_ratio: Largest joint speed as a share of its limit.
-        clearances: Smallest distance between bodies of the robot, and from a body to the leaf.
+        clearances: Smallest distance between bodies of the robot, from a body to the leaf and,
+            where they are known, from a body to frame and wall.
         leaf: Course of the leaf at the dense samples; after the peak as it has fallen `catch.LATE`
             later.
     """
@@ -41,7 +42,7 @@ class PhasePlan:
     friction: float
     torque_ratio: float
     speed_ratio: float
-    clearances: tuple[Clearance, Clearance]
+    clearances: tuple[Clearance, ...]
     leaf: LeafCourse
 
 

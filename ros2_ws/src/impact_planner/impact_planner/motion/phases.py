@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import DoorImpactError
+from door_model.door.frame import frame_boxes
 from humanoid_motion.clearance import Clearance, LeafCourse, bodies_of, require_clearance
 from humanoid_motion.dynamics import Load, inverse_dynamics, joint_torques
 from humanoid_motion.errors import JointLimit, PostureUnreachable
@@ -73,7 +74,7 @@ def plan_phases(task: Task, hit: HitDesign) -> Phases:
         knots=after.knots)
     end = after.motion.joints[-1], after.motion.base[-1]
     retreat = _retreat(task, hit, *end)
-    last = _hold(task, hit, *end) if task.wanted.ending == "hold" else retreat
+    last = retreat if task.wanted.ending == "retreat" else _hold(task, hit, *end)
     every = (*phases, cam, post, last)
     require_grip(max(phase.friction for phase in (*every, retreat)), settings.sole_friction)
     return Phases(every, retreat, branches)
@@ -99,7 +100,7 @@ def checked_phase(
     Args:
         leaf: The leaf at the samples of the motion.
         may_touch: Names of the links that may touch the leaf.
-        until: Time up to which ZMP, friction, torques and the leaf are checked [s]. The rest of
+        until: Time up to which ZMP, friction, torques, leaf and frame are checked [s]. The rest of
             the motion is used only as a last resort.
         knots: Knots of the motion; None means that they are made from its samples.
         load: External force on the robot; None means that no force acts.
@@ -107,7 +108,7 @@ def checked_phase(
     Raises:
         JointLimit: Position, speed or torque of a joint exceeds its limit.
         PostureUnreachable: The ZMP comes too near to the edge of the support polygon, or bodies
-            come too near to each other or to the leaf.
+            come too near to each other, to the leaf, or to its frame and the wall.
     """
     robot, motion, feet, sides = task.robot, phase.motion, phase.feet, tuple(phase.feet)
     share, required = task.settings.limit_share, task.settings.required_margin
@@ -143,15 +144,18 @@ def checked_phase(
 
 def _clear(
     task: Task, phase: StandingPhase, leaf: LeafCourse, may_touch: tuple[str, ...], until: float
-) -> tuple[Clearance, Clearance]:
-    """Check the smallest distances between bodies and to the leaf; as for `checked_phase`."""
+) -> tuple[Clearance, ...]:
+    """Check the smallest distances of bodies, as for `checked_phase`; return `clearances`."""
     bodies, limit = bodies_of(task.robot), task.robot.config.clearance
-    found = (
+    found = [
         bodies.self_clearance(phase.motion, limit),
-        bodies.leaf_clearance(phase.motion, leaf, limit, may_touch=may_touch, until=until))
+        bodies.leaf_clearance(phase.motion, leaf, limit, may_touch=may_touch, until=until)]
+    if task.known.frame is not None:
+        boxes = frame_boxes(*task.known.frame, (leaf.hinge[0], leaf.hinge[1], 0.0))
+        found.append(bodies.frame_clearance(phase.motion, boxes, limit, until=until))
     for clearance in found:
         require_clearance(clearance, phase.name)
-    return found
+    return tuple(found)
 
 
 def _at(time: Array, samples: Array, values: Array) -> Array:
@@ -171,17 +175,16 @@ def _hold(task: Task, hit: HitDesign, joints: Array, base: Array) -> PhasePlan:
         joints: Joints at the end of the phase `post`, (J,) [rad].
         base: Position of base_link there, (3,) [m].
     """
-    angle = task.wanted.angle
-
     def check(hold: HoldPlan) -> PhasePlan:
         time = hold.phase.motion.time
         course = np.where(
-            time < hold.catch.reach, _falling(hit, time), hold.catch.angle_at(time, angle))
+            time < hold.catch.reach, _falling(hit, time), hold.catch.angle_at(time))
         return checked_phase(task, hold.phase, _leaf(task, hit, course),
                              (task.robot.config.hand_link,), load=hold.load)
 
     return plan_hold(
-        HoldTask(task, hit.placement.hinge, hit.stance.feet, angle, joints, base), check)
+        HoldTask(task, hit.placement.hinge, hit.stance.feet, task.wanted.angle, joints, base),
+        check)
 
 
 def _retreat(task: Task, hit: HitDesign, joints: Array, base: Array) -> PhasePlan:

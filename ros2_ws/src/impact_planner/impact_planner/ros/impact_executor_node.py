@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from action_msgs.srv import CancelGoal
 from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
@@ -43,7 +42,7 @@ from impact_planner.ros.executor_messages import (
 Result = ExecuteDoorImpact.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
-WALK = "/walk"
+WALK, PASSAGE = "/walk", "/walk_through_door"
 PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
 THRESHOLDS = {
@@ -86,8 +85,7 @@ class ImpactExecutor(GuardedNode):
         self._trajectory = self.create_publisher(JointTrajectory, TRAJECTORY, 10)
         self._reports = self.create_publisher(HitReport, "/hit_report", 10)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
-        self._walk = ActiveGoals(self, WALK)
-        self._end_walk = self.create_client(CancelGoal, f"{WALK}/_action/cancel_goal")
+        self._walk, self._passage = ActiveGoals(self, WALK), ActiveGoals(self, PASSAGE)
         self.create_service(Trigger, "/stop", self._on_stop)
         self._server = ActionServer(
             self, ExecuteDoorImpact, "/execute_door_impact", self._execute,
@@ -152,10 +150,12 @@ class ImpactExecutor(GuardedNode):
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, self._stop_requested = True, True
         execution = self._execution
-        if execution is None and self._walk.running:
-            self._end_walk.call_async(CancelGoal.Request())  # without an identifier: every goal
-            response.message = ("the walk is being stopped: the robot finishes its step and "
-                                "stands on two feet")
+        walks = [each for each in (self._walk, self._passage) if each.running]
+        for each in walks:
+            each.cancel()
+        if execution is None and walks:
+            response.message = (f"{walks[0].action} is being stopped: the robot finishes its step "
+                                "and stands on two feet")
         elif execution is None:
             self._trajectory.publish(JointTrajectory())
             response.message = "nothing is being executed; the driver was commanded to stop"
@@ -181,6 +181,10 @@ class ImpactExecutor(GuardedNode):
             if self._walk.running:
                 raise GoalRefused("not_ready", "the robot walks (/walk): a hit begins when it "
                                   "stands", quantity="action", value=WALK)
+            if self._passage.running and not self._passage.asked_for(goal_handle.goal_id):
+                raise GoalRefused("not_ready", "the robot goes through the door "
+                                  "(/walk_through_door): another hit begins when it has ended",
+                                  quantity="action", value=PASSAGE)
             plan = self._wanted(goal)
             await until(self, lambda: self._driver.complete, PATIENCE)
             if goal_handle.is_cancel_requested or self._stop_requested:

@@ -16,7 +16,7 @@ from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
-from door_model.door.config import load_door
+from door_model.door.config import load_door, load_geometry
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import SetParametersResult
@@ -41,6 +41,8 @@ WAITING = 100  # number of requests that wait while one is planned; ROS 2's defa
 PARAMETERS: dict[str, tuple[Any, str]] = {
     **SETTINGS,
     "door": ("", "name or YAML file of a door, to plan without identification"),
+    "frame_of": ("", "name or YAML file of the identified door, for its frame and wall; empty: "
+                 "they are not known"),
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "experience_file": ("", "YAML file that keeps what hits have taught, by door; empty: it is "
                         "forgotten with the node"),
@@ -56,6 +58,8 @@ class ImpactPlanner(GuardedNode):
         self._given = Parameters(self, PARAMETERS, read_only=False)
         self._settings: PlannerSettings = make_settings(self._values())
         self._configured = self._configured_door(self._given.text("door"))
+        name = self._given.text("frame_of")
+        self._geometry = load_geometry(name) if name else None
         self._robot = RobotModel(
             load_robot_config(self._given.text("robot_config") or None))
         name = self._given.text("experience_file")
@@ -91,7 +95,7 @@ class ImpactPlanner(GuardedNode):
 
     def _on_closer(self, message: CloserParameters) -> None:
         try:
-            self._identified = door_from_message(message)
+            self._identified = door_from_message(message, self._geometry)
             self._refusal = ""
         except NoDoor as error:
             self._refusal = str(error)

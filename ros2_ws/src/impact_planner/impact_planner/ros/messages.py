@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,11 @@ from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import CloserParameters, JointLoad, PhaseMargin, PlanPhase
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
-from door_model.checks import require_covariance, require_finite, require_not_negative
-from door_model.door.closer import FourBarCloser
-from door_model.door.door import Door, Zone
-from door_model.door.geometry import FLOOR_CLEARANCE
+from door_model.checks import require_covariance
+from door_model.door.geometry import FLOOR_CLEARANCE, DoorGeometry
 from door_model.errors import DoorModelError, DoorParameterError
 from door_model.identification.parameters import UNITS
+from door_model.ros.messages import door_of
 from geometry_msgs.msg import Point, Pose, Quaternion
 from humanoid_motion.knots import Knots
 from trajectory_msgs.msg import JointTrajectory
@@ -36,13 +35,6 @@ WORLD_FRAME = "odom"
 _SAME_NAME = tuple(
     name for name, kind in ImpactPlanMessage.get_fields_and_field_types().items()
     if kind in ("double", "uint32", "string"))
-# Fields of /closer_parameters that hold a number, and those of them that are 0 or above. Door and
-# linkage check the others.
-_NUMBERS = tuple(
-    name for name, kind in CloserParameters.get_fields_and_field_types().items()
-    if kind == "double")
-_SIZES = (*(name for name in _NUMBERS if name.endswith("_std")), "leaf_mass", "fit_rmse")
-_WIDEST_LEAF = 10.0  # the planner searches along the leaf, which takes time and memory [m]
 
 
 def knots_from_message(message: JointTrajectory, names: Sequence[str] | None) -> Knots:
@@ -127,7 +119,9 @@ def request_from_message(request: PlanDoorImpact.Request) -> PlanRequest:
     )
 
 
-def door_from_message(message: CloserParameters) -> KnownDoor:
+def door_from_message(
+    message: CloserParameters, geometry: DoorGeometry | None = None
+) -> KnownDoor:
     """Convert the result of an identification to a door.
 
     The door has all that the message describes: assembly of the linkage, backcheck and latch zone,
@@ -135,32 +129,19 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
 
     Args:
         message: The parameters.
+        geometry: A door whose frame it has if the names are the same.
 
     Raises:
         NoDoor: The parameters describe no door: a number is not finite or out of its range, the
             linkage does not close, or the covariance does not belong to any random numbers.
     """
     try:
-        for name in _NUMBERS:
-            require_finite(name, getattr(message, name))
-        for name in _SIZES:
-            require_not_negative(name, getattr(message, name))
-        if not 0.0 < message.leaf_width <= _WIDEST_LEAF:
-            raise DoorParameterError(
-                "leaf_width", message.leaf_width, f"above 0, up to {_WIDEST_LEAF:g} m")
-        linkage = FourBarCloser(
-            message.link_l, message.link_l1, message.link_l2, message.link_l3, message.theta_i0,
-            message.assembly,
-        )
-        door = Door(
-            message.i_a, message.c_c, message.k_c, message.tau_c0_prime, linkage,
-            c_c_closing=_given(message.c_c_closing),
-            backcheck=_zone(message.backcheck_angle, message.backcheck_c_c),
-            latch=_zone(message.latch_angle, message.latch_c_c),
-            friction=_given(message.friction) or 0.0,
-        )
-        linkage.f(0.0)
+        door = door_of(message)
         parameters, covariance = _uncertainty(message)
+        frame = None
+        if geometry is not None and geometry.name == message.door:
+            around = geometry.with_leaf(replace(geometry.leaf, width=message.leaf_width))
+            frame = None if around.frame is None else (around.leaf, around.frame)
     except DoorModelError as error:
         raise NoDoor(
             f"/closer_parameters describes no door: {error}",
@@ -172,6 +153,7 @@ def door_from_message(message: CloserParameters) -> KnownDoor:
         name=message.door,
         door=door,
         width=float(message.leaf_width),
+        frame=frame,
         top=FLOOR_CLEARANCE + message.leaf_height if message.leaf_height >= 0.0 else math.inf,
         parameters=parameters,
         covariance=covariance,
@@ -207,10 +189,6 @@ def _uncertainty(message: CloserParameters) -> tuple[tuple[str, ...], Array | No
     covariance = covariance.reshape(len(names), -1)
     require_covariance("covariance", covariance)
     return names, covariance
-
-
-def _zone(angle: float, c_c: float) -> Zone | None:
-    return None if angle < 0.0 else Zone(angle, c_c)
 
 
 def _given(value: float) -> float | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig
 from door_model.door.door import Door
+from door_model.door.geometry import Frame, Leaf
 
 from impact_planner.task.experience import Experience
 
@@ -26,6 +27,7 @@ class KnownDoor:
         warnings: Warnings of the identification.
         experience: Knowledge from earlier hits on this door; None before the first hit.
         top: Height of the leaf's upper edge above the floor [m]; infinite where it is not known.
+        frame: The leaf and its frame; None where the frame is not known.
     """
 
     name: str
@@ -36,9 +38,11 @@ class KnownDoor:
     warnings: tuple[str, ...] = ()
     experience: Experience | None = None
     top: float = math.inf
+    frame: tuple[Leaf, Frame] | None = None
 
     @classmethod
     def configured(cls, config: DoorConfig) -> KnownDoor:
         """Make a door whose configured parameters are taken as exact."""
+        frame = None if config.frame is None else (config.leaf, config.frame)
         return cls(config.name, config.door(), config.leaf.width, warnings=config.doubts(),
-                   top=config.leaf.top)
+                   top=config.leaf.top, frame=frame)

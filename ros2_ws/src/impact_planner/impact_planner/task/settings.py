@@ -18,7 +18,7 @@ from impact_planner.errors import InvalidRequest
 from impact_planner.task.experience import MASS_FACTORS, Limits
 
 RunUp = Literal["mcv50", "zmp_limited"]
-Ending = Literal["hold", "retreat"]
+Ending = Literal["hold", "retreat", "pass"]
 RUN_UPS, ENDINGS = get_args(RunUp), get_args(Ending)
 LEAST_INSIDE_EDGE = -0.06  # least distance of the CoM inside the right sole's inner edge [m]
 

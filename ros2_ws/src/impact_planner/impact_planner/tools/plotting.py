@@ -15,12 +15,12 @@ from door_impact_common.span_labels import label_spans
 from hrp2_description.robot import SIDES
 from hrp2_description.support import support_polygon
 from humanoid_motion.clearance import bodies_of
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull
 
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import initial_feet
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.motion.catch import LATE

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.leaf import LeafFrame
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.hit import momentum
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.hit.stance import (
     contact_with_leaf,
     door_distances,

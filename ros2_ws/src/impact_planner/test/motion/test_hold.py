@@ -1,14 +1,15 @@
 """The ending `hold`."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from door_impact_common.constants import GRAVITY
 from door_model.motion.dynamics import simulate
 from humanoid_motion.errors import JointLimit
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.whole_body import require_joint_limits
-from impact_planner.hit.leaf import LeafFrame
 from impact_planner.motion.arm_reach import ArmReach
 from impact_planner.motion.catch import HoldTask, choices
 from impact_planner.motion.hold import Candidate, plan_hold
@@ -17,14 +18,15 @@ from impact_planner.task.request import Task
 TARGET = math.radians(25.0)
 
 
-@pytest.fixture(scope="module")
-def task(robot, known, plan):
+@pytest.fixture(scope="module", params=["hold", "pass"])
+def task(robot, known, plan, request):
     """The door to hold, from the end of the plan's phase `post`."""
     joints = plan.phase("post").knots.position[-1]
     q = robot.configuration(np.zeros(3), joints)
     base = plan.left_foot - robot.frame_position(q, robot.feet["left"].frame)
     feet = {"left": plan.left_foot, "right": plan.right_foot}
-    whole = Task(robot, known, plan.request, plan.settings)
+    wanted = replace(plan.request, ending=request.param)
+    whole = Task(robot, known, wanted, plan.settings)
     return HoldTask(whole, plan.hit.placement.hinge, feet, TARGET, joints, base)
 
 
@@ -44,7 +46,7 @@ def body(robot, motion, i, frame):
 def leaf_at(known, hold, hinge, time):
     """The leaf, which closes freely until the hand arrives."""
     if time > hold.catch.reach + 0.1:
-        return LeafFrame(hinge, float(hold.catch.angle_at(np.array([time]), TARGET)[0]))
+        return LeafFrame(hinge, float(hold.catch.angle_at(np.array([time]))[0]))
     swing = simulate(known.door, TARGET, 0.0, 1.0)
     return LeafFrame(hinge, float(np.interp(time, swing.t, swing.theta)))
 
@@ -64,7 +66,7 @@ def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, task):
     """After its arrival the hand keeps its distance from the hinge, its height and contact."""
     motion = hold.phase.motion
     for i in np.flatnonzero(motion.time >= hold.catch.reach + 0.02)[::8]:
-        angle = float(hold.catch.angle_at(motion.time[i : i + 1], TARGET)[0])
+        angle = float(hold.catch.angle_at(motion.time[i : i + 1])[0])
         leaf = LeafFrame(task.hinge, angle)
         hand = body(robot, motion, i, robot.config.hand_link)
         assert leaf.gap(hand) == pytest.approx(robot.hand_radius, abs=5e-4)
@@ -74,14 +76,24 @@ def test_hand_stays_on_its_spot_of_the_leaf(robot, hold, task):
 
 def test_force_is_the_closer_s_torque_over_the_distance(known, hold):
     """The largest force is that of eq. (12) on the hand's path."""
-    angles = np.linspace(hold.catch.lowest, TARGET, 50)
+    angles = np.linspace(hold.catch.lowest, hold.catch.final, 50)
     worst = known.door.restoring_torque(angles).max() / hold.hand.radius
     assert hold.force == pytest.approx(worst, rel=1e-3)
     np.testing.assert_allclose(
         np.linalg.norm(hold.load.force[-1]),
-        known.door.restoring_torque(TARGET) / hold.hand.radius,
+        known.door.restoring_torque(hold.catch.final) / hold.hand.radius,
     )
     assert hold.load.force[-1, 1] > 0.0  # points away from the door
+
+
+def test_the_leaf_ends_where_it_shall(task, hold):
+    """It is pushed back to the desired angle, or stays where it was caught for the passage."""
+    catch = hold.catch
+    if task.task.wanted.ending == "pass":
+        assert 0.0 < catch.final == catch.lowest < TARGET
+    else:
+        assert catch.lowest < catch.final == TARGET
+    assert catch.angle_at(np.array([catch.duration]))[0] == pytest.approx(catch.final)
 
 
 def test_com_leans_against_the_force(robot, hold):

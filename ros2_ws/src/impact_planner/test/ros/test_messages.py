@@ -14,6 +14,7 @@ from door_impact_common.driver.messages import trajectory_message
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters
 from door_impact_msgs.srv import PlanDoorImpact
+from door_model.door.config import load_geometry
 from door_model.door.door import Zone
 from impact_planner import errors
 from impact_planner.execution.types import Measured, Outcome
@@ -114,6 +115,15 @@ def test_door_of_an_identification(known):
     assert real == replace(
         known.door, closer=replace(known.door.closer, assembly=-1.0), friction=0.3,
         c_c_closing=0.08, backcheck=Zone(1.2, 0.5), latch=Zone(0.1, 0.02))
+
+
+def test_an_identified_door_has_the_frame_of_the_door_of_its_name_around_its_own_leaf(known):
+    geometry = load_geometry("paper")
+    leaf, frame = door_from_message(closer(known, leaf_width=0.8), geometry).frame
+    assert leaf.width == 0.8
+    assert frame.width - leaf.width == pytest.approx(geometry.frame.width - known.width)
+    for other in (None, replace(geometry, name="another")):
+        assert door_from_message(closer(known), other).frame is None
 
 
 @pytest.mark.parametrize(("changes", "words"), [
