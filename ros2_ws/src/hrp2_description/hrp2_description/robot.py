@@ -123,6 +123,7 @@ class _File(Part):
     disabled_collisions: tuple[tuple[Name, Name], ...] = ()
     braced_posture_deg: Annotated[dict[Name, Number], AfterValidator(_degrees)]
     brace: Brace | None = None
+    tucked_posture_deg: Annotated[dict[Name, Number], AfterValidator(_degrees)] | None = None
     braced_joints: _Names
 
 
@@ -178,8 +179,8 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         soles=MappingProxyType(
             {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
         ),
-        braced_posture=MappingProxyType(
-            {name: math.radians(deg) for name, deg in file.braced_posture_deg.items()}),
+        braced_posture=_radians(file.braced_posture_deg),
+        tucked_posture=_radians(file.tucked_posture_deg or {}),
         urdf_path=urdf.path,
         drives=_drives(file, names),
         doubts=doubts(urdf, names, limits, same["legs"]),
@@ -189,6 +190,10 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
     _check_chains(config)
     _check_postures(config)
     return config
+
+
+def _radians(posture: dict[str, float]) -> Mapping[str, float]:
+    return MappingProxyType({name: math.radians(deg) for name, deg in posture.items()})
 
 
 def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:
@@ -225,7 +230,7 @@ def _check_names(config: RobotConfig, urdf: Urdf) -> None:
     if config.brace is not None:
         named_links += [config.brace.arm.link, config.brace.trunk.link]
     named_joints: list[str | None] = [
-        *config.braced_joints, *config.braced_posture, config.chest_yaw]
+        *config.braced_joints, *config.braced_posture, *config.tucked_posture, config.chest_yaw]
     for foot in config.feet.values():
         named_links += [foot.sole, foot.ankle]
         named_joints.append(foot.sensor_joint)
@@ -262,6 +267,7 @@ def _check_postures(config: RobotConfig) -> None:
     postures = {
         "half_sitting": config.half_sitting,
         "braced": config.posture(config.braced_posture),
+        "tucked": config.posture(config.tucked_posture),
     }
     for leg in config.legs.values():
         knee = float(config.half_sitting[config.index(leg[_KNEE])])

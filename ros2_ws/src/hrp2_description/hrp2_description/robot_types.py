@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -248,6 +249,8 @@ class StepLimits:
         widest: Largest distance of the feet along the standing foot's y axis [m].
         turn_deg: Largest angle between the feet [deg].
         clearance: Smallest distance between the rectangles of the soles [m].
+        stride: Largest distance ahead in steps that last as long as the joints need [m]; None
+            means `ahead`.
     """
 
     ahead: Length
@@ -257,6 +260,7 @@ class StepLimits:
     widest: Length
     turn_deg: Annotated[Positive, AfterValidator(in_degrees)]
     clearance: Length
+    stride: Length | None = None
 
     @model_validator(mode="after")
     def _wide_enough(self) -> StepLimits:
@@ -309,6 +313,7 @@ class RobotConfig:
         imu_frame: Link that contains the IMU.
         wrist_sensors: Force sensors of the ``left`` and the ``right`` wrist.
         footsteps: Limits of the footsteps of a walk.
+        tucked_posture: Joint angles of the free arm while the robot goes through a door [rad].
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
         doubts: Sentences about what is possible and improbable in the URDF.
     """
@@ -343,6 +348,7 @@ class RobotConfig:
     imu_frame: str | None = None
     wrist_sensors: Mapping[str, WristSensor] | None = None
     footsteps: StepLimits | None = None
+    tucked_posture: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
 

@@ -1,14 +1,25 @@
-"""The robot, loaded once, and walks that several tests look at."""
+"""The robot, loaded once, and walks and a passage that several tests look at."""
 
 import math
 
+import numpy as np
 import pytest
+from door_model.door.config import load_door
+from door_model.door.geometry import Frame, Leaf
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.whole_body import solve
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
+from walking.passing.arm_course import ArmCourse, ArmTask
+from walking.passing.doorway import Doorway
+from walking.passing.passage import plan_passage
+from walking.passing.passage_task import PassageTask
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import standing
+
+HELD = np.radians(15.0)
 
 
 @pytest.fixture(scope="session")
@@ -39,3 +50,48 @@ def walk_to(robot, half_sitting):
 def arc(walk_to):
     """A walk ahead and to the left that ends turned by 60 deg."""
     return walk_to(1.0, 0.4, 60.0)
+
+
+@pytest.fixture(scope="session")
+def doorway():
+    """A function that returns a leaf of some width [m] in its frame; the face is 0.715 m away."""
+    return lambda width=0.896, threshold=0.0: Doorway(
+        np.array([-0.4056, -0.715]), Leaf(50.0, width, 2.0, 0.04),
+        Frame(width + 0.004, 0.10, 0.14, threshold))
+
+
+def holding(robot, door):
+    """The soles as after a hit, and joints with the hand on the leaf."""
+    stance = Stance(Pose(0.0, 0.095, 0.0), Pose(0.0, -0.30, 0.0))
+    half, count = robot.config.half_sitting, 30
+    feet = {"left": np.array([0.0, 0.095, 0.0]), "right": np.array([0.0, -0.30, 0.0])}
+    arm = ArmCourse(robot)
+    joints = half.copy()
+    for _ in range(3):  # the arm moves the CoM a little
+        whole, base = solve(robot, upper=joints, com_xy=np.array([[0.01, -0.24]]),
+                            waist_z=0.55, feet=feet)
+        task = ArmTask(
+            time=0.1 * np.arange(count), joints=np.tile(whole[0], (count, 1)),
+            base=np.tile(base[0], (count, 1)), yaw=np.zeros(count),
+            leaf=LeafFrame(door.hinge, np.full(count, HELD)), holds=np.ones(count, dtype=bool),
+            gap=np.full(count, robot.hand_radius), radii=(0.3, 0.82),
+            radius=np.full(count, 0.72), heights=(0.75, 1.25), others=(0.08, 0.05),
+            comfortable=np.tile(half[arm.columns], (count, 1)))
+        found = arm.solve(task, joints[arm.columns], np.zeros(len(arm.columns)))
+        joints = whole[0].copy()
+        joints[arm.columns] = found[-1]
+    whole, _ = solve(robot, upper=joints, com_xy=np.array([[0.01, -0.24]]), waist_z=0.55, feet=feet)
+    return stance, whole[0]
+
+
+@pytest.fixture(scope="session")
+def task(robot, doorway):
+    """The paper's door, held at 15 deg."""
+    stance, joints = holding(robot, doorway())
+    return PassageTask(load_door("paper").door(), doorway(), float(HELD), stance, joints)
+
+
+@pytest.fixture(scope="session")
+def passage(robot, task):
+    """The passage through the paper's door."""
+    return plan_passage(robot, task)

@@ -22,10 +22,40 @@ class WalkInfeasible(WalkingError):
     reason = "walk_infeasible"
 
 
+class PassageInfeasible(WalkingError):
+    """The robot cannot pass the door: the opening, its reach, or the leaf's force forbid it."""
+
+    reason = "passage_infeasible"
+
+
+class InvalidGoal(WalkingError):
+    """A number of a goal or a request is not finite or out of its range."""
+
+    reason = "invalid_goal"
+
+
+class NoDoor(WalkingError):
+    """Nothing is known of the door, or of its frame."""
+
+    reason = "no_door"
+
+
+class HitNotPlanned(WalkingError):
+    """The hit that opens the door cannot be planned, or does not end with a held leaf."""
+
+    reason = "hit_not_planned"
+
+
 class NotReady(WalkingError):
-    """A walk cannot begin from where the robot is."""
+    """A motion cannot begin from where the robot is."""
 
     reason = "not_ready"
+
+
+class Stopped(WalkingError):
+    """The goal was cancelled between two motions."""
+
+    reason = "stopped"
 
 
 PLANNING_ERRORS = (WalkingError, HumanoidMotionError)

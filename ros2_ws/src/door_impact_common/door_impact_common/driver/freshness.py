@@ -18,6 +18,8 @@ class Freshness:
         topics: Names of the topics.
         limit: Largest allowed age of a message, and longest allowed time without one [s].
         tick: Time between two calls of `tick` [s].
+        optional: Those of the topics that a driver may lack; they are watched from their first
+            message on.
 
     Attributes:
         limit: Largest allowed age of a message, and longest allowed time without one [s].
@@ -26,12 +28,14 @@ class Freshness:
         SettingError: The limit is shorter than a tick or not finite.
     """
 
-    def __init__(self, topics: Sequence[str], limit: float, tick: float) -> None:
+    def __init__(
+        self, topics: Sequence[str], limit: float, tick: float, optional: Sequence[str] = ()
+    ) -> None:
         if not tick <= limit < float("inf"):
             raise SettingError(
                 "stale_after, the largest age of messages [s],", limit, f"at least {tick:g} s")
         self.limit = limit
-        self._topics = tuple(topics)
+        self._topics, self._optional = tuple(topics), tuple(optional)
         self._tick = tick
         self._stamps: dict[str, float] = {}
         self._ticks = dict.fromkeys(self._topics, 0)
@@ -49,8 +53,13 @@ class Freshness:
 
     @property
     def complete(self) -> bool:
-        """Whether a message has arrived on every topic."""
-        return len(self._stamps) == len(self._topics)
+        """Whether a message has arrived on every topic that is not optional."""
+        return all(topic in self._stamps for topic in self._topics if topic not in self._optional)
+
+    @property
+    def _watched(self) -> list[str]:
+        return [topic for topic in self._topics
+                if topic in self._stamps or topic not in self._optional]
 
     def refusal(self, now: float) -> tuple[str, str, float] | None:
         """Find a topic whose last message is missing or too old for a motion to begin.
@@ -62,7 +71,7 @@ class Freshness:
             The topic, a sentence that names it, the age and the limit, and the age [s], which is
             infinite if no message has arrived; None if all messages are recent.
         """
-        for topic in self._topics:
+        for topic in self._watched:
             if topic not in self._stamps:
                 return topic, f"no usable message has arrived on {topic} yet", float("inf")
             age = now - self._stamps[topic]
@@ -81,7 +90,7 @@ class Freshness:
         Returns:
             The topic and the time since its last message [s]; None if messages arrive on all.
         """
-        for topic in self._topics:
+        for topic in self._watched:
             self._ticks[topic] += 1
             waited = self._ticks[topic] * self._tick
             if waited > self.limit:

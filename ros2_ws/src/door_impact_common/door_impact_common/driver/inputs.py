@@ -1,7 +1,7 @@
 """Passes the messages about robot and door to a motion: checked, and with their delay.
 
-A motion is a hit or a walk. Each message passes `Intake`: what that drops reaches no motion, and no
-motion begins from it. `Freshness` notices silent topics.
+A motion is a hit, a walk or a passage. Each message passes `Intake`: what that drops reaches no
+motion, and no motion begins from it. `Freshness` notices silent topics.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
 from door_impact_common.driver.intake import Arrival, Intake, Plausible
-from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
+from door_impact_common.driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from door_impact_common.driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
 from door_impact_common.driver.samples import ImuSample, Measured
 
@@ -24,9 +24,10 @@ RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
 
 
 class Motion:
-    """A hit or a walk, which gets events and returns commands for the driver, in their order.
+    """A hit, a walk or a passage.
 
-    Times are stamps of messages or times of the robot's clock, both in seconds.
+    It gets events and returns commands for the driver, in their order. Times are stamps of
+    messages or times of the robot's clock, both in seconds.
     """
 
     @property
@@ -62,6 +63,10 @@ class Motion:
         """Handle angle [rad] and angular velocity [rad/s] of the door."""
         return []
 
+    def on_hand(self, now: float, force: float) -> list[Any]:
+        """Handle the magnitude of the force of the surroundings on the right hand [N]."""
+        return []
+
     def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Any]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
         raise NotImplementedError
@@ -86,6 +91,7 @@ class Inputs:
         since: Stamp of the first joint state [s]; NaN before it.
         tilt: Last angle between the trunk and the vertical [rad]; NaN before the first one.
         door_angle: Last angle of the door [rad]; NaN before the first one.
+        hand_force: Magnitude of the last force on the right hand [N]; NaN before the first one.
         lag: Time by which the last joint state lagged behind the present [s].
         recent: The last complete samples, of joints, IMU and wrenches with one stamp.
         intake: The checks, with the number of dropped messages.
@@ -95,14 +101,14 @@ class Inputs:
         self.motion: Motion | None = None
         self.intake = Intake({
             JOINTS: joints, IMU: INERTIAL, DOOR: DOOR_ANGLE,
-            **dict.fromkeys(WRENCHES.values(), FORCE)})
+            **dict.fromkeys((*WRENCHES.values(), HAND), FORCE)})
         self._watches = watches
         self._clear()
 
     def _clear(self) -> None:
         self.intake.forget()
         self.joints: tuple[float, Array, Array] | None = None
-        self.since = self.tilt = self.door_angle = math.nan
+        self.since = self.tilt = self.door_angle = self.hand_force = math.nan
         self.lag = 0.0
         self.recent: deque[Measured] = deque(maxlen=RECENT)
         # Stamp [s] and content of the last message of each topic that belongs to a sample.
@@ -162,6 +168,13 @@ class Inputs:
             return []
         self.door_angle = angle
         return self.motion.on_door(arrival.stamp, angle, velocity) if self.motion else []
+
+    def on_hand(self, arrival: Arrival, wrench: Array) -> list[Any]:
+        """Handle force and torque on the right hand, (6,) [N, N m], as `on_joints`."""
+        if not self._accepted(HAND, arrival, wrench):
+            return []
+        self.hand_force = float(np.linalg.norm(wrench[:3]))
+        return self.motion.on_hand(arrival.stamp, self.hand_force) if self.motion else []
 
     def on_silence(self, topic: str, waited: float, limit: float) -> list[Any]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""

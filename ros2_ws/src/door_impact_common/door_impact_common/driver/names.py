@@ -6,7 +6,8 @@ JOINTS = "/joint_states"
 IMU = "/imu"
 DOOR = "/door_angle"
 WRENCHES = {side: f"/{side}_foot/wrench" for side in ("left", "right")}
+HAND = "/right_wrist/wrench"
 TRAJECTORY = "/joint_trajectory"
 
-COMMANDERS = ("impact_executor", "walker")
+COMMANDERS = ("impact_executor", "walker", "door_passer")
 """Nodes that send trajectories, of which one at a time owns the motion."""

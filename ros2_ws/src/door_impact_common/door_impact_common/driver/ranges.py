@@ -23,7 +23,7 @@ DOOR_ANGLE = Plausible((np.inf, _DOOR_RATE), (_DOOR_RATE, np.inf), _DOOR_SLACK)
 """Angle [rad] and angular velocity [rad/s] of the door."""
 
 FORCE = Plausible(1e4)
-"""Forces of the floor on a foot [N] and their moments [N m]."""
+"""Forces of the surroundings on a foot or a hand [N] and their moments [N m]."""
 
 INERTIAL = Plausible((np.pi, *[_GYRO] * 3, *[_SPECIFIC_FORCE] * 3),
                      (_TILT_RATE, *[np.inf] * 6), _TILT_SLACK, longest=0.1,

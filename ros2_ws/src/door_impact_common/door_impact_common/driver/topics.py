@@ -29,7 +29,15 @@ from door_impact_common.driver.messages import (
     tilt_of,
     wrench_row,
 )
-from door_impact_common.driver.names import COMMANDERS, DOOR, IMU, JOINTS, TRAJECTORY, WRENCHES
+from door_impact_common.driver.names import (
+    COMMANDERS,
+    DOOR,
+    HAND,
+    IMU,
+    JOINTS,
+    TRAJECTORY,
+    WRENCHES,
+)
 from door_impact_common.driver.samples import Doubt, Measured
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
@@ -61,6 +69,7 @@ class RobotTopics:
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
         judge: Function that finds the doubts about complete samples of a robot at rest.
         door: Whether the door's angle is read, too.
+        hand: Whether the force on the right hand is read, too, if the driver has it.
         further: Type, name and handler of topics that are only passed on.
 
     Attributes:
@@ -73,14 +82,16 @@ class RobotTopics:
         self, node: GuardedNode, joint_names: Sequence[str], joints: Plausible,
         parameters: Parameters, after: Callable[[float, Sequence[Any]], None],
         judge: Callable[[Sequence[Measured]], Sequence[Doubt]], *,
-        door: bool = False, further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
+        door: bool = False, hand: bool = False,
+        further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
     ) -> None:
         self._node, self._after, self._judge = node, after, judge
         self._names = list(joint_names)
         self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
-        watched = (JOINTS, IMU, DOOR) if door else (JOINTS, IMU)
-        self.freshness = Freshness(watched, parameters.number("stale_after"), WATCH_PERIOD)
-        silence = Freshness(watched, parameters.number("silent_after"), WATCH_PERIOD)
+        watched = [JOINTS, IMU, *([DOOR] if door else []), *([HAND] if hand else [])]
+        self.freshness, silence = (
+            Freshness(watched, parameters.number(name), WATCH_PERIOD, optional=[HAND])
+            for name in ("stale_after", "silent_after"))
         self.inputs = Inputs(joints, self.freshness, silence)
         self.zmp: tuple[float, Array] | None = None
         self._handlers: dict[str, tuple[Any, Callable[[Any, Arrival], Sequence[Any]]]] = {
@@ -89,6 +100,8 @@ class RobotTopics:
                for side, topic in WRENCHES.items()}}
         if door:
             self._handlers[DOOR] = (JointState, self._on_door)
+        if hand:
+            self._handlers[HAND] = (WrenchStamped, self._on_hand)
         self._further = [(PointStamped, "/zmp", self._on_zmp), *further]
         self._subscriptions: list[Any] = []
         self._newest = -math.inf  # present time when the last message came [s]
@@ -194,6 +207,9 @@ class RobotTopics:
         if not (message.position and message.velocity):
             return self._ignore(DOOR, "it must have the door's angle and angular velocity")
         return self.inputs.on_door(arrival, message.position[0], message.velocity[0])
+
+    def _on_hand(self, message: WrenchStamped, arrival: Arrival) -> Sequence[Any]:
+        return self.inputs.on_hand(arrival, wrench_row(message.wrench))
 
     def _on_zmp(self, message: PointStamped) -> None:
         self.zmp = (seconds(message.header.stamp), np.array([message.point.x, message.point.y]))

@@ -22,7 +22,7 @@ _SHOWN = 12.0  # time for which a notification stays [s]
 _CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
 _BAD, _GOOD = "#b00020", "#00695c"
 
-Name = Literal["push", "identify", "plan", "run", "stop", "reset"]
+Name = Literal["push", "identify", "plan", "run", "pass", "stop", "reset"]
 Reply = Callable[[bool, str], None]
 """Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
@@ -75,6 +75,8 @@ class Panels:
                     "ending": ending.value.replace(CONFIGURED, "")}))
         with gui.add_folder("Robot", order=0.2):
             self._button("Run", lambda: Order("run", "Run the plan"), "Executes the last plan")
+            self._button("Walk through the door", lambda: Order("pass", "Walk through the door"),
+                         "Hits the door, catches it and walks through")
             self._button("Stop", lambda: Order("stop", "Stop"), "As safely as the phase allows",
                          "red")
             self._button("Reset", lambda: Order("reset", "Reset the simulation"),

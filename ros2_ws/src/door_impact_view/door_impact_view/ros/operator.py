@@ -1,4 +1,4 @@
-"""Pass orders of the page on to services and to the action, and their answers back."""
+"""Pass orders of the page on to services and to actions, and their answers back."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from door_impact_common.node import GuardedNode
-from door_impact_msgs.action import ExecuteDoorImpact
+from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
@@ -20,6 +20,10 @@ _SERVICES = {
     "plan": (PlanDoorImpact, "/plan_door_impact"),
     "stop": (Trigger, "/stop"),
     "reset": (Trigger, "/sim/reset"),
+}
+_ACTIONS = {
+    "run": (ExecuteDoorImpact, "/execute_door_impact"),
+    "pass": (WalkThroughDoor, "/walk_through_door"),
 }
 
 
@@ -39,7 +43,8 @@ class Operator:
         self._orders: SimpleQueue[tuple[Order, Reply]] = SimpleQueue()
         self._clients = {name: node.create_client(kind, service)
                          for name, (kind, service) in _SERVICES.items()}
-        self._execute = ActionClient(node, ExecuteDoorImpact, "/execute_door_impact")
+        self._actions = {name: ActionClient(node, kind, action)
+                         for name, (kind, action) in _ACTIONS.items()}
         self.phase = ""
 
     def give(self, order: Order, reply: Reply) -> None:
@@ -53,8 +58,8 @@ class Operator:
                 order, reply = self._orders.get_nowait()
             except Empty:
                 return
-            if order.name == "run":
-                self._run(reply)
+            if order.name in _ACTIONS:
+                self._run(order.name, reply)
             else:
                 self._call(order, reply)
 
@@ -68,16 +73,16 @@ class Operator:
         _when_done(client.call_async(kind.Request(**order.fields)), reply, lambda answer: reply(
             answer.success, answer.message))
 
-    def _run(self, reply: Reply) -> None:
-        if not self._execute.server_is_ready():
-            reply(False, "The action /execute_door_impact is not there: no node that serves it is "
-                  "running.")
+    def _run(self, name: str, reply: Reply) -> None:
+        (kind, action), client = _ACTIONS[name], self._actions[name]
+        if not client.server_is_ready():
+            reply(False, f"The action {action} is not there: no node that serves it is running.")
             return
 
         def accepted(handle: Any) -> None:
             if not handle.accepted:
-                reply(False, "The executor refused the goal: another motion is running, or it has "
-                      "been stopped.")
+                reply(False, "The goal was refused: another motion is running, or it has been "
+                      "stopped.")
                 return
             _when_done(handle.get_result_async(), reply, ended)
 
@@ -85,12 +90,14 @@ class Operator:
             self.phase = ""
             reply(answer.result.success, answer.result.message)
 
-        _when_done(self._execute.send_goal_async(
-            ExecuteDoorImpact.Goal(), feedback_callback=self._on_feedback), reply, accepted)
+        _when_done(client.send_goal_async(
+            kind.Goal(), feedback_callback=self._on_feedback), reply, accepted)
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback
-        self.phase = f"{feedback.phase}, {100.0 * feedback.progress:.0f} %"
+        done = (f"{100.0 * feedback.progress:.0f} %" if hasattr(feedback, "progress") else
+                feedback.hit_phase or f"step {feedback.step} of {feedback.steps}")
+        self.phase = f"{feedback.phase}, {done}"
 
 
 def _when_done(future: Any, reply: Reply, take: Callable[[Any], None]) -> None:

@@ -30,7 +30,7 @@ def test_motors_that_hold_a_posture_badly_do_not_change_it(robot, still, x, y, y
     """The walk begins in half-sitting with the feet where the odometry has them, within 3 cm."""
     found = replace(still, base=Pose(x, y, yaw), position=still.position + noise)
     state = start_state(robot, found, PATTERN)
-    assert np.array_equal(state.upper, robot.config.half_sitting)
+    assert np.array_equal(state.upper.value, robot.config.half_sitting)
     exact = start_state(robot, replace(found, position=still.position), PATTERN)
     for side in ("left", "right"):
         off = state.stance.foot(side).seen_from(exact.stance.foot(side))
@@ -56,8 +56,8 @@ def test_a_posture_of_the_last_walk_is_known(robot, still):
     known = still.position.copy()
     known[robot.joint_names.index("RARM_JOINT0")] += 0.3
     found = replace(still, position=known + 0.01)
-    assert np.array_equal(start_state(robot, found, PATTERN, [known]).upper, known)
-    assert not np.array_equal(start_state(robot, found, PATTERN).upper, known)
+    assert np.array_equal(start_state(robot, found, PATTERN, [known]).upper.value, known)
+    assert not np.array_equal(start_state(robot, found, PATTERN).upper.value, known)
 
 
 def test_a_walk_that_was_stopped_between_two_steps_is_gone_on_with(robot, walk_to):
@@ -68,7 +68,7 @@ def test_a_walk_that_was_stopped_between_two_steps_is_gone_on_with(robot, walk_t
     assert abs(rest.stance.left.x - rest.stance.right.x) > 0.1
     found = Standing(Pose(*rest.motion.base[-1, :2], 0.0), 0.0, joints, np.zeros(len(joints)))
     state = start_state(robot, found, PATTERN)
-    assert np.array_equal(state.upper, robot.config.half_sitting)
+    assert np.array_equal(state.upper.value, robot.config.half_sitting)
     assert np.abs(plan_walk(robot, state, []).knots.position[0] - joints).max() < 1e-4
 
 

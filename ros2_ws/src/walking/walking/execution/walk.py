@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +57,8 @@ class Walk(Motion):
         settings: Thresholds.
         onward: Function that plans how the walk goes on after a push has changed its steps and the
             robot stands again; None ends the walk there.
+        free: Columns of joints that the driver may move away from the walk, such as those of an
+            arm whose hand yields.
 
     Attributes:
         plan: The present plan.
@@ -72,9 +74,9 @@ class Walk(Motion):
     def __init__(
         self, robot: RobotModel, plan: WalkPlan, pattern: WalkSettings | None = None,
         settings: ExecutionSettings | None = None,
-        onward: Callable[[], WalkPlan] | None = None,
+        onward: Callable[[], WalkPlan] | None = None, free: Sequence[int] = (),
     ) -> None:
-        self._robot = robot
+        self._robot, self._free = robot, list(free)
         self._pattern = pattern or WalkSettings()
         self._settings = settings or ExecutionSettings()
         self.outcome, self.reason = Outcome.RUNNING, ""
@@ -109,6 +111,10 @@ class Walk(Motion):
     def running(self) -> bool:
         """Whether the walk has not ended yet."""
         return self.outcome is Outcome.RUNNING
+
+    def since(self, now: float) -> float:
+        """Return the time since the present plan began, at a time of the robot's clock [s]."""
+        return now - self._origin
 
     @property
     def steps(self) -> int:
@@ -381,6 +387,7 @@ class Walk(Motion):
             return
         had, sent = (knots.at(now - self._origin)[0][0] for knots in (self._last[0], self._knots))
         way = sent - had
+        way[self._free] = 0.0
         if way @ way < self._settings.apart**2:
             return
         if (position - had) @ way < self._settings.missed * (way @ way):
@@ -405,6 +412,7 @@ class Walk(Motion):
         if now < self._origin or self._tilt > self._settings.leaning:
             return ""
         off = np.abs(position - self._knots.at(now - self._origin)[0][0])
+        off[self._free] = 0.0
         worst = int(np.argmax(off))
         if off[worst] <= self._settings.tracking:
             return ""

@@ -9,10 +9,10 @@ from typing import NoReturn
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
-from hrp2_description.support import sole_corners
 
 from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import OUTWARD, Footstep, Pose, Stance, other
+from walking.footsteps.rectangles import gaps
 
 _ROUNDING = 1e-9  # by how much a step may exceed a limit [m, rad]
 _SHORTEST, _LONGEST = 0.3, 10.0  # shortest and longest duration of a step [s]
@@ -20,19 +20,21 @@ _MOST = 1000  # largest number of footsteps
 
 
 def check_footsteps(
-    robot: RobotConfig, stance: Stance, footsteps: Sequence[Footstep]
+    robot: RobotConfig, stance: Stance, footsteps: Sequence[Footstep],
+    limits: StepLimits | None = None,
 ) -> None:
     """Check footsteps: numbers, sides, durations, distances between the feet, and overlap.
 
     Args:
         stance: The soles before the first footstep.
+        limits: Limits; None means those of the robot.
 
     Raises:
         InvalidFootsteps: A check fails; the error names the footstep, counted from 1, the value
             and the limit.
         RobotConfigError: The robot has no limits of footsteps.
     """
-    limits = needed(robot.footsteps, "footsteps")
+    limits = limits or needed(robot.footsteps, "footsteps")
     if len(footsteps) > _MOST:
         _refuse("there are too many footsteps", "footsteps", len(footsteps), _MOST)
     for side in SIDES:
@@ -53,15 +55,19 @@ def check_footsteps(
             _refuse(f"footstep {worst + 1}: {name}", name, float(value[worst]), limit)
 
 
-def fits(robot: RobotConfig, stance: Stance, sides: Sequence[str], placed: Array) -> bool:
+def fits(
+    robot: RobotConfig, stance: Stance, sides: Sequence[str], placed: Array,
+    limits: StepLimits | None = None,
+) -> bool:
     """Return whether soles of alternating sides keep every limit of distances.
 
     Args:
         stance: The soles before the first footstep.
         sides: Sides of the N footsteps.
         placed: x, y [m] and yaw [rad] of the soles after them, (N, 3).
+        limits: Limits; None means those of the robot.
     """
-    limits = needed(robot.footsteps, "footsteps")
+    limits = limits or needed(robot.footsteps, "footsteps")
     return all(float((sign * (value - limit)).max()) <= _ROUNDING
                for _, value, limit, sign in _distances(robot, limits, stance, sides, placed))
 
@@ -121,28 +127,11 @@ def _refuse(what: str, quantity: str, value: object, limit: object) -> NoReturn:
 def sole_distances(robot: RobotConfig, side: str, placed: Array, standing: Array) -> Array:
     """Compute the signed distances between a sole and the other one, (N,) [m].
 
-    The distance is the largest gap along the normals of the rectangles' edges. It is negative where
-    the soles overlap, and at most the true distance where they do not.
+    They are those of `rectangles.gaps`: negative where the soles overlap.
 
     Args:
         side: Side of the first sole.
         placed: x, y [m] and yaw [rad] of the first sole, (N, 3).
         standing: The same of the other sole, (N, 3).
     """
-    one, two = _corners(robot, side, placed), _corners(robot, other(side), standing)
-    gap = np.full(len(placed), -np.inf)
-    for heading in (placed[:, 2], standing[:, 2]):
-        for turn in (0.0, 0.5 * math.pi):
-            normal = np.stack([np.cos(heading + turn), np.sin(heading + turn)], axis=1)
-            a = np.einsum("nci,ni->nc", one, normal)
-            b = np.einsum("nci,ni->nc", two, normal)
-            apart = np.maximum(a.min(axis=1) - b.max(axis=1), b.min(axis=1) - a.max(axis=1))
-            gap = np.maximum(gap, apart)
-    return gap
-
-
-def _corners(robot: RobotConfig, side: str, poses: Array) -> Array:
-    local = sole_corners(robot.soles[side], np.zeros(3))
-    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    turn = np.stack([np.stack([cos, -sin], axis=1), np.stack([sin, cos], axis=1)], axis=1)
-    return np.asarray(np.einsum("nij,cj->nci", turn, local) + poses[:, None, :2])
+    return gaps(robot.soles[side], placed, robot.soles[other(side)], standing)

@@ -18,6 +18,8 @@ from walking.pattern.settings import WalkSettings
 from walking.pattern.timing import Phase, Schedule
 from walking.pattern.walk_plan import WalkChecks
 
+FRICTION = "friction"
+"""Quantity of the error of soles that would slip."""
 _NAME = "walk"
 _STILL = 1e-3  # speed below which a joint counts as at rest [rad/s]
 
@@ -56,12 +58,8 @@ def check_walk(
         torque[rows] = np.where(np.abs(found) > np.abs(torque[rows]), found, torque[rows])
     _require_margin(margin, motion.time, settings.required_margin)
     _require_rest(robot, motion)
-    friction = float(np.max(needed_friction(robot, dynamics)))
-    if not friction <= settings.friction:
-        raise WalkInfeasible(
-            f"the soles would need a coefficient of friction of {friction:.2f}, "
-            f"{settings.friction:.2f} is assumed",
-            quantity="friction", value=friction, limit=settings.friction, phase=_NAME)
+    friction = needed_friction(robot, dynamics)
+    require_friction(friction, motion.time, settings.friction)
     require_torque_limits(robot, torque, _NAME, share=settings.torque_share)
     nearest: Clearance | None = None
     if clearance:
@@ -131,6 +129,25 @@ def _require_margin(margin: Array, time: Array, limit: float) -> None:
             f"the ZMP would come to {1e3 * margin[worst]:.1f} mm from the edge of the soles at "
             f"{time[worst]:.2f} s, {1e3 * limit:.1f} mm are required",
             quantity="ZMP margin [m]", value=float(margin[worst]), limit=limit, phase=_NAME)
+
+
+def require_friction(friction: Array, time: Array, limit: float) -> None:
+    """Check the coefficients of friction that the soles need.
+
+    Args:
+        friction: Coefficients of `needed_friction`, (N,).
+        time: Their times, (N,) [s].
+        limit: Coefficient of friction that is assumed.
+
+    Raises:
+        WalkInfeasible: The soles would slip.
+    """
+    worst = int(np.argmax(friction))
+    if not friction[worst] <= limit:
+        raise WalkInfeasible(
+            f"the soles would need a coefficient of friction of {friction[worst]:.2f} at "
+            f"{time[worst]:.2f} s, {limit:.2f} is assumed",
+            quantity=FRICTION, value=float(friction[worst]), limit=limit, phase=_NAME)
 
 
 def _part(motion: Motion, rows: slice) -> Motion:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.spline import evaluate, quintic
 from numpy.typing import ArrayLike
 
 
@@ -45,6 +46,10 @@ class Course(NamedTuple):
             self.acceleration * factor.value + 2.0 * self.speed * factor.speed
             + self.value * factor.acceleration)
 
+    def row(self, sample: int) -> Course:
+        """Return the values at one sample, (M,)."""
+        return Course(*(rows[sample] for rows in self))
+
     def plus(self, other: Course) -> Course:
         """Add another course of the same shape."""
         return Course(*(one + two for one, two in zip(self, other, strict=True)))
@@ -55,3 +60,19 @@ def central(values: Array, step: float) -> Course:
     before, here, after = values
     return Course(
         here, (after - before) / (2.0 * step), (before - 2.0 * here + after) / step**2)
+
+
+def to_rest(begin: Course, end: Array, duration: float, time: Array) -> Course:
+    """Compute a course from a state to rest, a quintic.
+
+    Args:
+        begin: Value, speed and acceleration at time 0, (M,) each.
+        end: Value at rest, (M,).
+        duration: Time to rest [s].
+        time: Times, (N,) [s].
+    """
+    d, zero = duration, np.zeros_like(end)
+    c = quintic(begin.value, begin.speed * d, begin.acceleration * d * d, end, zero, zero)
+    value, speed, acceleration = evaluate(c, np.clip(time / d, 0.0, 1.0))
+    moves = (time < d - 1e-9)[:, None]
+    return Course(value, np.where(moves, speed / d, 0.0), np.where(moves, acceleration / d**2, 0.0))

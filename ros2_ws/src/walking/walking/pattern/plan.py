@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
-from humanoid_motion.dynamics import inverse_dynamics
+from humanoid_motion.dynamics import Load, inverse_dynamics
 from humanoid_motion.knots import Knots
-from humanoid_motion.motion import min_jerk_course
+from humanoid_motion.motion import Motion, min_jerk_course
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.whole_body import solve
 
@@ -22,7 +22,7 @@ from walking.pattern.checks import check_walk
 from walking.pattern.course import Course
 from walking.pattern.preview import preview_control
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, rest_height, standing
+from walking.pattern.state import WalkState, rest_height, resting_upper, standing
 from walking.pattern.swing import feet_courses
 from walking.pattern.timing import Schedule, rest_point, schedule, zmp_reference
 from walking.pattern.walk_plan import WalkPlan
@@ -36,6 +36,7 @@ def plan_walk(
     settings: WalkSettings | None = None,
     *,
     upper: Knots | None = None,
+    hand_force: Callable[[Array], Array] | None = None,
     clearance: bool = True,
 ) -> WalkPlan:
     """Plan a walk over footsteps that ends at rest.
@@ -45,7 +46,11 @@ def plan_walk(
         footsteps: The footsteps; without any, the robot comes to rest on its present stance.
         settings: Settings; None means the defaults.
         upper: Course of the upper body, with times from the beginning of the walk; the legs'
-            columns are ignored. None keeps the upper body as it is in `state`.
+            columns are ignored. None keeps the upper body as it is in `state`, or brings it to
+            rest.
+        hand_force: Function that returns the force of the surroundings on the hand at times (N,)
+            [s] from the beginning of the walk, axes of odom, (N, 3) [N]. None keeps the force of
+            `state`.
         clearance: Whether the distances between the robot's bodies are checked.
 
     Raises:
@@ -55,25 +60,29 @@ def plan_walk(
             to each other.
     """
     settings = settings or WalkSettings()
-    check_footsteps(robot.config, state.stance, footsteps)
+    check_footsteps(robot.config, state.stance, footsteps, settings.limits)
     plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
     body = _body_courses(robot, state, footsteps, plan, settings, upper)
     height = com_height(robot, settings.waist_height)
     capture = state.com[0] + state.com[1] * math.sqrt(height / GRAVITY)
-    reference = zmp_reference(robot, plan, state.zmp, None if state.at_rest else capture)
+    reference = zmp_reference(
+        robot, plan, state.zmp, None if state.at_rest else capture, settings.zmp_inward,
+        settings.first_inward)
     control = preview_control(settings.period, height, settings.horizon, settings.jerk_weight)
     cart = control.follow(state.cart, reference)
     # A whole body that moves with the cart, and preview control on what its ZMP lacks.
     rolling = Course(*np.moveaxis(cart.com, 1, 0))
     rough = whole_body(robot, plan.time, rolling, body)
-    lack = reference - inverse_dynamics(robot, rough).zmp
+    force = np.tile(state.hand_force, (len(plan.time), 1)) if hand_force is None else hand_force(
+        plan.time)
+    lack = reference - inverse_dynamics(robot, rough, hand_load(robot, rough, force)).zmp
     correction = control.follow(state.correction, lack)
     last = stances(state.stance, footsteps)[-1]
     com = ending_at_rest(cart.com + correction.com, rest_point(robot, last), plan)
     near = (base[:, :2] + WAIST_PER_COM * (new - old) for base, new, old in zip(
         (rough.base, rough.base_speed, rough.base_acceleration), com, rolling, strict=True))
     motion = whole_body(robot, plan.time, com, body, Course(*near))
-    dynamics = inverse_dynamics(robot, motion)
+    dynamics = inverse_dynamics(robot, motion, hand_load(robot, motion, force))
     checks = check_walk(robot, motion, dynamics, plan, settings, clearance=clearance)
     knots = Knots(motion.time, motion.joints, motion.joint_speed, motion.joint_acceleration)
     return WalkPlan(
@@ -83,9 +92,17 @@ def plan_walk(
             WalkState(
                 phase.stance, cart.state(phase.first), correction.state(phase.first),
                 reference[phase.first], float(body.waist.value[phase.first]),
-                body.upper.value[phase.first], at_rest=False)
+                body.upper.row(phase.first), at_rest=False, hand_force=force[phase.first])
             for phase in plan.phases if phase.kind in ("double", "end")),
         final=standing(robot, last, body.upper.value[-1]), checks=checks)
+
+
+def hand_load(robot: RobotModel, motion: Motion, force: Array) -> Load | None:
+    """Let forces (N, 3) [N], axes of odom, act on the hand in a motion; None if there are none."""
+    if not force.any():
+        return None
+    yaw = None if motion.base_yaw is None else motion.base_yaw.angle
+    return Load(robot.hand_chain.place(motion.joints, motion.base, yaw).end, force)
 
 
 def ending_at_rest(com: Array, rest: Array, plan: Schedule) -> Course:
@@ -116,7 +133,7 @@ def _body_courses(
     return BodyCourses(
         feet=feet_courses(robot.config, plan, footsteps, state.stance, settings.lift),
         waist=_waist_course(robot, state, plan, settings),
-        upper=Course.constant(state.upper, len(plan.time)) if upper is None
+        upper=resting_upper(robot, state.upper, plan.time) if upper is None
         else Course(*upper.at(plan.time)),
         chest_swing=settings.chest_swing)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from door_impact_common.documents import STRICT, NotNegative, Number, Positive
+from hrp2_description.robot import StepLimits
 from pydantic.dataclasses import dataclass
 
 
@@ -20,11 +21,15 @@ class WalkSettings:
             the heading [rad/m].
         period: Time between two knots [s]; durations are whole multiples of it.
         horizon: Time that the preview control looks ahead [s].
+        zmp_inward: Distance of the ZMP's reference in single support from the middle of the sole,
+            towards the other foot [m]; the body sways less with it.
+        first_inward: The same in the first step, if it is larger [m].
         jerk_weight: Weight of the CoM's squared jerk against the squared ZMP error [s^6].
         required_margin: Smallest allowed distance of the ZMP from the edge of the soles [m].
         speed_share: Share of the joints' speed limits that may be used.
         torque_share: Share of the joints' torque limits that may be used.
         friction: Coefficient of friction between soles and floor that may be used.
+        limits: Limits of the footsteps; None means those of the robot.
     """
 
     double_support: Positive = 0.1
@@ -35,8 +40,11 @@ class WalkSettings:
     chest_swing: NotNegative = 0.75
     period: Positive = 0.02
     horizon: Positive = 2.0
+    zmp_inward: NotNegative = 0.0
+    first_inward: NotNegative = 0.0
     jerk_weight: Positive = 1e-6
     required_margin: Number = 0.02
     speed_share: Positive = 0.9
     torque_share: Positive = 0.9
     friction: Positive = 0.4
+    limits: StepLimits | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from door_impact_common.arrays import Array
@@ -12,11 +12,15 @@ from humanoid_motion.robot_model import RobotModel
 
 from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose, Stance, as_array, wrapped
+from walking.pattern.course import Course, to_rest
 from walking.pattern.preview import CartState
 from walking.pattern.settings import WalkSettings
 from walking.pattern.timing import rest_point
 from walking.pattern.whole_body import feet_ahead, twist
 
+_UPPER = 0.4  # time in which a moving upper body comes to rest [s]
+_GOES_ON = 0.4  # way that it goes on meanwhile, as a share of that at its present speed
+_RESERVE = 0.02  # distance from the ends of the joints' ranges in which it comes to rest [rad]
 _FITS = 1e-3  # by how much a posture may miss the soles [m, rad]
 
 
@@ -35,8 +39,9 @@ class WalkState:
         zmp: Reference of the ZMP, (2,) [m].
         waist_height: Height of base_link [m].
         upper: Joints in the robot's order, of which those of the upper body count, without the
-            twist of the chest, (J,) [rad].
-        at_rest: Whether the robot stands still.
+            twist of the chest, with their derivatives, (J,) each [rad].
+        at_rest: Whether the legs stand still.
+        hand_force: Force of the surroundings on the hand, axes of odom, (3,) [N].
     """
 
     stance: Stance
@@ -44,8 +49,9 @@ class WalkState:
     correction: CartState
     zmp: Array
     waist_height: float
-    upper: Array
+    upper: Course
     at_rest: bool
+    hand_force: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def com(self) -> Array:
@@ -119,5 +125,17 @@ def untwisted(
 
 def _resting(stance: Stance, com: Array, height: float, upper: Array) -> WalkState:
     return WalkState(
-        stance, CartState.at_rest(com), CartState.at_rest(np.zeros(2)), com, height, upper,
-        at_rest=True)
+        stance, CartState.at_rest(com), CartState.at_rest(np.zeros(2)), com, height,
+        Course(upper, np.zeros_like(upper), np.zeros_like(upper)), at_rest=True)
+
+
+def resting_upper(robot: RobotModel, begin: Course, time: Array) -> Course:
+    """Compute how the upper body comes to rest: it goes on in its direction, within its ranges.
+
+    Args:
+        begin: Joints at time 0 with their derivatives, (J,) each [rad].
+        time: Times, (N,) [s].
+    """
+    end = (begin.value + _GOES_ON * _UPPER * begin.speed).clip(
+        robot.lower + _RESERVE, robot.upper - _RESERVE)
+    return to_rest(begin, np.where(begin.speed != 0.0, end, begin.value), _UPPER, time)

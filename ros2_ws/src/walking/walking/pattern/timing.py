@@ -13,9 +13,10 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 
-from walking.footsteps.footstep import Footstep, Pose, Stance, other, stances
+from walking.footsteps.footstep import OUTWARD, Footstep, Pose, Stance, other, stances
 from walking.pattern.settings import WalkSettings
 
+_AT_FIRST = 0.3  # share of the way inwards that the ZMP has gone when single support begins
 # When in a stop the reference reaches the capture point, leaves it, and arrives where the CoM comes
 # to rest, as shares of the end.
 _STOP = (1 / 12, 1 / 3, 2 / 3)
@@ -64,6 +65,18 @@ class Schedule:
     def time(self) -> Array:
         """Times of all samples since the beginning, (N,) [s]."""
         return np.asarray(self.period * np.arange(self.phases[-1].last + 1))
+
+    def begin_of(self, step: int) -> float:
+        """Return the time at which the double support before a footstep begins [s]."""
+        return self._first(step).first * self.period
+
+    def touchdown_of(self, step: int) -> float:
+        """Return the time at which the foot of a footstep touches the floor [s]."""
+        return self._first(step + 1).first * self.period
+
+    def _first(self, step: int) -> Phase:
+        return next(phase for phase in self.phases
+                    if phase.step == step and phase.kind in ("double", "end"))
 
 
 def schedule(
@@ -114,7 +127,8 @@ def rest_point(robot: RobotModel, stance: Stance) -> Array:
 
 
 def zmp_reference(
-    robot: RobotModel, plan: Schedule, zmp: Array, capture: Array | None = None
+    robot: RobotModel, plan: Schedule, zmp: Array, capture: Array | None = None,
+    inward: float = 0.0, first_inward: float = 0.0,
 ) -> Array:
     """Compute the reference of the ZMP at every sample.
 
@@ -127,6 +141,8 @@ def zmp_reference(
         zmp: Reference of the ZMP at the beginning, (2,) [m].
         capture: Capture point at the beginning, (2,) [m] (Pratt et al., 2006); None for a robot at
             rest.
+        inward: Distance from the middle of the standing sole, towards the other one [m].
+        first_inward: That in the first step, if it is larger [m].
 
     Returns:
         x and y of the ZMP in odom, (N, 2) [m].
@@ -137,13 +153,25 @@ def zmp_reference(
         samples.append(sample)
         places.append(places[-1])
 
+    def on_sole(phase: Phase, share: float) -> Array:
+        side, shift = other(phase.swing), share * inward
+        if phase.step == 0:
+            shift = share * max(inward, first_inward)
+        return sole_middle(
+            robot, side, phase.stance.foot(side).moved(0.0, -OUTWARD[side] * shift))
+
     for phase in plan.phases:
-        if phase.kind in ("start", "single"):
+        if phase.kind == "start":
             hold_until(phase.last)
         elif phase.kind == "double":
-            side = other(phase.swing)
             samples.append(phase.last)
-            places.append(sole_middle(robot, side, phase.stance.foot(side)))
+            places.append(on_sole(phase, _AT_FIRST))
+        elif phase.kind == "single":
+            middle = on_sole(phase, 1.0)
+            if (middle != places[-1]).any():
+                samples.append((phase.first + phase.last) // 2)
+                places.append(middle)
+            hold_until(phase.last)
         else:
             count = phase.last - phase.first
             rest = rest_point(robot, phase.stance)

@@ -22,7 +22,7 @@ class WalkChecks:
         margin: Distance of the ZMP from the edge of the support polygon at each sample, (N,) [m].
         speed_ratio: Largest speed of each joint as a share of its limit, (J,).
         torque_ratio: Largest torque of each joint as a share of its limit, (J,).
-        friction: Largest coefficient of friction that the soles need.
+        friction: Coefficient of friction that the soles need at each sample, (N,).
         clearance: The two bodies of the robot that come nearest to their limit; None if this was
             not checked.
     """
@@ -30,7 +30,7 @@ class WalkChecks:
     margin: Array
     speed_ratio: Array
     torque_ratio: Array
-    friction: float
+    friction: Array
     clearance: Clearance | None
 
 
@@ -75,18 +75,14 @@ class WalkPlan:
 
     def begin_of(self, step: int) -> float:
         """Return the time at which the double support before a footstep begins [s]."""
-        return self._first(step).first * self.schedule.period
+        return self.schedule.begin_of(step)
 
     def touchdown_of(self, step: int) -> float:
         """Return the time at which the foot of a footstep touches the floor [s]."""
-        return self._first(step + 1).first * self.schedule.period
+        return self.schedule.touchdown_of(step)
 
     def phase_at(self, time: float) -> Phase:
         """Return the phase at a time since the beginning [s]; the last one after the end."""
         sample = time / self.schedule.period
         phases = self.schedule.phases
         return next((phase for phase in phases if sample < phase.last - 1e-6), phases[-1])
-
-    def _first(self, step: int) -> Phase:
-        return next(phase for phase in self.schedule.phases
-                    if phase.step == step and phase.kind in ("double", "end"))

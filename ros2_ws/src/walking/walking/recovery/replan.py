@@ -15,12 +15,11 @@ from humanoid_motion.dynamics import Dynamics, inverse_dynamics, joint_torques
 from humanoid_motion.knots import Knots
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.spline import evaluate, quintic
 from humanoid_motion.whole_body import require_joint_limits, shares
 
 from walking.footsteps.footstep import OUTWARD, Footstep, Stance, as_array, other, wrapped
 from walking.pattern.checks import needed_friction, soles_of, zmp_margins
-from walking.pattern.course import Course
+from walking.pattern.course import Course, to_rest
 from walking.pattern.plan import com_height, ending_at_rest
 from walking.pattern.preview import CartState, preview_control
 from walking.pattern.settings import WalkSettings
@@ -98,27 +97,11 @@ def plan_landing(
                 plan.phases[index].stance,
                 CartState(np.stack([rows[sample] for rows in course]), np.zeros(2)),
                 CartState.at_rest(np.zeros(2)), zmp[sample], float(waist.value[sample, 0]),
-                upper.value[sample], at_rest=False)
+                upper.row(sample), at_rest=False)
             for index, sample in ((0, 0), (-1, landed))),
         final=standing(robot, after, upper.value[-1]),
         checks=_checks(robot, motion, dynamics, plan))
     return found, expected
-
-
-def to_rest(begin: Course, end: Array, duration: float, time: Array) -> Course:
-    """Compute a course from a state to rest, a quintic.
-
-    Args:
-        begin: Value, speed and acceleration at time 0, (M,) each.
-        end: Value at rest, (M,).
-        duration: Time to rest [s].
-        time: Times, (N,) [s].
-    """
-    d, zero = duration, np.zeros_like(end)
-    c = quintic(begin.value, begin.speed * d, begin.acceleration * d * d, end, zero, zero)
-    value, speed, acceleration = evaluate(c, np.clip(time / d, 0.0, 1.0))
-    moves = (time < d - 1e-9)[:, None]
-    return Course(value, np.where(moves, speed / d, 0.0), np.where(moves, acceleration / d**2, 0.0))
 
 
 def swing_to(
@@ -213,5 +196,5 @@ def _checks(
         margin=zmp_margins(robot, dynamics.zmp, plan),
         speed_ratio=shares(motion.joint_speed, robot.speed_limit).max(axis=0),
         torque_ratio=shares(torque[plan.phases[-1].first:], robot.effort_limit).max(axis=0),
-        friction=float(np.max(needed_friction(robot, dynamics))),
+        friction=needed_friction(robot, dynamics),
         clearance=None)

@@ -10,6 +10,8 @@ from door_impact_common.node import GuardedNode, until
 from hrp2_description.robot import RobotConfig
 from humanoid_motion.robot_model import RobotModel
 
+from walking.errors import Stopped
+
 Found = TypeVar("Found")
 
 
@@ -25,14 +27,23 @@ class Background:
         self._threads = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planning")
         self._robot = self._threads.submit(RobotModel, config)
 
-    async def run(self, work: Callable[..., Found], *args: Any) -> Found:
+    async def run(
+        self, work: Callable[..., Found], *args: Any,
+        stopped: Callable[[], bool] = lambda: False,
+    ) -> Found:
         """Call a function with the thread's robot as its first argument; await the result.
 
         Args:
             args: Its further arguments.
+            stopped: Whether the result is not wanted any more; the thread finishes it all the same.
+
+        Raises:
+            Stopped: The result is not wanted any more.
         """
         pending = self._threads.submit(lambda: work(self._robot.result(), *args))
-        await until(self._node, pending.done)
+        await until(self._node, lambda: pending.done() or stopped())
+        if stopped():
+            raise Stopped("the goal was stopped while its motion was planned; the robot stands")
         return pending.result()
 
     def close(self) -> None:

@@ -5,57 +5,37 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 from door_impact_common.driver.active_goals import ActiveGoals
-from door_impact_common.driver.messages import command_message
 from door_impact_common.driver.names import TRAJECTORY
-from door_impact_common.driver.topics import SILENCE, RobotTopics
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import Walk as WalkAction
-from door_impact_msgs.msg import Footsteps
-from hrp2_description.robot import load_robot_config
-from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
-from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.sensor_doubts import doubts
 from rclpy.action import ActionServer, CancelResponse
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
-from visualization_msgs.msg import MarkerArray
 
 from walking.errors import NotReady
 from walking.execution.goal import WalkGoal, plan_goal
 from walking.execution.guard import Guard
-from walking.execution.start import Standing, require_near, soles_at, start_state
+from walking.execution.start import require_near, start_state
 from walking.execution.walk import Outcome, Walk
-from walking.footsteps.footstep import Footstep, Pose, Stance
+from walking.footsteps.footstep import Pose
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState
 from walking.pattern.walk_plan import WalkPlan
 from walking.ros.background import Background
-from walking.ros.messages import (
-    CODES,
-    base_pose,
-    error_code,
-    footstep_markers,
-    footsteps_message,
-    goal_from,
-    stamped,
-)
+from walking.ros.messages import CODES, error_code, goal_from, stamped
+from walking.ros.walking_robot import PATIENCE, WalkingRobot
 
 Result = WalkAction.Result
 
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
-PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
-HIT = "/execute_door_impact"
-ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
+HIT, PASSAGE = "/execute_door_impact", "/walk_through_door"
 GUARD = {"recover_standing": (False, "whether a push on the standing robot makes it step; it then "
                               "reads the robot's messages all the time")}
 
@@ -72,22 +52,16 @@ class Walker(GuardedNode):
     def __init__(self) -> None:
         """Load the robot and connect to the driver's topics."""
         super().__init__("walker")
-        robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
-        config = load_robot_config(robot or None)
-        self._robot = RobotModel(config)
+        self._body = WalkingRobot(self, self._after)
+        self._robot, self._driver = self._body.model, self._body.topics
         self._settings = WalkSettings()
-        self._driver = RobotTopics(
-            self, self._robot.joint_names, self._robot.joint_ranges, Parameters(self, SILENCE),
-            self._after, partial(doubts, self._robot), further=[(TFMessage, "/tf", self._on_tf)])
         self._inputs = self._driver.inputs
         self._walk: Walk | None = None  # the walk that was begun last
-        # Stamp [s], and pose of base_link in odom, as seen from above.
-        self._base: tuple[float, Pose] | None = None
-        self._background = Background(self, config)
-        self._hit = ActiveGoals(self, HIT)
+        self._background = Background(self, self._robot.config)
+        self._others = [ActiveGoals(self, action) for action in (HIT, PASSAGE)]
         guards = Parameters(self, GUARD).switch("recover_standing")
         self._guard = self._inputs.motion = Guard(
-            self._robot, lambda: guards and not self._hit.running, self._present_state)
+            self._robot, lambda: guards and not self._moved_by_others(), self._present_state)
         self._handled = int(guards)  # number of goals that are not answered yet, and of the guard
         self._newest = 0  # number of the goal that was accepted last
         self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
@@ -95,11 +69,7 @@ class Walker(GuardedNode):
         self._finished: Future | None = None  # gets the walk's outcome, or None if it is replaced
         self._postures: list[np.ndarray] = []  # of the upper body after the last walk
         self._last_feedback = -math.inf  # on the robot's clock [s]
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._trajectory = self.create_publisher(JointTrajectory, TRAJECTORY, 10)
-        self._footsteps = self.create_publisher(Footsteps, "/footsteps", latched)
-        self._markers = self.create_publisher(MarkerArray, "/footstep_markers", latched)
-        self._publish(())
+        self._body.show(())
         self._server = ActionServer(
             self, WalkAction, "/walk", self._execute,
             cancel_callback=self.guarded(
@@ -119,12 +89,12 @@ class Walker(GuardedNode):
     def _after(self, now: float, commands: Sequence[Command]) -> None:
         """Send commands and feedback, and end the action if the walk has ended."""
         for command in commands:
-            self._send(command)
+            self._body.send(command)
         walk = self._walk
         if commands and self._guard.steps:
             self.get_logger().warning("a push on the standing robot makes it step",
                                       throttle_duration_sec=1.0)
-            self._publish(self._guard.steps)
+            self._body.show(self._guard.steps)
         if walk is None or self._finished is None:
             return
         if commands:
@@ -135,17 +105,10 @@ class Walker(GuardedNode):
             self._last_feedback = now
             self._send_feedback(walk, now)
 
-    def _on_tf(self, message: TFMessage) -> None:
-        self._base = base_pose(message, "base_link") or self._base
-
     def _on_trajectory(self, _: bytes) -> None:
         """Watch the standing robot anew: a trajectory, perhaps of another node, moves it."""
         if not self._guard.steps:
             self._guard.forget()
-
-    def _send(self, command: Command) -> None:
-        names = self._robot.joint_names
-        self._trajectory.publish(command_message(command, names))
 
     def _end(self, outcome: Outcome | None) -> None:
         """Hand the outcome to the goal whose walk was under way; None says that it is replaced."""
@@ -154,33 +117,14 @@ class Walker(GuardedNode):
             finished.set_result(outcome)
 
     def _send_feedback(self, walk: Walk, now: float) -> None:
-        soles = self._soles()
+        soles = self._body.soles()
         if soles is None or self._goal is None:
             return
         feedback = WalkAction.Feedback(
             step=min(walk.steps_sent, walk.steps_made(now) + 1), steps=walk.steps,
             pose=stamped(soles.middle, self.get_clock().now().to_msg()),
-            zmp_margin=self._margin(soles, walk, now))
+            zmp_margin=self._body.margin(soles, walk, now))
         self._goal.publish_feedback(feedback)
-
-    def _margin(self, soles: Stance, walk: Walk, now: float) -> float:
-        """Distance between the last ZMP and the edge of the soles that should bear load [m].
-
-        It is NaN where the last ZMP is of a time at which other soles should bear load.
-        """
-        zmp, sides = self._driver.zmp, walk.phase(now).sides
-        if zmp is None or walk.phase(zmp[0]).sides != sides:
-            return math.nan
-        corners = (self._robot.feet[side].corners((*soles.foot(side)[:2], 0.0),
-                                                  soles.foot(side).yaw) for side in sides)
-        return float(polygon_margin(zmp[1], support_polygon(*corners)))
-
-    def _soles(self) -> Stance | None:
-        """Poses of the soles by the odometry; None without recent messages."""
-        base, joints, oldest = self._base, self._inputs.joints, self._driver.freshness.limit
-        if base is None or joints is None or abs(base[0] - joints[0]) > oldest:
-            return None
-        return soles_at(self._robot, base[1], joints[1])
 
     # -- action ---------------------------------------------------------------------------------
 
@@ -229,11 +173,12 @@ class Walker(GuardedNode):
             DoorImpactError: The walk cannot be made.
         """
         goal, dry = goal_from(goal_handle.request), goal_handle.request.dry_run
-        if self._hit.running:
-            raise NotReady("a hit is being executed (/execute_door_impact): the robot walks when "
-                           "it has ended", quantity="action", value=HIT)
+        other = self._moved_by_others()
+        if other:
+            raise NotReady(f"a goal of {other} is being executed: the robot walks when it has "
+                           "ended", quantity="action", value=other)
         # After a reset, or when the first goal has just subscribed.
-        await until(self, lambda: self._driver.complete and self._soles() is not None, PATIENCE)
+        await until(self, lambda: self._body.heard, PATIENCE)
         await until(self, lambda: not self._guard.steps)
         while not dry and (walk := self._walking()) is not None:
             if await self._replaced(goal_handle, number, goal, walk):
@@ -250,14 +195,13 @@ class Walker(GuardedNode):
             return (f"this was a dry run: {len(plan.footsteps)} footsteps in "
                     f"{plan.duration:.1f} s could be made")
         self._require_wanted(goal_handle, number)
-        if self._hit.running or self._walking() is not None or self._guard.steps:
+        if self._moved_by_others() or self._walking() is not None or self._guard.steps:
             raise NotReady("another motion began while the walk was planned")
         walk = Walk(self._robot, plan, self._settings, onward=self._onward)
         self._inputs.intake.begin()
         self._inputs.motion, self._walk, self._wanted = walk, walk, goal
-        self._publish(plan.footsteps)
-        command = walk.start(self._driver.now() + self._inputs.lag)
-        self._send(command)
+        self._body.show(plan.footsteps)
+        self._body.send(walk.start(self._driver.now() + self._inputs.lag))
         walk.prepare_next()
         return self._owned(goal_handle)
 
@@ -271,7 +215,7 @@ class Walker(GuardedNode):
             raise NotReady("a push has changed the steps, so that the goal's footsteps do not fit "
                            "any more")
         plan = plan_goal(self._robot, self._present_state(), self._wanted, self._settings)
-        self._publish(plan.footsteps)
+        self._body.show(plan.footsteps)
         return plan
 
     def _walking(self) -> Walk | None:
@@ -302,7 +246,7 @@ class Walker(GuardedNode):
             self._require_wanted(goal_handle, number)
             if walk.replace(step, plan, self._driver.now()):
                 self._wanted = goal
-                self._publish(plan.footsteps)
+                self._body.show(plan.footsteps)
                 return True
             # Too late: the robot comes to rest at the boundary, and walks on from there.
             await until(
@@ -317,8 +261,8 @@ class Walker(GuardedNode):
             if walk.outcome is not Outcome.RUNNING:
                 return False
             self._wanted = goal
-            self._send(walk.resume(plan, self._driver.now()))
-            self._publish(plan.footsteps)
+            self._body.send(walk.resume(plan, self._driver.now()))
+            self._body.show(plan.footsteps)
             return True
         except DoorImpactError:
             if number == self._newest:  # otherwise the newest goal holds the walk
@@ -338,20 +282,12 @@ class Walker(GuardedNode):
         Raises:
             NotReady: Messages are missing or old, or the robot does not stand still.
         """
-        stale = self._driver.refusal()
-        if stale is not None:
-            raise NotReady(stale[0], quantity="age [s]", value=stale[1])
-        if self._base is None or self._inputs.joints is None or self._soles() is None:
-            raise NotReady("no recent odometry has arrived on /tf (odom -> base_link): does "
-                           "zmp_publisher run?", quantity="/tf", value=None)
-        _, position, velocity = self._inputs.joints
-        found = Standing(self._base[1], self._inputs.tilt, position, velocity)
-        return start_state(self._robot, found, self._settings, self._postures)
+        return start_state(
+            self._robot, self._body.standing(), self._settings, self._postures)
 
-    def _publish(self, footsteps: Sequence[Footstep]) -> None:
-        stamp = self.get_clock().now().to_msg()
-        self._footsteps.publish(footsteps_message(footsteps, stamp))
-        self._markers.publish(footstep_markers(self._robot.config, footsteps, stamp))
+    def _moved_by_others(self) -> str:
+        """Name of another node's action that is moving the robot; empty if there is none."""
+        return next((each.action for each in self._others if each.running), "")
 
     # -- results --------------------------------------------------------------------------------
 
@@ -363,7 +299,7 @@ class Walker(GuardedNode):
             goal_handle.abort()
             return self._result(Result.REPLACED, "a newer goal took the place of this one", steps)
         self._inputs.motion, self._walk, self._goal = self._guard, None, None
-        self._postures = [walk.final.upper]
+        self._postures = [walk.final.upper.value]
         text = walk.reason or f"the robot made {steps} steps and stands at the goal"
         result = self._result(CODES[outcome], text, steps)
         if outcome is Outcome.SUCCESS:
@@ -378,7 +314,7 @@ class Walker(GuardedNode):
         return result
 
     def _result(self, code: int, message: str, steps: int = 0) -> Any:
-        soles = self._soles()
+        soles = self._body.soles()
         place = soles.middle if soles is not None else Pose(math.nan, math.nan, math.nan)
         return Result(success=code == Result.NONE, error_code=code, message=message, steps=steps,
                       pose=stamped(place, self.get_clock().now().to_msg()))

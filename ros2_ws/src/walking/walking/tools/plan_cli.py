@@ -127,7 +127,7 @@ def plan_object(plan: WalkPlan, robot: RobotModel, planning_time: float) -> dict
         "duration": plan.duration,
         "goal": {"x": goal.x, "y": goal.y, "yaw_deg": math.degrees(goal.yaw)},
         "min_margin_mm": 1e3 * float(checks.margin.min()),
-        "required_friction": checks.friction,
+        "required_friction": float(checks.friction.max()),
         "speed_ratio": _by_joint(robot, checks.speed_ratio),
         "torque_ratio": _by_joint(robot, checks.torque_ratio),
         "clearance": None if clearance is None or not clearance.bodies else {

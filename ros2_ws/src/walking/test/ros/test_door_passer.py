@@ -1,0 +1,279 @@
+"""The node door_passer beside a driver that follows every trajectory, in simulated time.
+
+Planner and executor are played: the planner answers with one plan, and a hit takes the robot at
+once to where this plan ends.
+"""
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("door_impact_msgs.msg")
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from door_impact_common.driver.active_goals import ActiveGoals
+from door_impact_common.node import executor_of, spin_for
+from door_impact_common.stamps import seconds, stamp_of
+from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
+from door_impact_msgs.msg import HandCompliance, ImpactPlan, PlanPhase
+from door_impact_msgs.srv import PlanDoorImpact, PlanDoorPassage
+from geometry_msgs.msg import Point, TransformStamped, WrenchStamped
+from humanoid_motion.knots import Knots
+from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.node import Node
+from rclpy.task import Future
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from walking.ros.door_passer_node import DoorPasser
+
+TICK = 0.005  # period of the driver [s]
+Result = WalkThroughDoor.Result
+
+
+def hit_of(task: Any, names: list[str]) -> ImpactPlan:
+    """A plan whose hit ends where a passage begins."""
+    plan = ImpactPlan(plan_id="hit-1", door="paper", ending="pass", l_b=0.4, held_angle=task.angle)
+    x, y = task.doorway.hinge
+    plan.contact_point = Point(x=x + plan.l_b, y=y, z=1.0)
+    for message, foot in ((plan.left_foot, task.stance.left), (plan.right_foot, task.stance.right)):
+        message.position.x, message.position.y = foot.x, foot.y
+    held = JointTrajectoryPoint(positions=task.joints.tolist())
+    plan.phases = [PlanPhase(name="hold", trajectory=JointTrajectory(
+        joint_names=names, points=[held]))]
+    return plan
+
+
+class Rig:
+    """The passer, and a node that plays driver, encoder, odometry, planner, executor and user."""
+
+    def __init__(self, robot: Any, task: Any) -> None:
+        self.robot, self.task, self.names = robot, task, list(robot.joint_names)
+        self.plan = hit_of(task, self.names)
+        self.node, self.other = DoorPasser(), Node("others")
+        publisher = self.other.create_publisher
+        self.clock = publisher(Clock, "/clock", 10)
+        self.joints = publisher(JointState, "/joint_states", 50)
+        self.imu, self.door = publisher(Imu, "/imu", 50), publisher(JointState, "/door_angle", 50)
+        self.wrist = publisher(WrenchStamped, "/right_wrist/wrench", 50)
+        self.tf = publisher(TFMessage, "/tf", 50)
+        self.other.create_subscription(JointTrajectory, "/joint_trajectory", self.follow, 10)
+        self.compliance: list[Any] = []
+        self.other.create_subscription(
+            HandCompliance, "/hand_compliance", self.compliance.append, 10)
+        self.other.create_service(PlanDoorImpact, "/plan_door_impact", self.on_plan)
+        self.passages = ActiveGoals(self.other, "/walk_through_door")
+        self.server = ActionServer(
+            self.other, ExecuteDoorImpact, "/execute_door_impact", self.on_hit,
+            cancel_callback=self.on_cancel)
+        self.client = ActionClient(self.other, WalkThroughDoor, "/walk_through_door")
+        self.service = self.other.create_client(PlanDoorPassage, "/plan_door_passage")
+        self.executor = executor_of(self.node)
+        self.executor.add_node(self.other)
+        self.position, self.angle, self.now = robot.config.half_sitting, 0.0, 1.0
+        self.followed: tuple[float, Knots] | None = None
+        self.requests: list[Any] = []  # of the planner
+        self.hits: list[Any] = []  # goals of hits
+        self.wait: Future | None = None  # a hit lasts until this is done
+        self.off: Callable[[float], float] = lambda _: 0.0  # of the leaf from its plan [rad]
+        self.feedback: list[Any] = []
+
+    def on_plan(self, request: Any, response: Any) -> Any:
+        """Answer as the planner does."""
+        self.requests.append(request)
+        response.success, response.plan = True, self.plan
+        return response
+
+    async def on_hit(self, handle: Any) -> Any:
+        """Put the robot where the hit ends, without the motion that leads there."""
+        self.hits.append(handle.request)
+        assert self.passages.asked_for(handle.goal_id)
+        handle.publish_feedback(ExecuteDoorImpact.Feedback(phase="cam"))
+        if self.wait is not None:
+            await self.wait
+        if handle.is_cancel_requested:
+            handle.canceled()
+            return ExecuteDoorImpact.Result(error_code=ExecuteDoorImpact.Result.STOPPED)
+        self.position, self.angle = self.task.joints, self.task.angle
+        handle.succeed()
+        return ExecuteDoorImpact.Result(
+            success=True, contact_sensor="feet", contact_time=self.now, peak_angle=0.44)
+
+    def on_cancel(self, _: Any) -> Any:
+        if self.wait is not None:
+            self.wait.set_result(None)
+        return CancelResponse.ACCEPT
+
+    def follow(self, message: JointTrajectory) -> None:
+        """Take a trajectory."""
+        rows = ([getattr(point, field) for point in message.points]
+                for field in ("positions", "velocities", "accelerations"))
+        times = np.array([seconds(point.time_from_start) for point in message.points])
+        self.followed = seconds(message.header.stamp), Knots(times, *map(np.array, rows))
+
+    def until(self, done: Callable[[], Any]) -> None:
+        """Spin until a condition holds, while the driver ticks."""
+        limit = time.monotonic() + 60.0
+        while not done():
+            assert time.monotonic() < limit, "nothing happened"
+            self.tick()
+
+    def tick(self) -> None:
+        """Publish the messages of a tick, and let the nodes handle them."""
+        self.now += TICK
+        stamp = stamp_of(round(self.now * 1e9))
+        if self.followed is not None:
+            begin, knots = self.followed
+            self.position = knots.at(min(max(self.now - begin, 0.0), knots.time[-1]))[0][0]
+        passage = self.node._passage
+        if passage is not None:
+            since = max(passage.since(self.now), 0.0)
+            self.angle = float(passage.passage.push.at(np.array([since]))[0]) + self.off(since)
+        self.clock.publish(Clock(clock=stamp))
+        joints = JointState(name=self.names, position=self.position.tolist(),
+                            velocity=[0.0] * len(self.names))
+        door = JointState(name=["door_hinge"], position=[self.angle], velocity=[0.0])
+        imu, wrist = Imu(), WrenchStamped()
+        imu.orientation.w, imu.linear_acceleration.z, wrist.wrench.force.y = 1.0, 9.81, 12.0
+        for publisher, message in ((self.joints, joints), (self.imu, imu), (self.door, door),
+                                   (self.wrist, wrist)):
+            message.header.stamp = stamp
+            publisher.publish(message)
+        self.tf.publish(TFMessage(transforms=[self.base(stamp)]))
+        spin_for(self.executor, 0.002)
+
+    def base(self, stamp: Any) -> TransformStamped:
+        """The odometry, which holds the left sole where the hit put it."""
+        q = self.robot.configuration(np.zeros(3), self.position)
+        sole = self.robot.frame_position(q, self.robot.feet["left"].frame)
+        message = TransformStamped(child_frame_id="base_link")
+        message.header.stamp, message.header.frame_id = stamp, "odom"
+        message.transform.rotation.w = 1.0
+        place, left = message.transform.translation, self.task.stance.left
+        place.x, place.y = left.x - sole[0], left.y - sole[1]
+        return message
+
+    def send(self, **fields: Any) -> Any:
+        """Send a goal, and return its handle."""
+        self.until(self.client.server_is_ready)
+        sent = self.client.send_goal_async(
+            WalkThroughDoor.Goal(**fields),
+            feedback_callback=lambda m: self.feedback.append(m.feedback))
+        self.until(sent.done)
+        return sent.result()
+
+    def end(self, handle: Any) -> Any:
+        """Wait for the result of a goal."""
+        result = handle.get_result_async()
+        self.until(result.done)
+        return result.result()
+
+    def phase(self, name: str) -> None:
+        """Wait for a phase."""
+        self.until(lambda: self.feedback and self.feedback[-1].phase == name)
+
+    def ask(self, **fields: Any) -> Any:
+        """Call the service."""
+        self.until(self.service.service_is_ready)
+        future = self.service.call_async(PlanDoorPassage.Request(**fields))
+        self.until(future.done)
+        return future.result()
+
+
+@pytest.fixture
+def rig(robot, task) -> Iterator[Rig]:
+    words = [word for value in ("use_sim_time:=true", "door:=paper", "hand_stiffness:=400.0")
+             for word in ("-p", value)]
+    rclpy.init(args=["--ros-args", *words], domain_id=100 + os.getpid() % 50)
+    made = Rig(robot, task)
+    try:
+        yield made
+    finally:
+        made.executor.shutdown()
+        made.server.destroy()  # its states would be latched beyond the context
+        made.node.destroy_node()
+        made.other.destroy_node()
+        rclpy.shutdown()
+
+
+def test_hit_and_passage_follow_each_other(rig):
+    """The hand yields from the passage's begin to the release, and the result says what was."""
+    handle = rig.send(probe=1, speed_scale=0.5)
+    assert not rig.send().accepted  # while the first one is under way
+    found = rig.end(handle)
+    answer = found.result
+    assert found.status == GoalStatus.STATUS_SUCCEEDED, answer.message
+    assert (answer.success, answer.error_code) == (True, Result.NONE)
+    ((goal,), (request,)) = rig.hits, rig.requests
+    assert (goal.plan_id, goal.probe, goal.speed_scale, goal.dry_run) == ("hit-1", 1, 0.5, False)
+    assert (request.ending, request.desired_opening_angle) == (
+        "pass", pytest.approx(math.radians(25.0)))
+    assert list(dict.fromkeys(each.phase for each in rig.feedback)) == [
+        "plan", "hit", "push", "walk", "square_up"]
+    assert answer.steps == len(answer.plan.footsteps)
+    assert answer.time_to_clear + TICK > answer.hit_to_clear > answer.plan.clear_time
+    assert answer.start_time + answer.plan.clear_time == pytest.approx(
+        answer.contact_time + answer.hit_to_clear)
+    assert answer.peak_angle == pytest.approx(0.44)
+    assert answer.largest_hand_force == pytest.approx(12.0)
+    assert answer.largest_leaf_error < math.radians(1.0)
+    assert answer.release_angle == pytest.approx(max(answer.plan.leaf_angle), abs=0.02)
+    assert [each.step for each in rig.feedback] == sorted(each.step for each in rig.feedback)
+    assert [(each.side, each.stiffness) for each in rig.compliance] == [
+        ("right", 400.0), ("right", -1.0)]
+
+
+def test_nothing_moves_where_the_door_cannot_be_passed(rig):
+    """No other hit widens an opening; where it would leave the robot elsewhere, it is tried."""
+    answer = rig.end(rig.send(leaf_angle=math.radians(30.0))).result
+    assert answer.error_code == Result.PASSAGE_INFEASIBLE
+    assert "between the leaf at 30 deg and the jamb" in answer.message
+    assert len(rig.requests) == 1
+    rig.requests.clear()
+    rig.plan.held_angle += math.radians(8.0)  # where the hand would not be
+    answer = rig.end(rig.send()).result
+    assert answer.error_code == Result.PASSAGE_INFEASIBLE
+    assert [(round(math.degrees(each.desired_opening_angle)), each.ending)
+            for each in rig.requests[:3]] == [(25, "pass"), (25, "hold"), (30, "pass")]
+    assert rig.end(rig.send(hit_angle=math.nan)).result.error_code == Result.INVALID_GOAL
+    assert (rig.hits, rig.followed) == ([], None)
+
+
+def test_a_cancel_ends_the_hit_and_in_the_passage_finishes_the_step(rig):
+    rig.wait = Future()
+    handle = rig.send()
+    rig.phase("hit")
+    handle.cancel_goal_async()
+    found = rig.end(handle)
+    assert (found.status, found.result.error_code, rig.followed) == (
+        GoalStatus.STATUS_CANCELED, Result.STOPPED, None)
+    rig.wait = None
+    handle = rig.send()
+    rig.phase("push")
+    step = rig.feedback[-1].step
+    rig.passages.cancel()  # as the executor does at /stop
+    found = rig.end(handle)
+    assert (found.status, found.result.error_code) == (
+        GoalStatus.STATUS_CANCELED, Result.STOPPED)
+    assert step - 1 <= found.result.steps <= step + 1
+    assert math.isnan(found.result.hit_to_clear)
+    assert rig.now > rig.followed[0] + rig.followed[1].time[-1]
+    assert rig.compliance[-1].stiffness == -1.0
+
+
+def test_the_service_plans_from_the_end_of_a_hit(rig):
+    answer = rig.ask(hit_angle=0.4, run_up="mcv50")
+    assert answer.success, answer.message
+    assert (rig.requests[0].desired_opening_angle, rig.requests[0].run_up) == (0.4, "mcv50")
+    count = len(answer.plan.times)
+    assert count == pytest.approx(20.0 * answer.plan.duration, abs=1.5)
+    assert {len(values) for values in (answer.plan.leaf_angle, answer.plan.hand_force,
+                                       answer.plan.hand_radius)} == {count}
+    assert answer.plan.zmp_margin > 0.01

@@ -1,0 +1,1 @@
+"""The way through a door whose leaf the hand keeps open."""

@@ -1,0 +1,148 @@
+"""Plans hits and passages for the node door_passer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from door_impact_common.errors import DoorImpactError
+from door_impact_common.node import GuardedNode
+from door_impact_msgs.msg import CloserParameters, ImpactPlan
+from door_model.door.config import load_door
+from door_model.door.door import Door
+from door_model.errors import DoorModelError
+from door_model.ros.messages import door_of
+from humanoid_motion.robot_model import RobotModel
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from walking.errors import PLANNING_ERRORS, HitNotPlanned, InvalidGoal, PassageInfeasible
+from walking.passing.held import HITS, Hold
+from walking.passing.passage import PassagePlan, plan_passage
+from walking.passing.passage_task import PassageTask
+from walking.passing.route import OPENING
+from walking.passing.settings import PassageSettings
+from walking.ros.background import Background
+from walking.ros.hit_client import HitClient
+from walking.ros.passer_messages import hold_of, plan_message
+
+
+def never() -> bool:
+    """Say of something that is always wanted that it is not stopped."""
+    return False
+
+
+class PassagePlanner:
+    """Knows the door, and plans what opens it and what passes it.
+
+    Args:
+        node: Node that hears of the door.
+        robot: The robot.
+        door: Name or YAML file of the door; empty: its frame is not known.
+        settings: Settings of the passage.
+        hits: Plans the hits.
+
+    Attributes:
+        last_hit: The last hit that was planned by anyone; None before.
+    """
+
+    def __init__(
+        self, node: GuardedNode, robot: RobotModel, door: str, settings: PassageSettings,
+        hits: HitClient,
+    ) -> None:
+        self._node, self._names, self._settings, self._hits = (
+            node, robot.joint_names, settings, hits)
+        self._door = load_door(door) if door else None
+        self._background = Background(node, robot.config)
+        self._identified: tuple[str, Door] | None = None  # name and dynamics
+        self._numbers = itertools.count(1)  # of the plans
+        self.last_hit: ImpactPlan | None = None
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
+        node.create_subscription(ImpactPlan, "/door_impact_plan", self._on_hit, latched)
+
+    def close(self) -> None:
+        """End the planning thread."""
+        self._background.close()
+
+    async def hit_and_passage(
+        self, wanted: Any, stopped: Callable[[], bool] = never
+    ) -> tuple[ImpactPlan, Hold, PassagePlan]:
+        """Plan a hit, and the passage from its end.
+
+        Args:
+            wanted: A goal or a request.
+            stopped: Whether they are not wanted any more.
+
+        Raises:
+            DoorImpactError: There is no hit, or none from whose end there is a passage; the error
+                is that of the first hit of `HITS`.
+        """
+        refused: DoorImpactError | None = None
+        asked = [(wanted.hit_angle, ending) for _, ending in HITS[:2]]
+        for angle, ending in HITS if wanted.hit_angle < 0.0 else asked:
+            try:
+                hit = await self._hits.plan(angle, ending, wanted.run_up, stopped)
+                hold = self.hold(hit)
+                return hit, hold, await self.passage(
+                    hold.task(), wanted.leaf_angle, stopped=stopped)
+            except (PassageInfeasible, HitNotPlanned, InvalidGoal) as error:
+                refused = refused or error
+                if isinstance(error, InvalidGoal) or error.quantity == OPENING:
+                    break  # no other hit is a remedy
+        assert refused is not None
+        raise refused
+
+    async def passage(
+        self, task: PassageTask, angle: float, first: float = math.nan,
+        stopped: Callable[[], bool] = never,
+    ) -> PassagePlan:
+        """Plan a passage.
+
+        Args:
+            angle: Wanted angle of the leaf [rad]; negative: the planner chooses.
+            first: Angle that the planner tries first then [rad].
+            stopped: Whether the plan is not wanted any more.
+
+        Raises:
+            PassageInfeasible: There is no passage.
+            Stopped: The plan is not wanted any more.
+        """
+        angles = self._settings.leaf_angles if angle < 0.0 else (angle,)
+        angles = tuple(sorted(angles, key=lambda each: each != first))  # others in their order
+        return await self._background.run(
+            _passage, task, replace(self._settings, leaf_angles=angles), stopped=stopped)
+
+    def hold(self, hit: ImpactPlan) -> Hold:
+        """Return how a hit is planned to end; errors are those of `hold_of`."""
+        name, door = self._identified or ("", None)
+        return hold_of(hit, self._names, self._door, door if name == hit.door else None)
+
+    def message(self, plan: PassagePlan, hit: ImpactPlan) -> Any:
+        """Convert the passage after a hit to its message."""
+        return plan_message(plan, f"passage-{next(self._numbers)}", hit.door,
+                            self._node.get_clock().now().to_msg())
+
+    def _on_closer(self, message: CloserParameters) -> None:
+        try:
+            self._identified = message.door, door_of(message)
+        except DoorModelError as error:
+            self._node.get_logger().error(f"/closer_parameters describes no door: {error}")
+
+    def _on_hit(self, message: ImpactPlan) -> None:
+        self.last_hit = message
+
+
+def _passage(robot: RobotModel, task: PassageTask, settings: PassageSettings) -> PassagePlan:
+    """Plan a passage.
+
+    Raises:
+        PassageInfeasible: There is none.
+    """
+    try:
+        return plan_passage(robot, task, settings)
+    except PLANNING_ERRORS as error:
+        raise PassageInfeasible(f"no passage can be planned: {error}", quantity=error.quantity,
+                                value=error.value, limit=error.limit) from error
